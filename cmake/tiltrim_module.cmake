@@ -1,0 +1,24 @@
+# tiltrim_module(<folder> HEADERS ... SOURCES ... USES ... LINKS ...)
+# A folder is a target tiltrim::<folder>: what it may include is what it USES, and what those use.
+function(tiltrim_module name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;SOURCES;USES;LINKS")
+  list(TRANSFORM arg_SOURCES PREPEND ${name}/)
+  list(TRANSFORM arg_HEADERS PREPEND ${name}/)
+  add_library(tiltrim_${name} STATIC ${arg_SOURCES})
+  add_library(tiltrim::${name} ALIAS tiltrim_${name})
+  set_target_properties(tiltrim_${name} PROPERTIES EXPORT_NAME ${name})
+  target_compile_features(tiltrim_${name} PUBLIC cxx_std_20)
+  target_sources(tiltrim_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
+  set_target_properties(tiltrim_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  target_link_libraries(tiltrim_${name} PUBLIC Eigen3::Eigen PRIVATE ${arg_LINKS})
+  foreach(used IN LISTS arg_USES)
+    target_link_libraries(tiltrim_${name} PUBLIC tiltrim::${used})
+  endforeach()
+  tiltrim_compile_options(tiltrim_${name})
+endfunction()
+
+function(tiltrim_compile_options target)
+  # Contraction off: the same source gives the same bits with and without fused multiply-add.
+  target_compile_options(${target} PRIVATE
+    -Wall -Wextra -Wconversion -Wshadow -Wpedantic -Wno-sign-conversion -ffp-contract=off)
+endfunction()

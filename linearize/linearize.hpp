@@ -1,0 +1,57 @@
+/// Linearization: x' = A δx + B δu, y = C δx + D δu at an operating point, with error bounds.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/differentiate.hpp"
+#include "model/model.hpp"
+
+namespace tiltrim {
+
+enum class LinearizeStatus {
+  linear,           ///< at an equilibrium
+  not_equilibrium,  ///< the rates left over exceed the tolerance: nothing is linearized
+  not_finite,       ///< a derivative is not finite
+};
+std::string to_string(LinearizeStatus status);
+
+enum class Method {
+  exact,        ///< the model's own derivatives where it has them, differences elsewhere
+  differences,  ///< central differences, whatever the model has
+};
+
+struct LinearizeOptions {
+  Method method = Method::exact;
+  std::vector<std::string> inputs;        ///< inputs of the linear model; empty: the model's inputs
+  std::map<std::string, Range> bounds;    ///< differences do not step outside
+  double tolerance = 1e-6;                ///< largest rate over nominal size at an equilibrium [1/s]
+  /// Rates that need not vanish (ground track, height). The others must.
+  std::vector<std::string> moving;
+};
+
+/// A linear model with its names, its point, and how good each entry is.
+struct LinearModel {
+  LinearizeStatus status = LinearizeStatus::not_equilibrium;
+  Signals states, inputs, outputs;
+  OperatingPoint point;
+  Eigen::VectorXd rates;            ///< left over at the point
+  double residual = 0.0;            ///< largest left-over rate over its nominal size [1/s]
+  Eigen::MatrixXd A, B, C, D;
+  Eigen::MatrixXd A_error, B_error, C_error, D_error;  ///< estimated bounds, entry by entry
+  Method method = Method::exact;    ///< that A, B, C, D come from
+  /// The differences beside an exact A, and their own error estimates.
+  std::optional<Estimate> A_differences;
+  /// Kinks met, one-sided differences taken, exact and difference Jacobians in disagreement.
+  std::vector<std::string> remarks;
+  std::string message;              ///< why there is no linear model
+  explicit operator bool() const { return status == LinearizeStatus::linear; }
+};
+
+/// Throws std::invalid_argument for names the model does not have and points that do not fit.
+[[nodiscard]] LinearModel linearize(const Model& model, const OperatingPoint& point,
+                                    const LinearizeOptions& options = {});
+
+}  // namespace tiltrim

@@ -1,0 +1,50 @@
+/// Modes of a linear model: eigenvalues with bounds, names and a verdict.
+#pragma once
+
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "linearize/linearize.hpp"
+
+namespace tiltrim {
+
+/// One eigenvalue λ of A and what is known of it. A complex pair is two modes.
+struct Mode {
+  std::complex<double> eigenvalue;       ///< 1/s
+  double condition = 0.0;                ///< 1/|wᴴv|, of λ as an eigenvalue of the balanced matrix
+  double error = 0.0;                    ///< a bound: a true eigenvalue lies within it (see modes())
+  double backward_error = 0.0;           ///< ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁) on A as given
+  Eigen::VectorXd participation;         ///< share of each state, |vₖ wₖ|, summing to one
+  std::string name;                      ///< a classical name where participation supports it
+  bool determined = true;                ///< false: condition > 1e8, the value is not determined
+
+  double frequency() const { return std::abs(eigenvalue); }                  ///< rad/s
+  double damping() const;  ///< -Re λ/|λ|, 1 at rest on the negative axis; 0 for λ = 0
+  double time_to_half() const;   ///< s, ln 2/|Re λ|; infinite on the axis. To double if unstable
+};
+
+enum class Verdict {
+  stable,     ///< every eigenvalue is left of the axis by more than its bound
+  unstable,   ///< some eigenvalue is right of the axis by more than its bound
+  undecided,  ///< the axis lies within the bounds
+};
+std::string to_string(Verdict verdict);
+
+struct Modes {
+  std::vector<Mode> modes;  ///< by rising real part, then rising imaginary part
+  Verdict verdict = Verdict::undecided;
+  double spectral_abscissa = 0.0;  ///< largest real part
+};
+
+/// Eigenvalues of `A` (balanced, then shifted QR), with error bounds that include rounding and
+/// `A_error` (entry by entry; empty: none). The discs |z - λᵢ| <= errorᵢ together contain all
+/// eigenvalues of every matrix within A_error of A. Throws std::invalid_argument if A is not
+/// square, not finite, or A_error does not fit. Empty A gives no modes and is stable.
+[[nodiscard]] Modes modes(const Eigen::MatrixXd& A, const Eigen::MatrixXd& A_error = {},
+                          const std::vector<std::string>& state_names = {});
+
+/// Modes of a linear model, named by its states.
+[[nodiscard]] Modes modes(const LinearModel& linear);
+
+}  // namespace tiltrim

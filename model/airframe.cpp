@@ -1,0 +1,106 @@
+// The airframe alone: (2) in wind axes, (1) in body axes.
+#include <stdexcept>
+
+#include "model/differentiable.hpp"
+#include "model/parameters.hpp"
+#include "model/physics.hpp"
+#include "model/vehicle.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+using namespace physics;
+
+enum Input { theta0, a1s, delta_e, eta };
+
+template <class P>
+AircraftOf<P> aircraft(const P* p) {
+  return unpack<AircraftOf<P>>(p, aircraft_fields<P>());
+}
+
+struct WindAirframe {
+  std::shared_ptr<const Polar> polar;
+  Equations equations;
+
+  template <class S, class P>
+  void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+    const AircraftOf<P> a = aircraft(p);
+    const S &V = x[0], &gamma = x[1], &theta = x[2], &q = x[3];
+    const S alpha = theta - gamma;
+    const Flow<S> air = flow(V, alpha, q, u[theta0], u[a1s], u[eta], a, *polar);
+    if (rates) {
+      const Turn<S> path = turn(gamma);
+      rates[0] = speed_rate(air, path.sin, a);
+      rates[1] = path_rate(air, V, path.cos, u[delta_e], a, equations);
+      rates[2] = q;
+      rates[3] = pitch_acceleration(air, u[delta_e], a);
+    }
+    if (outputs) {
+      outputs[0] = V;
+      outputs[1] = gamma;
+      outputs[2] = alpha;
+      outputs[3] = air.thrust;
+    }
+  }
+};
+
+struct BodyAirframe {
+  std::shared_ptr<const Polar> polar;
+
+  template <class S, class P>
+  void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+    const AircraftOf<P> a = aircraft(p);
+    const S &theta = x[2], &q = x[3];
+    const auto [V, alpha] = airspeed(x[0], x[1]);
+    const Flow<S> air = flow(V, alpha, q, u[theta0], u[a1s], u[eta], a, *polar);
+    if (rates) {
+      const auto body = body_acceleration(air, x[0], x[1], theta, q, u[delta_e], a);
+      rates[0] = body.u;
+      rates[1] = body.w;
+      rates[2] = q;
+      rates[3] = pitch_acceleration(air, u[delta_e], a);
+    }
+    if (outputs) {
+      outputs[0] = V;
+      outputs[1] = theta - alpha;
+      outputs[2] = alpha;
+      outputs[3] = air.thrust;
+    }
+  }
+};
+
+}  // namespace
+
+Model airframe(const Vehicle& vehicle, Axes axes) {
+  if (!vehicle.polar) throw std::invalid_argument("the vehicle has no polar");
+  if (axes == Axes::body && vehicle.equations == Equations::printed)
+    throw std::invalid_argument("the printed equations are studied in wind axes only");
+  const bool wind = axes == Axes::wind;
+  Model model;
+  model.name = wind ? "airframe, wind axes" : "airframe, body axes";
+  model.states = wind ? Signals{{"V", "m/s", 1.0}, {"gamma", "rad", 0.1}}
+                      : Signals{{"u", "m/s", 1.0}, {"w", "m/s", 1.0}};
+  model.states.push_back({"theta", "rad", 0.1});
+  model.states.push_back({"q", "rad/s", 0.1});
+  model.inputs = {{"theta0", "", 0.1}, {"a1s", "rad", 0.1}, {"delta_e", "rad", 0.1}, {"eta", "rad", 0.1}};
+  model.outputs = {{"V", "m/s", 1.0},
+                   {"gamma", "rad", 0.1},
+                   {"alpha", "rad", 0.1},
+                   {"thrust", "N", 1.0}};
+  model.parameters = aircraft_signals();
+  const auto add = [&](const auto& physics) {
+    set_functions(model, physics);
+    set_derivatives(model, physics);
+  };
+  if (wind) {
+    const WindAirframe physics{vehicle.polar, vehicle.equations};
+    add(physics);
+    set_enclosure(model, physics);
+  } else {
+    add(BodyAirframe{vehicle.polar});
+  }
+  return model;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,107 @@
+#include "model/model.hpp"
+
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+static void check_size(const char* what, Index expected, const VectorXd& got) {
+  if (got.size() != expected)
+    throw std::invalid_argument(
+        fmt::format("{}: expected {} values, got {}", what, expected, got.size()));
+}
+
+static void check_sizes(const Model& model, const OperatingPoint& point) {
+  check_size("state x", std::ssize(model.states), point.x);
+  check_size("input u", std::ssize(model.inputs), point.u);
+  check_size("parameters p", std::ssize(model.parameters), point.p);
+}
+
+Evaluation evaluate(const Model& model, const OperatingPoint& point) {
+  check_sizes(model, point);
+  Evaluation e{model.f(point.x, point.u, point.p), {}};
+  check_size("the model's rates f", std::ssize(model.states), e.rates);
+  if (model.h) e.outputs = model.h(point.x, point.u, point.p);
+  check_size("the model's outputs h", std::ssize(model.outputs), e.outputs);
+  return e;
+}
+
+Index variable(const Model& model, std::string_view name) {
+  const Index nx = std::ssize(model.states);
+  const Index nu = std::ssize(model.inputs);
+  if (const Index i = find(model.states, name); i >= 0) return i;
+  if (const Index i = find(model.inputs, name); i >= 0) return nx + i;
+  if (const Index i = find(model.parameters, name); i >= 0) return nx + nu + i;
+  std::vector<std::string> all = names(model.states);
+  std::ranges::copy(names(model.inputs), std::back_inserter(all));
+  std::ranges::copy(names(model.parameters), std::back_inserter(all));
+  const std::string near = nearest_name(name, all);
+  throw std::invalid_argument(fmt::format("no signal '{}'{}; the model has: {}", name,
+                                          near.empty() ? "" : fmt::format(" (nearest: '{}')", near),
+                                          fmt::join(all, ", ")));
+}
+
+const Signal& signal_of(const Model& model, Index variable) {
+  const Index nx = std::ssize(model.states);
+  const Index nu = std::ssize(model.inputs);
+  if (variable < nx) return model.states[std::size_t(variable)];
+  if (variable < nx + nu) return model.inputs[std::size_t(variable - nx)];
+  return model.parameters.at(std::size_t(variable - nx - nu));
+}
+
+double value_of(const OperatingPoint& point, Index variable) {
+  const Index nx = point.x.size();
+  const Index nu = point.u.size();
+  if (variable < nx) return point.x[variable];
+  if (variable < nx + nu) return point.u[variable - nx];
+  return point.p[variable - nx - nu];
+}
+
+void set_value(OperatingPoint& point, Index variable, double value) {
+  const Index nx = point.x.size();
+  const Index nu = point.u.size();
+  if (variable < nx)
+    point.x[variable] = value;
+  else if (variable < nx + nu)
+    point.u[variable - nx] = value;
+  else
+    point.p[variable - nx - nu] = value;
+}
+
+void check(const Model& model) {
+  if (!model.f) throw std::invalid_argument("the model has no function f");
+  if (!model.outputs.empty() && !model.h)
+    throw std::invalid_argument("the model names outputs but has no function h");
+  std::set<std::string> variables;
+  std::set<std::string> outputs;
+  const auto check_all = [](const Signals& signals, std::set<std::string>& seen) {
+    for (const Signal& s : signals) {
+      if (!seen.insert(s.name).second)
+        throw std::invalid_argument(fmt::format("the signal name '{}' is used twice", s.name));
+      if (!(s.nominal > 0 && std::isfinite(s.nominal)))
+        throw std::invalid_argument(
+            fmt::format("signal '{}': nominal size {} is not positive", s.name, s.nominal));
+    }
+  };
+  check_all(model.states, variables);
+  check_all(model.inputs, variables);
+  check_all(model.parameters, variables);
+  check_all(model.outputs, outputs);
+}
+
+void check(const Model& model, const OperatingPoint& point) {
+  check_sizes(model, point);
+  const Index n = point.x.size() + point.u.size() + point.p.size();
+  for (Index j = 0; j < n; ++j)
+    if (!std::isfinite(value_of(point, j)))
+      throw std::invalid_argument(
+          fmt::format("'{}' is {}", signal_of(model, j).name, value_of(point, j)));
+}
+
+}  // namespace tiltrim

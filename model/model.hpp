@@ -1,0 +1,72 @@
+/// The seam between vehicles and algorithms: named signals and functions.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "model/signal.hpp"
+
+namespace tiltrim {
+
+/// A function of state x, input u and parameters p.
+using Function = std::function<Eigen::VectorXd(
+    const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p)>;
+
+/// A point at which a model is evaluated: state x, input u, parameters p (SI, radians).
+struct OperatingPoint {
+  Eigen::VectorXd x, u, p;
+};
+
+/// ẋ = f(x, u, p),  y = h(x, u, p). Fill it in and every verb works on it.
+///
+/// The variables of a model are counted through x, then u, then p: variable j is state j, input
+/// j - nx, or parameter j - nx - nu. Derivatives address any of them through that one number.
+struct Model {
+  std::string name;
+  Signals states, inputs, outputs, parameters;
+  Function f;  ///< state rates, one per state; must be a function of its arguments alone
+  Function h;  ///< outputs, one per output; may be empty if there are none
+
+  /// Optional exact derivatives: ∂[f; h]/∂(variables[k]) in column k, (nx + ny) rows.
+  std::function<Eigen::MatrixXd(const OperatingPoint&, const std::vector<Eigen::Index>& variables)>
+      derivatives;
+
+  /// Optional enclosure: ranges that contain every value of [f; h] over a box of variables
+  /// (one Range per variable, fixed ones of width zero). With it trim() can show that there is no
+  /// equilibrium, instead of not having found one.
+  std::function<std::vector<Range>(const std::vector<Range>& box)> enclosure;
+
+  /// Optional switching functions: the model has a kink or a jump where one of them is zero.
+  struct Switch {
+    std::string name;                                      ///< what happens there
+    std::function<double(const OperatingPoint&)> distance;  ///< signed, zero at the kink
+  };
+  std::vector<Switch> switches;
+};
+
+/// Rates and outputs at a point, sizes checked: throws std::invalid_argument naming both sizes if
+/// a vector does not fit the model or the model's answer does not fit its own signals.
+struct Evaluation {
+  Eigen::VectorXd rates;    ///< ẋ
+  Eigen::VectorXd outputs;  ///< y
+};
+Evaluation evaluate(const Model& model, const OperatingPoint& point);
+
+/// A variable of the model found by name among states, inputs and parameters, in that order.
+/// Throws std::invalid_argument with the nearest and all real names if there is none.
+Eigen::Index variable(const Model& model, std::string_view name);
+/// The signal behind a variable's number.
+const Signal& signal_of(const Model& model, Eigen::Index variable);
+/// Read or write a variable by its number.
+double value_of(const OperatingPoint& point, Eigen::Index variable);
+void set_value(OperatingPoint& point, Eigen::Index variable, double value);
+
+/// Throws std::invalid_argument if the model cannot be used: no f, a name twice, a nominal size
+/// that is not positive and finite.
+void check(const Model& model);
+/// Throws std::invalid_argument if the point's sizes do not fit or a value is not finite.
+void check(const Model& model, const OperatingPoint& point);
+
+}  // namespace tiltrim

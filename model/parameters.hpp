@@ -1,0 +1,82 @@
+/// The vehicle's numbers by position: one table for names, units, sizes and members.
+/// Internal to model/.
+#pragma once
+
+#include <array>
+
+#include "model/vehicle.hpp"
+
+namespace tiltrim::physics {
+
+template <class Struct, class S>
+struct Field {
+  const char* name;
+  const char* unit;
+  double nominal;
+  S Struct::* member;
+};
+
+template <class S>
+constexpr auto aircraft_fields() {
+  using A = AircraftOf<S>;
+  return std::to_array<Field<A, S>>({
+      {"mass", "kg", 1.0, &A::mass},
+      {"inertia_yy", "kg m²", 1.0, &A::inertia_yy},
+      {"chord", "m", 0.1, &A::chord},
+      {"wing_area", "m²", 0.1, &A::wing_area},
+      {"air_density", "kg/m³", 0.1, &A::air_density},
+      {"gravity", "m/s²", 1.0, &A::gravity},
+      {"rotor_x", "m", 0.01, &A::rotor_x},
+      {"rotor_z", "m", 0.01, &A::rotor_z},
+      {"thrust_excess", "", 0.1, &A::thrust_excess},
+      {"rotor_speed_rpm", "rev/min", 1000.0, &A::rotor_speed_rpm},
+      {"rotor_radius", "m", 0.1, &A::rotor_radius},
+      {"blade_count", "", 1.0, &A::blade_count},
+      {"blade_chord", "m", 0.01, &A::blade_chord},
+      {"blade_lift_slope", "1/rad", 1.0, &A::blade_lift_slope},
+      {"pitch_scale", "rad", 0.1, &A::pitch_scale},
+      {"wake_immersion", "", 0.1, &A::wake_immersion},
+      {"CL_q", "", 1.0, &A::CL_q},
+      {"CL_de", "1/rad", 0.1, &A::CL_de},
+      {"CM_q", "", 1.0, &A::CM_q},
+      {"CM_de", "1/rad", 0.1, &A::CM_de},
+      {"cyclic_off", "rad", 0.1, &A::cyclic_off},
+      {"cyclic_blend", "rad", 0.1, &A::cyclic_blend},
+  });
+}
+
+template <class S>
+constexpr auto gain_fields() {
+  using G = GainsOf<S>;
+  return std::to_array<Field<G, S>>({
+      {"k_V", "1/s", 1.0, &G::k_V},
+      {"K_Ep", "", 1.0, &G::K_Ep},
+      {"K_Ei", "1/s", 0.1, &G::K_Ei},
+      {"K_Lp", "", 0.1, &G::K_Lp},
+      {"K_Li", "1/s", 0.1, &G::K_Li},
+      {"k_pa", "", 1.0, &G::k_pa},
+      {"k_da", "s", 0.1, &G::k_da},
+      {"k_pe", "", 1.0, &G::k_pe},
+      {"k_de", "s", 1.0, &G::k_de},
+  });
+}
+
+template <class S>
+constexpr auto command_fields() {
+  using C = CommandOf<S>;
+  return std::to_array<Field<C, S>>({
+      {"V", "m/s", 1.0, &C::V},
+      {"gamma", "rad", 0.1, &C::gamma},
+      {"eta", "rad", 0.1, &C::eta},
+  });
+}
+
+/// Fills a struct from consecutive parameters.
+template <class Struct, class S, std::size_t n>
+Struct unpack(const S* p, const std::array<Field<Struct, S>, n>& fields) {
+  Struct filled;
+  for (std::size_t i = 0; i < n; ++i) filled.*(fields[i].member) = p[i];
+  return filled;
+}
+
+}  // namespace tiltrim::physics

@@ -1,0 +1,40 @@
+/// Named signals: names, units and sizes travel with every vector.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tiltrim {
+
+/// One component of a state, input, output or parameter vector. SI units, radians.
+struct Signal {
+  std::string name;
+  std::string unit;
+  double nominal = 1.0;  ///< a change that matters: the scale of steps, norms and rank tests; > 0
+};
+
+using Signals = std::vector<Signal>;
+
+/// A closed range [lower, upper]; unbounded by default.
+struct Range {
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+};
+
+/// Position of `name` in `signals`, or -1.
+Eigen::Index find(const Signals& signals, std::string_view name);
+
+/// Position of `name`; throws std::invalid_argument with the real names if there is none.
+/// `kind` says in the message what was looked for ("state", "input", ...).
+Eigen::Index index_of(const Signals& signals, std::string_view name, std::string_view kind);
+
+/// The candidate nearest to `name` in edit distance; empty if none comes near.
+std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
+
+std::vector<std::string> names(const Signals& signals);
+Eigen::VectorXd nominals(const Signals& signals);
+
+}  // namespace tiltrim

@@ -1,0 +1,63 @@
+/// A study: one TOML file with an aircraft, gains, limits and flight conditions.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "model/vehicle.hpp"
+
+namespace tiltrim {
+
+/// Bad input: what() is "file:line:column: key: what is wrong, what was expected".
+struct StudyError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// How a condition is to be trimmed; docs/study.md lists the keys of each.
+enum class Formulation {
+  closed_loop,  ///< V, gamma, eta given; the control law finds the rest
+  airframe,     ///< any of the airframe's variables fixed, free or bounded
+  table,        ///< coefficients given, the paper's Table 2
+};
+
+/// One term of an objective, ((signal - reference)/scale)².
+struct ObjectiveTerm {
+  std::string signal;
+  double scale = 1.0;
+  double reference = 0.0;
+};
+
+struct Condition {
+  std::string name;
+  Formulation formulation = Formulation::closed_loop;
+  Command command;                         ///< closed_loop
+  std::map<std::string, Range> values;     ///< airframe: SI, rad; zero width fixes. table: alpha, gamma, eta, CL, CD, CM, k
+  std::map<std::string, double> rates;     ///< airframe: held rates of V, gamma, theta, q; SI, rad
+  std::vector<ObjectiveTerm> objective;    ///< airframe: empty means least control effort
+};
+
+struct Study {
+  std::filesystem::path file;
+  std::string polar_name;  ///< as asked for
+  Vehicle vehicle;
+  std::vector<Condition> conditions;  ///< at least one, names distinct
+};
+
+/// Reads and checks a study; throws StudyError. Polars are looked for beside the study, then among
+/// the data that came with the program (data_directory()).
+Study load_study(const std::filesystem::path& file);
+
+/// The same from text, `file` naming it in messages and giving the folder for polars.
+Study parse_study(std::string_view text, const std::filesystem::path& file);
+
+/// Where the shipped polars and published tables lie: the environment's TILTRIM_DATA, else the
+/// source tree's data/ if the program runs from its build, else the installed share/tiltrim.
+std::filesystem::path data_directory();
+
+/// The reference vehicle: default numbers and the default polar from data_directory().
+Vehicle reference_vehicle();
+
+}  // namespace tiltrim

@@ -1,0 +1,98 @@
+/// Trim: find an equilibrium of a model, verify it, and say why where there is none.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "model/model.hpp"
+
+namespace tiltrim {
+
+/// One term of the objective that decides where there are more unknowns than equations:
+/// ((signal - reference) / scale)². The signal is a variable or an output of the model.
+struct Effort {
+  std::string signal;
+  double scale = 1.0;
+  double reference = 0.0;
+};
+
+/// The trim problem in the user's words. Names are the model's signals.
+struct TrimSpec {
+  std::vector<std::string> free;         ///< states, inputs or parameters the solver may move
+  std::vector<std::string> still;        ///< states whose rates are held at zero
+  std::map<std::string, double> rates;   ///< states whose rates are held at a value [unit/s]
+  std::map<std::string, Range> bounds;   ///< on any variable or output; equal ends: held there
+  std::vector<std::string> implied;      ///< rates that must vanish as a consequence; verified
+  std::vector<Effort> effort;            ///< empty: every free input over its nominal size
+};
+
+/// How a trim ended. Every status is the verdict of our own evaluation of the point.
+enum class TrimStatus {
+  converged,        ///< verified equilibrium within all bounds
+  singular,         ///< verified rates, but the Jacobian is singular: a fold or a free direction
+  not_optimal,      ///< verified equilibrium, but the objective's optimum is not verified
+  not_implied,      ///< the equations hold, an implied rate does not vanish
+  infeasible,       ///< shown: no point within the bounds satisfies the equations
+  not_found,        ///< no equilibrium found in the stated number of starts; none excluded
+  not_finite,       ///< the model gives no finite numbers at the guess or any start
+  model_threw,      ///< the model threw an exception; its words are in the message
+  not_repeatable,   ///< the model gives two answers at one point
+  interrupted,      ///< the caller asked to stop
+};
+
+/// The status as the JSON contract spells it: "converged", "not_found", ...
+std::string to_string(TrimStatus status);
+
+/// A bound that the point lies on.
+struct ActiveLimit {
+  std::string signal;
+  bool upper = false;
+  double value = 0.0;
+};
+
+enum class TrimMethod {
+  ipopt,   ///< Ipopt from the guess, polished by Newton, then Newton from further starts
+  newton,  ///< Newton only, from the guess and the further starts; needs as many equations as unknowns
+};
+
+struct TrimOptions {
+  TrimMethod method = TrimMethod::ipopt;
+  double tolerance = 1e-10;      ///< on every held rate over its nominal size [1/s]
+  double step_tolerance = 1e-9;  ///< on the last Newton step over nominal sizes
+  int starts = 32;               ///< further starts over the bounds (a Halton set)
+  int max_iterations = 100;      ///< of each solver from each start
+  int max_boxes = 200'000;       ///< of the proof that there is no equilibrium; 0: no proof
+  std::stop_token stop{};        ///< asked between solver steps
+  std::function<void(const OperatingPoint&)> observe{};  ///< every Newton iterate from the guess
+};
+
+/// What trim() answers. `point` is the best point seen whatever the status.
+struct TrimResult {
+  TrimStatus status = TrimStatus::not_found;
+  OperatingPoint point;
+  Eigen::VectorXd rates;    ///< all state rates at the point
+  Eigen::VectorXd outputs;  ///< all outputs at the point
+  double residual = 0.0;    ///< largest |rate - held value| / nominal over the held rates [1/s]
+  double step = 0.0;        ///< last Newton step, largest over nominal sizes
+  double rcond = 0.0;       ///< reciprocal condition (2-norm) of the scaled Jacobian of the equations
+  double effort = 0.0;      ///< the objective
+  std::vector<ActiveLimit> limits_active;
+  std::vector<OperatingPoint> others;  ///< further verified equilibria, by rising effort
+  int starts = 0;           ///< starts tried
+  long evaluations = 0;     ///< calls of the model's f and derivatives
+  std::string message;      ///< empty when converged without remark
+
+  /// A verified equilibrium.
+  explicit operator bool() const { return status == TrimStatus::converged; }
+};
+
+/// Solves `spec` on `model` from `guess`. Throws std::invalid_argument on the caller's mistakes: a
+/// name the model does not have, bounds that are reversed or NaN, more equations than unknowns, a
+/// guess of the wrong size.
+[[nodiscard]] TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                              const TrimOptions& options = {});
+
+}  // namespace tiltrim
