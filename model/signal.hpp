@@ -24,6 +24,14 @@ struct Range {
   double upper = std::numeric_limits<double>::infinity();
 };
 
+/// One term of the objective that decides where there are more unknowns than equations:
+/// ((signal - reference) / scale)². The signal is a variable or an output of the model.
+struct Effort {
+  std::string signal;
+  double scale = 1.0;
+  double reference = 0.0;
+};
+
 /// Position of `name` in `signals`, or -1.
 Eigen::Index find(const Signals& signals, std::string_view name);
 

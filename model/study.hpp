@@ -23,20 +23,13 @@ enum class Formulation {
   table,        ///< coefficients given, the paper's Table 2
 };
 
-/// One term of an objective, ((signal - reference)/scale)².
-struct ObjectiveTerm {
-  std::string signal;
-  double scale = 1.0;
-  double reference = 0.0;
-};
-
 struct Condition {
   std::string name;
   Formulation formulation = Formulation::closed_loop;
   Command command;                         ///< closed_loop
   std::map<std::string, Range> values;     ///< airframe: SI, rad; zero width fixes. table: alpha, gamma, eta, CL, CD, CM, k
   std::map<std::string, double> rates;     ///< airframe: held rates of V, gamma, theta, q; SI, rad
-  std::vector<ObjectiveTerm> objective;    ///< airframe: empty means least control effort
+  std::vector<Effort> effort;              ///< airframe: empty means least control effort
 };
 
 struct Study {

@@ -11,14 +11,6 @@
 
 namespace tiltrim {
 
-/// One term of the objective that decides where there are more unknowns than equations:
-/// ((signal - reference) / scale)². The signal is a variable or an output of the model.
-struct Effort {
-  std::string signal;
-  double scale = 1.0;
-  double reference = 0.0;
-};
-
 /// The trim problem in the user's words. Names are the model's signals.
 struct TrimSpec {
   std::vector<std::string> free;         ///< states, inputs or parameters the solver may move

@@ -1,0 +1,25 @@
+/// Comparisons that say what was compared, to 17 digits, and by how much it missed.
+#pragma once
+
+#include <doctest/doctest.h>
+#include <fmt/core.h>
+
+#include <cmath>
+#include <string_view>
+
+/// |actual - expected| <= tolerance, absolute; NaN fails.
+#define CHECK_NEAR(actual, expected, tolerance)                                               \
+  do {                                                                                        \
+    const double near_a_ = (actual), near_e_ = (expected), near_t_ = (tolerance);             \
+    CHECK_MESSAGE(std::abs(near_a_ - near_e_) <= near_t_,                                     \
+                  fmt::format(#actual " = {:.17g}, expected {:.17g}, off by {:.3g} > {:.3g}", \
+                              near_a_, near_e_, std::abs(near_a_ - near_e_), near_t_));       \
+  } while (false)
+
+/// Half a unit of the last digit of a number as it is printed: printed_to("0.1485") is 5e-5.
+inline double printed_to(std::string_view printed) {
+  const std::size_t point = printed.find('.');
+  const double decimals =
+      point == std::string_view::npos ? 0.0 : static_cast<double>(printed.size() - point - 1);
+  return 0.5 * std::pow(10.0, -decimals);
+}
