@@ -25,9 +25,9 @@ enum class Method {
 
 struct LinearizeOptions {
   Method method = Method::exact;
-  std::vector<std::string> inputs;        ///< inputs of the linear model; empty: the model's inputs
-  std::map<std::string, Range> bounds;    ///< differences do not step outside
-  double tolerance = 1e-6;                ///< largest rate over nominal size at an equilibrium [1/s]
+  std::vector<std::string> inputs;      ///< inputs of the linear model; empty: the model's inputs
+  std::map<std::string, Range> bounds;  ///< differences do not step outside
+  double tolerance = 1e-6;              ///< largest rate over nominal size at an equilibrium [1/s]
   /// Rates that need not vanish (ground track, height). The others must.
   std::vector<std::string> moving;
 };
@@ -37,16 +37,16 @@ struct LinearModel {
   LinearizeStatus status = LinearizeStatus::not_equilibrium;
   Signals states, inputs, outputs;
   OperatingPoint point;
-  Eigen::VectorXd rates;            ///< left over at the point
-  double residual = 0.0;            ///< largest left-over rate over its nominal size [1/s]
+  Eigen::VectorXd rates;  ///< left over at the point
+  double residual = 0.0;  ///< largest left-over rate over its nominal size [1/s]
   Eigen::MatrixXd A, B, C, D;
   Eigen::MatrixXd A_error, B_error, C_error, D_error;  ///< estimated bounds, entry by entry
-  Method method = Method::exact;    ///< that A, B, C, D come from
+  Method method = Method::exact;                       ///< that A, B, C, D come from
   /// The differences beside an exact A, and their own error estimates.
   std::optional<Estimate> A_differences;
   /// Kinks met, one-sided differences taken, exact and difference Jacobians in disagreement.
   std::vector<std::string> remarks;
-  std::string message;              ///< why there is no linear model
+  std::string message;  ///< why there is no linear model
   explicit operator bool() const { return status == LinearizeStatus::linear; }
 };
 

@@ -11,17 +11,17 @@ namespace tiltrim {
 
 /// One eigenvalue λ of A and what is known of it. A complex pair is two modes.
 struct Mode {
-  std::complex<double> eigenvalue;       ///< 1/s
-  double condition = 0.0;                ///< 1/|wᴴv|, of λ as an eigenvalue of the balanced matrix
-  double error = 0.0;                    ///< a bound: a true eigenvalue lies within it (see modes())
-  double backward_error = 0.0;           ///< ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁) on A as given
-  Eigen::VectorXd participation;         ///< share of each state, |vₖ wₖ|, summing to one
-  std::string name;                      ///< a classical name where participation supports it
-  bool determined = true;                ///< false: condition > 1e8, the value is not determined
+  std::complex<double> eigenvalue;  ///< 1/s
+  double condition = 0.0;         ///< 1/|wᴴv| in the balanced coordinates; infinite if defective
+  double error = 0.0;             ///< a bound: a true eigenvalue lies within it (see modes())
+  double backward_error = 0.0;    ///< ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁) on A as given
+  Eigen::VectorXd participation;  ///< share of each state, |vₖ wₖ|, summing to one; else zero
+  std::string name;               ///< a classical name where participation supports it
+  bool determined = true;         ///< false: condition > 1e8, the value is not determined
 
-  double frequency() const { return std::abs(eigenvalue); }                  ///< rad/s
-  double damping() const;  ///< -Re λ/|λ|, 1 at rest on the negative axis; 0 for λ = 0
-  double time_to_half() const;   ///< s, ln 2/|Re λ|; infinite on the axis. To double if unstable
+  double frequency() const { return std::abs(eigenvalue); }  ///< rad/s
+  double damping() const;       ///< -Re λ/|λ|, 1 at rest on the negative axis; 0 for λ = 0
+  double time_to_half() const;  ///< s, ln 2/|Re λ|; infinite on the axis. To double if unstable
 };
 
 enum class Verdict {
@@ -34,7 +34,12 @@ std::string to_string(Verdict verdict);
 struct Modes {
   std::vector<Mode> modes;  ///< by rising real part, then rising imaginary part
   Verdict verdict = Verdict::undecided;
-  double spectral_abscissa = 0.0;  ///< largest real part
+  double spectral_abscissa = 0.0;  ///< largest real part; -inf for no modes
+  bool converged = true;           ///< false: the QR iteration met its cap; no modes, undecided
+};
+
+struct ModesOptions {
+  int max_iterations = 40;  ///< QR steps for each eigenvalue
 };
 
 /// Eigenvalues of `A` (balanced, then shifted QR), with error bounds that include rounding and
@@ -42,9 +47,15 @@ struct Modes {
 /// eigenvalues of every matrix within A_error of A. Throws std::invalid_argument if A is not
 /// square, not finite, or A_error does not fit. Empty A gives no modes and is stable.
 [[nodiscard]] Modes modes(const Eigen::MatrixXd& A, const Eigen::MatrixXd& A_error = {},
-                          const std::vector<std::string>& state_names = {});
+                          const std::vector<std::string>& state_names = {},
+                          const ModesOptions& options = {});
 
-/// Modes of a linear model, named by its states.
+/// Modes of a linear model, named by its states. Throws std::invalid_argument if there is none.
 [[nodiscard]] Modes modes(const LinearModel& linear);
+
+/// A name for a mode from its states' shares: a classical one ("short period", "phugoid", ...)
+/// where its states hold most of the share, else the dominant states joined by +.
+std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& participation,
+                      const std::vector<std::string>& state_names);
 
 }  // namespace tiltrim

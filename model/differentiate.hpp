@@ -1,4 +1,4 @@
-/// Derivatives of a model by central differences, each with an estimate of its error.
+/// Derivatives of a model, each with an estimate of its error.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,21 +15,26 @@ struct Estimate {
 };
 
 struct Differences {
-  Estimate jacobian;                ///< ∂[f; h]/∂variables, (nx + ny) rows
-  std::vector<std::string> remarks; ///< kinks met and one-sided differences taken, in words
+  Estimate jacobian;                 ///< ∂[f; h]/∂variables, (nx + ny) rows
+  std::vector<std::string> remarks;  ///< kinks met and one-sided differences taken, in words
 };
 
-/// Central differences with the step ∛ε · nominal size, compared with those of twice the step; an
-/// entry's error estimate is the truncation their difference shows and the round-off of the
-/// evaluations. Where `bounds` (one per variable asked, or empty) or a kink leaves only one side,
-/// differences to that side, of second order, and a remark.
+/// Central differences with the step ∛ε · nominal size, compared with those of twice the step. An
+/// entry's error estimate is the difference of the two and the round-off of the evaluations; it is
+/// zero where the entry's function does not move at all. Where `bounds` (one per variable asked, or
+/// empty) or a kink leaves one side, second-order differences to that side, and a remark.
+/// Throws std::invalid_argument if bounds leave no room for a step.
 Differences difference(const Model& model, const OperatingPoint& point,
                        const std::vector<Eigen::Index>& variables,
                        const std::vector<Range>& bounds = {});
 
-/// The model's own derivatives where it has them, differences elsewhere. Error estimates either way:
-/// of exact derivatives, the round-off of their evaluation.
-Estimate derivatives(const Model& model, const OperatingPoint& point,
-                     const std::vector<Eigen::Index>& variables);
+/// The model's own derivatives, their error estimated as the round-off of their evaluation. Throws
+/// std::invalid_argument if the model has none.
+Estimate exact(const Model& model, const OperatingPoint& point,
+               const std::vector<Eigen::Index>& variables);
+
+/// For solvers: the model's own derivatives where it has them, else plain central differences.
+Eigen::MatrixXd jacobian(const Model& model, const OperatingPoint& point,
+                         const std::vector<Eigen::Index>& variables);
 
 }  // namespace tiltrim

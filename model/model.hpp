@@ -11,8 +11,8 @@
 namespace tiltrim {
 
 /// A function of state x, input u and parameters p.
-using Function = std::function<Eigen::VectorXd(
-    const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p)>;
+using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd& x, const Eigen::VectorXd& u,
+                                               const Eigen::VectorXd& p)>;
 
 /// A point at which a model is evaluated: state x, input u, parameters p (SI, radians).
 struct OperatingPoint {
@@ -40,7 +40,7 @@ struct Model {
 
   /// Optional switching functions: the model has a kink or a jump where one of them is zero.
   struct Switch {
-    std::string name;                                      ///< what happens there
+    std::string name;                                       ///< what happens there
     std::function<double(const OperatingPoint&)> distance;  ///< signed, zero at the kink
   };
   std::vector<Switch> switches;

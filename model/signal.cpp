@@ -17,8 +17,8 @@ Eigen::Index find(const Signals& signals, std::string_view name) {
 Eigen::Index index_of(const Signals& signals, std::string_view name, std::string_view kind) {
   const Eigen::Index at = find(signals, name);
   if (at < 0)
-    throw std::invalid_argument(fmt::format("no {} '{}'; the model has: {}", kind, name,
-                                            fmt::join(names(signals), ", ")));
+    throw std::invalid_argument(
+        fmt::format("no {} '{}'; the model has: {}", kind, name, fmt::join(names(signals), ", ")));
   return at;
 }
 

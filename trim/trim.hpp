@@ -13,26 +13,26 @@ namespace tiltrim {
 
 /// The trim problem in the user's words. Names are the model's signals.
 struct TrimSpec {
-  std::vector<std::string> free;         ///< states, inputs or parameters the solver may move
-  std::vector<std::string> still;        ///< states whose rates are held at zero
-  std::map<std::string, double> rates;   ///< states whose rates are held at a value [unit/s]
-  std::map<std::string, Range> bounds;   ///< on any variable or output; equal ends: held there
-  std::vector<std::string> implied;      ///< rates that must vanish as a consequence; verified
-  std::vector<Effort> effort;            ///< empty: every free input over its nominal size
+  std::vector<std::string> free;        ///< states, inputs or parameters the solver may move
+  std::vector<std::string> still;       ///< states whose rates are held at zero
+  std::map<std::string, double> rates;  ///< states whose rates are held at a value [unit/s]
+  std::map<std::string, Range> bounds;  ///< on any variable or output; equal ends: held there
+  std::vector<std::string> implied;     ///< rates that must vanish as a consequence; verified
+  std::vector<Effort> effort;           ///< empty: every free input over its nominal size
 };
 
 /// How a trim ended. Every status is the verdict of our own evaluation of the point.
 enum class TrimStatus {
-  converged,        ///< verified equilibrium within all bounds
-  singular,         ///< verified rates, but the Jacobian is singular: a fold or a free direction
-  not_optimal,      ///< verified equilibrium, but the objective's optimum is not verified
-  not_implied,      ///< the equations hold, an implied rate does not vanish
-  infeasible,       ///< shown: no point within the bounds satisfies the equations
-  not_found,        ///< no equilibrium found in the stated number of starts; none excluded
-  not_finite,       ///< the model gives no finite numbers at the guess or any start
-  model_threw,      ///< the model threw an exception; its words are in the message
-  not_repeatable,   ///< the model gives two answers at one point
-  interrupted,      ///< the caller asked to stop
+  converged,       ///< verified equilibrium within all bounds
+  singular,        ///< verified rates, but the Jacobian is singular: a fold or a free direction
+  not_optimal,     ///< verified equilibrium, but the objective's optimum is not verified
+  not_implied,     ///< the equations hold, an implied rate does not vanish
+  infeasible,      ///< shown: no point within the bounds satisfies the equations
+  not_found,       ///< no equilibrium found in the stated number of starts; none excluded
+  not_finite,      ///< the model gives no finite numbers at the guess or any start
+  model_threw,     ///< the model threw an exception; its words are in the message
+  not_repeatable,  ///< the model gives two answers at one point
+  interrupted,     ///< the caller asked to stop
 };
 
 /// The status as the JSON contract spells it: "converged", "not_found", ...
@@ -47,7 +47,8 @@ struct ActiveLimit {
 
 enum class TrimMethod {
   ipopt,   ///< Ipopt from the guess, polished by Newton, then Newton from further starts
-  newton,  ///< Newton only, from the guess and the further starts; needs as many equations as unknowns
+  newton,  ///< Newton only, from the guess and the further starts; needs as many equations as
+           ///< unknowns
 };
 
 struct TrimOptions {
@@ -69,13 +70,13 @@ struct TrimResult {
   Eigen::VectorXd outputs;  ///< all outputs at the point
   double residual = 0.0;    ///< largest |rate - held value| / nominal over the held rates [1/s]
   double step = 0.0;        ///< last Newton step, largest over nominal sizes
-  double rcond = 0.0;       ///< reciprocal condition (2-norm) of the scaled Jacobian of the equations
-  double effort = 0.0;      ///< the objective
+  double rcond = 0.0;   ///< reciprocal condition (2-norm) of the scaled Jacobian of the equations
+  double effort = 0.0;  ///< the objective
   std::vector<ActiveLimit> limits_active;
   std::vector<OperatingPoint> others;  ///< further verified equilibria, by rising effort
-  int starts = 0;           ///< starts tried
-  long evaluations = 0;     ///< calls of the model's f and derivatives
-  std::string message;      ///< empty when converged without remark
+  int starts = 0;                      ///< starts tried
+  long evaluations = 0;                ///< calls of the model's f and derivatives
+  std::string message;                 ///< empty when converged without remark
 
   /// A verified equilibrium.
   explicit operator bool() const { return status == TrimStatus::converged; }

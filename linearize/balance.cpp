@@ -1,0 +1,96 @@
+#include "linearize/balance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+void swap_both(Balanced& b, Index i, Index j) {
+  b.B.row(i).swap(b.B.row(j));
+  b.B.col(i).swap(b.B.col(j));
+  std::swap(b.order[std::size_t(i)], b.order[std::size_t(j)]);
+}
+
+// A row (or column) without off-diagonal entries inside [low, high] isolates an eigenvalue.
+bool isolate(Balanced& b, Index& low, Index& high) {
+  const Index size = high - low + 1;
+  for (Index i = low; i <= high; ++i) {
+    const auto alone = [&](const auto& entries) {
+      return entries.cwiseAbs().sum() - std::abs(b.B(i, i)) == 0 &&
+             (entries.array() != 0).count() <= (b.B(i, i) != 0 ? 1 : 0);
+    };
+    if (alone(b.B.row(i).segment(low, size))) {
+      swap_both(b, i, high--);
+      return true;
+    }
+    if (alone(b.B.col(i).segment(low, size).transpose())) {
+      swap_both(b, i, low++);
+      return true;
+    }
+  }
+  return false;
+}
+
+// Scales state i by the power of two that brings the norms of its row and column together.
+bool scale_one(Balanced& b, Index i, Index low, Index high) {
+  constexpr double worth = 0.95;  // a step that gains less is not taken
+  const Index size = high - low + 1;
+  const double d = std::abs(b.B(i, i));
+  const double c = b.B.col(i).segment(low, size).lpNorm<1>() - d;
+  const double r = b.B.row(i).segment(low, size).lpNorm<1>() - d;
+  if (!(c > 0 && r > 0)) return false;
+  // f = 2^k nearest to √(r/c), kept where no entry can leave the range of doubles
+  constexpr int farthest = 200;
+  const int k =
+      std::clamp(int(std::lround(0.5 * (std::log2(r) - std::log2(c)))), -farthest, farthest);
+  if (k == 0 || !(std::ldexp(c, k) + std::ldexp(r, -k) < worth * (c + r))) return false;
+  const double f = std::ldexp(1.0, k);
+  if (std::abs(std::log2(b.scale[i] * f)) > 2 * farthest) return false;
+  b.B.col(i) *= f;
+  b.B.row(i) /= f;
+  b.scale[i] *= f;
+  return true;
+}
+
+}  // namespace
+
+MatrixXd Balanced::same(const MatrixXd& of) const {
+  MatrixXd m(of.rows(), of.cols());
+  for (Index i = 0; i < m.rows(); ++i)
+    for (Index j = 0; j < m.cols(); ++j)
+      m(i, j) = of(order[std::size_t(i)], order[std::size_t(j)]) * (scale[j] / scale[i]);
+  return m;
+}
+
+MatrixXcd Balanced::back(const MatrixXcd& V) const {
+  MatrixXcd v(V.rows(), V.cols());
+  for (Index i = 0; i < V.rows(); ++i) v.row(order[std::size_t(i)]) = scale[i] * V.row(i);
+  return v;
+}
+
+Balanced balance(const MatrixXd& A) {
+  const Index n = A.rows();
+  Balanced b{A, std::vector<Index>(std::size_t(n)), VectorXd::Ones(n)};
+  std::iota(b.order.begin(), b.order.end(), Index{0});
+  Index low = 0, high = n - 1;
+  while (low <= high && isolate(b, low, high)) {
+  }
+  constexpr int cap = 100;  // sweeps; each scaling lowers the norm, and a few sweeps do
+  bool moving = true;
+  for (int sweep = 0; moving && sweep < cap; ++sweep) {
+    moving = false;
+    for (Index i = low; i <= high; ++i) moving = scale_one(b, i, low, high) || moving;
+  }
+  return b;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,248 @@
+#include "linearize/modes.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+
+#include "linearize/balance.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::stable:
+      return "stable";
+    case Verdict::unstable:
+      return "unstable";
+    case Verdict::undecided:
+      return "undecided";
+  }
+  return "unknown";
+}
+
+double Mode::damping() const {
+  const double size = std::abs(eigenvalue);
+  return size > 0 ? -eigenvalue.real() / size : 0.0;
+}
+
+double Mode::time_to_half() const { return std::numbers::ln2 / std::abs(eigenvalue.real()); }
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double not_determined = 1e8;  // condition above which half of the digits are gone
+
+// V⁻¹ and a bound of what its computed form is wrong by: V⁻¹ = (I - E)⁻¹ X, ‖E‖∞ <= defect.
+struct Inverse {
+  MatrixXcd X;
+  double defect = infinity;
+};
+
+Inverse inverse(const MatrixXcd& V) {
+  const double n = double(V.rows());
+  Inverse inv{V.partialPivLu().inverse(), infinity};
+  if (!inv.X.allFinite()) return inv;
+  const MatrixXcd I = MatrixXcd::Identity(V.rows(), V.cols());
+  const MatrixXd rounding = (2 * n + 4) * epsilon * inv.X.cwiseAbs() * V.cwiseAbs();
+  inv.defect = ((I - inv.X * V).cwiseAbs() + rounding).rowwise().sum().maxCoeff();
+  return inv;
+}
+
+// Radii of Gershgorin's discs of V⁻¹ (B + E) V = Λ + V⁻¹ (R + E V), R = B V - V Λ, for all |E| <=
+// the error given; every rounding of this computation included. Infinite if V is too near singular.
+// Isolated discs hold one eigenvalue each, k joined ones hold k.                  [10, ch. 2 secs
+// 13, 47]
+VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error, const MatrixXcd& V,
+                          const VectorXcd& lambda, const Inverse& inv) {
+  const Index n = B.rows();
+  if (!(inv.defect < 0.5)) return VectorXd::Constant(n, infinity);
+  const MatrixXd size = B.cwiseAbs() * V.cwiseAbs() + V.cwiseAbs() * lambda.cwiseAbs().asDiagonal();
+  const MatrixXd residual = (B * V - V * lambda.asDiagonal()).cwiseAbs() +
+                            (2 * double(n) + 4) * epsilon * size + error * V.cwiseAbs();
+  const VectorXd rows = (inv.X.cwiseAbs() * residual).rowwise().sum();
+  return (rows.array() + inv.defect / (1 - inv.defect) * rows.maxCoeff()) * (1 + 1e-6);
+}
+
+// One radius for all eigenvalues, defective or not: the least δ with
+//   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
+// where N is the strict upper triangle of the Schur form and E its backward error and the error
+// given.                                                                       [11, thm 7.2.3]
+double schur_radius(const MatrixXd& B, const MatrixXd& error,
+                    const Eigen::RealSchur<MatrixXd>& schur) {
+  const Index n = B.rows();
+  const MatrixXd &U = schur.matrixU(), &T = schur.matrixT();
+  const double size = B.norm() + T.norm();
+  const double orthogonality = (U.transpose() * U - MatrixXd::Identity(n, n)).norm();
+  const double rounding = (4 * double(n) + 8) * epsilon * std::sqrt(double(n)) * size;
+  const double E = (B * U - U * T).norm() + orthogonality * size + rounding + error.norm();
+  MatrixXd N = T.triangularView<Eigen::StrictlyUpper>();
+  for (Index i = 0; i + 1 < n; ++i) {  // a 2x2 block made triangular keeps its Frobenius norm
+    const auto block = T.block<2, 2>(i, i);
+    if (block(1, 0) != 0)
+      N(i, i + 1) = std::sqrt(std::max(block.squaredNorm() - 2 * block.determinant(), 0.0));
+  }
+  const double departure = N.norm();
+  if (!(E > 0)) return 0.0;
+  const auto resolvent = [&](double delta) {
+    double sum = 0.0, power = 1.0 / delta;
+    for (Index k = 0; k < n; ++k, power *= departure / delta) sum += power;
+    return E * sum;
+  };
+  double low = E, high = E + departure + 1;
+  while (resolvent(high) > 1 && std::isfinite(high)) high *= 2;
+  constexpr int halvings = 60;  // to round-off of the exponent
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = std::sqrt(low) * std::sqrt(high);
+    (resolvent(middle) > 1 ? low : high) = middle;
+  }
+  return high;
+}
+
+// Discs that touch share their eigenvalues: the group each disc belongs to.
+std::vector<Index> groups(const VectorXcd& lambda, const VectorXd& radius) {
+  const Index n = lambda.size();
+  std::vector<Index> group(static_cast<std::size_t>(n));
+  std::iota(group.begin(), group.end(), Index{0});
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < i; ++j) {
+      if (std::abs(lambda[i] - lambda[j]) > radius[i] + radius[j]) continue;
+      const Index from = group[std::size_t(i)], to = group[std::size_t(j)];
+      std::ranges::replace(group, from, to);
+    }
+  return group;
+}
+
+struct Bounds {
+  VectorXd error;  // to the far side of the group
+  Verdict verdict = Verdict::undecided;
+};
+
+// What the discs say of each eigenvalue and of stability: all groups left of the axis, or one
+// wholly to its right.
+Bounds bounds(const VectorXcd& lambda, const VectorXd& radius) {
+  const Index n = lambda.size();
+  const std::vector<Index> group = groups(lambda, radius);
+  Bounds b{VectorXd::Zero(n), Verdict::stable};
+  VectorXd leftmost = VectorXd::Constant(n, infinity);
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < n; ++j)
+      if (group[std::size_t(i)] == group[std::size_t(j)])
+        b.error[i] = std::max(b.error[i], std::abs(lambda[i] - lambda[j]) + radius[j]);
+    double& left = leftmost[group[std::size_t(i)]];
+    left = std::min(left, lambda[i].real() - radius[i]);
+    if (!(lambda[i].real() + radius[i] < 0)) b.verdict = Verdict::undecided;
+  }
+  for (Index i = 0; i < n; ++i)
+    if (leftmost[group[std::size_t(i)]] > 0) b.verdict = Verdict::unstable;
+  return b;
+}
+
+// ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, on A as given.                       [12]
+double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
+  const double norm = A.cwiseAbs().colwise().sum().maxCoeff();
+  const double size = double(A.rows()) * norm * epsilon * v.lpNorm<1>();
+  const double residual = (A * v - lambda * v).lpNorm<1>();
+  return residual == 0 ? 0.0 : residual / size;
+}
+
+void check_matrix(const MatrixXd& A, const MatrixXd& error, const std::vector<std::string>& names) {
+  if (A.rows() != A.cols())
+    throw std::invalid_argument(
+        fmt::format("modes need a square matrix, this one is {} x {}", A.rows(), A.cols()));
+  if (!A.allFinite())
+    throw std::invalid_argument("modes: the matrix has entries that are not finite");
+  if (error.size() > 0 && (error.rows() != A.rows() || error.cols() != A.cols()))
+    throw std::invalid_argument(fmt::format("modes: the error is {} x {}, the matrix {} x {}",
+                                            error.rows(), error.cols(), A.rows(), A.cols()));
+  if (error.size() > 0 && !(error.array() >= 0).all())
+    throw std::invalid_argument("modes: an error bound is negative or not a number");
+  if (!names.empty() && std::ssize(names) != A.rows())
+    throw std::invalid_argument(
+        fmt::format("modes: {} names for {} states", names.size(), A.rows()));
+}
+
+// Power of two that brings the matrix's norm near one, so that no square overflows or vanishes.
+double unit(const MatrixXd& A) {
+  const double largest = A.cwiseAbs().maxCoeff();
+  return largest > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(largest), -1000, 1000)) : 1.0;
+}
+
+}  // namespace
+
+Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
+            const ModesOptions& options) {
+  check_matrix(A, A_error, state_names);
+  const Index n = A.rows();
+  Modes result;
+  result.spectral_abscissa = -infinity;
+  result.verdict = Verdict::stable;
+  if (n == 0) return result;
+
+  const double scale = unit(A);
+  const Balanced balanced = balance(A / scale);
+  const MatrixXd& B = balanced.B;
+  const MatrixXd error =
+      balanced.same(A_error.size() > 0 ? (A_error / scale).eval() : MatrixXd::Zero(n, n));
+  Eigen::EigenSolver<MatrixXd> solver(n);
+  Eigen::RealSchur<MatrixXd> schur(n);
+  solver.setMaxIterations(options.max_iterations * n).compute(B);
+  schur.setMaxIterations(options.max_iterations * n).compute(B);
+  if (solver.info() != Eigen::Success || schur.info() != Eigen::Success) {
+    result.converged = false;
+    result.verdict = Verdict::undecided;
+    return result;
+  }
+  const VectorXcd lambda = solver.eigenvalues();
+  const MatrixXcd V = solver.eigenvectors();
+  const Inverse inv = inverse(V);
+  const VectorXd separate = gershgorin_radii(B, error, V, lambda, inv);
+  const VectorXd common = VectorXd::Constant(n, schur_radius(B, error, schur));
+  const Bounds b = bounds(lambda, separate.sum() < common.sum() ? separate : common);
+  const MatrixXcd V_of_A = balanced.back(V);
+  const bool invertible = inv.defect < 1;
+  for (Index i = 0; i < n; ++i) {
+    Mode mode;
+    mode.eigenvalue = scale * lambda[i];
+    mode.error = scale * b.error[i];
+    mode.condition = invertible ? inv.X.row(i).norm() * V.col(i).norm() : infinity;
+    mode.determined = mode.condition <= not_determined;
+    mode.backward_error = backward_error(A / scale, V_of_A.col(i), lambda[i]);
+    // A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
+    mode.participation = VectorXd::Zero(n);
+    if (invertible) {
+      const VectorXd share = V.col(i).cwiseProduct(inv.X.row(i).transpose()).cwiseAbs();
+      for (Index k = 0; k < n; ++k)
+        mode.participation[balanced.order[std::size_t(k)]] = share[k] / share.sum();
+    }
+    if (!state_names.empty())
+      mode.name = mode_name(mode.eigenvalue, mode.participation, state_names);
+    result.modes.push_back(mode);
+  }
+  std::ranges::sort(result.modes, {}, [](const Mode& m) {
+    return std::pair(m.eigenvalue.real(), m.eigenvalue.imag());
+  });
+  result.spectral_abscissa = result.modes.back().eigenvalue.real();
+  result.verdict = b.verdict;
+  return result;
+}
+
+Modes modes(const LinearModel& linear) {
+  if (!linear) throw std::invalid_argument("modes: there is no linear model: " + linear.message);
+  return modes(linear.A, linear.A_error, names(linear.states));
+}
+
+}  // namespace tiltrim

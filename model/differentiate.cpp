@@ -1,0 +1,204 @@
+#include "model/differentiate.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+// Least of truncation O(h²) and round-off O(ε/h).                             [5, sec. 8.1]
+const double central_step = std::cbrt(epsilon);
+
+VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point) {
+  const Evaluation e = evaluate(model, point);
+  VectorXd all(e.rates.size() + e.outputs.size());
+  all << e.rates, e.outputs;
+  return all;
+}
+
+// [f; h] along one variable: samples at the point and at multiples of the step to both sides.
+struct Line {
+  const Model& model;
+  OperatingPoint at;
+  Index variable;
+  double value, h;
+
+  Line(const Model& m, const OperatingPoint& point, Index j)
+      : model(m), at(point), variable(j), value(value_of(point, j)) {
+    const double asked = central_step * signal_of(m, j).nominal;
+    h = (value + asked) - value;  // the step taken, not asked
+    if (h == 0) h = std::nextafter(std::abs(value), INFINITY) - std::abs(value);
+  }
+  VectorXd sample(double steps) {
+    set_value(at, variable, value + steps * h);
+    const VectorXd y = rates_and_outputs(model, at);
+    set_value(at, variable, value);
+    return y;
+  }
+};
+
+// One column of the Jacobian: two estimates of the slope whose truncation errors stand 1 : 4.
+struct Column {
+  VectorXd fine, coarse;
+  VectorXd scale;  // largest |sample| of each row
+  double h = 0.0;  // smallest distance of samples
+};
+
+Column central(Line& line, const VectorXd& ahead, const VectorXd& behind, const VectorXd& far_ahead,
+               const VectorXd& far_behind) {
+  const VectorXd scale = ahead.cwiseAbs().cwiseMax(behind.cwiseAbs());
+  return {(ahead - behind) / (2 * line.h), (far_ahead - far_behind) / (4 * line.h), scale, line.h};
+}
+
+//   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side whose sign is given
+Column one_sided(Line& line, const VectorXd& y0, double side) {
+  const VectorXd y1 = line.sample(side);
+  const VectorXd y2 = line.sample(2 * side);
+  const VectorXd y4 = line.sample(4 * side);
+  const VectorXd fine = side * (-3 * y0 + 4 * y1 - y2) / (2 * line.h);
+  const VectorXd coarse = side * (-3 * y0 + 4 * y2 - y4) / (4 * line.h);
+  return {fine, coarse, y0.cwiseAbs().cwiseMax(y1.cwiseAbs()), line.h};
+}
+
+// The four neighbours of a point along a line, and what their one-sided slopes say.
+struct Neighbours {
+  VectorXd y0, ahead, behind, far_ahead, far_behind;
+
+  // How much the slope to one side changes when the step is doubled.
+  double unevenness(double side, Index row) const {
+    const VectorXd& near = side > 0 ? ahead : behind;
+    const VectorXd& far = side > 0 ? far_ahead : far_behind;
+    return std::abs((far[row] - y0[row]) / 2 - (near[row] - y0[row]));
+  }
+
+  // In a smooth function the two sides' slopes differ by h f'', twice as much at twice the step; at
+  // a kink they differ by a constant, at a jump by Δ/h.
+  bool kink(Index row) const {
+    const double gap = std::abs(ahead[row] - 2 * y0[row] + behind[row]);
+    const double far_gap = std::abs(far_ahead[row] - 2 * y0[row] + far_behind[row]) / 2;
+    const double size = std::max({std::abs(y0[row]), std::abs(ahead[row]), std::abs(behind[row])});
+    const double motion = std::abs(ahead[row] - behind[row]);
+    constexpr double noise = 256 * epsilon;  // of a long sum of cancelling terms
+    constexpr double share = 1e-3;           // of the motion: what curvature makes within a step
+    return gap > noise * std::max(size, 1.0) && gap > share * motion && far_gap < 1.5 * gap;
+  }
+};
+
+std::string kink_remark(const Model& model, const Line& line, const Signal& signal, double side) {
+  const char* direction = side > 0 ? "above" : "below";
+  OperatingPoint low = line.at;
+  OperatingPoint high = line.at;
+  set_value(low, line.variable, line.value - 2 * line.h);
+  set_value(high, line.variable, line.value + 2 * line.h);
+  for (const Model::Switch& s : model.switches)
+    if (s.distance(low) * s.distance(high) <= 0)
+      return fmt::format("{}: one-sided difference from {}, at a kink: {}", signal.name, direction,
+                         s.name);
+  return fmt::format("{}: one-sided difference from {}, at a kink of the model", signal.name,
+                     direction);
+}
+
+Column column(const Model& model, Line& line, const VectorXd& y0, const Range& bounds,
+              std::vector<std::string>& remarks) {
+  const Signal& signal = signal_of(model, line.variable);
+  const bool room_ahead = line.value + 2 * line.h <= bounds.upper;
+  const bool room_behind = line.value - 2 * line.h >= bounds.lower;
+  if (!room_ahead && !room_behind)
+    throw std::invalid_argument(
+        fmt::format("'{}': the bounds leave no room for a step", signal.name));
+  if (!room_ahead || !room_behind) {
+    const double side = room_ahead ? 1.0 : -1.0;
+    remarks.push_back(fmt::format("{}: one-sided difference from {}, at a limit", signal.name,
+                                  side > 0 ? "above" : "below"));
+    return one_sided(line, y0, side);
+  }
+  const Neighbours n{y0, line.sample(1), line.sample(-1), line.sample(2), line.sample(-2)};
+  for (Index row = 0; row < y0.size(); ++row) {
+    if (!n.kink(row)) continue;
+    const double side = n.unevenness(1, row) <= n.unevenness(-1, row) ? 1.0 : -1.0;
+    remarks.push_back(kink_remark(model, line, signal, side));
+    return one_sided(line, y0, side);
+  }
+  return central(line, n.ahead, n.behind, n.far_ahead, n.far_behind);
+}
+
+// Size of the terms that cancel in each row: its values and its motion over the variables' sizes.
+VectorXd term_sizes(const Model& model, const OperatingPoint& point,
+                    const std::vector<Index>& variables, const MatrixXd& J, VectorXd sizes) {
+  for (Index k = 0; k < J.cols(); ++k) {
+    const Index j = variables[std::size_t(k)];
+    const double reach = std::max(std::abs(value_of(point, j)), signal_of(model, j).nominal);
+    sizes += J.col(k).cwiseAbs() * reach;
+  }
+  return sizes;
+}
+
+}  // namespace
+
+Differences difference(const Model& model, const OperatingPoint& point,
+                       const std::vector<Index>& variables, const std::vector<Range>& bounds) {
+  const VectorXd y0 = rates_and_outputs(model, point);
+  const Index n = std::ssize(variables);
+  Differences d{{MatrixXd(y0.size(), n), MatrixXd(y0.size(), n)}, {}};
+  std::vector<Column> columns;
+  for (Index k = 0; k < n; ++k) {
+    Line line(model, point, variables[std::size_t(k)]);
+    const Range range = bounds.empty() ? Range{} : bounds.at(std::size_t(k));
+    columns.push_back(column(model, line, y0, range, d.remarks));
+    d.jacobian.value.col(k) = columns.back().fine;
+  }
+  VectorXd largest = y0.cwiseAbs();
+  for (const Column& c : columns) largest = largest.cwiseMax(c.scale);
+  const VectorXd sizes = term_sizes(model, point, variables, d.jacobian.value, largest);
+  for (Index k = 0; k < n; ++k) {
+    const Column& c = columns[std::size_t(k)];
+    const VectorXd spread = (c.fine - c.coarse).cwiseAbs();
+    const VectorXd round_off = (epsilon / c.h) * sizes;
+    const auto moved = (c.fine.array() != 0 || spread.array() != 0).cast<double>();
+    d.jacobian.error.col(k) = moved * (spread + round_off).array();
+  }
+  return d;
+}
+
+Estimate exact(const Model& model, const OperatingPoint& point,
+               const std::vector<Index>& variables) {
+  if (!model.derivatives) throw std::invalid_argument("the model has no exact derivatives");
+  Estimate e{model.derivatives(point, variables), {}};
+  const VectorXd sizes =
+      term_sizes(model, point, variables, e.value, VectorXd::Zero(e.value.rows()));
+  constexpr double operations = 16;  // roundings that a derivative passes through, about
+  e.error.resizeLike(e.value);
+  for (Index k = 0; k < e.value.cols(); ++k) {
+    const Index j = variables[std::size_t(k)];
+    const double reach = std::max(std::abs(value_of(point, j)), signal_of(model, j).nominal);
+    const auto moved = (e.value.col(k).array() != 0).cast<double>();
+    e.error.col(k) =
+        operations * epsilon * (e.value.col(k).cwiseAbs().array() + moved * sizes.array() / reach);
+  }
+  return e;
+}
+
+MatrixXd jacobian(const Model& model, const OperatingPoint& point,
+                  const std::vector<Index>& variables) {
+  if (model.derivatives) return model.derivatives(point, variables);
+  MatrixXd J(std::ssize(model.states) + std::ssize(model.outputs), std::ssize(variables));
+  for (Index k = 0; k < J.cols(); ++k) {
+    Line line(model, point, variables[std::size_t(k)]);
+    J.col(k) = (line.sample(1) - line.sample(-1)) / (2 * line.h);
+  }
+  return J;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,185 @@
+#include "trim/newton.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "trim/verdict.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+static VectorXd solve(const MatrixXd& J, const VectorXd& r) {
+  if (J.rows() == J.cols()) {
+    const Eigen::PartialPivLU<MatrixXd> lu(J);
+    VectorXd dz = lu.solve(-r);
+    if (dz.allFinite()) return dz;
+  }
+  return J.completeOrthogonalDecomposition().solve(-r);
+}
+
+NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {
+  constexpr double shortest = 1e-8;
+  Values at = values(problem, z);
+  NewtonResult result{z, std::numeric_limits<double>::infinity(),
+                      std::numeric_limits<double>::infinity(), 0};
+  if (!at.finite) return result;
+  result.residual = at.residual.size() > 0 ? at.residual.lpNorm<Eigen::Infinity>() : 0.0;
+  for (; result.iterations < options.max_iterations; ++result.iterations) {
+    if (options.observe) options.observe(point_of(problem, z));
+    if (options.stop.stop_requested()) return result;
+    const Slopes slope = slopes(problem, z);
+    if (!slope.finite) return result;
+    const VectorXd dz = solve(slope.residual, at.residual);
+    if (!dz.allFinite()) return result;
+    result.step = dz.size() > 0 ? dz.lpNorm<Eigen::Infinity>() : 0.0;
+
+    // Halve α until ‖r(z + α Δz)‖ < (1 - ½α) ‖r(z)‖; a trial without finite values is too long.
+    double alpha = 1.0;
+    VectorXd trial;
+    Values next;
+    do {
+      trial = z + alpha * dz;
+      next = values(problem, trial);
+      if (next.finite && next.residual.norm() < (1 - 0.5 * alpha) * at.residual.norm()) break;
+      alpha /= 2;
+    } while (alpha > shortest);
+    if (!(next.finite && next.residual.norm() < at.residual.norm())) return result;  // round-off
+
+    z = trial;
+    at = next;
+    result.z = z;
+    result.residual = at.residual.lpNorm<Eigen::Infinity>();
+  }
+  return result;
+}
+
+namespace {
+
+// The equations an optimum holds: residuals, and bounds taken as active.
+struct Held {
+  Index position;      // in z, or among the limited rows
+  double bound, side;  // side: +1 at an upper bound, -1 at a lower one
+};
+
+struct ActiveSet {
+  std::vector<Held> unknowns, limited;
+};
+
+constexpr double near_bound = 1e-6;  // scaled; an interior-point answer stops short of its bounds
+
+void hold_near(const VectorXd& v, const VectorXd& lower, const VectorXd& upper, double distance,
+               std::vector<Held>& held) {
+  for (Index k = 0; k < v.size(); ++k) {
+    if (std::ranges::any_of(held, [k](const Held& h) { return h.position == k; })) continue;
+    if (v[k] >= upper[k] - distance)
+      held.push_back({k, upper[k], 1.0});
+    else if (v[k] <= lower[k] + distance)
+      held.push_back({k, lower[k], -1.0});
+  }
+}
+
+VectorXd active_residual(const ActiveSet& a, const VectorXd& z, const Values& v) {
+  const Index m = v.residual.size();
+  VectorXd c(m + std::ssize(a.unknowns) + std::ssize(a.limited));
+  c.head(m) = v.residual;
+  Index row = m;
+  for (const Held& h : a.unknowns) c[row++] = z[h.position] - h.bound;
+  for (const Held& h : a.limited) c[row++] = v.limited[h.position] - h.bound;
+  return c;
+}
+
+MatrixXd active_slopes(const ActiveSet& a, const Slopes& s) {
+  const Index m = s.residual.rows();
+  MatrixXd J =
+      MatrixXd::Zero(m + std::ssize(a.unknowns) + std::ssize(a.limited), s.residual.cols());
+  J.topRows(m) = s.residual;
+  Index row = m;
+  for (const Held& h : a.unknowns) J(row++, h.position) = 1.0;
+  for (const Held& h : a.limited) J.row(row++) = s.limited.row(h.position);
+  return J;
+}
+
+// A bound whose multiplier pulls inwards is not active: with ∇f + Jᵀλ = 0 and c = z - bound, λ must
+// be >= 0 at an upper bound and <= 0 at a lower one. Returns whether one was let go.
+bool let_go(ActiveSet& a, const VectorXd& lambda, Index m) {
+  constexpr double wrong = 1e-9;
+  Index row = m;
+  for (std::vector<Held>* held : {&a.unknowns, &a.limited})
+    for (auto h = held->begin(); h != held->end(); ++h, ++row)
+      if (lambda[row] * h->side < -wrong) {
+        held->erase(h);
+        return true;
+      }
+  return false;
+}
+
+// Newton on  ∇f(z) + J(z)ᵀλ = 0,  c(z) = 0.                                     [4, sec. 18.1]
+bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, VectorXd& lambda) {
+  constexpr int cap = 20;
+  constexpr double small = 1e-9;
+  const Index n = p.n();
+  double last = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < cap; ++i) {
+    const Values v = values(p, z);
+    const Slopes s = slopes(p, z);
+    if (!v.finite || !s.finite) return false;
+    const VectorXd c = active_residual(a, z, v);
+    const MatrixXd J = active_slopes(a, s);
+    if (i == 0) lambda = J.transpose().completeOrthogonalDecomposition().solve(-s.effort);
+    const VectorXd gradient = s.effort + J.transpose() * lambda;
+    const double size = std::max(gradient.lpNorm<Eigen::Infinity>(), c.lpNorm<Eigen::Infinity>());
+    if (size < small && size >= 0.5 * last) return true;  // round-off
+    last = size;
+    const auto lagrangian = [&](const VectorXd& at) -> VectorXd {
+      const Slopes t = slopes(p, at);
+      if (!t.finite) return VectorXd::Constant(n, std::numeric_limits<double>::quiet_NaN());
+      return t.effort + active_slopes(a, t).transpose() * lambda;
+    };
+    MatrixXd K = MatrixXd::Zero(n + c.size(), n + c.size());
+    K.topLeftCorner(n, n) = hessian_of(lagrangian, z);
+    K.topRightCorner(n, c.size()) = J.transpose();
+    K.bottomLeftCorner(c.size(), n) = J;
+    if (!K.allFinite()) return false;
+    VectorXd rhs(n + c.size());
+    rhs << -gradient, -c;
+    const VectorXd d = K.completeOrthogonalDecomposition().solve(rhs);
+    if (!d.allFinite()) return false;
+    z += d.head(n);
+    lambda += d.tail(c.size());
+  }
+  return last < small;
+}
+
+}  // namespace
+
+Optimum polish_optimum(const Problem& p, const VectorXd& z0, const TrimOptions& options) {
+  Optimum best{z0, false};
+  const Values v0 = values(p, z0);
+  if (!v0.finite) return best;
+  ActiveSet active;
+  hold_near(z0, p.lower, p.upper, near_bound, active.unknowns);
+  hold_near(v0.limited, p.limited_lower, p.limited_upper, near_bound, active.limited);
+  const Index most = 2 * (p.n() + std::ssize(p.limited)) + 1;
+  for (Index round = 0; round < most && !options.stop.stop_requested(); ++round) {
+    VectorXd z = z0;
+    VectorXd lambda;
+    if (!optimality_newton(p, active, z, lambda)) return best;
+    for (const Held& h : active.unknowns) z[h.position] = h.bound;
+    if (let_go(active, lambda, p.m())) continue;
+    const Values v = values(p, z);
+    if (!v.finite) return best;
+    const auto held = active.unknowns.size() + active.limited.size();
+    hold_near(z, p.lower, p.upper, -bound_slack, active.unknowns);  // what the step went beyond
+    hold_near(v.limited, p.limited_lower, p.limited_upper, -bound_slack, active.limited);
+    best = {z, active.unknowns.size() + active.limited.size() == held};
+    if (best.verified) return best;
+  }
+  return best;
+}
+
+}  // namespace tiltrim

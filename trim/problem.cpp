@@ -1,0 +1,323 @@
+#include "trim/problem.hpp"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "model/differentiate.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+std::string row_name(const Model& model, Index row) {
+  const Index nx = std::ssize(model.states);
+  return row < nx ? model.states[std::size_t(row)].name + "'"
+                  : model.outputs[std::size_t(row - nx)].name;
+}
+
+std::string row_unit(const Model& model, Index row) {
+  const Index nx = std::ssize(model.states);
+  if (row >= nx) return model.outputs[std::size_t(row - nx)].unit;
+  const std::string& unit = model.states[std::size_t(row)].unit;
+  return unit == "s" ? "" : unit.empty() ? "1/s" : unit.ends_with("/s") ? unit + "²" : unit + "/s";
+}
+
+// Runs `evaluate`, which may throw what it likes: a trial point at which the model throws is a
+// point without finite values, and its words are kept.
+template <class Evaluate>
+static bool guarded(const Problem& p, const Evaluate& evaluate) {
+  ++p.evaluations;
+  try {
+    evaluate();
+    return true;
+  } catch (const std::exception& e) {
+    if (p.thrown.empty()) p.thrown = e.what();
+  } catch (...) {
+    if (p.thrown.empty()) p.thrown = "something that is not a std::exception";
+  }
+  return false;
+}
+
+namespace {
+
+// The signals a spec's names may mean: variables (negative row) or outputs.
+struct Place {
+  Index variable = -1;  // of the model
+  Index row = -1;       // of [f; h]
+};
+
+Place place_of(const Model& model, const std::string& name) {
+  const Index nx = std::ssize(model.states);
+  const Index output = find(model.outputs, name);
+  const bool is_variable = find(model.states, name) >= 0 || find(model.inputs, name) >= 0 ||
+                           find(model.parameters, name) >= 0;
+  if (!is_variable && output >= 0) return {-1, nx + output};
+  return {variable(model, name), -1};
+}
+
+void check_range(const std::string& name, const Range& r) {
+  if (std::isnan(r.lower) || std::isnan(r.upper))
+    throw std::invalid_argument(fmt::format("bounds of '{}': not a number", name));
+  if (r.lower > r.upper)
+    throw std::invalid_argument(
+        fmt::format("bounds of '{}' are reversed: [{}, {}]", name, r.lower, r.upper));
+}
+
+void add_equation(Problem& p, Index row, double value) {
+  p.equations.push_back(row);
+  p.held.conservativeResize(p.m());
+  p.held[p.m() - 1] = value;
+}
+
+void add_unknowns(Problem& p, const TrimSpec& spec) {
+  std::set<Index> seen;
+  for (const std::string& name : spec.free) {
+    const Index j = variable(p.model, name);
+    if (!seen.insert(j).second)
+      throw std::invalid_argument(fmt::format("'{}' is named free twice", name));
+    const auto bound = spec.bounds.find(name);
+    if (bound != spec.bounds.end() && bound->second.lower == bound->second.upper)
+      set_value(p.base, j, bound->second.lower);  // held there: no unknown
+    else
+      p.unknowns.push_back(j);
+  }
+  const Index n = p.n();
+  p.nominal.resize(n);
+  p.lower = VectorXd::Constant(n, -std::numeric_limits<double>::infinity());
+  p.upper = -p.lower;
+  for (Index k = 0; k < n; ++k)
+    p.nominal[k] = signal_of(p.model, p.unknowns[std::size_t(k)]).nominal;
+}
+
+void add_rates(Problem& p, const TrimSpec& spec) {
+  std::map<std::string, double> held = spec.rates;
+  for (const std::string& name : spec.still)
+    if (!held.emplace(name, 0.0).second)
+      throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", name));
+  for (const Signal& s : p.model.states)  // the model's order, not the map's
+    if (const auto at = held.find(s.name); at != held.end()) {
+      if (!std::isfinite(at->second))
+        throw std::invalid_argument(fmt::format("the held rate of '{}' is not finite", s.name));
+      add_equation(p, find(p.model.states, s.name), at->second);
+      held.erase(at);
+    }
+  if (!held.empty()) index_of(p.model.states, held.begin()->first, "state");
+  for (const std::string& name : spec.implied)
+    p.implied.push_back(index_of(p.model.states, name, "state"));
+}
+
+void add_bounds(Problem& p, const TrimSpec& spec) {
+  std::vector<Range> limited;
+  for (const auto& [name, range] : spec.bounds) {
+    check_range(name, range);
+    const Place at = place_of(p.model, name);
+    if (at.row >= 0) {
+      if (range.lower == range.upper) {
+        add_equation(p, at.row, range.lower);
+      } else {
+        p.limited.push_back(at.row);
+        limited.push_back(range);
+      }
+      continue;
+    }
+    const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
+    if (k == p.n()) {
+      p.fixed_bounds.push_back({at.variable, range});
+      continue;
+    }
+    p.lower[k] = range.lower / p.nominal[k];
+    p.upper[k] = range.upper / p.nominal[k];
+  }
+  p.limited_lower.resize(std::ssize(limited));
+  p.limited_upper.resize(std::ssize(limited));
+  for (std::size_t i = 0; i < limited.size(); ++i) {
+    const double size = p.row_nominal[p.limited[i]];
+    p.limited_lower[Index(i)] = limited[i].lower / size;
+    p.limited_upper[Index(i)] = limited[i].upper / size;
+  }
+}
+
+void add_effort(Problem& p, const TrimSpec& spec) {
+  std::vector<Effort> effort = spec.effort;
+  if (effort.empty())
+    for (const Index j : p.unknowns)
+      if (find(p.model.inputs, signal_of(p.model, j).name) >= 0)
+        effort.push_back({signal_of(p.model, j).name, signal_of(p.model, j).nominal, 0.0});
+  for (const Effort& e : effort) {
+    if (!(e.scale > 0 && std::isfinite(e.scale) && std::isfinite(e.reference)))
+      throw std::invalid_argument(
+          fmt::format("the effort of '{}': its scale must be positive, its "
+                      "reference finite",
+                      e.signal));
+    const Place at = place_of(p.model, e.signal);
+    const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
+    if (at.row >= 0)
+      p.terms.push_back({-1, at.row, e.scale, e.reference});
+    else if (k < p.n())
+      p.terms.push_back({k, -1, e.scale, e.reference});  // a fixed variable costs the same anywhere
+  }
+}
+
+void count(const Problem& p) {
+  if (p.n() >= p.m()) return;
+  std::vector<std::string> unknowns, held;
+  for (const Index j : p.unknowns) unknowns.push_back(signal_of(p.model, j).name);
+  for (const Index row : p.equations) held.push_back(row_name(p.model, row));
+  throw std::invalid_argument(
+      fmt::format("{} free variable{} ({}) cannot hold {} conditions ({}): free {} more", p.n(),
+                  p.n() == 1 ? "" : "s", fmt::join(unknowns, ", "), p.m(), fmt::join(held, ", "),
+                  p.m() - p.n()));
+}
+
+// The model's answers have the sizes of its signals, wherever it answers at all.
+void check_answers(const Problem& p) {
+  const auto check_size = [](const char* what, std::size_t expected, Index got) {
+    if (got != Index(expected))
+      throw std::invalid_argument(
+          fmt::format("the model's {}: expected {} values, got {}", what, expected, got));
+  };
+  Index rates = std::ssize(p.model.states), out = std::ssize(p.model.outputs);
+  guarded(p, [&] {
+    rates = p.model.f(p.base.x, p.base.u, p.base.p).size();
+    if (p.model.h) out = p.model.h(p.base.x, p.base.u, p.base.p).size();
+  });
+  check_size("rates f", p.model.states.size(), rates);
+  check_size("outputs h", p.model.outputs.size(), out);
+}
+
+}  // namespace
+
+Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess) {
+  check(model);
+  check(model, guess);
+  Problem p(model, guess);
+  p.row_nominal.resize(std::ssize(model.states) + std::ssize(model.outputs));
+  p.row_nominal << nominals(model.states), nominals(model.outputs);
+  add_unknowns(p, spec);
+  add_rates(p, spec);
+  add_bounds(p, spec);
+  add_effort(p, spec);
+  count(p);
+  check_answers(p);
+  const Index nx = std::ssize(model.states);
+  const auto is_output = [nx](Index row) { return row >= nx; };
+  p.needs_outputs = !p.limited.empty() || std::ranges::any_of(p.equations, is_output) ||
+                    std::ranges::any_of(p.terms, [](const auto& t) { return t.row >= 0; });
+  return p;
+}
+
+VectorXd unknowns_of(const Problem& p, const OperatingPoint& point) {
+  VectorXd z(p.n());
+  for (Index k = 0; k < p.n(); ++k)
+    z[k] = value_of(point, p.unknowns[std::size_t(k)]) / p.nominal[k];
+  return z;
+}
+
+OperatingPoint point_of(const Problem& p, const VectorXd& z) {
+  OperatingPoint point = p.base;
+  for (Index k = 0; k < p.n(); ++k)
+    set_value(point, p.unknowns[std::size_t(k)], z[k] * p.nominal[k]);
+  return point;
+}
+
+Values values(const Problem& p, const VectorXd& z) {
+  Values v;
+  const OperatingPoint at = point_of(p, z);
+  VectorXd y = VectorXd::Zero(p.row_nominal.size());
+  const Index nx = std::ssize(p.model.states);
+  const bool answered = guarded(p, [&] {
+    y.head(nx) = p.model.f(at.x, at.u, at.p);
+    if (p.needs_outputs) y.tail(y.size() - nx) = p.model.h(at.x, at.u, at.p);
+  });
+  if (!answered) return v;
+  v.rates = y.head(nx);
+  v.residual.resize(p.m());
+  for (Index i = 0; i < p.m(); ++i) {
+    const Index row = p.equations[std::size_t(i)];
+    v.residual[i] = (y[row] - p.held[i]) / p.row_nominal[row];
+  }
+  v.limited.resize(std::ssize(p.limited));
+  for (Index i = 0; i < v.limited.size(); ++i)
+    v.limited[i] = y[p.limited[std::size_t(i)]] / p.row_nominal[p.limited[std::size_t(i)]];
+  for (const Problem::Term& t : p.terms) {
+    const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : y[t.row];
+    v.effort += std::pow((value - t.reference) / t.scale, 2);
+  }
+  v.finite = v.residual.allFinite() && v.limited.allFinite() && std::isfinite(v.effort);
+  return v;
+}
+
+VectorXd outputs(const Problem& p, const OperatingPoint& at) {
+  VectorXd y = VectorXd::Constant(std::ssize(p.model.outputs), NAN);
+  if (p.model.h) guarded(p, [&] { y = p.model.h(at.x, at.u, at.p); });
+  return y;
+}
+
+Slopes slopes(const Problem& p, const VectorXd& z) {
+  Slopes s;
+  const OperatingPoint at = point_of(p, z);
+  Eigen::MatrixXd J;
+  VectorXd outputs;
+  const bool answered = guarded(p, [&] {
+    J = jacobian(p.model, at, p.unknowns);
+    if (!p.terms.empty() && p.needs_outputs) outputs = p.model.h(at.x, at.u, at.p);
+  });
+  if (!answered) return s;
+  const auto row = [&](Index i) -> Eigen::RowVectorXd {
+    return J.row(i).cwiseProduct(p.nominal.transpose());
+  };
+  s.residual.resize(p.m(), p.n());
+  for (Index i = 0; i < p.m(); ++i)
+    s.residual.row(i) =
+        row(p.equations[std::size_t(i)]) / p.row_nominal[p.equations[std::size_t(i)]];
+  s.limited.resize(std::ssize(p.limited), p.n());
+  for (Index i = 0; i < s.limited.rows(); ++i)
+    s.limited.row(i) = row(p.limited[std::size_t(i)]) / p.row_nominal[p.limited[std::size_t(i)]];
+  s.effort = VectorXd::Zero(p.n());
+  for (const Problem::Term& t : p.terms) {
+    if (t.row < 0) {
+      const double value = z[t.unknown] * p.nominal[t.unknown];
+      s.effort[t.unknown] += 2 * (value - t.reference) / (t.scale * t.scale) * p.nominal[t.unknown];
+    } else {
+      const double value = outputs[t.row - std::ssize(p.model.states)];
+      s.effort += 2 * (value - t.reference) / (t.scale * t.scale) * row(t.row).transpose();
+    }
+  }
+  s.finite = s.residual.allFinite() && s.limited.allFinite() && s.effort.allFinite();
+  return s;
+}
+
+// Van der Corput: the digits of `index` in `base`, mirrored at the point.        [7]
+static double radical_inverse(int index, int base) {
+  double value = 0.0;
+  for (double digit = 1.0 / base; index > 0; index /= base, digit /= base)
+    value += digit * (index % base);
+  return value;
+}
+
+VectorXd start(const Problem& p, int index) {
+  constexpr auto primes =
+      std::to_array({2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53});
+  constexpr double spread = 5.0;  // nominal sizes
+  const VectorXd guess = unknowns_of(p, p.base);
+  VectorXd z(p.n());
+  for (Index k = 0; k < p.n(); ++k) {
+    const bool below = std::isfinite(p.lower[k]);
+    const bool above = std::isfinite(p.upper[k]);
+    const double from =
+        below ? p.lower[k] : (above ? std::min(p.upper[k], guess[k]) : guess[k]) - spread;
+    const double to =
+        above ? p.upper[k] : (below ? std::max(p.lower[k], guess[k]) : guess[k]) + spread;
+    const auto base = primes[std::size_t(k) % primes.size()];
+    z[k] = from + (to - from) * radical_inverse(index, base);
+  }
+  return z;
+}
+
+}  // namespace tiltrim

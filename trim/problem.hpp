@@ -1,0 +1,82 @@
+/// A trim problem in scaled unknowns and residuals. Internal to trim/.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "trim/trim.hpp"
+
+namespace tiltrim {
+
+/// What the solvers see: unknowns z (each variable over its nominal size), residuals (each held
+/// rate or output, less its held value, over its nominal size), limited outputs, effort.
+struct Problem {
+  Problem(const Model& m, const OperatingPoint& guess) : model(m), base(guess) {}
+
+  const Model& model;
+  OperatingPoint base;
+  std::vector<Eigen::Index> unknowns;            // variables of the model
+  std::vector<Eigen::Index> equations;           // rows of [f; h]
+  std::vector<Eigen::Index> limited;             // rows of [f; h] with bounds
+  std::vector<Eigen::Index> implied;             // rows of f that must vanish as a consequence
+  Eigen::VectorXd nominal;                       // of the unknowns
+  Eigen::VectorXd row_nominal;                   // of [f; h]
+  Eigen::VectorXd held;                          // of the equations
+  Eigen::VectorXd lower, upper;                  // of z
+  Eigen::VectorXd limited_lower, limited_upper;  // of the limited rows over their nominal sizes
+
+  struct Term {
+    Eigen::Index unknown;  // position in z, or -1 for a row of [f; h]
+    Eigen::Index row;
+    double scale, reference;
+  };
+  std::vector<Term> terms;
+
+  struct FixedBound {
+    Eigen::Index variable;
+    Range range;
+  };
+  std::vector<FixedBound> fixed_bounds;  // on variables that are not free
+  bool needs_outputs = false;
+
+  mutable long evaluations = 0;
+  mutable std::string thrown;  // what the model threw, the first time
+
+  Eigen::Index n() const { return std::ssize(unknowns); }
+  Eigen::Index m() const { return std::ssize(equations); }
+  bool square() const { return n() == m(); }
+};
+
+/// Builds the problem; throws std::invalid_argument on the caller's mistakes.
+Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess);
+
+/// The problem's functions at z. `finite` is false where the model gives NaN or Inf, or throws.
+struct Values {
+  Eigen::VectorXd rates, residual, limited;
+  double effort = 0.0;
+  bool finite = false;
+};
+struct Slopes {
+  Eigen::MatrixXd residual, limited;
+  Eigen::VectorXd effort;
+  bool finite = false;
+};
+Values values(const Problem& problem, const Eigen::VectorXd& z);
+Slopes slopes(const Problem& problem, const Eigen::VectorXd& z);
+
+/// All outputs at a point; NaN where the model throws or has no h.
+Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
+
+Eigen::VectorXd unknowns_of(const Problem& problem, const OperatingPoint& point);
+OperatingPoint point_of(const Problem& problem, const Eigen::VectorXd& z);
+
+/// The point's name for row i of [f; h]: "V'" for a rate, "theta0" for an output.
+std::string row_name(const Model& model, Eigen::Index row);
+std::string row_unit(const Model& model, Eigen::Index row);
+
+/// Deterministic starts over the bounds: the Halton sequence, index 1, 2, ...; an unbounded unknown
+/// is spread five nominal sizes about the guess.
+Eigen::VectorXd start(const Problem& problem, int index);
+
+}  // namespace tiltrim

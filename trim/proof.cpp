@@ -1,0 +1,86 @@
+#include "trim/proof.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltrim {
+
+using Eigen::Index;
+
+namespace {
+
+// Enclosures are not outward rounded: a row is excluded only if it misses by this much of its
+// nominal size, some 10⁵ times what rounding moves.
+constexpr double margin = 1e-9;
+// A part this small (of nominal sizes) that cannot be excluded holds a solution or nearly one.
+constexpr double smallest = 1e-3;
+
+struct Part {
+  std::vector<Range> box;  // of the model's variables
+};
+
+bool disjoint(const Range& range, double lower, double upper, double nominal) {
+  return range.lower > upper + margin * nominal || range.upper < lower - margin * nominal;
+}
+
+bool excluded(const Problem& p, const Part& part) {
+  const std::vector<Range> y = p.model.enclosure(part.box);
+  for (Index i = 0; i < p.m(); ++i) {
+    const Index row = p.equations[std::size_t(i)];
+    if (disjoint(y[std::size_t(row)], p.held[i], p.held[i], p.row_nominal[row])) return true;
+  }
+  for (Index i = 0; i < std::ssize(p.limited); ++i) {
+    const Index row = p.limited[std::size_t(i)];
+    const double size = p.row_nominal[row];
+    if (disjoint(y[std::size_t(row)], p.limited_lower[i] * size, p.limited_upper[i] * size, size))
+      return true;
+  }
+  return false;
+}
+
+bool can_be_shown(const Problem& p) {
+  const Index moving = std::ssize(p.model.states) + std::ssize(p.model.inputs);
+  const bool enclosed = std::ranges::all_of(p.unknowns, [&](Index j) { return j < moving; });
+  return p.model.enclosure && enclosed && p.lower.allFinite() && p.upper.allFinite();
+}
+
+Part whole(const Problem& p) {
+  Part part;
+  const Index all =
+      std::ssize(p.model.states) + std::ssize(p.model.inputs) + std::ssize(p.model.parameters);
+  for (Index j = 0; j < all; ++j) part.box.push_back({value_of(p.base, j), value_of(p.base, j)});
+  for (Index k = 0; k < p.n(); ++k)
+    part.box[std::size_t(p.unknowns[std::size_t(k)])] = {p.lower[k] * p.nominal[k],
+                                                         p.upper[k] * p.nominal[k]};
+  return part;
+}
+
+}  // namespace
+
+Proof show_no_solution(const Problem& p, const TrimOptions& options) {
+  Proof proof;
+  if (options.max_boxes <= 0 || !can_be_shown(p)) return proof;
+  std::vector<Part> open{whole(p)};
+  while (!open.empty()) {
+    if (++proof.boxes > options.max_boxes || options.stop.stop_requested()) return proof;
+    const Part part = std::move(open.back());
+    open.pop_back();
+    if (excluded(p, part)) continue;
+    const auto width = [&](Index j) {
+      const Range& r = part.box[std::size_t(j)];
+      return (r.upper - r.lower) / signal_of(p.model, j).nominal;
+    };
+    const Index widest = *std::ranges::max_element(p.unknowns, {}, width);
+    if (width(widest) < smallest) return proof;
+    Part low = part, high = part;
+    const Range& r = part.box[std::size_t(widest)];
+    low.box[std::size_t(widest)].upper = high.box[std::size_t(widest)].lower =
+        0.5 * (r.lower + r.upper);
+    open.push_back(std::move(low));
+    open.push_back(std::move(high));
+  }
+  proof.shown = true;
+  return proof;
+}
+
+}  // namespace tiltrim

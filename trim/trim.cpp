@@ -1,0 +1,273 @@
+#include "trim/trim.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include "trim/ipopt.hpp"
+#include "trim/newton.hpp"
+#include "trim/problem.hpp"
+#include "trim/proof.hpp"
+#include "trim/verdict.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::string to_string(TrimStatus status) {
+  switch (status) {
+    case TrimStatus::converged:
+      return "converged";
+    case TrimStatus::singular:
+      return "singular";
+    case TrimStatus::not_optimal:
+      return "not_optimal";
+    case TrimStatus::not_implied:
+      return "not_implied";
+    case TrimStatus::infeasible:
+      return "infeasible";
+    case TrimStatus::not_found:
+      return "not_found";
+    case TrimStatus::not_finite:
+      return "not_finite";
+    case TrimStatus::model_threw:
+      return "model_threw";
+    case TrimStatus::not_repeatable:
+      return "not_repeatable";
+    case TrimStatus::interrupted:
+      return "interrupted";
+  }
+  return "unknown";
+}
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double same_point = 1e-6;       // scaled distance below which two answers are one
+constexpr int further_optimizations = 4;  // Ipopt from further starts, at 1000 times Newton's cost
+
+// ---- the two optimization problems handed to Ipopt ----
+
+Nlp bounded(const Problem& p) { return {p.lower, p.upper, {}, {}, {}, {}, {}}; }
+
+// minimize the effort (nothing, if the equations decide) subject to residual = 0, limits
+Nlp trim_nlp(const Problem& p) {
+  Nlp nlp = bounded(p);
+  const Index m = p.m(), l = std::ssize(p.limited), n = p.n();
+  const double weight = p.square() ? 0.0 : 1.0;
+  nlp.c_lower = nlp.c_upper = VectorXd::Zero(m + l);
+  nlp.c_lower.tail(l) = p.limited_lower;
+  nlp.c_upper.tail(l) = p.limited_upper;
+  nlp.values = [&p, weight, m, l](const VectorXd& z, double& f, VectorXd& c) {
+    const Values v = values(p, z);
+    if (!v.finite) return false;
+    f = weight * v.effort;
+    c.resize(m + l);
+    c << v.residual, v.limited;
+    return true;
+  };
+  nlp.slopes = [&p, weight, m, l, n](const VectorXd& z, VectorXd& gradient, MatrixXd& J) {
+    const Slopes s = slopes(p, z);
+    if (!s.finite) return false;
+    gradient = weight * s.effort;
+    J.resize(m + l, n);
+    J << s.residual, s.limited;
+    return true;
+  };
+  return nlp;
+}
+
+// minimize ½‖residual‖² subject to the limits: the closest point where there is no equilibrium
+Nlp closest_nlp(const Problem& p) {
+  Nlp nlp = bounded(p);
+  nlp.c_lower = p.limited_lower;
+  nlp.c_upper = p.limited_upper;
+  nlp.values = [&p](const VectorXd& z, double& f, VectorXd& c) {
+    const Values v = values(p, z);
+    if (!v.finite) return false;
+    f = 0.5 * v.residual.squaredNorm();
+    c = v.limited;
+    return true;
+  };
+  nlp.slopes = [&p](const VectorXd& z, VectorXd& gradient, MatrixXd& J) {
+    const Values v = values(p, z);
+    const Slopes s = slopes(p, z);
+    if (!v.finite || !s.finite) return false;
+    gradient = s.residual.transpose() * v.residual;
+    J = s.limited;
+    return true;
+  };
+  return nlp;
+}
+
+VectorXd run_ipopt(const Problem& p, Nlp nlp, const VectorXd& start, const TrimOptions& options) {
+  nlp.hessian = [&nlp](const VectorXd& z, double sigma, const VectorXd& lambda, MatrixXd& H) {
+    const auto lagrangian = [&](const VectorXd& at) -> VectorXd {
+      VectorXd gradient;
+      MatrixXd J;
+      if (!nlp.slopes(at, gradient, J)) return VectorXd::Constant(at.size(), NAN);
+      return sigma * gradient + J.transpose() * lambda;
+    };
+    H = hessian_of(lagrangian, z);
+    return H.allFinite();
+  };
+  const VectorXd inside = start.cwiseMax(p.lower).cwiseMin(p.upper);
+  return ipopt(nlp, inside, options.max_iterations, options.stop);
+}
+
+// ---- the search ----
+
+// Verified answers, distinct, and the closest point where there is none.
+struct Search {
+  const Problem& p;
+  const TrimOptions& options;
+  std::vector<TrimResult> answers{};
+  std::optional<TrimResult> not_repeatable{};
+  VectorXd closest{};
+  double closest_residual = infinity;
+  int starts = 0;
+
+  void add(const VectorXd& z, bool optimal) {
+    const TrimResult r = verify(p, z, optimal, options);
+    if (r.status == TrimStatus::not_repeatable) not_repeatable = r;
+    if (r.residual < closest_residual) closest = z, closest_residual = r.residual;
+    if (r.status > TrimStatus::not_implied) return;
+    for (TrimResult& other : answers) {
+      const VectorXd apart = unknowns_of(p, other.point) - z;
+      const VectorXd size = z.cwiseAbs().cwiseMax(1.0);
+      if (apart.cwiseQuotient(size).lpNorm<Eigen::Infinity>() > same_point) continue;
+      if (r.status < other.status) other = r;
+      return;
+    }
+    answers.push_back(r);
+  }
+
+  void from_newton(const VectorXd& z0, const TrimOptions& with) {
+    ++starts;
+    add(newton(p, z0, with).z, true);
+  }
+
+  void from_ipopt(const VectorXd& z0) {
+    ++starts;
+    const VectorXd z = run_ipopt(p, trim_nlp(p), z0, options);
+    if (p.square()) return add(newton(p, z, options).z, true);
+    const Optimum optimum = polish_optimum(p, z, options);
+    add(optimum.verified ? optimum.z : newton(p, z, options).z, optimum.verified);
+  }
+};
+
+void search(Search& s) {
+  const Problem& p = s.p;
+  TrimOptions quiet = s.options;
+  quiet.observe = {};
+  const VectorXd guess = unknowns_of(p, p.base);
+  const bool newton_only = s.options.method == TrimMethod::newton;
+  if (newton_only) {
+    s.from_newton(guess, s.options);
+  } else if (values(p, guess).finite) {
+    s.from_ipopt(guess);
+  }
+  const auto stopped = [&] { return s.options.stop.stop_requested() || s.not_repeatable; };
+  if (p.square())
+    for (int i = 1; i <= s.options.starts && !stopped(); ++i) s.from_newton(start(p, i), quiet);
+  if (newton_only || (p.square() && !s.answers.empty())) return;
+  for (int i = 1; i <= std::min(further_optimizations, s.options.starts) && !stopped(); ++i)
+    if (const VectorXd z = start(p, i); values(p, z).finite) s.from_ipopt(z);
+}
+
+TrimResult best_answer(Search& s) {
+  const auto key = [](const TrimResult& r) { return std::tuple(r.status, r.effort); };
+  std::ranges::sort(s.answers, {}, key);
+  TrimResult best = s.answers.front();
+  for (std::size_t i = 1; i < s.answers.size(); ++i)
+    if (s.answers[i].status == TrimStatus::converged) best.others.push_back(s.answers[i].point);
+  return best;
+}
+
+// ---- where there is no answer ----
+
+TrimResult closest_point(Search& s) {
+  if (s.closest.size() == 0 && s.p.n() > 0) s.closest = unknowns_of(s.p, s.p.base);
+  TrimResult best = verify(s.p, s.closest, true, s.options);
+  if (!s.options.stop.stop_requested() && std::isfinite(s.closest_residual)) {
+    std::vector<VectorXd> from{s.closest, unknowns_of(s.p, s.p.base)};
+    for (int i = 1; i <= std::min(further_optimizations, s.options.starts); ++i)
+      from.push_back(start(s.p, i));
+    double least = infinity;
+    for (const VectorXd& z0 : from) {
+      if (!values(s.p, z0).finite) continue;
+      const VectorXd z = run_ipopt(s.p, closest_nlp(s.p), z0, s.options);
+      const Values v = values(s.p, z);
+      if (!v.finite || excess(v.limited, s.p.limited_lower, s.p.limited_upper) > bound_slack)
+        continue;
+      if (v.residual.norm() < least)
+        least = v.residual.norm(), best = verify(s.p, z, true, s.options);
+    }
+  }
+  return best;
+}
+
+TrimResult no_answer(Search& s) {
+  const Problem& p = s.p;
+  if (s.not_repeatable) return *s.not_repeatable;
+  TrimResult r = closest_point(s);
+  if (s.options.stop.stop_requested()) {
+    r.status = TrimStatus::interrupted;
+    r.message = fmt::format("stopped by the caller after {} starts", s.starts);
+  } else if (!std::isfinite(s.closest_residual)) {
+    r.status = p.thrown.empty() ? TrimStatus::not_finite : TrimStatus::model_threw;
+    r.message = p.thrown.empty()
+                    ? fmt::format("the model gives no finite rates at any of {} starts", s.starts)
+                    : "the model threw: " + p.thrown;
+  } else {
+    const Proof proof = show_no_solution(p, s.options);
+    r.status = proof.shown ? TrimStatus::infeasible : TrimStatus::not_found;
+    r.message = fmt::format(
+        "{}; the closest point leaves {}, {}",
+        proof.shown
+            ? fmt::format("no point within the limits is an equilibrium (shown, over {} boxes)",
+                          proof.boxes)
+            : fmt::format("no equilibrium found in {} starts", s.starts),
+        left_over(p, p.equations, r), limits_in_words(r));
+  }
+  return r;
+}
+
+// A variable held outside its own bounds needs no search.
+std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) {
+  for (const auto& [variable, range] : p.fixed_bounds) {
+    const double at = value_of(p.base, variable);
+    if (at >= range.lower && at <= range.upper) continue;
+    TrimResult r = verify(p, unknowns_of(p, p.base), true, options);
+    r.status = TrimStatus::infeasible;
+    r.message = fmt::format("{} is held at {:.6g}, outside its limits [{:.6g}, {:.6g}]",
+                            signal_of(p.model, variable).name, at, range.lower, range.upper);
+    return r;
+  }
+  return {};
+}
+
+}  // namespace
+
+TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                const TrimOptions& options) {
+  const Problem problem = make_problem(model, spec, guess);
+  if (options.method == TrimMethod::newton && !problem.square())
+    throw std::invalid_argument(
+        fmt::format("Newton alone needs as many unknowns as equations, not {} and {}", problem.n(),
+                    problem.m()));
+  if (auto r = refused(problem, options)) return *r;
+  Search s{problem, options};
+  search(s);
+  TrimResult result = s.answers.empty() ? no_answer(s) : best_answer(s);
+  result.starts = s.starts;
+  result.evaluations = problem.evaluations;
+  return result;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,137 @@
+#include "trim/verdict.hpp"
+
+#include <fmt/ranges.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+double excess(const VectorXd& v, const VectorXd& lower, const VectorXd& upper) {
+  if (v.size() == 0) return 0.0;
+  return std::max(0.0, std::max((v - upper).maxCoeff(), (lower - v).maxCoeff()));
+}
+
+namespace {
+
+constexpr double singular_below = 1e-8;  // smallest over largest singular value (or over one)
+constexpr double at_bound = 1e-7;        // scaled distance at which a limit is called active
+
+void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
+  const auto note = [&](const std::string& name, double at, double lower, double upper,
+                        double size) {
+    if (at >= upper - at_bound) r.limits_active.push_back({name, true, upper * size});
+    if (at <= lower + at_bound) r.limits_active.push_back({name, false, lower * size});
+  };
+  for (Index k = 0; k < p.n(); ++k)
+    note(signal_of(p.model, p.unknowns[std::size_t(k)]).name, z[k], p.lower[k], p.upper[k],
+         p.nominal[k]);
+  for (Index i = 0; i < std::ssize(p.limited); ++i) {
+    const Index row = p.limited[std::size_t(i)];
+    note(row_name(p.model, row), v.limited[i], p.limited_lower[i], p.limited_upper[i],
+         p.row_nominal[row]);
+  }
+}
+
+bool same_bits(const VectorXd& a, const VectorXd& b) {
+  return a.size() == b.size() &&
+         (a.size() == 0 ||
+          std::memcmp(a.data(), b.data(), std::size_t(a.size()) * sizeof(double)) == 0);
+}
+
+std::string free_direction(const Problem& p, const VectorXd& direction) {
+  Index most = 0;
+  direction.cwiseAbs().maxCoeff(&most);
+  return signal_of(p.model, p.unknowns[std::size_t(most)]).name;
+}
+
+// How well the equations determine the unknowns, and how far Newton would still move.
+void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
+  if (p.m() == 0) {
+    r.rcond = 1.0;
+    return;
+  }
+  const Slopes s = slopes(p, z);
+  if (!s.finite) return;  // rcond stays 0: not determined
+  const Eigen::JacobiSVD<MatrixXd, Eigen::FullPivHouseholderQRPreconditioner> svd(
+      s.residual, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const VectorXd sigma = svd.singularValues();
+  r.rcond = sigma[p.m() - 1] / std::max(sigma[0], 1.0);
+  const VectorXd dz = svd.solve(v.residual);
+  r.step = dz.allFinite() ? dz.lpNorm<Eigen::Infinity>() : std::numeric_limits<double>::infinity();
+  if (r.rcond < singular_below)
+    r.message = fmt::format("the equations do not determine {}: the Jacobian is singular there",
+                            free_direction(p, svd.matrixV().col(p.m() - 1)));
+}
+
+}  // namespace
+
+std::string left_over(const Problem& p, const std::vector<Index>& rows, const TrimResult& r) {
+  const Index nx = std::ssize(p.model.states);
+  std::vector<std::string> words;
+  for (const Index row : rows)
+    words.push_back(fmt::format("{} = {:.3g} {}", row_name(p.model, row),
+                                row < nx ? r.rates[row] : r.outputs[row - nx],
+                                row_unit(p.model, row)));
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+std::string limits_in_words(const TrimResult& r) {
+  if (r.limits_active.empty()) return "no limit is reached there";
+  std::vector<std::string> words;
+  for (const ActiveLimit& a : r.limits_active)
+    words.push_back(
+        fmt::format("{} at its {} limit {:.4g}", a.signal, a.upper ? "upper" : "lower", a.value));
+  return fmt::format("with {}", fmt::join(words, ", "));
+}
+
+TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimOptions& options) {
+  TrimResult r;
+  r.point = point_of(p, z);
+  r.residual = std::numeric_limits<double>::infinity();
+  const Values v = values(p, z);
+  const Values again = values(p, z);
+  if (!v.finite) {
+    r.status = TrimStatus::not_finite;
+    return r;
+  }
+  r.residual = p.m() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
+  r.effort = v.effort;
+  r.rates = v.rates;
+  r.outputs = outputs(p, r.point);
+  note_limits(p, z, v, r);
+  if (!same_bits(v.residual, again.residual)) {
+    r.status = TrimStatus::not_repeatable;
+    r.message = "the model gives two answers at one point: it keeps state, or draws random numbers";
+    return r;
+  }
+  const double outside =
+      std::max(excess(z, p.lower, p.upper), excess(v.limited, p.limited_lower, p.limited_upper));
+  if (r.residual > options.tolerance || outside > bound_slack) return r;  // not_found
+  note_conditioning(p, z, v, r);
+  const auto moves = [&](Index row) {
+    return std::abs(r.rates[row]) > options.tolerance * p.row_nominal[row];
+  };
+  if (std::ranges::any_of(p.implied, moves)) {
+    r.status = TrimStatus::not_implied;
+    r.message = "the equations hold, but what should follow from them does not: " +
+                left_over(p, p.implied, r);
+  } else if (r.rcond < singular_below || r.step > options.step_tolerance) {
+    r.status = TrimStatus::singular;
+  } else if (!optimal) {
+    r.status = TrimStatus::not_optimal;
+    r.message = "an equilibrium, but not shown to be the one of least effort";
+  } else {
+    r.status = TrimStatus::converged;
+  }
+  return r;
+}
+
+}  // namespace tiltrim
