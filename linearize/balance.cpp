@@ -25,8 +25,7 @@ bool isolate(Balanced& b, Index& low, Index& high) {
   const Index size = high - low + 1;
   for (Index i = low; i <= high; ++i) {
     const auto alone = [&](const auto& entries) {
-      return entries.cwiseAbs().sum() - std::abs(b.B(i, i)) == 0 &&
-             (entries.array() != 0).count() <= (b.B(i, i) != 0 ? 1 : 0);
+      return (entries.array() != 0).count() == (b.B(i, i) != 0 ? 1 : 0);
     };
     if (alone(b.B.row(i).segment(low, size))) {
       swap_both(b, i, high--);
@@ -43,10 +42,13 @@ bool isolate(Balanced& b, Index& low, Index& high) {
 // Scales state i by the power of two that brings the norms of its row and column together.
 bool scale_one(Balanced& b, Index i, Index low, Index high) {
   constexpr double worth = 0.95;  // a step that gains less is not taken
-  const Index size = high - low + 1;
-  const double d = std::abs(b.B(i, i));
-  const double c = b.B.col(i).segment(low, size).lpNorm<1>() - d;
-  const double r = b.B.row(i).segment(low, size).lpNorm<1>() - d;
+  // Without the diagonal; not by subtracting it, it may be larger than all the rest by 1/ε.
+  double c = 0.0, r = 0.0;
+  for (Index j = low; j <= high; ++j) {
+    if (j == i) continue;
+    c += std::abs(b.B(j, i));
+    r += std::abs(b.B(i, j));
+  }
   if (!(c > 0 && r > 0)) return false;
   // f = 2^k nearest to √(r/c), kept where no entry can leave the range of doubles
   constexpr int farthest = 200;

@@ -58,6 +58,7 @@ std::vector<Range> ranges(const Model& model, const Selection& selection,
 
 // Fills the residual; whether the point is an equilibrium but for what may move.
 bool at_rest(const Model& model, const LinearizeOptions& options, LinearModel& linear) {
+  for (const std::string& name : options.moving) (void)index_of(model.states, name, "state");
   std::vector<std::string> moving;
   for (Index i = 0; i < linear.rates.size(); ++i) {
     const Signal& s = model.states[std::size_t(i)];
@@ -72,17 +73,24 @@ bool at_rest(const Model& model, const LinearizeOptions& options, LinearModel& l
   return false;
 }
 
+// ∂row/∂variable in words: "V'" along a state's rate, the name of an output.
+std::string row_name(const Model& model, Index row) {
+  const Index nx = std::ssize(model.states);
+  return row < nx ? model.states[std::size_t(row)].name + "'"
+                  : model.outputs[std::size_t(row - nx)].name;
+}
+
 // Exact and difference Jacobians that differ by more than their errors: one of them is wrong.
-void compare(const Estimate& exact, const Estimate& differences, const LinearModel& linear,
-             std::vector<std::string>& remarks) {
+void compare(const Estimate& exact, const Estimate& differences, const Model& model,
+             const Selection& selection, std::vector<std::string>& remarks) {
   constexpr double doubt = 10.0;  // error estimates are estimates
   for (Index i = 0; i < exact.value.rows(); ++i)
     for (Index j = 0; j < exact.value.cols(); ++j) {
       const double apart = std::abs(exact.value(i, j) - differences.value(i, j));
       if (apart <= doubt * (exact.error(i, j) + differences.error(i, j))) continue;
-      const auto name = [](const Signals& s, Index k) { return s[std::size_t(k)].name; };
-      remarks.push_back(fmt::format("d{}'/d{}: exact {:.6g} and difference {:.6g} disagree",
-                                    name(linear.states, i), name(linear.states, j),
+      remarks.push_back(fmt::format("d{}/d{}: exact {:.6g} and difference {:.6g} disagree",
+                                    row_name(model, i),
+                                    signal_of(model, selection.variables[std::size_t(j)]).name,
                                     exact.value(i, j), differences.value(i, j)));
     }
 }
@@ -90,13 +98,9 @@ void compare(const Estimate& exact, const Estimate& differences, const LinearMod
 std::string not_finite(const Estimate& e, const Model& model, const Selection& s) {
   for (Index j = 0; j < e.value.cols(); ++j)
     for (Index i = 0; i < e.value.rows(); ++i)
-      if (!std::isfinite(e.value(i, j)) || !std::isfinite(e.error(i, j))) {
-        const Index nx = std::ssize(model.states);
-        const std::string row = i < nx ? model.states[std::size_t(i)].name + "'"
-                                       : model.outputs[std::size_t(i - nx)].name;
-        return fmt::format("the model has no derivative of {} along {} at this point", row,
-                           signal_of(model, s.variables[std::size_t(j)]).name);
-      }
+      if (!std::isfinite(e.value(i, j)) || !std::isfinite(e.error(i, j)))
+        return fmt::format("the model has no derivative of {} along {} at this point",
+                           row_name(model, i), signal_of(model, s.variables[std::size_t(j)]).name);
   return {};
 }
 
@@ -145,7 +149,7 @@ LinearModel linearize(const Model& model, const OperatingPoint& point,
     const Index n = std::ssize(linear.states);
     linear.A_differences = {d.jacobian.value.topLeftCorner(n, n),
                             d.jacobian.error.topLeftCorner(n, n)};
-    compare({linear.A, linear.A_error}, *linear.A_differences, linear, linear.remarks);
+    compare(all, d.jacobian, model, selection, linear.remarks);
   }
   return linear;
 }

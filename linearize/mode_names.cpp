@@ -61,8 +61,9 @@ std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string
   std::vector<std::string> leading;
   double sum = 0.0;
   for (const std::size_t k : order) {
-    if (sum >= most || share[Index(k)] < some) break;
-    sum += share[Index(k)];
+    const double own = share[Index(k)];
+    if (sum >= most || own == 0 || (own < some && sum > 0)) break;
+    sum += own;
     leading.push_back(names[k]);
   }
   return fmt::format("{}", fmt::join(leading, " + "));

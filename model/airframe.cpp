@@ -12,23 +12,28 @@ namespace {
 
 using namespace physics;
 
+constexpr Sizes airframe_sizes{
+    .states = 4, .inputs = 4, .parameters = aircraft_fields<double>().size(), .outputs = 4};
 enum Input { theta0, a1s, delta_e, eta };
 
 template <class P>
 AircraftOf<P> aircraft(const P* p) {
-  return unpack<AircraftOf<P>>(p, aircraft_fields<P>());
+  return unpack<AircraftOf<P>, aircraft_fields<P>>(p);
 }
 
 struct WindAirframe {
+  static constexpr Sizes sizes = airframe_sizes;
+
   std::shared_ptr<const Polar> polar;
   Equations equations;
 
   template <class S, class P>
-  void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+  [[gnu::flatten]] void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
     const AircraftOf<P> a = aircraft(p);
     const S &V = x[0], &gamma = x[1], &theta = x[2], &q = x[3];
     const S alpha = theta - gamma;
-    const Flow<S> air = flow(V, alpha, q, u[theta0], u[a1s], u[eta], a, *polar);
+    const Flow<S> air =
+        flow(V, turn(alpha), coefficients(*polar, alpha), q, u[theta0], u[a1s], u[eta], a);
     if (rates) {
       const Turn<S> path = turn(gamma);
       rates[0] = speed_rate(air, path.sin, a);
@@ -46,16 +51,19 @@ struct WindAirframe {
 };
 
 struct BodyAirframe {
+  static constexpr Sizes sizes = airframe_sizes;
+
   std::shared_ptr<const Polar> polar;
 
   template <class S, class P>
-  void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+  [[gnu::flatten]] void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
     const AircraftOf<P> a = aircraft(p);
     const S &theta = x[2], &q = x[3];
     const auto [V, alpha] = airspeed(x[0], x[1]);
-    const Flow<S> air = flow(V, alpha, q, u[theta0], u[a1s], u[eta], a, *polar);
+    const Flow<S> air =
+        flow(V, turn(alpha), coefficients(*polar, alpha), q, u[theta0], u[a1s], u[eta], a);
     if (rates) {
-      const auto body = body_acceleration(air, x[0], x[1], theta, q, u[delta_e], a);
+      const auto body = body_acceleration(air, x[0], x[1], turn(theta), q, u[delta_e], a);
       rates[0] = body.u;
       rates[1] = body.w;
       rates[2] = q;
@@ -79,15 +87,16 @@ Model airframe(const Vehicle& vehicle, Axes axes) {
   const bool wind = axes == Axes::wind;
   Model model;
   model.name = wind ? "airframe, wind axes" : "airframe, body axes";
-  model.states = wind ? Signals{{"V", "m/s", 1.0}, {"gamma", "rad", 0.1}}
-                      : Signals{{"u", "m/s", 1.0}, {"w", "m/s", 1.0}};
+  if (wind)
+    model.states = {{"V", "m/s", 1.0}, {"gamma", "rad", 0.1}};
+  else
+    model.states = {{"u", "m/s", 1.0}, {"w", "m/s", 1.0}};
   model.states.push_back({"theta", "rad", 0.1});
   model.states.push_back({"q", "rad/s", 0.1});
-  model.inputs = {{"theta0", "", 0.1}, {"a1s", "rad", 0.1}, {"delta_e", "rad", 0.1}, {"eta", "rad", 0.1}};
-  model.outputs = {{"V", "m/s", 1.0},
-                   {"gamma", "rad", 0.1},
-                   {"alpha", "rad", 0.1},
-                   {"thrust", "N", 1.0}};
+  model.inputs = {
+      {"theta0", "", 0.1}, {"a1s", "rad", 0.1}, {"delta_e", "rad", 0.1}, {"eta", "rad", 0.1}};
+  model.outputs = {
+      {"airspeed", "m/s", 1.0}, {"flight_path", "rad", 0.1}, {"alpha", "rad", 0.1}, {"thrust", "N", 1.0}};
   model.parameters = aircraft_signals();
   const auto add = [&](const auto& physics) {
     set_functions(model, physics);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// Least of truncation O(h²) and round-off O(ε/h).                             [5, sec. 8.1]
+// Least of truncation O(h²) and round-off O(ε/h).                          [4, sec. 8.1; 5]
 const double central_step = std::cbrt(epsilon);
 
 VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point) {
@@ -113,13 +113,15 @@ std::string kink_remark(const Model& model, const Line& line, const Signal& sign
 Column column(const Model& model, Line& line, const VectorXd& y0, const Range& bounds,
               std::vector<std::string>& remarks) {
   const Signal& signal = signal_of(model, line.variable);
-  const bool room_ahead = line.value + 2 * line.h <= bounds.upper;
-  const bool room_behind = line.value - 2 * line.h >= bounds.lower;
-  if (!room_ahead && !room_behind)
-    throw std::invalid_argument(
-        fmt::format("'{}': the bounds leave no room for a step", signal.name));
-  if (!room_ahead || !room_behind) {
-    const double side = room_ahead ? 1.0 : -1.0;
+  const auto room = [&](double steps) {  // for so many to either side
+    const double reached = line.value + steps * line.h;
+    return bounds.lower <= reached && reached <= bounds.upper;
+  };
+  if (!room(2) || !room(-2)) {
+    if (!room(4) && !room(-4))
+      throw std::invalid_argument(
+          fmt::format("'{}': the bounds leave no room for a step", signal.name));
+    const double side = room(4) ? 1.0 : -1.0;
     remarks.push_back(fmt::format("{}: one-sided difference from {}, at a limit", signal.name,
                                   side > 0 ? "above" : "below"));
     return one_sided(line, y0, side);

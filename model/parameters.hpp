@@ -3,17 +3,23 @@
 #pragma once
 
 #include <array>
+#include <utility>
 
 #include "model/vehicle.hpp"
 
 namespace tiltrim::physics {
+
+/// How many numbers a model takes and gives.
+struct Sizes {
+  std::size_t states, inputs, parameters, outputs;
+};
 
 template <class Struct, class S>
 struct Field {
   const char* name;
   const char* unit;
   double nominal;
-  S Struct::* member;
+  S Struct::*member;
 };
 
 template <class S>
@@ -71,12 +77,18 @@ constexpr auto command_fields() {
   });
 }
 
-/// Fills a struct from consecutive parameters.
-template <class Struct, class S, std::size_t n>
-Struct unpack(const S* p, const std::array<Field<Struct, S>, n>& fields) {
+template <class Struct, auto fields, class S, std::size_t... i>
+Struct unpack(const S* p, std::index_sequence<i...>) {
+  static constexpr auto table = fields();
   Struct filled;
-  for (std::size_t i = 0; i < n; ++i) filled.*(fields[i].member) = p[i];
+  ((filled.*(table[i].member) = p[i]), ...);
   return filled;
+}
+
+/// Fills a struct from consecutive parameters. The table of `fields` is a constant: no look-up.
+template <class Struct, auto fields, class S>
+Struct unpack(const S* p) {
+  return unpack<Struct, fields>(p, std::make_index_sequence<fields().size()>());
 }
 
 }  // namespace tiltrim::physics

@@ -18,32 +18,32 @@ namespace tiltrim::physics {
 //   (ΩR c₁/16) (√(1 + 32|x|/c₁) - 1) sgn x  =  2 ΩR x / (√(1 + 32|x|/c₁) + 1)
 template <class S, class P>
 S induced_velocity(const S& theta0, const AircraftOf<P>& a) {
-  using std::abs, std::sqrt;
   constexpr double pi = std::numbers::pi;
   const P tip_speed = a.rotor_speed_rpm * (2 * pi / 60) * a.rotor_radius;
   const P c1 = a.blade_lift_slope * a.blade_count * a.blade_chord / (pi * a.rotor_radius);
   const S x = a.pitch_scale * theta0;
-  const S root = sqrt(S(1.0 + 32.0 / c1 * abs(x)));
+  const S root = sqrt(1.0 + 32.0 / c1 * abs(x));
   return 2.0 * tip_speed * x / (root + 1.0);
 }
 
 // All that acts on the airframe but the elevator: dynamic pressure, coefficients, thrust.
 template <class S>
 struct Flow {
-  Turn<S> alpha, disc, a1s;  // disc = η - a1s: from body x to the disc's normal
-  S Q, Q_qh;                 // ½ρW²S and Q q c̄/(2W), the latter finite at W = 0
+  S Q, Q_qh;                      // ½ρW²S and Q q c̄/(2W), the latter finite at W = 0
+  Turn<S> alpha, disc, a1s, phi;  // disc = η - a1s: from body x to the disc's normal; φ = α + disc
   CoefficientsOf<S> C;
   S thrust;
 };
 
 template <class S, class P, class E>
-Flow<S> flow(const S& V, const S& alpha, const S& q, const S& theta0, const S& a1s, const E& eta,
-             const AircraftOf<P>& a, const Polar& polar) {
+Flow<S> flow(const S& V, const Turn<S>& alpha, const CoefficientsOf<S>& C, const S& q,
+             const S& theta0, const S& a1s, const E& eta, const AircraftOf<P>& a) {
   const S W = V + a.wake_immersion * induced_velocity(theta0, a);
   const S Q = 0.5 * a.air_density * a.wing_area * W * W;
   const S Q_qh = 0.25 * a.air_density * a.wing_area * a.chord * W * q;
   const S T = a.thrust_excess * a.mass * a.gravity * theta0;  // (4)
-  return {turn(alpha), turn(S(eta - a1s)), turn(a1s), Q, Q_qh, coefficients(polar, alpha), T};
+  const Turn<S> disc = turn(eta - a1s);
+  return {Q, Q_qh, alpha, disc, turn(a1s), alpha + disc, C, T};
 }
 
 template <class S>
@@ -64,20 +64,18 @@ S pitch_acceleration(const Flow<S>& air, const S& delta_e, const AircraftOf<P>& 
   return (hub * air.thrust + a.chord * tail) / a.inertia_yy;
 }
 
-// (2), first row:  V' = (T cos φ - D)/m - g sin γ,  φ = α + η - a1s
+// (2), first row:  V' = (T cos φ - D)/m - g sin γ
 template <class S, class P>
 S speed_rate(const Flow<S>& air, const S& sin_gamma, const AircraftOf<P>& a) {
-  const S cos_phi = air.alpha.cos * air.disc.cos - air.alpha.sin * air.disc.sin;
-  return (air.thrust * cos_phi - drag(air)) / a.mass - a.gravity * sin_gamma;
+  return (air.thrust * air.phi.cos - drag(air)) / a.mass - a.gravity * sin_gamma;
 }
 
 // (2), second row:  γ' = (T sin φ + L - m g cos γ)/(m V); as printed, lift and thrust push down.
 template <class S, class P>
 S path_rate(const Flow<S>& air, const S& V, const S& cos_gamma, const S& delta_e,
             const AircraftOf<P>& a, Equations equations) {
-  const S sin_phi = air.alpha.sin * air.disc.cos + air.alpha.cos * air.disc.sin;
   const double up = equations == Equations::printed ? -1.0 : 1.0;
-  const S lifting = up * (air.thrust * sin_phi + lift(air, delta_e, a));
+  const S lifting = up * (air.thrust * air.phi.sin + lift(air, delta_e, a));
   return (lifting - a.mass * a.gravity * cos_gamma) / (a.mass * V);
 }
 
@@ -88,14 +86,14 @@ struct BodyAcceleration {
 
 // (1) in its consistent form: gravity once, lift and thrust up.
 template <class S, class P>
-BodyAcceleration<S> body_acceleration(const Flow<S>& air, const S& u, const S& w, const S& theta,
-                                      const S& q, const S& delta_e, const AircraftOf<P>& a) {
-  const Turn<S> pitch = turn(theta);
+BodyAcceleration<S> body_acceleration(const Flow<S>& air, const S& u, const S& w,
+                                      const Turn<S>& theta, const S& q, const S& delta_e,
+                                      const AircraftOf<P>& a) {
   const S L = lift(air, delta_e, a);
   const S D = drag(air);
   const S X = air.thrust * air.disc.cos + L * air.alpha.sin - D * air.alpha.cos;
   const S Z = -air.thrust * air.disc.sin - L * air.alpha.cos - D * air.alpha.sin;
-  return {X / a.mass - a.gravity * pitch.sin - q * w, Z / a.mass + a.gravity * pitch.cos + q * u};
+  return {X / a.mass - a.gravity * theta.sin - q * w, Z / a.mass + a.gravity * theta.cos + q * u};
 }
 
 // Airspeed and angle of attack from body velocities. At rest there is no angle of attack: it is
@@ -107,8 +105,9 @@ struct Airspeed {
 
 template <class S>
 Airspeed<S> airspeed(const S& u, const S& w) {
-  using std::atan2, std::sqrt;
-  return {sqrt(S(u * u + w * w)), atan2(w, u)};
+  const S square = u * u + w * w;
+  if (square <= 0.0) return {vanished(u, w), vanished(u, w)};
+  return {sqrt(square), atan2(w, u)};
 }
 
 // Cyclic's share of pitch control at a tilt (12): 1 helicopter, 0 airplane; a smoothstep between.
@@ -121,33 +120,48 @@ P authority_at(const P& eta, const AircraftOf<P>& a) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-// The control law (7)-(13) and the speed rate it needs.
+// What the control law senses.
 template <class S>
-struct Law {
-  S theta0, a1s, delta_e, V_rate, He, Le;
-  Flow<S> air;
+struct Sensed {
+  const S &V, &V_err, &sin_gamma, &sin_gamma_err, &theta, &q, &x1, &x2;
 };
 
+template <class S>
+struct RotorCommand {
+  S theta0, a1s;
+};
+
+// Thrust and cyclic from errors and attitude, V' having been put in by (10): (11)-(13).
 template <class S, class P>
-Law<S> control_law(const S& V, const S& alpha, const S& sin_gamma, const S& V_err,
-                   const S& sin_gamma_err, const S& theta, const S& q, const S& x1, const S& x2,
-                   const P& eta, const AircraftOf<P>& a, const GainsOf<P>& k, const Polar& polar) {
-  const P s = authority_at(eta, a);
-  const P weight = a.mass * a.gravity;
+RotorCommand<S> rotor_command(const Sensed<S>& at, const S& CD, const P& s, const AircraftOf<P>& a,
+                              const GainsOf<P>& k) {
   // The law's own drag estimate: the polar at V, no wake.
-  const S drag_estimate = 0.5 * a.air_density * a.wing_area * V * V * coefficients(polar, alpha).CD;
-  const S common = k.k_V / a.gravity * V_err + sin_gamma + drag_estimate / weight;
-  const S theta0 =
-      (k.K_Ep * (common + sin_gamma_err) + k.K_Ei * x1) / (1.0 + a.thrust_excess * k.K_Ep);  // (13)
-  const S a_hat = (k.K_Lp * (common - sin_gamma_err) + k.K_Li * x2) / (1.0 + k.K_Lp);        // (13)
-  const S a1s = s * (a_hat + k.k_pa * theta + k.k_da * q);                                   // (12)
-  const Flow<S> air = flow(V, alpha, q, theta0, a1s, eta, a, polar);
-  const S V_rate = speed_rate(air, sin_gamma, a);
-  const S energy = (k.k_V * V_err - V_rate) / a.gravity;
-  const S He = energy + sin_gamma_err;                                                       // (7)
-  const S Le = energy - sin_gamma_err;                                                       // (7)
-  const S delta_e = (1.0 - s) * (k.K_Lp * Le + k.K_Li * x2 + k.k_pe * theta + k.k_de * q);    // (9)
-  return {theta0, a1s, delta_e, V_rate, He, Le, air};
+  const S drag_estimate = 0.5 * a.air_density * a.wing_area * at.V * at.V * CD;
+  const S common =
+      k.k_V / a.gravity * at.V_err + at.sin_gamma + drag_estimate / (a.mass * a.gravity);
+  const S theta0 = (k.K_Ep * (common + at.sin_gamma_err) + k.K_Ei * at.x1) /
+                   (1.0 + a.thrust_excess * k.K_Ep);                                         // (13)
+  const S a_hat = (k.K_Lp * (common - at.sin_gamma_err) + k.K_Li * at.x2) / (1.0 + k.K_Lp);  // (13)
+  return {theta0, s * (a_hat + k.k_pa * at.theta + k.k_da * at.q)};                          // (12)
+}
+
+template <class S>
+struct EnergyErrors {
+  S He, Le;
+};
+
+// Errors of the rates of total energy and of its distribution (7).
+template <class S, class P>
+EnergyErrors<S> energy_errors(const Sensed<S>& at, const S& V_rate, const AircraftOf<P>& a,
+                              const GainsOf<P>& k) {
+  const S speeding = (k.k_V * at.V_err - V_rate) / a.gravity;
+  return {speeding + at.sin_gamma_err, speeding - at.sin_gamma_err};
+}
+
+// Elevator (9): with the cyclic's share gone. V' does not depend on it, so nothing is implicit.
+template <class S, class P>
+S elevator_command(const Sensed<S>& at, const S& Le, const P& s, const GainsOf<P>& k) {
+  return (1.0 - s) * (k.K_Lp * Le + k.K_Li * at.x2 + k.k_pe * at.theta + k.k_de * at.q);
 }
 
 }  // namespace tiltrim::physics

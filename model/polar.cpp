@@ -17,30 +17,26 @@ namespace tiltrim {
 
 using std::numbers::pi;
 
-static double cubic(const std::array<double, 4>& c, double t) {
-  return c[0] + t * (c[1] + t * (c[2] + t * c[3]));
-}
-
 // Extremes of a cubic over [a, b]: its ends and the roots of its slope in between.
-static Range extremes(const std::array<double, 4>& c, double a, double b) {
-  Range r{std::min(cubic(c, a), cubic(c, b)), std::max(cubic(c, a), cubic(c, b))};
+Range Polar::Cubic::extremes(double a, double b) const {
+  Range r{std::min(at(a), at(b)), std::max(at(a), at(b))};
   const auto include = [&](double t) {
     if (!(t > a && t < b)) return;
-    r.lower = std::min(r.lower, cubic(c, t));
-    r.upper = std::max(r.upper, cubic(c, t));
+    r.lower = std::min(r.lower, at(t));
+    r.upper = std::max(r.upper, at(t));
   };
   // 3 c3 t² + 2 c2 t + c1 = 0, by the form that does not cancel
-  const double discriminant = c[2] * c[2] - 3 * c[3] * c[1];
+  const double discriminant = c2 * c2 - 3 * c3 * c1;
   if (discriminant >= 0) {
-    const double s = -(c[2] + std::copysign(std::sqrt(discriminant), c[2]));
-    include(s / (3 * c[3]));
-    include(c[1] / s);
+    const double s = -(c2 + std::copysign(std::sqrt(discriminant), c2));
+    include(s / (3 * c3));
+    include(c1 / s);
   }
   return r;
 }
 
 // Second derivatives at the knots of the periodic cubic spline:
-//   h₋ M₋ + 2 (h₋ + h₊) M + h₊ M₊ = 6 ((y₊ - y)/h₊ - (y - y₋)/h₋), indices modulo n   [6, sec. 3.3]
+//   h₋ M₋ + 2 (h₋ + h₊) M + h₊ M₊ = 6 ((y₊ - y)/h₊ - (y - y₋)/h₋), indices modulo n  [6, eq. 3.3.7]
 static Eigen::MatrixXd knot_curvatures(const std::vector<double>& h, const Eigen::MatrixXd& y) {
   const auto n = static_cast<Eigen::Index>(h.size());
   std::vector<Eigen::Triplet<double>> entries;
@@ -99,9 +95,10 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
     const auto next = Eigen::Index((i + 1) % n);
     for (std::size_t k = 0; k < 3; ++k) {
       const auto c = Eigen::Index(k);
-      const double slope = (y(next, c) - y(here, c)) / h[i] - h[i] / 6 * (2 * M(here, c) + M(next, c));
+      const double slope =
+          (y(next, c) - y(here, c)) / h[i] - h[i] / 6 * (2 * M(here, c) + M(next, c));
       piece.c[k] = {y(here, c), slope, M(here, c) / 2, (M(next, c) - M(here, c)) / (6 * h[i])};
-      piece.range[k] = extremes(piece.c[k], 0, h[i]);
+      piece.range[k] = piece.c[k].extremes(0, h[i]);
     }
     pieces_.push_back(piece);
   }
@@ -110,32 +107,14 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
   if (most - least < 1e-9 * most) per_radian_ = static_cast<double>(n) / (2 * pi);
 }
 
-Polar::Place Polar::place(double alpha) const {
-  double turned = alpha - first_;
-  if (!(turned >= 0 && turned < 2 * pi)) turned -= 2 * pi * std::floor(turned / (2 * pi));
-  const auto last = pieces_.size() - 1;
-  std::size_t i = 0;
-  if (per_radian_ > 0) {
-    i = std::min(static_cast<std::size_t>(std::max(turned * per_radian_, 0.0)), last);
-  } else {
-    const auto above = std::ranges::upper_bound(pieces_, turned + first_, {}, &Piece::start);
-    i = above == pieces_.begin() ? 0 : static_cast<std::size_t>(above - pieces_.begin()) - 1;
-  }
-  return {&pieces_[i], turned - (pieces_[i].start - first_)};
+double Polar::wrapped(double turned) {
+  const double rest = turned - 2 * pi * std::floor(turned / (2 * pi));
+  return std::clamp(rest, 0.0, 2 * pi);  // round-off may have left the circle
 }
 
-Coefficients Polar::at(double alpha) const {
-  const auto [piece, t] = place(alpha);
-  return {cubic(piece->c[0], t), cubic(piece->c[1], t), cubic(piece->c[2], t)};
-}
-
-Polar::Slope Polar::slope_at(double alpha) const {
-  const auto [piece, t] = place(alpha);
-  const auto slope = [t = t](const std::array<double, 4>& c) {
-    return c[1] + t * (2 * c[2] + t * 3 * c[3]);
-  };
-  const auto& c = piece->c;
-  return {{cubic(c[0], t), cubic(c[1], t), cubic(c[2], t)}, {slope(c[0]), slope(c[1]), slope(c[2])}};
+std::size_t Polar::piece_below(double alpha) const {
+  const auto above = std::ranges::upper_bound(pieces_, alpha, {}, &Piece::start);
+  return above == pieces_.begin() ? 0 : static_cast<std::size_t>(above - pieces_.begin()) - 1;
 }
 
 std::array<Range, 3> Polar::range(double lower, double upper) const {
@@ -155,7 +134,7 @@ std::array<Range, 3> Polar::range(double lower, double upper) const {
     const double to = std::min(from.t + left, from.piece->width);
     const bool whole = from.t <= 0 && to >= from.piece->width;
     for (std::size_t k = 0; k < 3; ++k)
-      widen(all[k], whole ? from.piece->range[k] : extremes(from.piece->c[k], from.t, to));
+      widen(all[k], whole ? from.piece->range[k] : from.piece->c[k].extremes(from.t, to));
     left -= to - from.t;
     if (!(left > 0)) break;
     from = {from.piece == &pieces_.back() ? &pieces_.front() : from.piece + 1, 0.0};
@@ -169,7 +148,8 @@ Polar load_polar(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw std::runtime_error(fmt::format("{}: {}", file.string(), error.message()));
   if (size > largest)
-    throw std::runtime_error(fmt::format("{}: {} bytes is no polar (limit {})", file.string(), size, largest));
+    throw std::runtime_error(
+        fmt::format("{}: {} bytes is no polar (limit {})", file.string(), size, largest));
   std::ifstream in(file);
   if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
 
@@ -200,7 +180,8 @@ Polar load_polar(const std::filesystem::path& file) {
     }
     alpha.push_back(v[0] * (pi / 180));
     rows.push_back({v[1], v[2], v[3]});
-    if (alpha.size() > 1 && !(alpha.back() > alpha[alpha.size() - 2])) refuse("alpha does not rise");
+    if (alpha.size() > 1 && !(alpha.back() > alpha[alpha.size() - 2]))
+      refuse("alpha does not rise");
   }
   try {
     return {alpha, rows};

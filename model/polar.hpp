@@ -1,8 +1,11 @@
 /// Aerodynamic coefficients over the full circle: a periodic C2 cubic spline through a table.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <filesystem>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -37,9 +40,15 @@ class Polar {
   std::array<Range, 3> range(double lower, double upper) const;
 
  private:
+  // c0 + c1 t + c2 t² + c3 t³
+  struct Cubic {
+    double c0, c1, c2, c3;
+    double at(double t) const { return c0 + t * (c1 + t * (c2 + t * c3)); }
+    double slope_at(double t) const { return c1 + t * (2 * c2 + t * 3 * c3); }
+    Range extremes(double a, double b) const;  // over [a, b]
+  };
   struct Piece {
-    // c[k][i]: coefficient of t^i of the k-th curve, t = alpha - start
-    std::array<std::array<double, 4>, 3> c;
+    std::array<Cubic, 3> c;  // CL, CD, CM over t = alpha - start
     double start, width;
     std::array<Range, 3> range;
   };
@@ -48,11 +57,36 @@ class Polar {
     double t;
   };
   Place place(double alpha) const;
+  static double wrapped(double turned);         // into [0, 2π]
+  std::size_t piece_below(double alpha) const;  // by search, where knots are uneven
 
   std::vector<Piece> pieces_;
   double first_ = 0.0;
   double per_radian_ = 0.0;  // pieces per radian if evenly spaced, else 0
 };
+
+inline Polar::Place Polar::place(double alpha) const {
+  double turned = alpha - first_;
+  if (!(turned >= 0 && turned < 2 * std::numbers::pi)) turned = wrapped(turned);
+  std::size_t i = 0;
+  if (!(per_radian_ > 0))
+    i = piece_below(turned + first_);
+  else if (turned > 0)
+    i = std::min(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(turned * per_radian_)),
+                 pieces_.size() - 1);
+  return {&pieces_[i], turned - (pieces_[i].start - first_)};
+}
+
+inline Coefficients Polar::at(double alpha) const {
+  const auto [piece, t] = place(alpha);
+  return {piece->c[0].at(t), piece->c[1].at(t), piece->c[2].at(t)};
+}
+
+inline Polar::Slope Polar::slope_at(double alpha) const {
+  const auto [piece, t] = place(alpha);
+  const auto& [CL, CD, CM] = piece->c;
+  return {{CL.at(t), CD.at(t), CM.at(t)}, {CL.slope_at(t), CD.slope_at(t), CM.slope_at(t)}};
+}
 
 /// Reads `alpha_deg,CL,CD,CM` rows below a header line of that form; lines starting with # are
 /// comments. Throws std::runtime_error "file:line: what is wrong".

@@ -5,13 +5,15 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "model/vehicle.hpp"
 
 namespace tiltrim {
 
-/// Bad input: what() is "file:line:column: key: what is wrong, what was expected".
+/// Bad input: what() is "file:line:column: key: what is wrong; expected what", or "file: why" for
+/// a file that cannot be read.
 struct StudyError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -26,10 +28,13 @@ enum class Formulation {
 struct Condition {
   std::string name;
   Formulation formulation = Formulation::closed_loop;
-  Command command;                         ///< closed_loop
-  std::map<std::string, Range> values;     ///< airframe: SI, rad; zero width fixes. table: alpha, gamma, eta, CL, CD, CM, k
-  std::map<std::string, double> rates;     ///< airframe: held rates of V, gamma, theta, q; SI, rad
-  std::vector<Effort> effort;              ///< airframe: empty means least control effort
+  Command command;                      ///< closed_loop
+  std::map<std::string, Range> values;  ///< airframe: SI, rad; zero width fixes, infinite
+                                        ///< ends are "free". table: alpha, gamma, eta, CL, CD,
+                                        ///< CM, k, each of zero width
+  std::map<std::string, double>
+      rates;  ///< airframe: held rates of V, gamma, theta, q by those names; SI, rad
+  std::vector<Effort> effort;  ///< airframe: empty means least control effort
 };
 
 struct Study {
@@ -39,18 +44,20 @@ struct Study {
   std::vector<Condition> conditions;  ///< at least one, names distinct
 };
 
-/// Reads and checks a study; throws StudyError. Polars are looked for beside the study, then among
-/// the data that came with the program (data_directory()).
+/// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the
+/// study, then among the data that came with the program (data_directory()).
 Study load_study(const std::filesystem::path& file);
 
 /// The same from text, `file` naming it in messages and giving the folder for polars.
 Study parse_study(std::string_view text, const std::filesystem::path& file);
 
-/// Where the shipped polars and published tables lie: the environment's TILTRIM_DATA, else the
-/// source tree's data/ if the program runs from its build, else the installed share/tiltrim.
+/// Where the shipped polars and published tables lie: the environment's TILTRIM_DATA, else
+/// ../share/tiltrim/data seen from the program, else the source tree's data/ if it is there, else
+/// the share/tiltrim/data it was configured to be installed in.
 std::filesystem::path data_directory();
 
-/// The reference vehicle: default numbers and the default polar from data_directory().
+/// The reference vehicle: default numbers and the default polar from data_directory(). Throws
+/// std::runtime_error if the polar is not there.
 Vehicle reference_vehicle();
 
 }  // namespace tiltrim

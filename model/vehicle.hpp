@@ -90,13 +90,13 @@ struct Vehicle {
 };
 
 /// The airframe (2) or (1): states V, gamma, theta, q (wind) or u, w, theta, q (body); inputs
-/// theta0, a1s, delta_e, eta; parameters "aircraft.*"; outputs V, gamma, alpha, thrust.
+/// theta0, a1s, delta_e, eta; parameters "aircraft.*"; outputs airspeed, flight_path, alpha, thrust.
 Model airframe(const Vehicle& vehicle, Axes axes = Axes::wind);
 
 /// The closed loop (14): states V_err, gamma_err, theta, q, energy_integral,
 /// distribution_integral (wind), or u, w in place of the first two (body); no inputs; parameters
-/// V, gamma, eta (the command), "aircraft.*" and "gains.*"; outputs theta0, a1s, delta_e, V,
-/// gamma, alpha.
+/// V, gamma, eta (the command), "aircraft.*" and "gains.*"; outputs theta0, a1s, delta_e, airspeed,
+/// flight_path, alpha. At rest, in body axes, the path is taken to point where it is commanded.
 Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
 
 /// The vehicle's numbers as parameter vectors of the two models.

@@ -168,7 +168,9 @@ TrimResult trim_closed_loop(const Vehicle& vehicle, const Command& command,
                   {"eta", {command.eta, command.eta}}};
   if (s == 0) alone.values["a1s"] = {0, 0};
   if (s == 1) alone.values["delta_e"] = {0, 0};
-  const TrimProblem airframe = airframe_problem(vehicle, alone);
+  // Wind axes, wherever there is a wind: only they have an enclosure.
+  const Axes axes = command.V > 0 ? Axes::wind : Axes::body;
+  const TrimProblem airframe = airframe_problem(vehicle, alone, axes);
   const TrimResult open = trim(airframe.model, airframe.spec, airframe.guess, options);
   if (open.status != TrimStatus::infeasible) return result;
   result.status = TrimStatus::infeasible;
@@ -272,9 +274,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   return problem;
 }
 
-namespace {
-
-// Rows one and two of (15) as printed, over the weight: lift and thrust push the path down.
+// As printed, lift and thrust push the path down.
 Model table_model(const TableCondition& c, double Ep) {
   Model model;
   model.name = "rows 1 and 2 of (15), coefficients given";
@@ -287,8 +287,6 @@ Model table_model(const TableCondition& c, double Ep) {
   };
   return model;
 }
-
-}  // namespace
 
 TableTrim trim_table(const Vehicle& vehicle, const TableCondition& c, const TrimOptions& options) {
   const Aircraft& a = vehicle.aircraft;

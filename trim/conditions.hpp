@@ -55,6 +55,8 @@ struct TableTrim {
   double CM_required;  ///< that balances the thrust's moment about the centre of gravity
   double CM_elevator;  ///< CM_required - CM: what the elevator has to add
 };
+/// Rows one and two of (15) as printed, over the weight: inputs theta0, a1s.
+Model table_model(const TableCondition& condition, double thrust_excess);
 [[nodiscard]] TableTrim trim_table(const Vehicle& vehicle, const TableCondition& condition,
                                    const TrimOptions& options = {});
 

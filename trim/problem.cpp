@@ -57,8 +57,15 @@ Place place_of(const Model& model, const std::string& name) {
   const Index output = find(model.outputs, name);
   const bool is_variable = find(model.states, name) >= 0 || find(model.inputs, name) >= 0 ||
                            find(model.parameters, name) >= 0;
-  if (!is_variable && output >= 0) return {-1, nx + output};
-  return {variable(model, name), -1};
+  if (is_variable) return {variable(model, name), -1};
+  if (output >= 0) return {-1, nx + output};
+  std::vector<std::string> all;
+  for (const Signals* signals : {&model.states, &model.inputs, &model.parameters, &model.outputs})
+    for (const Signal& s : *signals) all.push_back(s.name);
+  const std::string near = nearest_name(name, all);
+  throw std::invalid_argument(fmt::format("no signal '{}'{}; the model has: {}", name,
+                                          near.empty() ? "" : fmt::format(" (nearest: '{}')", near),
+                                          fmt::join(all, ", ")));
 }
 
 void check_range(const std::string& name, const Range& r) {
@@ -67,6 +74,8 @@ void check_range(const std::string& name, const Range& r) {
   if (r.lower > r.upper)
     throw std::invalid_argument(
         fmt::format("bounds of '{}' are reversed: [{}, {}]", name, r.lower, r.upper));
+  if (r.lower == r.upper && std::isinf(r.lower))
+    throw std::invalid_argument(fmt::format("bounds of '{}': both are {}", name, r.lower));
 }
 
 void add_equation(Problem& p, Index row, double value) {
@@ -128,6 +137,7 @@ void add_bounds(Problem& p, const TrimSpec& spec) {
     }
     const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
     if (k == p.n()) {
+      if (range.lower == range.upper) set_value(p.base, at.variable, range.lower);  // held there
       p.fixed_bounds.push_back({at.variable, range});
       continue;
     }
@@ -175,7 +185,7 @@ void count(const Problem& p) {
                   p.m() - p.n()));
 }
 
-// The model's answers have the sizes of its signals, wherever it answers at all.
+// The model's answers have the sizes of its signals, if it answers at all at the guess.
 void check_answers(const Problem& p) {
   const auto check_size = [](const char* what, std::size_t expected, Index got) {
     if (got != Index(expected))
@@ -231,9 +241,15 @@ Values values(const Problem& p, const VectorXd& z) {
   const OperatingPoint at = point_of(p, z);
   VectorXd y = VectorXd::Zero(p.row_nominal.size());
   const Index nx = std::ssize(p.model.states);
+  const auto fill = [](auto part, const VectorXd& answer) {
+    if (answer.size() != part.size())
+      throw std::length_error(
+          fmt::format("expected {} values, got {}", part.size(), answer.size()));
+    part = answer;
+  };
   const bool answered = guarded(p, [&] {
-    y.head(nx) = p.model.f(at.x, at.u, at.p);
-    if (p.needs_outputs) y.tail(y.size() - nx) = p.model.h(at.x, at.u, at.p);
+    fill(y.head(nx), p.model.f(at.x, at.u, at.p));
+    if (p.needs_outputs) fill(y.tail(y.size() - nx), p.model.h(at.x, at.u, at.p));
   });
   if (!answered) return v;
   v.rates = y.head(nx);
@@ -249,7 +265,7 @@ Values values(const Problem& p, const VectorXd& z) {
     const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : y[t.row];
     v.effort += std::pow((value - t.reference) / t.scale, 2);
   }
-  v.finite = v.residual.allFinite() && v.limited.allFinite() && std::isfinite(v.effort);
+  v.finite = y.allFinite() && std::isfinite(v.effort);
   return v;
 }
 

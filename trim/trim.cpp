@@ -128,6 +128,7 @@ struct Search {
   const TrimOptions& options;
   std::vector<TrimResult> answers{};
   std::optional<TrimResult> not_repeatable{};
+  std::optional<TrimResult> output_not_finite{};
   VectorXd closest{};
   double closest_residual = infinity;
   int starts = 0;
@@ -135,6 +136,7 @@ struct Search {
   void add(const VectorXd& z, bool optimal) {
     const TrimResult r = verify(p, z, optimal, options);
     if (r.status == TrimStatus::not_repeatable) not_repeatable = r;
+    if (r.status == TrimStatus::not_finite && std::isfinite(r.residual)) output_not_finite = r;
     if (r.residual < closest_residual) closest = z, closest_residual = r.residual;
     if (r.status > TrimStatus::not_implied) return;
     for (TrimResult& other : answers) {
@@ -152,12 +154,15 @@ struct Search {
     add(newton(p, z0, with).z, true);
   }
 
-  void from_ipopt(const VectorXd& z0) {
+  void from_ipopt(const VectorXd& z0, const TrimOptions& with) {
     ++starts;
-    const VectorXd z = run_ipopt(p, trim_nlp(p), z0, options);
-    if (p.square()) return add(newton(p, z, options).z, true);
-    const Optimum optimum = polish_optimum(p, z, options);
-    add(optimum.verified ? optimum.z : newton(p, z, options).z, optimum.verified);
+    polish(run_ipopt(p, trim_nlp(p), z0, options), with);
+  }
+
+  void polish(const VectorXd& z, const TrimOptions& with) {
+    if (p.square()) return add(newton(p, z, with).z, true);
+    const Optimum optimum = polish_optimum(p, z, with);
+    add(optimum.verified ? optimum.z : newton(p, z, with).z, optimum.verified);
   }
 };
 
@@ -170,19 +175,19 @@ void search(Search& s) {
   if (newton_only) {
     s.from_newton(guess, s.options);
   } else if (values(p, guess).finite) {
-    s.from_ipopt(guess);
+    s.from_ipopt(guess, s.options);
   }
   const auto stopped = [&] { return s.options.stop.stop_requested() || s.not_repeatable; };
   if (p.square())
     for (int i = 1; i <= s.options.starts && !stopped(); ++i) s.from_newton(start(p, i), quiet);
   if (newton_only || (p.square() && !s.answers.empty())) return;
   for (int i = 1; i <= std::min(further_optimizations, s.options.starts) && !stopped(); ++i)
-    if (const VectorXd z = start(p, i); values(p, z).finite) s.from_ipopt(z);
+    if (const VectorXd z = start(p, i); values(p, z).finite) s.from_ipopt(z, quiet);
 }
 
 TrimResult best_answer(Search& s) {
   const auto key = [](const TrimResult& r) { return std::tuple(r.status, r.effort); };
-  std::ranges::sort(s.answers, {}, key);
+  std::ranges::stable_sort(s.answers, {}, key);  // of equals, the one found first
   TrimResult best = s.answers.front();
   for (std::size_t i = 1; i < s.answers.size(); ++i)
     if (s.answers[i].status == TrimStatus::converged) best.others.push_back(s.answers[i].point);
@@ -191,39 +196,61 @@ TrimResult best_answer(Search& s) {
 
 // ---- where there is no answer ----
 
+// The least residual within the limits, from several starts. One that is small enough may be an
+// equilibrium that the search missed: it is polished and added to the answers.
 TrimResult closest_point(Search& s) {
-  if (s.closest.size() == 0 && s.p.n() > 0) s.closest = unknowns_of(s.p, s.p.base);
-  TrimResult best = verify(s.p, s.closest, true, s.options);
-  if (!s.options.stop.stop_requested() && std::isfinite(s.closest_residual)) {
-    std::vector<VectorXd> from{s.closest, unknowns_of(s.p, s.p.base)};
-    for (int i = 1; i <= std::min(further_optimizations, s.options.starts); ++i)
-      from.push_back(start(s.p, i));
-    double least = infinity;
-    for (const VectorXd& z0 : from) {
-      if (!values(s.p, z0).finite) continue;
-      const VectorXd z = run_ipopt(s.p, closest_nlp(s.p), z0, s.options);
-      const Values v = values(s.p, z);
-      if (!v.finite || excess(v.limited, s.p.limited_lower, s.p.limited_upper) > bound_slack)
-        continue;
-      if (v.residual.norm() < least)
-        least = v.residual.norm(), best = verify(s.p, z, true, s.options);
-    }
+  constexpr double nearly = 1e-3;
+  const Problem& p = s.p;
+  const VectorXd guess = unknowns_of(p, p.base);
+  if (s.closest.size() == 0) s.closest = guess;
+  TrimResult best = verify(p, s.closest, true, s.options);
+  if (s.options.stop.stop_requested() || !std::isfinite(s.closest_residual)) return best;
+  TrimOptions quiet = s.options;
+  quiet.observe = {};
+  double least = infinity;
+  const auto consider = [&](const VectorXd& z) {
+    const Values v = values(p, z);
+    if (!v.finite || excess(z, p.lower, p.upper) > bound_slack ||
+        excess(v.limited, p.limited_lower, p.limited_upper) > bound_slack ||
+        v.residual.norm() >= least)
+      return;
+    least = v.residual.norm();
+    best = verify(p, z, true, s.options);
+    if (least < nearly) s.polish(z, quiet);
+  };
+  std::vector<VectorXd> from{s.closest, guess};
+  for (int i = 1; i <= std::min(further_optimizations, s.options.starts); ++i)
+    from.push_back(start(p, i));
+  for (const VectorXd& z0 : from) {
+    if (!values(p, z0).finite) continue;
+    consider(z0);
+    consider(run_ipopt(p, closest_nlp(p), z0, s.options));
   }
   return best;
+}
+
+// Where the model first failed to give numbers, in words.
+std::string no_numbers(const Search& s) {
+  const Problem& p = s.p;
+  if (!p.thrown.empty()) return "the model threw: " + p.thrown;
+  const VectorXd rates = values(p, unknowns_of(p, p.base)).rates;
+  return fmt::format("the model gives no finite numbers at any of {} starts; at the guess {}",
+                     s.starts, not_finite_in_words(p, rates, outputs(p, p.base)));
 }
 
 TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
   TrimResult r = closest_point(s);
+  if (!s.answers.empty()) return best_answer(s);
   if (s.options.stop.stop_requested()) {
     r.status = TrimStatus::interrupted;
     r.message = fmt::format("stopped by the caller after {} starts", s.starts);
   } else if (!std::isfinite(s.closest_residual)) {
     r.status = p.thrown.empty() ? TrimStatus::not_finite : TrimStatus::model_threw;
-    r.message = p.thrown.empty()
-                    ? fmt::format("the model gives no finite rates at any of {} starts", s.starts)
-                    : "the model threw: " + p.thrown;
+    r.message = no_numbers(s);
+  } else if (s.output_not_finite) {
+    r = *s.output_not_finite;
   } else {
     const Proof proof = show_no_solution(p, s.options);
     r.status = proof.shown ? TrimStatus::infeasible : TrimStatus::not_found;
@@ -234,6 +261,7 @@ TrimResult no_answer(Search& s) {
                           proof.boxes)
             : fmt::format("no equilibrium found in {} starts", s.starts),
         left_over(p, p.equations, r), limits_in_words(r));
+    if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
   }
   return r;
 }

@@ -13,12 +13,12 @@ namespace tiltrim {
 
 /// The trim problem in the user's words. Names are the model's signals.
 struct TrimSpec {
-  std::vector<std::string> free;        ///< states, inputs or parameters the solver may move
-  std::vector<std::string> still;       ///< states whose rates are held at zero
-  std::map<std::string, double> rates;  ///< states whose rates are held at a value [unit/s]
-  std::map<std::string, Range> bounds;  ///< on any variable or output; equal ends: held there
-  std::vector<std::string> implied;     ///< rates that must vanish as a consequence; verified
-  std::vector<Effort> effort;           ///< empty: every free input over its nominal size
+  std::vector<std::string> free{};        ///< states, inputs or parameters the solver may move
+  std::vector<std::string> still{};       ///< states whose rates are held at zero
+  std::map<std::string, double> rates{};  ///< states whose rates are held at a value [unit/s]
+  std::map<std::string, Range> bounds{};  ///< on any variable or output; equal ends: held there
+  std::vector<std::string> implied{};     ///< rates that must vanish as a consequence; verified
+  std::vector<Effort> effort{};           ///< empty: every free input over its nominal size
 };
 
 /// How a trim ended. Every status is the verdict of our own evaluation of the point.

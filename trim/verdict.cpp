@@ -83,6 +83,16 @@ std::string left_over(const Problem& p, const std::vector<Index>& rows, const Tr
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
+std::string not_finite_in_words(const Problem& p, const VectorXd& rates, const VectorXd& outputs) {
+  VectorXd y(rates.size() + outputs.size());
+  y << rates, outputs;
+  std::vector<std::string> words;
+  for (Index row = 0; row < y.size(); ++row)
+    if (!std::isfinite(y[row]))
+      words.push_back(fmt::format("{} = {}", row_name(p.model, row), y[row]));
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
 std::string limits_in_words(const TrimResult& r) {
   if (r.limits_active.empty()) return "no limit is reached there";
   std::vector<std::string> words;
@@ -115,6 +125,12 @@ TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimO
   const double outside =
       std::max(excess(z, p.lower, p.upper), excess(v.limited, p.limited_lower, p.limited_upper));
   if (r.residual > options.tolerance || outside > bound_slack) return r;  // not_found
+  if (p.model.h && !r.outputs.allFinite()) {
+    r.status = TrimStatus::not_finite;
+    r.message = "an equilibrium, but not every output is finite there: " +
+                not_finite_in_words(p, r.rates, r.outputs);
+    return r;
+  }
   note_conditioning(p, z, v, r);
   const auto moves = [&](Index row) {
     return std::abs(r.rates[row]) > options.tolerance * p.row_nominal[row];
@@ -125,6 +141,11 @@ TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimO
                 left_over(p, p.implied, r);
   } else if (r.rcond < singular_below || r.step > options.step_tolerance) {
     r.status = TrimStatus::singular;
+    if (r.message.empty())
+      r.message = fmt::format(
+          "Newton would still move by {:.2g} nominal sizes there: the equations "
+          "are nearly singular, or noisy",
+          r.step);
   } else if (!optimal) {
     r.status = TrimStatus::not_optimal;
     r.message = "an equilibrium, but not shown to be the one of least effort";

@@ -19,6 +19,9 @@ double excess(const Eigen::VectorXd& v, const Eigen::VectorXd& lower, const Eige
 /// "V' = -3.2 m/s², theta0 = 1": the rows' values at a point, in words.
 std::string left_over(const Problem& problem, const std::vector<Eigen::Index>& rows,
                       const TrimResult& at);
+/// "V' = nan, thrust = inf": the rows that are not finite, in words.
+std::string not_finite_in_words(const Problem& problem, const Eigen::VectorXd& rates,
+                                const Eigen::VectorXd& outputs);
 /// "with theta0 at its upper limit 1", or that none is reached.
 std::string limits_in_words(const TrimResult& at);
 

@@ -1,0 +1,66 @@
+# The commands a person types; CMakePresets.json says what they mean.
+#   make            the release program, build/bin/tiltrim
+#   make demo       install what is missing, build, trim and linearize the paper's conditions
+#   make test       install what is missing, build, run the tests
+#   make help       the others
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+SOURCES = $(wildcard $(foreach d,model trim linearize simulate sweep tune tables report cli tests \
+            tests/install bench,$(d)/*.cpp $(d)/*.hpp))
+# ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
+STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
+
+.PHONY: release packages demo test bench sanitize asan tsan tidy format format-check clean help
+.NOTPARALLEL:
+
+release:
+	cmake --preset release
+	cmake --build --preset release -j $(JOBS) --target tiltrim
+
+packages:
+	cmake/install-packages.sh
+
+demo: packages release
+	build/bin/tiltrim linearize studies/paper.toml
+	build/bin/tiltrim tables
+
+test: packages
+	cmake --preset release
+	cmake --build --preset release -j $(JOBS)
+	ctest --preset release -j $(JOBS)
+
+bench: packages
+	cmake --preset release -D TILTRIM_BENCH=ON
+	cmake --build --preset release -j $(JOBS) --target tiltrim_bench
+	build/bin/tiltrim_bench $(BENCH_FLAGS)
+
+sanitize: asan tsan
+
+asan: packages
+	cmake --preset asan
+	cmake --build --preset asan -j $(JOBS)
+	ctest --preset asan -j $(JOBS)
+
+tsan: packages
+	cmake --preset tsan
+	cmake --build --preset tsan -j $(JOBS)
+	$(STILL) ctest --preset tsan -j $(JOBS)
+
+tidy:
+	cmake/install-packages.sh dev
+	cmake --preset release
+	printf '%s\n' $(filter %.cpp,$(filter-out tests/% bench/%,$(SOURCES))) | \
+	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p build
+
+format:
+	cmake/install-packages.sh dev
+	clang-format -i $(SOURCES)
+
+format-check:
+	cmake/install-packages.sh dev
+	clang-format --dry-run --Werror $(SOURCES)
+
+clean:
+	rm -rf build
+
+help:
+	@echo "make [release] | demo | test | bench | sanitize (asan, tsan) | tidy | format | format-check | clean"

@@ -1,0 +1,51 @@
+/// The program's commands: each calls the library and returns what is to be printed.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "report/conditions.hpp"
+
+namespace tiltrim::cli {
+
+/// Exit codes: docs/cli.md.
+enum Exit { answered = 0, unanswered = 1, bad_input = 2 };
+
+enum class Format { text, json, csv };
+
+/// What every command takes.
+struct Common {
+  std::filesystem::path study;
+  Format format = Format::text;
+  std::filesystem::path output;   ///< empty: standard output
+  std::vector<std::string> only;  ///< names of conditions; empty: all
+};
+
+struct TrimCommand {
+  Common common;
+  TrimOptions options;
+};
+
+struct LinearizeCommand {
+  Common common;
+  TrimOptions options;
+  Method method = Method::exact;
+  std::vector<std::string> inputs;
+};
+
+/// What a command has to say: the text for its output, and the exit code.
+struct Outcome {
+  std::string output;
+  int exit_code = answered;
+};
+
+Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop);
+/// `study` may be empty: the reference vehicle.
+Outcome run_tables(const Common& command, const TextStyle& style);
+
+}  // namespace tiltrim::cli

@@ -1,0 +1,146 @@
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+
+#include "cli/commands.hpp"
+#include "cli/terminal.hpp"
+
+namespace tiltrim::cli {
+
+namespace {
+
+constexpr const char* about =
+    "Trim and linear stability of a tiltrotor under total-energy control.\n"
+    "Every answer is verified, says how good it is, and where there is none says why.";
+
+constexpr const char* examples =
+    "\nTry:\n"
+    "  tiltrim trim studies/paper.toml            equilibria of climb, transition and level "
+    "flight\n"
+    "  tiltrim linearize studies/paper.toml       their eigenvalues, modes and verdicts\n"
+    "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
+    "  tiltrim linearize my.toml --format json -o my.json\n"
+    "\nA study is one TOML file (docs/study.md). The smallest:\n"
+    "  [[condition]]\n"
+    "  name = \"level\"\n"
+    "  V = 15.0           # m/s\n"
+    "  gamma_deg = 0.0    # flight path\n"
+    "  eta_deg = 0.0      # nacelle tilt: 90 helicopter, 0 airplane\n"
+    "\nExit code: 0 every condition answered; 1 some condition has no verified answer (the rest "
+    "are\n"
+    "still written); 2 bad input, said with file, line and key; 128 + n after signal n.";
+
+const std::map<std::string, Format> formats{
+    {"text", Format::text}, {"json", Format::json}, {"csv", Format::csv}};
+const std::map<std::string, Method> jacobians{{"exact", Method::exact},
+                                              {"differences", Method::differences}};
+const std::map<std::string, TrimMethod> methods{{"ipopt", TrimMethod::ipopt},
+                                                {"newton", TrimMethod::newton}};
+
+template <class Map>
+CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, const Map& map,
+                        const std::string& help) {
+  std::string names;
+  for (const auto& [name, choice] : map) names += (names.empty() ? "" : "|") + name;
+  return app->add_option(flag, value, help)
+      ->transform(CLI::CheckedTransformer(map, CLI::ignore_case).description(""))
+      ->type_name(names);
+}
+
+void add_common(CLI::App* app, Common& common, bool needs_study) {
+  auto* study =
+      app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
+  if (needs_study) study->required();
+  add_choice(app, "-f,--format", common.format, formats,
+             "text for people (default), json with every digit, csv");
+  app->add_option("-o,--output", common.output, "write to this file, whole or not at all")
+      ->type_name("FILE");
+}
+
+void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
+  app->add_option("--only", common.only, "only the conditions of these names")->type_name("NAME");
+  add_choice(app, "--solver", options.method, methods,
+             "ipopt (default), or newton alone (as many unknowns as equations)");
+  app->add_option("--starts", options.starts,
+                  "further starts, which look for other equilibria (32)")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("N");
+}
+
+template <class Run>
+int finish(const Common& common, const Run& run) {
+  if (!common.output.empty()) check_writable(common.output);
+  TextStyle style;
+  style.colour = common.output.empty() && isatty(STDOUT_FILENO) == 1 && !std::getenv("NO_COLOR");
+  const Interrupt interrupt;
+  const Outcome outcome = run(style, interrupt.token());
+  if (common.output.empty())
+    print_whole(outcome.output);
+  else
+    write_whole(common.output, outcome.output);
+  return interrupt.signal() == 0 ? outcome.exit_code : 128 + interrupt.signal();
+}
+
+int run_program(int argc, char** argv) {
+  CLI::App app{about, "tiltrim"};
+  app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
+  app.footer(examples);
+  app.require_subcommand(1);
+  app.failure_message(CLI::FailureMessage::help);
+
+  TrimCommand trimming;
+  CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
+  add_common(trim, trimming.common, true);
+  add_trim_options(trim, trimming.common, trimming.options);
+
+  LinearizeCommand linearizing;
+  CLI::App* linearize = app.add_subcommand(
+      "linearize", "trim, then linear model, eigenvalues, modes and stability verdict");
+  add_common(linearize, linearizing.common, true);
+  add_trim_options(linearize, linearizing.common, linearizing.options);
+  add_choice(linearize, "--jacobian", linearizing.method, jacobians,
+             "exact derivatives (default), or differences");
+  linearize
+      ->add_option("--inputs", linearizing.inputs,
+                   "inputs of B and D: any inputs or parameters, as V,gains.K_Lp (default: the "
+                   "model's inputs; closed loop: V,gamma,eta)")
+      ->delimiter(',')
+      ->type_name("NAME,...");
+
+  Common tabling;
+  CLI::App* tables = app.add_subcommand(
+      "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
+  add_common(tables, tabling, false);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? answered : bad_input;
+  }
+  const auto with = [](const auto& command) {
+    return [&command](const TextStyle& style, const std::stop_token& stop) {
+      return run(command, style, stop);
+    };
+  };
+  if (*trim) return finish(trimming.common, with(trimming));
+  if (*linearize) return finish(linearizing.common, with(linearizing));
+  return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
+    return run_tables(tabling, style);
+  });
+}
+
+}  // namespace
+}  // namespace tiltrim::cli
+
+int main(int argc, char** argv) {
+  try {
+    return tiltrim::cli::run_program(argc, argv);
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "tiltrim: {}\n", e.what());
+    return tiltrim::cli::bad_input;
+  }
+}

@@ -1,0 +1,54 @@
+/// What the program owes the terminal and the file system: progress, Ctrl-C, whole files.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <stop_token>
+#include <string>
+#include <thread>
+
+namespace tiltrim::cli {
+
+/// "3 of 40, 12 s left" on standard error, if that is a terminal and the work takes over a second.
+class Progress {
+ public:
+  explicit Progress(std::size_t total);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+  void advance();
+
+ private:
+  std::size_t total_, done_ = 0;
+  bool terminal_, shown_ = false;
+  std::chrono::steady_clock::time_point start_;
+};
+
+/// Turns SIGINT and SIGTERM into a stop request for the time of its life; a second one ends the
+/// program at once. Make it before any other thread.
+class Interrupt {
+ public:
+  Interrupt();
+  ~Interrupt();
+  Interrupt(const Interrupt&) = delete;
+  Interrupt& operator=(const Interrupt&) = delete;
+  std::stop_token token() const { return source_.get_token(); }
+  int signal() const { return signal_; }  ///< that came; 0 if none
+
+ private:
+  std::stop_source source_;
+  std::atomic<int> signal_ = 0;
+  std::jthread watcher_;
+};
+
+/// Throws std::runtime_error "path: why" if a file could not be written there.
+void check_writable(const std::filesystem::path& file);
+/// Writes beside the file, syncs and renames, so that the file is the old one or the new one.
+/// Throws std::runtime_error "path: why".
+void write_whole(const std::filesystem::path& file, const std::string& text);
+/// To standard output; throws std::runtime_error if it does not take all (a full disk).
+void print_whole(const std::string& text);
+
+}  // namespace tiltrim::cli

@@ -1,0 +1,32 @@
+#!/bin/sh
+# Installs the Debian packages that are missing, and only those.
+#   cmake/install-packages.sh        what building, testing and benchmarks need
+#   cmake/install-packages.sh dev    and the formatter and the linter
+set -eu
+
+packages="build-essential cmake ninja-build pkg-config
+  libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
+  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev doctest-dev libbenchmark-dev"
+[ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy"
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2
+  exit 0
+fi
+
+missing=""
+for package in $packages; do
+  status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null) || true
+  [ "$status" = installed ] || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+as_root=""
+[ "$(id -u)" -eq 0 ] || as_root=sudo
+echo "install-packages: installing$missing"
+if ! { $as_root apt-get update -q &&
+       $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -qy --no-install-recommends $missing; }
+then
+  echo "install-packages: apt-get failed (no network, or no right to install?). Missing:$missing" >&2
+  exit 1
+fi

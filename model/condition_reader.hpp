@@ -1,0 +1,16 @@
+/// Flight conditions of a study.
+/// Internal to model/.
+#pragma once
+
+#include <vector>
+
+#include "model/study.hpp"
+#include "model/toml_reader.hpp"
+
+namespace tiltrim::reading {
+
+/// The [[condition]] tables of a study, checked; throws StudyError.
+std::vector<Condition> read_conditions(const Entry& root, const std::filesystem::path& file,
+                                       Equations equations);
+
+}  // namespace tiltrim::reading

@@ -1,0 +1,66 @@
+/// One table of a study, read key by key with every value checked.
+/// Internal to model/.
+#pragma once
+
+#include <map>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/signal.hpp"
+#include "model/toml_reader.hpp"
+
+namespace tiltrim::reading {
+
+/// What a number may be, in the file's unit; the numbers read are SI, radians.
+struct Accepted {
+  double lower, upper;
+  std::string_view unit = "";  ///< "degrees" are converted
+  bool degrees() const { return unit == "degrees"; }
+};
+
+/// A number in the file's unit, in SI.
+constexpr double in_si(double value, std::string_view unit) {
+  return unit == "degrees" ? value * (std::numbers::pi / 180) : value;
+}
+
+/// "a number from 0 to 180 degrees"
+std::string describe(const Accepted& accepted);
+
+class Section {
+ public:
+  /// `title` as the table is written, "[gains]"; `prefix` of its keys in messages, "gains.".
+  Section(const std::filesystem::path& file, const Entry& table, std::string title,
+          std::string prefix);
+
+  /// Refuses every other key, naming the nearest of these, or what `elsewhere` says of it.
+  void allow_only(const std::vector<std::string>& keys,
+                  const std::map<std::string, std::string>& elsewhere = {}) const;
+
+  const Entry* find(std::string_view key) const;
+  const Entry& require(std::string_view key, std::string_view expected) const;
+
+  double number(std::string_view key, const Accepted& accepted) const;
+  double number(const Entry& entry, const Accepted& accepted) const;
+  Range range(const Entry& entry, const Accepted& accepted) const;
+  /// Text of 1 to 200 bytes without control characters.
+  std::string text(std::string_view key) const;
+  /// Position of the text among `names`; 0 if the key is not there.
+  std::size_t choice(std::string_view key, const std::vector<std::string>& names) const;
+
+  /// Throws StudyError "file:line:column: prefix.key: message" at the entry's value.
+  [[noreturn]] void refuse(const Entry& entry, std::string_view message) const;
+  /// The same at the table's head, for a key that is not there.
+  [[noreturn]] void refuse(std::string_view key, std::string_view message) const;
+
+ private:
+  double accept(const Entry& entry, const Entry& named, const Accepted& accepted,
+                std::string_view expected) const;
+
+  const std::filesystem::path& file_;
+  const Entry& table_;
+  std::string title_, prefix_;
+};
+
+}  // namespace tiltrim::reading

@@ -1,0 +1,128 @@
+#include <nlohmann/json.hpp>
+
+#include "report/conditions.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using nlohmann::ordered_json;
+
+namespace {
+
+// Numbers keep every digit; infinities and NaN, which JSON lacks, become null.
+ordered_json rows(const Eigen::MatrixXd& m) {
+  ordered_json list = ordered_json::array();
+  for (Index i = 0; i < m.rows(); ++i) {
+    list.push_back(ordered_json::array());
+    for (Index j = 0; j < m.cols(); ++j) list.back().push_back(m(i, j));
+  }
+  return list;
+}
+
+ordered_json named(const Signals& signals, const Eigen::VectorXd& values,
+                   std::size_t most = SIZE_MAX) {
+  ordered_json object = ordered_json::object();
+  for (std::size_t i = 0; i < std::min(most, signals.size()) && Index(i) < values.size(); ++i)
+    object[signals[i].name] = values[Index(i)];
+  return object;
+}
+
+// The actuators: inputs of the airframe, the first outputs of the closed loop.
+ordered_json actuators(const Answer& a) {
+  constexpr std::size_t count = 3;  // theta0, a1s, delta_e
+  if (a.condition.formulation == Formulation::closed_loop)
+    return named(a.model.outputs, a.trim.outputs, count);
+  return named(a.model.inputs, a.trim.point.u);
+}
+
+ordered_json point(const Answer& a) {
+  return {{"state", named(a.model.states, a.trim.point.x)},
+          {"input", actuators(a)},
+          {"output", named(a.model.outputs, a.trim.outputs)}};
+}
+
+void add_trim(const Answer& a, ordered_json& c) {
+  const TrimResult& t = a.trim;
+  c["name"] = a.condition.name;
+  c["status"] = to_string(t.status);
+  // A row without an equilibrium holds no number that looks like one: its best point is set apart.
+  if (a.has_equilibrium())
+    c.update(point(a));
+  else
+    c.update({{"state", nullptr}, {"input", nullptr}, {"output", nullptr}, {"closest", point(a)}});
+  c["residual"] = t.residual;
+  c["limits_active"] = ordered_json::array();
+  for (const ActiveLimit& l : t.limits_active)
+    c["limits_active"].push_back(l.signal + (l.upper ? " upper" : " lower"));
+  c["message"] = t.message;
+  c["model"] = a.model.name;
+  c["rates"] = named(a.model.states, t.rates);
+  c["step"] = t.step;
+  c["rcond"] = t.rcond;
+  c["effort"] = t.effort;
+  c["starts"] = t.starts;
+  c["evaluations"] = t.evaluations;
+  c["others"] = ordered_json::array();
+  for (const OperatingPoint& other : t.others)
+    c["others"].push_back(named(a.model.states, other.x));
+  if (a.table)
+    c["moment"] = {{"CM_required", a.table->CM_required}, {"CM_elevator", a.table->CM_elevator}};
+}
+
+ordered_json linear_json(const LinearModel& l) {
+  ordered_json j{{"status", to_string(l.status)}, {"message", l.message}, {"residual", l.residual}};
+  j["remarks"] = l.remarks;
+  j["states"] = names(l.states);
+  j["inputs"] = names(l.inputs);
+  j["outputs"] = names(l.outputs);
+  if (!l) return j;
+  j["method"] = l.method == Method::exact ? "exact" : "differences";
+  j["A"] = rows(l.A);
+  j["A_error"] = rows(l.A_error);
+  j["B"] = rows(l.B);
+  j["B_error"] = rows(l.B_error);
+  j["C"] = rows(l.C);
+  j["C_error"] = rows(l.C_error);
+  j["D"] = rows(l.D);
+  j["D_error"] = rows(l.D_error);
+  if (l.A_differences) {
+    j["A_differences"] = rows(l.A_differences->value);
+    j["A_differences_error"] = rows(l.A_differences->error);
+  }
+  return j;
+}
+
+ordered_json mode_json(const Mode& m, const Signals& states) {
+  return {{"re", m.eigenvalue.real()},
+          {"im", m.eigenvalue.imag()},
+          {"frequency", m.frequency()},
+          {"damping", m.damping()},
+          {"time_to_half", m.time_to_half()},
+          {"error", m.error},
+          {"condition", m.condition},
+          {"backward_error", m.backward_error},
+          {"determined", m.determined},
+          {"name", m.name},
+          {"participation", named(states, m.participation)}};
+}
+
+}  // namespace
+
+std::string conditions_json(const std::vector<ConditionReport>& conditions) {
+  ordered_json all{{"conditions", ordered_json::array()}};
+  for (const ConditionReport& r : conditions) {
+    ordered_json c;
+    add_trim(r.answer, c);
+    if (r.linear) c["linear"] = linear_json(*r.linear);
+    if (r.modes) {
+      c["modes"] = ordered_json::array();
+      for (const Mode& m : r.modes->modes) c["modes"].push_back(mode_json(m, r.linear->states));
+      c["spectral_abscissa"] = r.modes->spectral_abscissa;
+      c["verdict"] = to_string(r.modes->verdict);
+    }
+    all["conditions"].push_back(c);
+  }
+  return all.dump(1) + '\n';
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,236 @@
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <numbers>
+
+#include "report/conditions.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+const char* const beyond_double = "{:.0e}";
+
+// The first of these names that the answer's model has, among variables and outputs.
+std::optional<double> value(const Answer& a, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    const TrimResult& t = a.trim;
+    if (const Index i = find(a.model.states, name); i >= 0) return t.point.x[i];
+    if (const Index i = find(a.model.inputs, name); i >= 0) return t.point.u[i];
+    if (const Index i = find(a.model.parameters, name); i >= 0) return t.point.p[i];
+    if (const Index i = find(a.model.outputs, name); i >= 0 && t.outputs.size() > i)
+      return t.outputs[i];
+  }
+  return {};
+}
+
+SheetCell cell(std::optional<double> number, double factor = 1.0) {
+  return number ? SheetCell(*number * factor) : SheetCell();
+}
+
+// What was asked is shown whatever the outcome; what was found, only where it is an equilibrium.
+std::vector<SheetCell> trim_row(const ConditionReport& c) {
+  const Answer& a = c.answer;
+  const bool found = a.has_equilibrium();
+  const bool asked = a.condition.formulation == Formulation::closed_loop;
+  const auto show = [&](bool known, std::initializer_list<const char*> names, double factor) {
+    return known ? cell(value(a, names), factor) : SheetCell();
+  };
+  std::vector<SheetCell> row{a.condition.name};
+  if (a.condition.formulation == Formulation::table) {
+    const auto& v = a.condition.values;
+    row.insert(row.end(), {SheetCell(), v.at("gamma").lower * degrees, v.at("eta").lower * degrees,
+                           SheetCell(), v.at("alpha").lower * degrees});
+  } else {
+    row.push_back(show(found || asked, {"airspeed", "V"}, 1.0));
+    if (asked) row.back() = a.condition.command.V;
+    const bool rest = value(a, {"airspeed"}).value_or(1.0) == 0.0;  // no path, no angle of attack
+    row.push_back(show((found && !rest) || asked, {"gamma", "flight_path"}, degrees));
+    row.push_back(show(found || asked, {"eta"}, degrees));
+    row.push_back(show(found, {"theta"}, degrees));
+    row.push_back(show(found && !rest, {"alpha"}, degrees));
+  }
+  row.push_back(show(found, {"theta0"}, 1.0));
+  row.push_back(show(found, {"a1s"}, degrees));
+  row.push_back(show(found, {"delta_e"}, degrees));
+  row.push_back(SheetCell(a.trim.residual));
+  const Tone tone = a.trim ? Tone::good : found ? Tone::doubtful : Tone::bad;
+  row.push_back(SheetCell(to_string(a.trim.status), tone));
+  return row;
+}
+
+std::vector<std::string> remarks(const ConditionReport& c) {
+  const TrimResult& t = c.answer.trim;
+  std::vector<std::string> notes;
+  if (!t.message.empty()) notes.push_back(t.message);
+  if (c.answer.has_equilibrium())
+    for (const ActiveLimit& l : t.limits_active)
+      notes.push_back(fmt::format("{} is at its {} limit, {:.6g}", l.signal,
+                                  l.upper ? "upper" : "lower", l.value));
+  if (!t.others.empty())
+    notes.push_back(
+        fmt::format("{} more equilibri{} found within the limits in {} starts; this one "
+                    "takes the least control effort",
+                    t.others.size(), t.others.size() == 1 ? "um" : "a", t.starts));
+  if (c.answer.table)
+    notes.push_back(
+        fmt::format("moment about the centre of gravity: CM {:.5f} balances the thrust, the "
+                    "elevator has to add {:+.5f}",
+                    c.answer.table->CM_required, c.answer.table->CM_elevator));
+  return notes;
+}
+
+std::string shares(const Eigen::VectorXd& participation, const Signals& states) {
+  constexpr double shown = 0.1;  // smaller shares are left to the JSON
+  std::vector<std::pair<double, std::string>> parts;
+  for (Index k = 0; k < participation.size(); ++k)
+    if (participation[k] >= shown)
+      parts.emplace_back(participation[k], states[std::size_t(k)].name);
+  std::ranges::stable_sort(parts, std::greater{}, &std::pair<double, std::string>::first);
+  std::vector<std::string> words;
+  for (const auto& [share, name] : parts)
+    words.push_back(fmt::format("{} {:.0f}%", name, 100 * share));
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+std::string number(const Mode& m) {
+  const double re = m.eigenvalue.real(), im = m.eigenvalue.imag();
+  return im == 0 ? fmt::format("{:.4f}", re) : fmt::format("{:.4f} ± {:.4f}i", re, std::abs(im));
+}
+
+Tone tone_of(Verdict verdict) {
+  return verdict == Verdict::stable     ? Tone::good
+         : verdict == Verdict::unstable ? Tone::bad
+                                        : Tone::doubtful;
+}
+
+std::string verdict_in_words(const ConditionReport& c) {
+  const Modes& m = *c.modes;
+  if (!m.converged) return "the eigenvalue iteration did not converge";
+  if (m.modes.empty()) return "no states";
+  const Mode& last = m.modes.back();
+  const std::string least =
+      fmt::format("the rightmost eigenvalue is {:.4f} 1/s ({})", last.eigenvalue.real(), last.name);
+  switch (m.verdict) {
+    case Verdict::stable:
+      return least + ", left of the axis by more than its error bound";
+    case Verdict::unstable:
+      return least + ", right of the axis by more than its error bound";
+    case Verdict::undecided:
+      return least + fmt::format(", the axis lies within its error bound {:.1e}", last.error);
+  }
+  return least;
+}
+
+const char* formulation_name(Formulation f) {
+  return f == Formulation::closed_loop ? "closed loop"
+         : f == Formulation::airframe  ? "airframe alone"
+                                       : "table";
+}
+
+}  // namespace
+
+Sheet trim_sheet(const std::vector<ConditionReport>& conditions) {
+  Sheet sheet;
+  sheet.columns = {{"name", "condition", ""},
+                   {"V", "V", "m/s", "{:.2f}"},
+                   {"gamma_deg", "γ", "°", "{:.2f}"},
+                   {"eta_deg", "η", "°", "{:.2f}"},
+                   {"theta_deg", "θ", "°", "{:.3f}"},
+                   {"alpha_deg", "α", "°", "{:.3f}"},
+                   {"theta0", "θ₀", "", "{:.5f}"},
+                   {"a1s_deg", "a1s", "°", "{:.3f}"},
+                   {"delta_e_deg", "δe", "°", "{:.3f}"},
+                   {"residual", "residual", "1/s", beyond_double},
+                   {"status", "status", ""}};
+  for (const ConditionReport& c : conditions) {
+    sheet.rows.push_back(trim_row(c));
+    for (const std::string& note : remarks(c))
+      sheet.notes.push_back(c.answer.condition.name + ": " + note + ".");
+  }
+  return sheet;
+}
+
+Sheet modes_sheet(const ConditionReport& c) {
+  Sheet sheet;
+  sheet.columns = {{"eigenvalue", "eigenvalue", "1/s"},
+                   {"error", "± bound", "1/s", "{:.0e}"},
+                   {"frequency", "frequency", "rad/s", "{:.4f}"},
+                   {"damping", "damping", "", "{:.3f}"},
+                   {"time_to_half", "t half", "s", "{:.3g}"},
+                   {"condition", "cond.", "", "{:.1f}"},
+                   {"mode", "mode", ""},
+                   {"participation", "taking part", ""}};
+  bool growing = false, undetermined = false;
+  for (const Mode& m : c.modes->modes) {
+    if (m.eigenvalue.imag() < 0) continue;  // its partner stands for both
+    growing = growing || m.eigenvalue.real() > 0;
+    undetermined = undetermined || !m.determined;
+    sheet.rows.push_back({SheetCell(number(m)), m.error, m.frequency(), m.damping(),
+                          m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
+                          shares(m.participation, c.linear->states)});
+  }
+  if (growing) sheet.notes.push_back("Of a growing mode, t half is the time to double.");
+  if (undetermined)
+    sheet.notes.push_back(
+        "(!) condition above 1e8: the value of this eigenvalue is not determined.");
+  return sheet;
+}
+
+Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions) {
+  Sheet sheet;
+  sheet.columns = {{"name", "", ""},
+                   {"status", "", ""},
+                   {"verdict", "", ""},
+                   {"re", "", ""},
+                   {"im", "", ""},
+                   {"error", "", ""},
+                   {"frequency", "", ""},
+                   {"damping", "", ""},
+                   {"time_to_half", "", ""},
+                   {"condition", "", ""},
+                   {"backward_error", "", ""},
+                   {"mode", "", ""}};
+  for (const ConditionReport& c : conditions) {
+    const std::string status = to_string(c.answer.trim.status);
+    if (!c.modes || c.modes->modes.empty()) {
+      std::vector<SheetCell> row(sheet.columns.size());
+      row[0] = c.answer.condition.name;
+      row[1] = status;
+      sheet.rows.push_back(row);
+      continue;
+    }
+    for (const Mode& m : c.modes->modes)
+      sheet.rows.push_back({c.answer.condition.name, status, to_string(c.modes->verdict),
+                            m.eigenvalue.real(), m.eigenvalue.imag(), m.error, m.frequency(),
+                            m.damping(), m.time_to_half(), m.condition, m.backward_error, m.name});
+  }
+  return sheet;
+}
+
+std::string conditions_text(const std::vector<ConditionReport>& conditions,
+                            const TextStyle& style) {
+  std::string text = as_text(trim_sheet(conditions), style);
+  for (const ConditionReport& c : conditions) {
+    if (!c.linear) continue;
+    const std::string& name = c.answer.condition.name;
+    if (!c.modes) {
+      text += fmt::format("\n{}: {}\n", name, toned("no linear model", Tone::bad, style));
+      text += wrapped(c.linear->message + ".", 2, style.width);
+      continue;
+    }
+    text += fmt::format("\n{} ({}): {}\n", name, formulation_name(c.answer.condition.formulation),
+                        toned(to_string(c.modes->verdict), tone_of(c.modes->verdict), style));
+    text += wrapped(verdict_in_words(c) + ".", 2, style.width);
+    text += as_text(modes_sheet(c), style);
+    for (const std::string& remark : c.linear->remarks)
+      text += wrapped(remark + ".", 2, style.width);
+  }
+  return text;
+}
+
+}  // namespace tiltrim

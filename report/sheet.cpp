@@ -1,0 +1,113 @@
+#include "report/sheet.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <sstream>
+
+namespace tiltrim {
+
+namespace {
+
+// Characters of UTF-8 text: bytes that do not continue one.
+std::size_t characters(const std::string& text) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+std::string text_of(const SheetCell& cell, const SheetColumn& column) {
+  if (const auto* number = std::get_if<double>(&cell.value)) {
+    const double shown = *number == 0 ? 0.0 : *number;  // no minus before a zero
+    return fmt::format(fmt::runtime(column.format), shown);
+  }
+  if (const auto* words = std::get_if<std::string>(&cell.value)) return *words;
+  return "-";
+}
+
+bool is_numeric(const Sheet& sheet, std::size_t column) {
+  return std::ranges::any_of(sheet.rows, [&](const auto& row) {
+    return column < row.size() && std::holds_alternative<double>(row[column].value);
+  });
+}
+
+std::string padded(const std::string& text, std::size_t width, bool right) {
+  const std::string space(width - std::min(width, characters(text)), ' ');
+  return right ? space + text : text + space;
+}
+
+std::string csv_field(const SheetCell& cell) {
+  if (const auto* number = std::get_if<double>(&cell.value)) return fmt::format("{:.17g}", *number);
+  const auto* words = std::get_if<std::string>(&cell.value);
+  if (!words) return "";
+  if (words->find_first_of(",\"\r\n") == std::string::npos) return *words;
+  std::string quoted = "\"";
+  for (const char c : *words) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+}  // namespace
+
+std::string toned(const std::string& words, Tone tone, const TextStyle& style) {
+  if (!style.colour || tone == Tone::plain) return words;
+  const char* code = tone == Tone::good ? "32" : tone == Tone::bad ? "31" : "33";
+  return fmt::format("\033[{}m{}\033[0m", code, words);
+}
+
+std::string wrapped(const std::string& words, std::size_t indent, std::size_t width) {
+  std::istringstream in(words);
+  std::string text, line(indent, ' '), word;
+  bool empty = true;
+  while (in >> word) {
+    if (!empty && characters(line) + 1 + characters(word) > width) {
+      text += line + '\n';
+      line.assign(indent, ' ');
+      empty = true;
+    }
+    line += empty ? word : ' ' + word;
+    empty = false;
+  }
+  return text + line + '\n';
+}
+
+std::string as_text(const Sheet& sheet, const TextStyle& style) {
+  const std::size_t n = sheet.columns.size();
+  std::vector<std::size_t> width(n);
+  std::vector<bool> right(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const SheetColumn& c = sheet.columns[k];
+    width[k] = std::max(characters(c.title), characters(c.unit));
+    right[k] = is_numeric(sheet, k);
+    for (const auto& row : sheet.rows)
+      width[k] = std::max(width[k], characters(text_of(row.at(k), c)));
+  }
+  const auto line = [&](const auto& text_at, const auto& tone_at) {
+    std::string text = " ";
+    for (std::size_t k = 0; k < n; ++k)
+      text += ' ' + toned(padded(text_at(k), width[k], right[k]), tone_at(k), style) + ' ';
+    return text.substr(0, text.find_last_not_of(' ') + 1) + '\n';
+  };
+  const auto plain = [](std::size_t) { return Tone::plain; };
+  std::string text = sheet.title.empty() ? "" : sheet.title + "\n";
+  text += line([&](std::size_t k) { return sheet.columns[k].title; }, plain);
+  if (std::ranges::any_of(sheet.columns, [](const auto& c) { return !c.unit.empty(); }))
+    text += line([&](std::size_t k) { return sheet.columns[k].unit; }, plain);
+  for (const auto& row : sheet.rows)
+    text += line([&](std::size_t k) { return text_of(row[k], sheet.columns[k]); },
+                 [&](std::size_t k) { return row[k].tone; });
+  for (const std::string& note : sheet.notes) text += wrapped(note, 2, style.width);
+  return text;
+}
+
+std::string as_csv(const Sheet& sheet) {
+  std::string text;
+  for (std::size_t k = 0; k < sheet.columns.size(); ++k)
+    text += (k ? "," : "") + sheet.columns[k].key;
+  text += '\n';
+  for (const auto& row : sheet.rows) {
+    for (std::size_t k = 0; k < row.size(); ++k) text += (k ? "," : "") + csv_field(row[k]);
+    text += '\n';
+  }
+  return text;
+}
+
+}  // namespace tiltrim

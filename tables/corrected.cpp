@@ -1,0 +1,194 @@
+// The equilibria that Table 1's conditions really have on the reference aircraft.
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tables/tables.hpp"
+#include "trim/conditions.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double degree = pi / 180.0;
+
+// Table 1 with its slips mended: the climb climbs, and the transition moves, at 6 m/s.
+const Columns<Command>& conditions() {
+  static const Columns<Command> all{Command{2.0, pi / 2, pi / 2}, Command{6.0, pi / 4, pi / 4},
+                                    Command{15.0, 0.0, 0.0}};
+  return all;
+}
+constexpr Columns<const char*> column_names{"climb", "transition", "level"};
+
+double signal(const Signals& signals, const Eigen::VectorXd& values, const char* name) {
+  return values[index_of(signals, name, "signal")];
+}
+
+std::string condition_in_words(const Command& c) {
+  return fmt::format("V = {:g} m/s, gamma = {:g}°, eta = {:g}°", c.V, c.gamma / degree,
+                     c.eta / degree);
+}
+
+std::string no_equilibrium(const CorrectedColumn& column) {
+  return fmt::format("{}: no equilibrium at {} ({}): {}", column.name,
+                     condition_in_words(column.condition), to_string(column.trim.status),
+                     column.trim.message);
+}
+
+// ---- theta = 0 ----
+
+TrimProblem level_body_problem(const Vehicle& vehicle, const Command& c) {
+  AirframeCondition condition;
+  condition.values = {
+      {"V", {c.V, c.V}}, {"gamma", {c.gamma, c.gamma}}, {"theta", {0, 0}}, {"eta", {c.eta, c.eta}}};
+  return airframe_problem(vehicle, condition);
+}
+
+TrimResult without_proof(const TrimProblem& problem, const TrimSpec& spec) {
+  TrimOptions options;
+  options.max_boxes = 0;
+  return trim(problem.model, spec, problem.guess, options);
+}
+
+std::string equation_in_words(const std::string& state) {
+  if (state == "V") return "the speed equation V' = 0";
+  if (state == "gamma") return "the path equation gamma' = 0";
+  return "the pitch equation q' = 0";
+}
+
+// What stops the trim: an equation or a limit without which there is an equilibrium.
+std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& problem) {
+  struct Wide {
+    const char* input;
+    Range range, limit;
+  };
+  const Wide wide[] = {{"theta0", {-5.0, 5.0}, vehicle.limits.theta0},
+                       {"a1s", {-pi / 2, pi / 2}, vehicle.limits.a1s},
+                       {"delta_e", {-pi / 2, pi / 2}, vehicle.limits.delta_e}};
+  std::vector<std::string> stops;
+  for (const auto& [state, rate] : problem.spec.rates) {
+    TrimSpec spec = problem.spec;
+    spec.rates.erase(state);
+    if (without_proof(problem, spec)) stops.push_back(equation_in_words(state));
+  }
+  for (const Wide& w : wide) {
+    TrimSpec spec = problem.spec;
+    spec.bounds[w.input] = w.range;
+    const TrimResult freed = without_proof(problem, spec);
+    if (freed)
+      stops.push_back(fmt::format("the limits of {}, [{:g}, {:g}]: it would have to be {:.4f}",
+                                  w.input, w.limit.lower, w.limit.upper,
+                                  signal(problem.model.inputs, freed.point.u, w.input)));
+  }
+  return stops;
+}
+
+// Without the pitch equation: what moment is left over, and what the elevator could do about it.
+std::string moment_left(const Vehicle& vehicle, const TrimProblem& problem, const Command& c) {
+  TrimSpec spec = problem.spec;
+  spec.rates.erase("q");
+  const TrimResult forces = without_proof(problem, spec);
+  if (!forces) return {};
+  const double acceleration = signal(problem.model.states, forces.rates, "q");
+  const double lever = std::abs(std::cos(c.gamma));  // alpha = -gamma
+  return fmt::format(
+      "; with both forces balanced {:+.3f} N m of pitching moment are left over, and at this angle "
+      "of "
+      "attack the elevator has {:.0f} % of its effect",
+      acceleration * vehicle.aircraft.inertia_yy, 100.0 * lever);
+}
+
+CorrectedColumn level_body_column(const Vehicle& vehicle, std::size_t i) {
+  CorrectedColumn column;
+  column.name = column_names[i];
+  column.condition = conditions()[i];
+  const TrimProblem problem = level_body_problem(vehicle, column.condition);
+  column.trim = trim(problem.model, problem.spec, problem.guess);
+  const auto input = [&](const char* name) {
+    return signal(problem.model.inputs, column.trim.point.u, name);
+  };
+  if (column.trim) {
+    column.theta = 0.0;
+    column.theta0 = input("theta0");
+    column.a1s = input("a1s");
+    column.delta_e = input("delta_e");
+    column.finding = fmt::format(
+        "{}: held at {} with theta = 0 by theta0 = {:.5f}, a1s = {:.5f}, delta_e "
+        "= {:.5f}",
+        column.name, condition_in_words(column.condition), *column.theta0, *column.a1s,
+        *column.delta_e);
+    return column;
+  }
+  column.stopped_by = what_stops(vehicle, problem);
+  column.finding = no_equilibrium(column);
+  if (column.stopped_by.empty())
+    column.finding +=
+        "; no single equation or limit stops it: more than one would have to give way";
+  else
+    column.finding += fmt::format("; without any one of these there would be: {}",
+                                  fmt::join(column.stopped_by, "; "));
+  column.finding += moment_left(vehicle, problem, column.condition);
+  return column;
+}
+
+// ---- theta free ----
+
+CorrectedColumn free_pitch_column(const Vehicle& vehicle, const char* name,
+                                  const Command& condition) {
+  CorrectedColumn column;
+  column.name = name;
+  column.condition = condition;
+  column.trim = trim_closed_loop(vehicle, condition);
+  if (!column.trim) {
+    column.finding = no_equilibrium(column);
+    return column;
+  }
+  const Model model = closed_loop_problem(vehicle, condition).model;
+  const auto output = [&](const char* signal_name) {
+    return signal(model.outputs, column.trim.outputs, signal_name);
+  };
+  column.theta = signal(model.states, column.trim.point.x, "theta");
+  column.theta0 = output("theta0");
+  column.a1s = output("a1s");
+  column.delta_e = output("delta_e");
+  const LinearModel linear = linearize(model, column.trim.point);
+  if (!linear) {
+    column.finding = column.name + ": not linearized: " + linear.message;
+    return column;
+  }
+  const Modes found = modes(linear);
+  column.verdict = found.verdict;
+  column.spectral_abscissa = found.spectral_abscissa;
+  column.finding =
+      fmt::format("{}: {} is held at theta = {:.4f} rad, {} (largest real part {:.4f} 1/s)",
+                  column.name, condition_in_words(condition), *column.theta,
+                  to_string(found.verdict), found.spectral_abscissa);
+  return column;
+}
+
+}  // namespace
+
+CorrectedTable trim_level_body(const Vehicle& vehicle) {
+  CorrectedTable table{"Table 3 corrected: the airframe at theta = 0, as Table 1 has it", {}};
+  for (std::size_t i = 0; i < 3; ++i) table.columns[i] = level_body_column(vehicle, i);
+  return table;
+}
+
+CorrectedTable trim_free_pitch(const Vehicle& vehicle) {
+  CorrectedTable table{"Table 3 corrected: the closed loop at its own theta", {}};
+  for (std::size_t i = 0; i < 3; ++i)
+    table.columns[i] = free_pitch_column(vehicle, column_names[i], conditions()[i]);
+  return table;
+}
+
+CorrectedColumn climb_with_printed_wake(const Vehicle& vehicle) {
+  Vehicle printed = vehicle;
+  printed.aircraft.pitch_scale = 1.0;
+  printed.aircraft.wake_immersion = 1.0;
+  return free_pitch_column(printed, "climb with (3) as printed", conditions()[0]);
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,26 @@
+/// Slips of the paper by where they stand. Internal to tables/.
+#pragma once
+
+#include <vector>
+
+#include "tables/tables.hpp"
+
+namespace tiltrim::slips {
+
+struct Source {
+  const PublishedTables& published;
+  const Identification& identified;
+  const Polar& section;
+  const Vehicle& vehicle;
+  const CorrectedTable& free_pitch;
+};
+
+/// What (1) as printed leaves over at the signs of Table 3, column by column.
+std::vector<Evidence> climb_from_body_axes(const Source& source);
+
+std::vector<Slip> in_airframe(const Source& source);     ///< (1)-(3)
+std::vector<Slip> in_control_law(const Source& source);  ///< (7)-(15)
+std::vector<Slip> in_tables(const Source& source);       ///< Tables 1-3
+std::vector<Slip> in_flight(const Source& source);       ///< (16), parameters, text and figures
+
+}  // namespace tiltrim::slips

@@ -1,0 +1,595 @@
+#include "model/study.hpp"
+
+#include <unistd.h>
+
+#include <clocale>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "tests/check.hpp"
+
+using namespace tiltrim;
+namespace fs = std::filesystem;
+
+static const fs::path source = TILTRIM_SOURCE_DIR;
+static constexpr double degree = std::numbers::pi / 180;
+
+static const std::string one_condition =
+    "[[condition]]\nname = 'level'\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
+
+static Study parsed(const std::string& text) {
+  return parse_study(text, source / "studies/t.toml");
+}
+
+// The message of a refused study; empty if it was accepted.
+static std::string refusal(const std::function<Study()>& read) {
+  try {
+    read();
+  } catch (const StudyError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+static std::string refusal(const std::string& text) {
+  return refusal([&] { return parse_study(text, "t.toml"); });
+}
+
+// The study is refused at "t.toml:<place>: " and every one of the words is in the message.
+static void check_refused(const std::string& text, const std::string& place,
+                          const std::vector<std::string>& words) {
+  const std::string message = refusal(text);
+  CAPTURE(text.substr(0, 300));
+  CAPTURE(message);
+  CHECK(message.starts_with("t.toml:" + place + ": "));
+  for (const std::string& word : words) {
+    CAPTURE(word);
+    CHECK(message.find(word) != std::string::npos);
+  }
+}
+
+// A folder of files that lasts as long as the test.
+struct Folder {
+  fs::path path = fs::temp_directory_path() / fmt::format("tiltrim_study_test_{}", getpid());
+  Folder() { fs::create_directories(path); }
+  ~Folder() { fs::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(path / name, std::ios::binary) << text;
+    return path / name;
+  }
+};
+
+static std::string contents(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+static std::string polar_text(const std::string& rows) {
+  return "# a test polar\nalpha_deg,CL,CD,CM\n" + rows;
+}
+
+static const std::string flat_rows = "-180,0,1,0\n-90,0,1,0\n0,0,1,0\n90,0,1,0\n180,0,1,0\n";
+
+TEST_CASE("what a study does not say keeps its default") {
+  const Study study = parsed(one_condition);
+  const Vehicle reference = reference_vehicle();
+  CHECK(airframe_parameters(study.vehicle) == airframe_parameters(reference));
+  const Command command{15, 0, 0};
+  CHECK(closed_loop_parameters(study.vehicle, command) ==
+        closed_loop_parameters(reference, command));
+  CHECK(study.vehicle.limits.a1s.lower == -0.35);
+  CHECK(study.vehicle.limits.theta.upper == 1.3);
+  CHECK(study.vehicle.equations == Equations::consistent);
+  CHECK(study.polar_name == "naca8h12_re150k.csv");
+  REQUIRE(study.vehicle.polar);
+  CHECK(study.vehicle.polar->at(0.3).CL == reference.polar->at(0.3).CL);
+  REQUIRE(study.conditions.size() == 1);
+  CHECK(study.conditions[0].formulation == Formulation::closed_loop);
+}
+
+// Every number gets a value of its own, so that none can be mistaken for another.
+TEST_CASE("every number of the aircraft and the gains is read into its own place") {
+  std::string text = "[aircraft]\n";
+  const Signals aircraft = aircraft_signals();
+  const Signals gains = gain_signals();
+  const auto value = [](std::size_t i) { return 1.5 + static_cast<double>(i); };
+  const auto in_degrees = [](const std::string& name) { return name.find("cyclic") != name.npos; };
+  for (std::size_t i = 0; i < aircraft.size(); ++i) {
+    const std::string key = aircraft[i].name.substr(std::string("aircraft.").size());
+    text += fmt::format("{}{} = {}\n", key, in_degrees(key) ? "_deg" : "", value(i));
+  }
+  text += "[gains]\n";
+  for (std::size_t i = 0; i < gains.size(); ++i)
+    text += fmt::format("{} = -{}\n", gains[i].name.substr(6), value(i));
+
+  Vehicle vehicle = parsed(text + one_condition).vehicle;
+  for (std::size_t i = 0; i < aircraft.size(); ++i) {
+    CAPTURE(aircraft[i].name);
+    CHECK(aircraft_value(vehicle.aircraft, i) ==
+          (in_degrees(aircraft[i].name) ? value(i) * degree : value(i)));
+  }
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    CAPTURE(gains[i].name);
+    CHECK(gain_value(vehicle.gains, i) == -value(i));
+  }
+}
+
+TEST_CASE("limits are read, angles in degrees") {
+  const Limits limits = parsed(
+                            "limits.theta0 = [-1, 0.5]\nlimits.a1s_deg = [-20, 21]\n"
+                            "limits.delta_e_deg = [-30, 31]\nlimits.theta_deg = [-60, 61]\n" +
+                            one_condition)
+                            .vehicle.limits;
+  CHECK(limits.theta0.lower == -1);
+  CHECK(limits.theta0.upper == 0.5);
+  CHECK(limits.a1s.lower == -20 * degree);
+  CHECK(limits.a1s.upper == 21 * degree);
+  CHECK(limits.delta_e.lower == -30 * degree);
+  CHECK(limits.delta_e.upper == 31 * degree);
+  CHECK(limits.theta.lower == -60 * degree);
+  CHECK(limits.theta.upper == 61 * degree);
+}
+
+TEST_CASE("the reference angle of 60 degrees is the default's pi/3 to the last bit") {
+  CHECK(parsed("aircraft.cyclic_off_deg = 60\n" + one_condition).vehicle.aircraft.cyclic_off ==
+        Aircraft{}.cyclic_off);
+}
+
+TEST_CASE("a closed-loop condition") {
+  const Study study = parsed(
+      "equations = 'printed'\n[[condition]]\nname = 'a'\nformulation = 'closed_loop'\n"
+      "V = 2.5\ngamma_deg = -90\neta_deg = 45\n");
+  CHECK(study.vehicle.equations == Equations::printed);
+  const Condition& a = study.conditions.at(0);
+  CHECK(a.name == "a");
+  CHECK(a.command.V == 2.5);
+  CHECK(a.command.gamma == -90 * degree);
+  CHECK(a.command.eta == 45 * degree);
+  CHECK(a.values.empty());
+}
+
+TEST_CASE("an airframe condition: fixed, bounded, free, held rates, objective") {
+  const Study study = parsed(R"(
+[[condition]]
+name = "b"
+formulation = "airframe"
+V = 12
+gamma_deg = [-5, 5]
+alpha_deg = 3
+theta_deg = "free"
+q = 0.25
+eta_deg = [0.0, 90.0]
+theta0 = [0.1, 0.9]
+a1s_deg = 0
+delta_e_deg = [-10, 10]
+V_dot = 0.1
+gamma_dot = 0.2
+theta_dot = 0.3
+q_dot = 0.4
+objective = [{signal = "theta0"}, {signal = "a1s", scale = 0.35, reference = 0.1},
+             {signal = "theta_deg", scale = 10, reference = 5}, {signal = "eta_deg"}]
+)");
+  const Condition& b = study.conditions.at(0);
+  CHECK(b.formulation == Formulation::airframe);
+  const auto is = [&](const char* signal, double lower, double upper) {
+    CAPTURE(signal);
+    REQUIRE(b.values.contains(signal));
+    CHECK(b.values.at(signal).lower == lower);
+    CHECK(b.values.at(signal).upper == upper);
+  };
+  is("V", 12, 12);
+  is("gamma", -5 * degree, 5 * degree);
+  is("alpha", 3 * degree, 3 * degree);
+  is("theta", Range{}.lower, Range{}.upper);
+  is("q", 0.25, 0.25);
+  is("eta", 0, 90 * degree);
+  is("theta0", 0.1, 0.9);
+  is("a1s", 0, 0);
+  is("delta_e", -10 * degree, 10 * degree);
+  CHECK(b.values.size() == 9);
+  CHECK(b.rates ==
+        std::map<std::string, double>{{"V", 0.1}, {"gamma", 0.2}, {"theta", 0.3}, {"q", 0.4}});
+  REQUIRE(b.effort.size() == 4);
+  CHECK(b.effort[0].signal == "theta0");
+  CHECK(b.effort[0].scale == 1);
+  CHECK(b.effort[0].reference == 0);
+  CHECK(b.effort[1].signal == "a1s");
+  CHECK(b.effort[1].scale == 0.35);
+  CHECK(b.effort[1].reference == 0.1);
+  CHECK(b.effort[2].signal == "theta");
+  CHECK(b.effort[2].scale == 10 * degree);
+  CHECK(b.effort[2].reference == 5 * degree);
+  CHECK(b.effort[3].scale == degree);
+}
+
+TEST_CASE("free: without bounds, but an airspeed is not negative and a tilt one of the nacelle's") {
+  const Study study = parsed(
+      "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 'free'\neta_deg = 'free'\n"
+      "gamma_deg = 'free'\ntheta0 = 'free'\n");
+  const auto& values = study.conditions[0].values;
+  CHECK(values.at("V").lower == 0);
+  CHECK(values.at("V").upper == Range{}.upper);
+  CHECK(values.at("eta").lower == -10 * degree);
+  CHECK(values.at("eta").upper == 100 * degree);
+  CHECK(values.at("gamma").lower == Range{}.lower);
+  CHECK(values.at("theta0").upper == Range{}.upper);
+}
+
+TEST_CASE("a table condition") {
+  const Study study = parsed(
+      "[[condition]]\nname = 'c'\nformulation = 'table'\ngamma_deg = -90\nalpha_deg = -45\n"
+      "eta_deg = 45\nCL = 1.3229\nCD = 1.6217\nCM = -0.1707\nk = 0.0424933\n");
+  const Condition& c = study.conditions.at(0);
+  CHECK(c.formulation == Formulation::table);
+  const std::map<std::string, double> expected{
+      {"gamma", -90 * degree}, {"alpha", -45 * degree}, {"eta", 45 * degree}, {"CL", 1.3229},
+      {"CD", 1.6217},          {"CM", -0.1707},         {"k", 0.0424933}};
+  CHECK(c.values.size() == expected.size());
+  for (const auto& [signal, value] : expected) {
+    CAPTURE(signal);
+    CHECK(c.values.at(signal).lower == value);
+    CHECK(c.values.at(signal).upper == value);
+  }
+}
+
+TEST_CASE("the shipped studies load") {
+  for (const char* name : {"paper", "airframe", "printed"}) {
+    CAPTURE(name);
+    const Study study = load_study(source / "studies" / fmt::format("{}.toml", name));
+    CHECK(study.conditions.size() >= 3);
+    CHECK(study.vehicle.polar);
+  }
+  const Study paper = load_study(source / "studies/paper.toml");
+  CHECK(closed_loop_parameters(paper.vehicle, {}) ==
+        closed_loop_parameters(reference_vehicle(), {}));
+  CHECK(paper.conditions[1].name == "transition");
+  CHECK(paper.conditions[1].command.V == 6);
+  CHECK(paper.conditions[1].command.gamma == 45 * degree);
+}
+
+TEST_CASE("the manual's examples load, and it names every key") {
+  const std::string manual = contents(source / "docs/study.md");
+  const std::string fence = "```toml\n";
+  int examples = 0;
+  for (std::size_t at = manual.find(fence); at != manual.npos; at = manual.find(fence, at)) {
+    at += fence.size();
+    const std::string example = manual.substr(at, manual.find("```", at) - at);
+    CAPTURE(example);
+    CHECK(refusal(example) == "");
+    ++examples;
+  }
+  CHECK(examples >= 4);
+  std::vector<std::string> keys = names(aircraft_signals());
+  for (const std::string& gain : names(gain_signals())) keys.push_back(gain);
+  for (const std::string& key : keys) {
+    CAPTURE(key);
+    CHECK(manual.find("| `" + key.substr(key.find('.') + 1)) != manual.npos);
+  }
+}
+
+TEST_CASE("line ends, a byte-order mark and the locale change nothing") {
+  const std::string text = contents(source / "studies/paper.toml");
+  const Eigen::VectorXd expected =
+      closed_loop_parameters(parsed(text).vehicle, parsed(text).conditions[1].command);
+  std::string crlf;
+  for (char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  const auto same = [&](const std::string& t) {
+    const Study study = parsed(t);
+    return closed_loop_parameters(study.vehicle, study.conditions[1].command) == expected;
+  };
+  CHECK(same(crlf));
+  CHECK(same("\xEF\xBB\xBF" + text));
+  CHECK(same(text.substr(0, text.size() - 1)));
+  const std::string before = std::setlocale(LC_ALL, nullptr);
+  for (const char* comma : {"de_DE.UTF-8", "fr_FR.UTF-8"})  // where the machine has them
+    if (std::setlocale(LC_ALL, comma)) CHECK(same(text));
+  std::setlocale(LC_ALL, before.c_str());
+}
+
+TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
+  check_refused("[gains]\nk_v = 2\n" + one_condition, "2:1",
+                {"unknown key 'k_v' in [gains]", "did you mean 'k_V'?", "K_Ep", "k_de"});
+  check_refused("[aircraft]\nmasss = 2\n" + one_condition, "2:1", {"'masss'", "'mass'"});
+  check_refused("[limits]\na1s = [0, 1]\n" + one_condition, "2:1", {"did you mean 'a1s_deg'?"});
+  check_refused("[gain]\n" + one_condition, "1:2", {"'gain' at the top level", "'gains'"});
+  check_refused("[follow]\n" + one_condition, "1:2", {"'follow'", "valid keys: equations"});
+  check_refused("[[sweep.axis]]\n" + one_condition, "1:3", {"'sweep'"});
+  check_refused("[tune]\n" + one_condition, "1:2", {"'tune'"});
+  check_refused(one_condition + "eta = 3\n", "6:1", {"'eta'", "did you mean 'eta_deg'?"});
+  check_refused(one_condition + "alpha_deg = 3\n", "6:1",
+                {"'alpha_deg'", "it is a key of formulation airframe and table"});
+  check_refused(
+      "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 1\neta_deg = 0\n"
+      "objective = [{signal = 'V', weight = 2}]\n",
+      "6:29", {"'weight'", "in objective", "signal, scale, reference"});
+}
+
+TEST_CASE("a wrong number is refused at its place") {
+  const auto mass = [](const std::string& value) { return "[aircraft]\nmass = " + value + "\n"; };
+  check_refused(mass("'4 kg'") + one_condition, "2:8",
+                {"aircraft.mass: the text '4 kg' is not a number", "expected a number", "kg"});
+  check_refused(mass("true") + one_condition, "2:8", {"aircraft.mass: a boolean"});
+  check_refused(mass("2024-01-01") + one_condition, "2:8", {"aircraft.mass: a date"});
+  check_refused(mass("[1]") + one_condition, "2:8", {"aircraft.mass: an array"});
+  check_refused(mass("{a = 1}") + one_condition, "2:8", {"aircraft.mass: a table"});
+  check_refused(mass("nan") + one_condition, "2:8", {"aircraft.mass: nan is not finite"});
+  check_refused(mass("inf") + one_condition, "2:8", {"aircraft.mass: inf is not finite"});
+  check_refused(mass("-inf") + one_condition, "2:8", {"aircraft.mass: -inf is not finite"});
+  check_refused(mass("-4") + one_condition, "2:8", {"aircraft.mass: -4 is out of range"});
+  check_refused(mass("0") + one_condition, "2:8", {"aircraft.mass: 0 is out of range"});
+  check_refused(mass("1e300") + one_condition, "2:8", {"out of range"});
+  check_refused(mass("1e400") + one_condition, "2:13", {"1e400", "in the line 'mass = 1e400'"});
+  check_refused(mass("9223372036854775808") + one_condition, "2:27", {"in the line 'mass"});
+  check_refused("[gains]\nK_Ep = 1e7\n" + one_condition, "2:8", {"gains.K_Ep"});
+  check_refused("[gains]\nK_Lp = -1\n" + one_condition, "2:8", {"gains.K_Lp", "1 + K_Lp"});
+  check_refused("[gains]\nK_Ep = -1\n[aircraft]\nthrust_excess = 1\n" + one_condition, "2:8",
+                {"gains.K_Ep", "thrust_excess"});
+  check_refused("[aircraft]\ncyclic_blend_deg = -1\n" + one_condition, "2:20", {"degrees"});
+}
+
+TEST_CASE("every number that must be positive refuses zero, every one infinity") {
+  const std::set<std::string> may_be_zero{
+      "rotor_x", "rotor_z", "pitch_scale", "wake_immersion", "CL_q",
+      "CL_de",   "CM_q",    "CM_de",       "cyclic_off",     "cyclic_blend"};
+  for (const std::string& full : names(aircraft_signals())) {
+    const std::string name = full.substr(full.find('.') + 1);
+    CAPTURE(name);
+    const std::string key = name + (name.starts_with("cyclic") ? "_deg" : "");
+    const auto with = [&](const char* value) {
+      return refusal(fmt::format("[aircraft]\n{} = {}\n{}", key, value, one_condition));
+    };
+    CHECK(with("0").empty() == may_be_zero.contains(name));
+    CHECK(with("inf").find("aircraft." + key) != std::string::npos);
+  }
+}
+
+TEST_CASE("wrong limits are refused") {
+  const auto with = [](const std::string& pair) {
+    return "[limits]\na1s_deg = " + pair + "\n" + one_condition;
+  };
+  check_refused(with("[20, -20]"), "2:11", {"limits.a1s_deg", "20 is not below", "-20"});
+  check_refused(with("[20, 20]"), "2:11", {"limits.a1s_deg"});
+  check_refused(with("[20]"), "2:11", {"limits.a1s_deg", "[lower, upper]"});
+  check_refused(with("[1, 2, 3]"), "2:11", {"limits.a1s_deg"});
+  check_refused(with("20"), "2:11", {"limits.a1s_deg: 20 is not a pair"});
+  check_refused(with("[-20, 'x']"), "2:17", {"limits.a1s_deg: the text 'x'"});
+  check_refused(with("[-20, nan]"), "2:17", {"limits.a1s_deg: nan"});
+  check_refused(with("[-200, 20]"), "2:12", {"limits.a1s_deg: -200", "degrees"});
+}
+
+TEST_CASE("wrong conditions are refused") {
+  const std::string head = "[[condition]]\nname = 'a'\n";
+  check_refused("", "1:1", {"condition: none is given"});
+  check_refused("# nothing\n", "1:1", {"[[condition]]"});
+  check_refused("[gains]\nk_V = 1\n", "1:1", {"condition"});
+  check_refused("condition = []\n", "1:13", {"condition", "empty"});
+  check_refused("condition = 3\n", "1:13", {"condition: 3"});
+  check_refused("condition = [1]\n", "1:14", {"condition: 1 is not a table"});
+  check_refused("[condition]\nname = 'a'\n", "1:1", {"double brackets"});
+  check_refused(one_condition + one_condition, "7:8", {"condition.name: 'level'", "distinct"});
+  check_refused("[[condition]]\nV = 1\n", "1:1", {"condition.name", "missing"});
+  check_refused("[[condition]]\nname = ''\n", "2:8", {"condition.name"});
+  check_refused("[[condition]]\nname = 'a\tb'\n", "2:8", {"condition.name", "control"});
+  check_refused("[[condition]]\nname = 3\n", "2:8", {"condition.name: 3 is not text"});
+  check_refused(head + "gamma_deg = 0\neta_deg = 0\n", "1:1", {"condition.V", "missing"});
+  check_refused(head + "V = 1\neta_deg = 0\n", "1:1", {"condition.gamma_deg", "missing"});
+  check_refused(head + "V = -1\ngamma_deg = 0\neta_deg = 0\n", "3:5", {"condition.V: -1"});
+  check_refused(head + "V = 'free'\ngamma_deg = 0\neta_deg = 0\n", "3:5", {"condition.V"});
+  check_refused(head + "V = 1\ngamma_deg = 181\neta_deg = 0\n", "4:13", {"gamma_deg: 181"});
+  check_refused(head + "V = 1\ngamma_deg = 0\neta_deg = 101\n", "5:11", {"eta_deg: 101", "100"});
+  check_refused(head + "formulation = 'closed'\n", "3:15", {"'closed'", "airframe", "table"});
+  check_refused("equations = 'print'\n" + one_condition, "1:13", {"equations", "'printed'?"});
+  check_refused("equations = 'printed'\n" + head + "V = 0\ngamma_deg = 0\neta_deg = 0\n", "4:5",
+                {"condition.V", "printed"});
+  check_refused("aircraft = 3\n" + one_condition, "1:12", {"aircraft: 3 is not a table"});
+}
+
+TEST_CASE("wrong airframe and table conditions are refused") {
+  const std::string head =
+      "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 9\neta_deg = 0\n";
+  CHECK(refusal(head).empty());
+  check_refused("[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 9\n", "1:1",
+                {"condition.eta_deg", "missing"});
+  check_refused(head + "theta0 = 'fre'\n", "6:10",
+                {"condition.theta0: the text 'fre'", "\"free\""});
+  check_refused(head + "theta0 = [1, 0]\n", "6:10", {"condition.theta0: lower 1 is not below"});
+  check_refused(head + "theta0 = [0, inf]\n", "6:14", {"condition.theta0: inf"});
+  check_refused(head + "theta0 = true\n", "6:10", {"condition.theta0: a boolean"});
+  check_refused(head + "V_dot = 'free'\n", "6:9", {"condition.V_dot"});
+  check_refused(head + "alpha_deg = 2\ntheta_deg = 2\n", "7:13", {"theta = alpha + gamma"});
+  check_refused(head + "alpha_deg = 2\ntheta_deg = 2\ngamma_deg = 0\n", "7:13", {"all fixed"});
+  CHECK(refusal(head + "alpha_deg = 2\ntheta_deg = 2\ngamma_deg = 'free'\n").empty());
+  check_refused(
+      "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 0\neta_deg = 90\nV_dot = 1\n",
+      "6:9", {"condition.V_dot", "airspeed"});
+  check_refused(head + "objective = 'theta0'\n", "6:13", {"condition.objective"});
+  check_refused(head + "objective = [1]\n", "6:14", {"condition.objective: 1"});
+  check_refused(head + "objective = [{scale = 1}]\n", "6:14", {"objective.signal", "missing"});
+  check_refused(head + "objective = [{signal = 'thta0'}]\n", "6:24", {"'thta0'", "'theta0'?"});
+  check_refused(head + "objective = [{signal = 'V', scale = 0}]\n", "6:37", {"objective.scale: 0"});
+  check_refused("[[condition]]\nname = 'a'\nformulation = 'table'\n", "1:1",
+                {"condition.gamma_deg", "missing"});
+}
+
+TEST_CASE("what is not TOML, or not text, is refused") {
+  check_refused("[aircraft]\nmass = 1\nmass = 2\n" + one_condition, "3:8", {"mass", "redefine"});
+  check_refused("[gains]\nk_V = 1\n[gains]\n" + one_condition, "3:1", {"gains"});
+  check_refused("[aircraft\n", "1:10", {"not TOML"});
+  check_refused("V = 1\n\n" + std::string(1, '\0'), "3:1", {"NUL"});
+  check_refused(std::string("\xFF\xFEx\0", 4), "1:1", {"UTF-16"});
+  check_refused(std::string("\xFE\xFF\0x", 4), "1:1", {"UTF-16"});
+  check_refused("x = '\xC0\x80'\n", "1:5", {"utf-8", "in the line 'x = '"});
+  check_refused("[é]\n", "1:2", {"not TOML", "ASCII"});
+  check_refused("x = \"a\" é", "1:9", {"not TOML", "ASCII"});
+  check_refused("x = \"\\\"é\" \n", "1:1", {"'x'"});
+  check_refused("x = '\\' # é\n", "1:1", {"'x'"});
+  check_refused("x = \"\"\"\na\"\"\"", "1:5", {"one line"});
+  check_refused("x = \'\'\'", "1:5", {"one line"});
+  check_refused("\xEF\xBB\xBF\xC3\xA9 = 1", "1:4", {"ASCII"});
+  check_refused("[.a]\n", "1:2", {"not TOML"});
+  check_refused("\"\\u001b[31m\" = 1\n", "1:1", {"unknown key '?[31m'"});
+  check_refused(std::string("\x7F"
+                            "ELF\x02\x01\x01"),
+                "1:1", {"not TOML"});
+  check_refused("#" + std::string(10'000'000, 'x'), "1:1", {"1000000 bytes"});
+}
+
+TEST_CASE("nesting of any depth is refused, not followed") {
+  const auto repeated = [](std::string_view part, std::size_t times) {
+    std::string all;
+    for (std::size_t i = 0; i < times; ++i) all += part;
+    return all;
+  };
+  constexpr std::size_t deep = 100'000;
+  CHECK_FALSE(refusal("x = " + repeated("[", deep)).empty());
+  CHECK_FALSE(refusal("x = " + repeated("{a=", deep)).empty());
+  CHECK_FALSE(refusal("x = " + repeated("[", 100) + repeated("]", 100)).empty());
+  check_refused("x" + repeated(".x", deep) + " = 1\n", "1:34", {"dots"});
+  check_refused("[x" + repeated(".x", deep) + "]\n", "1:35", {"dots"});
+  check_refused("1" + repeated(".1", deep) + " = 1\n", "1:34", {"dots"});
+  check_refused("a" + repeated(".'#'", deep) + " = 1\n", "1:66", {"dots"});
+  const std::string longest = "{" + repeated("a.", 16) + "a = [\n";
+  CHECK_FALSE(refusal("x = [" + repeated(longest, 126)).empty());
+  CHECK_FALSE(refusal("x = [" + repeated(longest, 126) + "1" + repeated("]}", 126) + "]").empty());
+  CHECK(refusal(" # " + repeated(".", deep) + "\n" + one_condition).empty());
+  check_refused("x = [" + repeated("0.5, ", 1000) + "]\n" + one_condition, "1:1", {"'x'"});
+}
+
+TEST_CASE("files that cannot be read are refused with their name") {
+  const Folder folder;
+  const auto message = [](const fs::path& file) {
+    return refusal([&] { return load_study(file); });
+  };
+  CHECK(
+      message(folder.path).starts_with(folder.path.string() + ": cannot be read: is a directory"));
+  CHECK(message(folder.path / "none.toml").find("none.toml: cannot be read") != std::string::npos);
+  CHECK(message("").find("cannot be read") != std::string::npos);
+  const fs::path big = folder.write("big.toml", std::string(10'000'000, '\xA7'));
+  CHECK(message(big).starts_with(big.string() + ":1:1: the file has more than 1000000 bytes"));
+  const fs::path empty = folder.write("empty.toml", "");
+  CHECK(message(empty).starts_with(empty.string() + ":1:1: condition"));
+  if (geteuid() != 0) {  // root may read everything
+    const fs::path closed = folder.write("closed.toml", one_condition);
+    fs::permissions(closed, fs::perms::none);
+    CHECK(message(closed).find("closed.toml: cannot be read") != std::string::npos);
+  }
+}
+
+TEST_CASE("a polar lies beside the study, or among the shipped data") {
+  const Folder folder;
+  const auto with = [&](const std::string& polar) {
+    return folder.write("s.toml", "[aircraft]\npolar = '" + polar + "'\n" + one_condition);
+  };
+  folder.write("mine.csv", polar_text(flat_rows));
+  folder.write("table2_anchored.csv", polar_text(flat_rows));
+  CHECK_NEAR(load_study(with("mine.csv")).vehicle.polar->at(0.4).CD, 1.0, 1e-14);
+  CHECK_NEAR(load_study(with("table2_anchored.csv")).vehicle.polar->at(0.4).CD, 1.0, 1e-14);
+  CHECK(load_study(with("naca8h12_re150k.csv")).vehicle.polar->at(0.4).CD < 0.9);
+  CHECK_NEAR(load_study(with((folder.path / "mine.csv").string())).vehicle.polar->at(0.4).CD, 1.0,
+             1e-14);
+}
+
+TEST_CASE("a bad polar is refused at the study's key, in the polar's own words") {
+  const Folder folder;
+  const fs::path study = folder.write("s.toml", "[aircraft]\npolar = 'p.csv'\n" + one_condition);
+  const auto message = [&](const std::string& rows) {
+    folder.write("p.csv", polar_text(rows));
+    return refusal([&] { return load_study(study); });
+  };
+  const auto check = [&](const std::string& text, const std::string& word) {
+    CAPTURE(text);
+    CHECK(text.starts_with(study.string() + ":2:9: aircraft.polar: "));
+    CHECK(text.find(word) != std::string::npos);
+  };
+  check(refusal([&] { return load_study(study); }), "'p.csv' is neither in");
+  CHECK(message(flat_rows).empty());
+  check(message("-180,0,1,0\n-90,0,1,0\n0,0,1,0\n90,0,1,0\n180,0,2,0\n"), "not periodic");
+  check(message("-180,0,1,0\n0,0,1,0\n-90,0,1,0\n90,0,1,0\n180,0,1,0\n"), "p.csv:5: alpha");
+  check(message("-180,0,1,0\n180,0,1,0\n"), "at least 4 rows, got 2");
+  check(message("-180,0,1,0\ngarbage\n"), "p.csv:4: ");
+  check(message("-180,0,nan,0\n"), "p.csv:3: ");
+  check(message(""), "got 0");
+  folder.write("p.csv", "");
+  check(refusal([&] { return load_study(study); }), "p.csv");
+  fs::remove(folder.path / "p.csv");
+  fs::create_directory(folder.path / "p.csv");
+  check(refusal([&] { return load_study(study); }), "p.csv");
+}
+
+TEST_CASE("a polar's name may be anything and is still only a name") {
+  const auto with = [](const std::string& name) {
+    return "[aircraft]\npolar = \"" + name + "\"\n" + one_condition;
+  };
+  check_refused(with(""), "2:9", {"aircraft.polar"});
+  check_refused(with("a\\u0000b"), "2:9", {"aircraft.polar", "control"});
+  check_refused(with(std::string(100'000, 'x')), "2:9", {"aircraft.polar"});
+  check_refused(with("."), "2:9", {"aircraft.polar"});
+  check_refused("[aircraft]\npolar = 3\n" + one_condition, "2:9", {"aircraft.polar: 3"});
+}
+
+TEST_CASE("the environment says where the data are") {
+  const Folder folder;
+  const char* set = std::getenv("TILTRIM_DATA");
+  const std::string before = set ? set : "";
+  setenv("TILTRIM_DATA", folder.path.c_str(), 1);
+  CHECK(data_directory() == folder.path);
+  check_refused(one_condition, "1:1", {"aircraft.polar (by default)", folder.path.string()});
+  CHECK_THROWS_AS(reference_vehicle(), std::runtime_error);
+  folder.write("naca8h12_re150k.csv", polar_text(flat_rows));
+  CHECK_NEAR(reference_vehicle().polar->at(0.1).CD, 1.0, 1e-14);
+  set ? setenv("TILTRIM_DATA", before.c_str(), 1) : unsetenv("TILTRIM_DATA");
+}
+
+// Loaded or refused in one line with the file's name: nothing else may come of any text.
+static bool loads_or_is_refused(const std::string& text) {
+  try {
+    return !parse_study(text, source / "studies/t.toml").conditions.empty();
+  } catch (const StudyError& e) {
+    const std::string message = e.what();
+    return message.find("t.toml:") != std::string::npos && message.size() < 2000;
+  }
+}
+
+TEST_CASE("a study cut short at any byte loads or is refused") {
+  for (const char* name : {"paper", "airframe", "printed"}) {
+    const std::string text = contents(source / "studies" / fmt::format("{}.toml", name));
+    REQUIRE(text.size() > 1000);
+    for (std::size_t n = 0; n <= text.size(); ++n) {
+      CAPTURE(n);
+      if (!loads_or_is_refused(text.substr(0, n))) FAIL("neither loaded nor refused");
+    }
+  }
+}
+
+TEST_CASE("a study with bytes changed, lost or doubled loads or is refused") {
+  std::mt19937 random(20131120);
+  constexpr std::string_view likely =
+      "\n\r\t \"'#=.,[]{}-+_0123456789eEaVxX:\\\x80\xC3\xEF\xFF\x01";
+  for (const char* name : {"paper", "airframe", "printed"}) {
+    const std::string text = contents(source / "studies" / fmt::format("{}.toml", name));
+    for (int trial = 0; trial < 2000; ++trial) {
+      CAPTURE(trial);
+      std::string changed = text;
+      const std::size_t at = random() % text.size();
+      const char byte = trial % 2 ? likely[random() % likely.size()] : char(random() % 256);
+      switch (random() % 3) {
+        case 0:
+          changed[at] = byte;
+          break;
+        case 1:
+          changed.insert(at, 1, byte);
+          break;
+        default:
+          changed.erase(at, 1 + random() % 8);
+      }
+      if (!loads_or_is_refused(changed)) FAIL("neither loaded nor refused");
+    }
+  }
+}

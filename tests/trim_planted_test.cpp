@@ -1,0 +1,292 @@
+// Planted truth: random models whose equilibria are known by construction, or known not to be.
+#include <Eigen/Dense>
+#include <random>
+
+#include "tests/check.hpp"
+#include "trim/trim.hpp"
+
+using namespace tiltrim;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+using Generator = std::mt19937_64;
+
+static double uniform(Generator& g, double lower, double upper) {
+  return std::uniform_real_distribution<double>(lower, upper)(g);
+}
+
+static VectorXd random_vector(Generator& g, Index n) {
+  VectorXd v(n);
+  for (double& x : v) x = uniform(g, -1, 1);
+  return v;
+}
+
+// A matrix of singular values from 0.3 to 3: what a well-scaled model has.
+static MatrixXd random_matrix(Generator& g, Index n) {
+  MatrixXd raw(n, n);
+  for (Index j = 0; j < n; ++j) raw.col(j) = random_vector(g, n);
+  const Eigen::JacobiSVD<MatrixXd> svd(raw, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  VectorXd sigma(n);
+  for (double& s : sigma) s = 0.3 * std::pow(10.0, uniform(g, 0, 1));
+  return svd.matrixU() * sigma.asDiagonal() * svd.matrixV().transpose();
+}
+
+// What the first row is made into.
+enum class Planted { root, no_root, singular_root };
+
+// fᵢ = size (M d + ½ curvature (a d)² + ⅙ curvature (b d)³), with d = (x - x*)/size: x* is a root.
+// The first row may become size ((a d)² + c): no root for c > 0, a singular one for c = 0.
+struct Planting {
+  MatrixXd M, a, b;
+  VectorXd root, size;
+  double curvature, gap = 0.0;
+  Planted what;
+
+  Planting(Generator& g, Index n, double bent, Planted kind)
+      : M(random_matrix(g, n)), a(n, n), b(n, n), curvature(bent), what(kind) {
+    for (Index i = 0; i < n; ++i) {
+      a.row(i) = random_vector(g, n).normalized();
+      b.row(i) = random_vector(g, n).normalized();
+    }
+    size.resize(n);
+    for (double& s : size) s = std::pow(10.0, uniform(g, -3, 3));
+    root = 5 * random_vector(g, n).cwiseProduct(size);
+    if (what == Planted::no_root) gap = std::pow(10.0, uniform(g, -4, 0));
+  }
+
+  VectorXd rates(const VectorXd& x) const {
+    const VectorXd d = (x - root).cwiseQuotient(size);
+    const VectorXd s = a * d, t = b * d;
+    VectorXd f = M * d + curvature * (s.cwiseAbs2() / 2 + t.cwiseAbs2().cwiseProduct(t) / 6);
+    if (what != Planted::root) f[0] = s[0] * s[0] + gap;
+    return f.cwiseProduct(size);
+  }
+
+  MatrixXd slopes(const VectorXd& x) const {
+    const VectorXd d = (x - root).cwiseQuotient(size);
+    const VectorXd s = a * d, t = b * d;
+    MatrixXd J = M;
+    for (Index i = 0; i < d.size(); ++i)
+      J.row(i) += curvature * (s[i] * a.row(i) + t[i] * t[i] / 2 * b.row(i));
+    if (what != Planted::root) J.row(0) = 2 * s[0] * a.row(0);
+    return size.asDiagonal() * J * size.cwiseInverse().asDiagonal();
+  }
+
+  Model model(bool exact) const {
+    Model m;
+    for (Index i = 0; i < size.size(); ++i)
+      m.states.push_back({fmt::format("x{}", i), "", size[i]});
+    m.f = [this](const VectorXd& x, const VectorXd&, const VectorXd&) { return rates(x); };
+    if (exact)
+      m.derivatives = [this](const OperatingPoint& at, const std::vector<Index>& variables) {
+        return MatrixXd(slopes(at.x)(Eigen::all, variables));
+      };
+    return m;
+  }
+
+  TrimSpec spec() const {
+    TrimSpec s;
+    for (Index i = 0; i < size.size(); ++i) s.free.push_back(fmt::format("x{}", i));
+    s.still = s.free;
+    return s;
+  }
+
+  // A start within two scale lengths of x*.
+  OperatingPoint guess(Generator& g) const {
+    const VectorXd off = random_vector(g, size.size()).normalized() * uniform(g, 0, 2);
+    return {root + off.cwiseProduct(size), VectorXd(), VectorXd()};
+  }
+};
+
+// Bounds that keep x* inside, or cut it off in one variable.
+static void bound(TrimSpec& spec, const Planting& p, Generator& g, bool cut_off) {
+  const Index n = p.size.size();
+  const Index cut = cut_off ? Index(g() % std::uint64_t(n)) : -1;
+  for (Index i = 0; i < n; ++i) {
+    Range r{p.root[i] - uniform(g, 2, 4) * p.size[i], p.root[i] + uniform(g, 2, 4) * p.size[i]};
+    if (i == cut) (g() % 2 ? r.lower : r.upper) = p.root[i];
+    if (i == cut && r.lower == p.root[i]) r.lower += uniform(g, 1e-6, 0.5) * p.size[i];
+    if (i == cut && r.upper == p.root[i]) r.upper -= uniform(g, 1e-6, 0.5) * p.size[i];
+    spec.bounds[fmt::format("x{}", i)] = r;
+  }
+}
+
+// Does the answer hold what it promises, by evaluating the planting and nothing of trim's?
+static bool wrong(const Planting& p, const TrimSpec& spec, const TrimResult& r) {
+  const double residual = p.rates(r.point.x).cwiseQuotient(p.size).lpNorm<Eigen::Infinity>();
+  bool inside = true;
+  for (Index i = 0; i < p.size.size(); ++i)
+    if (const auto b = spec.bounds.find(fmt::format("x{}", i)); b != spec.bounds.end())
+      inside = inside && r.point.x[i] >= b->second.lower - 1e-9 * p.size[i] &&
+               r.point.x[i] <= b->second.upper + 1e-9 * p.size[i];
+  return !(residual <= TrimOptions{}.tolerance && inside);
+}
+
+// Fewer further starts than the default, so that the bar is the harder to meet.
+static TrimOptions few_starts(TrimMethod method) { return {.method = method, .starts = 8}; }
+
+TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong one") {
+  Generator g(2013);
+  constexpr int trials = 2000;
+  int solved = 0, silently_wrong = 0, at_the_planted = 0;
+  for (int i = 0; i < trials; ++i) {
+    const Planting p(g, 1 + Index(g() % 6), uniform(g, 0, 0.6), Planted::root);
+    const Model model = p.model(g() % 4 != 0);
+    TrimSpec spec = p.spec();
+    if (g() % 2) bound(spec, p, g, false);
+    const OperatingPoint guess = p.guess(g);
+    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimResult r = trim(model, spec, guess, few_starts(method));
+    if (!r) continue;
+    ++solved;
+    silently_wrong += wrong(p, spec, r);
+    at_the_planted += (r.point.x - p.root).cwiseQuotient(p.size).norm() < 1e-6;
+  }
+  CAPTURE(solved);
+  CAPTURE(at_the_planted);
+  CHECK(silently_wrong == 0);
+  CHECK(solved >= 0.995 * trials);
+  CHECK(at_the_planted >= 0.9 * trials);  // the cubic may have others
+}
+
+TEST_CASE("planted without equilibrium: none is reported") {
+  Generator g(14);
+  int converged = 0, called_singular = 0, small_gaps = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::no_root);
+    TrimSpec spec = p.spec();
+    if (g() % 2) bound(spec, p, g, false);
+    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimResult r = trim(p.model(true), spec, p.guess(g), few_starts(method));
+    converged += r.status == TrimStatus::converged;
+    called_singular += r.status == TrimStatus::singular;
+    small_gaps += p.gap < 1e-3;
+  }
+  CHECK(converged == 0);
+  CHECK(called_singular == 0);
+  CHECK(small_gaps > 30);
+}
+
+TEST_CASE("planted singular equilibria are not called well-conditioned") {
+  Generator g(15);
+  int converged = 0, reached = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::singular_root);
+    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimResult r = trim(p.model(true), p.spec(), p.guess(g), few_starts(method));
+    converged += r.status == TrimStatus::converged;
+    reached += r.status == TrimStatus::singular;
+  }
+  CHECK(converged == 0);
+  CHECK(reached >= 190);
+}
+
+TEST_CASE("planted equilibria outside the bounds are not answers") {
+  Generator g(16);
+  int silently_wrong = 0, converged = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Planting p(g, 1 + Index(g() % 4), i % 2 ? 0.0 : 0.4, Planted::root);
+    TrimSpec spec = p.spec();
+    bound(spec, p, g, true);
+    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimResult r = trim(p.model(true), spec, p.guess(g), few_starts(method));
+    converged += bool(r);
+    silently_wrong += bool(r) && wrong(p, spec, r);
+    if (p.curvature == 0) CHECK_FALSE(bool(r));  // x* was the only one
+  }
+  CHECK(silently_wrong == 0);
+  CHECK(converged < 100);  // bent ones may have another root within
+}
+
+// ---- with an enclosure: none is shown where there is none, and never where there is one ----
+
+// f = C q with qᵢ = (xᵢ - rᵢ)(xᵢ - sᵢ): the 2ⁿ points of all rᵢ, sᵢ are the equilibria.
+struct Lattice {
+  MatrixXd C;
+  VectorXd r, s;
+
+  Lattice(Generator& g, Index n)
+      : C(random_matrix(g, n)), r(2 * random_vector(g, n)), s(2 * random_vector(g, n)) {}
+
+  static Range quadratic(const Range& x, double r, double s) {
+    const auto q = [&](double v) { return (v - r) * (v - s); };
+    const double middle = 0.5 * (r + s);
+    const double a = q(x.lower), b = q(x.upper);
+    return {x.lower <= middle && middle <= x.upper ? q(middle) : std::min(a, b), std::max(a, b)};
+  }
+
+  Model model() const {
+    Model m;
+    const Index n = r.size();
+    for (Index i = 0; i < n; ++i) m.states.push_back({fmt::format("x{}", i), "", 1.0});
+    m.f = [this](const VectorXd& x, const VectorXd&, const VectorXd&) -> VectorXd {
+      return C * (x - r).cwiseProduct(x - s);
+    };
+    m.enclosure = [this, n](const std::vector<Range>& box) {
+      std::vector<Range> f(std::size_t(n), Range{0, 0});
+      for (Index j = 0; j < n; ++j) {
+        const Range q = quadratic(box[std::size_t(j)], r[j], s[j]);
+        for (Index i = 0; i < n; ++i) {
+          const double a = C(i, j) * q.lower, b = C(i, j) * q.upper;
+          f[std::size_t(i)].lower += std::min(a, b);
+          f[std::size_t(i)].upper += std::max(a, b);
+        }
+      }
+      return f;
+    };
+    return m;
+  }
+
+  // How deep the box holds its deepest equilibrium; negative: how far all are outside.
+  double depth(const std::vector<Range>& box) const {
+    double deepest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < box.size(); ++i) {
+      const auto inside = [&](double v) { return std::min(v - box[i].lower, box[i].upper - v); };
+      deepest = std::min(deepest, std::max(inside(r[Index(i)]), inside(s[Index(i)])));
+    }
+    return deepest;
+  }
+};
+
+TEST_CASE("a thousand boxes: infeasible is shown where it is true, and only there") {
+  Generator g(17);
+  int with = 0, without = 0, shown = 0, solved = 0, wrongly_shown = 0, silently_wrong = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Index n = 1 + Index(g() % 3);
+    const Lattice lattice(g, n);
+    std::vector<Range> box;
+    TrimSpec spec;
+    OperatingPoint guess{VectorXd(n), VectorXd(), VectorXd()};
+    for (Index k = 0; k < n; ++k) {
+      const double middle = uniform(g, -2, 2), half = uniform(g, 0.1, 1.5);
+      box.push_back({middle - half, middle + half});
+      guess.x[k] = middle;
+      spec.free.push_back(fmt::format("x{}", k));
+      spec.bounds[spec.free.back()] = box.back();
+    }
+    spec.still = spec.free;
+    const double depth = lattice.depth(box);
+    // Neither a root on the very edge, nor a double one: the one is undecided, the other singular.
+    if (std::abs(depth) < 1e-3 || (lattice.r - lattice.s).cwiseAbs().minCoeff() < 1e-3) continue;
+    const TrimResult r =
+        trim(lattice.model(), spec, guess, {.method = TrimMethod::newton, .starts = 8});
+    with += depth > 0;
+    without += depth < 0;
+    solved += bool(r);
+    shown += r.status == TrimStatus::infeasible;
+    wrongly_shown += r.status == TrimStatus::infeasible && depth > 0;
+    if (r) {
+      const VectorXd q = (r.point.x - lattice.r).cwiseProduct(r.point.x - lattice.s);
+      silently_wrong += depth < 0 || (lattice.C * q).lpNorm<Eigen::Infinity>() > 1e-10;
+    }
+  }
+  CAPTURE(with);
+  CAPTURE(without);
+  CHECK(with > 200);
+  CHECK(without > 200);
+  CHECK(wrongly_shown == 0);
+  CHECK(silently_wrong == 0);
+  CHECK(shown == without);
+  CHECK(solved == with);
+}

@@ -1,0 +1,697 @@
+#include "trim/trim.hpp"
+
+#include <Eigen/Dense>
+#include <cstring>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+#include "tests/check.hpp"
+
+using namespace tiltrim;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+static constexpr double infinity = std::numeric_limits<double>::infinity();
+static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
+static const double converged_to = TrimOptions{}.tolerance;  // of rates over nominal sizes
+
+static VectorXd vec(std::initializer_list<double> values) {
+  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
+}
+
+// ---- three models that are no tiltrotor ----
+
+// x' = p + x²: equilibria ±√-p that meet and vanish at p = 0.
+static Model fold() {
+  Model m;
+  m.name = "fold";
+  m.states = {{"x", "m", 1.0}};
+  m.parameters = {{"p", "m/s", 1.0}};
+  m.f = [](const VectorXd& x, const VectorXd&, const VectorXd& p) {
+    return vec({p[0] + x[0] * x[0]});
+  };
+  m.derivatives = [](const OperatingPoint& at, const std::vector<Eigen::Index>& variables) {
+    MatrixXd J(1, std::ssize(variables));
+    for (Eigen::Index k = 0; k < J.cols(); ++k)
+      J(0, k) = variables[std::size_t(k)] == 0 ? 2 * at.x[0] : 1.0;
+    return J;
+  };
+  m.enclosure = [](const std::vector<Range>& box) {
+    const auto [low, high] = box[0];
+    const double least = low <= 0 && high >= 0 ? 0.0 : std::min(low * low, high * high);
+    return std::vector<Range>{
+        {box[1].lower + least, box[1].upper + std::max(low * low, high * high)}};
+  };
+  return m;
+}
+
+static OperatingPoint at_fold(double x, double p) { return {vec({x}), VectorXd(), vec({p})}; }
+
+// A rod with a torque at its hinge: θ' = ω,  ω' = (τ - c ω - m g l sin θ)/(m l²).
+static constexpr double m_g_l = 2.5 * 9.81 * 0.4, m_l_l = 2.5 * 0.4 * 0.4, friction = 0.3;
+
+static Model pendulum() {
+  Model m;
+  m.name = "damped pendulum";
+  m.states = {{"theta", "rad", 0.1}, {"omega", "rad/s", 0.1}};
+  m.inputs = {{"torque", "N m", 1.0}};
+  m.outputs = {{"height", "m", 0.1}};
+  m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd&) {
+    return vec({x[1], (u[0] - friction * x[1] - m_g_l * std::sin(x[0])) / m_l_l});
+  };
+  m.h = [](const VectorXd& x, const VectorXd&, const VectorXd&) {
+    return vec({0.4 * (1 - std::cos(x[0]))});
+  };
+  m.derivatives = [](const OperatingPoint& at, const std::vector<Eigen::Index>& variables) {
+    MatrixXd all = MatrixXd::Zero(3, 3);
+    all << 0, 1, 0, -m_g_l * std::cos(at.x[0]) / m_l_l, -friction / m_l_l, 1 / m_l_l,
+        0.4 * std::sin(at.x[0]), 0, 0;
+    return MatrixXd(all(Eigen::all, variables));
+  };
+  return m;
+}
+
+static OperatingPoint hanging() { return {vec({0, 0}), vec({0}), VectorXd()}; }
+
+// An aircraft with five surfaces for three rates: ω' = A ω + B u + d.
+struct Redundant {
+  MatrixXd A, B;
+  VectorXd d;
+  static constexpr double sizes[5] = {0.1, 0.2, 0.05, 0.4, 0.1};  // of the surfaces
+
+  Redundant() : A(3, 3), B(3, 5), d(vec({0.7, -0.4, 0.2})) {
+    A << -1.2, 0.1, 0.4, 0.0, -0.8, 0.0, -0.3, 0.05, -0.5;
+    B << 3.0, -3.0, 0.4, 0.3, 0.1, 1.1, 1.2, 2.5, 0.0, 0.3, 0.2, -0.1, 0.0, 1.4, -0.9;
+  }
+
+  Model model() const {
+    Model m;
+    m.name = "aircraft with redundant surfaces";
+    m.states = {{"roll", "rad/s", 0.1}, {"pitch", "rad/s", 0.1}, {"yaw", "rad/s", 0.1}};
+    for (int k = 0; k < 5; ++k) m.inputs.push_back({fmt::format("u{}", k), "rad", sizes[k]});
+    m.f = [*this](const VectorXd& x, const VectorXd& u, const VectorXd&) -> VectorXd {
+      return A * x + B * u + d;
+    };
+    m.derivatives = [*this](const OperatingPoint&, const std::vector<Eigen::Index>& variables) {
+      MatrixXd all(3, 8);
+      all << A, B;
+      return MatrixXd(all(Eigen::all, variables));
+    };
+    return m;
+  }
+
+  static TrimSpec spec() {
+    TrimSpec s;
+    s.free = {"u0", "u1", "u2", "u3", "u4"};
+    s.still = {"roll", "pitch", "yaw"};
+    return s;
+  }
+
+  static OperatingPoint guess() { return {VectorXd::Zero(3), VectorXd::Zero(5), VectorXd()}; }
+
+  // The least Σ (u/size)² with B u = -d and some surfaces held: the pseudo-inverse does it.
+  VectorXd least_norm(const std::vector<std::optional<double>>& held) const {
+    VectorXd u = VectorXd::Zero(5), left = -d;
+    MatrixXd scaled = MatrixXd::Zero(3, 5);
+    for (int k = 0; k < 5; ++k) {
+      if (held[std::size_t(k)]) {
+        u[k] = *held[std::size_t(k)];
+        left -= B.col(k) * u[k];
+      } else {
+        scaled.col(k) = B.col(k) * sizes[k];
+      }
+    }
+    const VectorXd v = scaled.completeOrthogonalDecomposition().pseudoInverse() * left;
+    for (int k = 0; k < 5; ++k)
+      if (!held[std::size_t(k)]) u[k] = sizes[k] * v[k];
+    return u;
+  }
+
+  static double effort(const VectorXd& u) {
+    double sum = 0;
+    for (int k = 0; k < 5; ++k) sum += std::pow(u[k] / sizes[k], 2);
+    return sum;
+  }
+
+  // The optimum within |u| <= most, by trying every set of active bounds.
+  std::optional<VectorXd> bounded(double most) const {
+    std::optional<VectorXd> best;
+    for (int set = 0; set < 243; ++set) {
+      std::vector<std::optional<double>> held(5);
+      for (int k = 0, digits = set; k < 5; ++k, digits /= 3)
+        if (digits % 3 != 0) held[std::size_t(k)] = digits % 3 == 1 ? most : -most;
+      const VectorXd u = least_norm(held);
+      if ((B * u + d).norm() > 1e-12 || u.cwiseAbs().maxCoeff() > most * (1 + 1e-12)) continue;
+      if (!best || effort(u) < effort(*best)) best = u;
+    }
+    return best;
+  }
+};
+
+// ---- ways of ending ----
+
+static TrimSpec still_fold() {
+  TrimSpec spec;
+  spec.free = {"x"};
+  spec.still = {"x"};
+  return spec;
+}
+
+static TrimSpec bounded_fold(double lower, double upper) {
+  TrimSpec spec = still_fold();
+  spec.bounds["x"] = {lower, upper};
+  return spec;
+}
+
+// One state, one input, whatever rate is given.
+static Model plain(const std::function<double(double x, double u)>& rate) {
+  Model m;
+  m.states = {{"x", "m", 1.0}};
+  m.inputs = {{"u", "", 1.0}};
+  m.f = [rate](const VectorXd& x, const VectorXd& u, const VectorXd&) {
+    return vec({rate(x[0], u[0])});
+  };
+  return m;
+}
+
+static const OperatingPoint plain_guess{vec({0.5}), vec({0.0}), VectorXd()};
+
+// Every method that can be asked; nothing else differs.
+static std::vector<TrimOptions> both_methods() {
+  return {{.method = TrimMethod::ipopt}, {.method = TrimMethod::newton}};
+}
+
+TEST_CASE("every status is spelt as the contract says") {
+  const std::vector<std::string> words = {
+      "converged", "singular",   "not_optimal", "not_implied",    "infeasible",
+      "not_found", "not_finite", "model_threw", "not_repeatable", "interrupted"};
+  for (std::size_t i = 0; i < words.size(); ++i) CHECK(to_string(TrimStatus(i)) == words[i]);
+}
+
+static void every_way_of_ending(const TrimOptions& options) {
+  SUBCASE("converged") {
+    const TrimResult r = trim(fold(), still_fold(), at_fold(2, -1), options);
+    CHECK(r.status == TrimStatus::converged);
+    CHECK(bool(r));
+    CHECK(r.message.empty());
+    CHECK(r.residual <= converged_to);
+    CHECK(r.step <= options.step_tolerance);
+    CHECK(r.starts >= 1);
+    CHECK(r.evaluations > 0);
+  }
+  SUBCASE("singular: two equilibria meet") {
+    const TrimResult r = trim(fold(), still_fold(), at_fold(1, 0), options);
+    CHECK(r.status == TrimStatus::singular);
+    CHECK_FALSE(bool(r));
+    CHECK(r.residual <= converged_to);
+    CHECK(r.message.find("'") == std::string::npos);
+    CHECK(r.message.find("singular") != std::string::npos);
+  }
+  SUBCASE("singular: the free variable has no effect") {
+    const TrimResult r = trim(plain([](double, double) { return 0.0; }),
+                              {.free = {"u"}, .still = {"x"}}, plain_guess, options);
+    CHECK(r.status == TrimStatus::singular);
+    CHECK(r.rcond == 0);
+    CHECK(r.message.find("do not determine u") != std::string::npos);
+  }
+  SUBCASE("not_implied: the equations hold, what should follow does not") {
+    Model m = pendulum();
+    TrimSpec spec{.free = {"torque"}, .still = {"omega"}, .implied = {"theta"}};
+    OperatingPoint guess = hanging();
+    guess.x[1] = 0.2;  // turning: θ' cannot vanish
+    const TrimResult r = trim(m, spec, guess, options);
+    CHECK(r.status == TrimStatus::not_implied);
+    CHECK(r.message.find("theta' = 0.2 rad/s") != std::string::npos);
+  }
+  SUBCASE("infeasible: shown, with the closest point") {
+    const TrimResult r = trim(fold(), bounded_fold(-2, 3), at_fold(2, 0.25), options);
+    CHECK(r.status == TrimStatus::infeasible);
+    CHECK(r.message.find("shown") != std::string::npos);
+    CHECK(r.message.find("x' = 0.25 m/s²") == std::string::npos);  // a metre's rate is m/s
+    CHECK(r.message.find("x' = 0.25 m/s") != std::string::npos);
+    // Ipopt's own tolerance, on the gradient 2 x (p + x²) of ½ x'², leaves x near 1e-8.
+    CHECK_NEAR(r.point.x[0], 0.0, 1e-5);
+    CHECK_NEAR(r.residual, 0.25, 1e-9);
+  }
+  SUBCASE("infeasible: the bound that stops it is named") {
+    const TrimResult r = trim(fold(), bounded_fold(2, 3), at_fold(2.5, -1), options);
+    CHECK(r.status == TrimStatus::infeasible);
+    REQUIRE(r.limits_active.size() == 1);
+    CHECK(r.limits_active[0].signal == "x");
+    CHECK_FALSE(r.limits_active[0].upper);
+    CHECK(r.limits_active[0].value == 2.0);
+    CHECK(r.message.find("x at its lower limit 2") != std::string::npos);
+  }
+  SUBCASE("infeasible: a fixed variable outside its bounds") {
+    TrimSpec spec = still_fold();
+    spec.bounds["p"] = {-3, -2};
+    const TrimResult r = trim(fold(), spec, at_fold(1, -1), options);
+    CHECK(r.status == TrimStatus::infeasible);
+    CHECK(r.message == "p is held at -1, outside its limits [-3, -2]");
+  }
+  SUBCASE("not_found: the same without an enclosure, or without a proof") {
+    Model m = fold();
+    TrimOptions no_proof = options;
+    no_proof.max_boxes = 0;
+    CHECK(trim(m, bounded_fold(-2, 3), at_fold(2, 0.25), no_proof).status == TrimStatus::not_found);
+    CHECK(trim(m, still_fold(), at_fold(2, 0.25), options).status == TrimStatus::not_found);
+    m.enclosure = {};
+    const TrimResult r = trim(m, bounded_fold(-2, 3), at_fold(2, 0.25), options);
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK(r.message.find(fmt::format("no equilibrium found in {} starts", r.starts)) == 0);
+  }
+  SUBCASE("not_finite: everywhere") {
+    const TrimResult r = trim(plain([](double x, double u) { return std::log(-x * x - u * u); }),
+                              {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    CHECK(r.status == TrimStatus::not_finite);
+    CHECK(r.message.find("x' = ") != std::string::npos);
+    CHECK(r.message.find("nan") != std::string::npos);
+  }
+  SUBCASE("not_finite: a rate that nobody asked for") {
+    Model m = pendulum();
+    m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd&) {
+      return vec({NaN, u[0] - m_g_l * std::sin(x[0])});
+    };
+    m.derivatives = {};
+    const TrimResult r = trim(m, {.free = {"torque"}, .still = {"omega"}}, hanging(), options);
+    CHECK(r.status == TrimStatus::not_finite);
+    CHECK(r.message.find("theta' = nan") != std::string::npos);
+  }
+  SUBCASE("not_finite: an output") {
+    Model m = pendulum();
+    m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({-infinity}); };
+    const TrimResult r = trim(m, {.free = {"torque"}, .still = {"omega"}}, hanging(), options);
+    CHECK(r.status == TrimStatus::not_finite);
+    CHECK(r.message.find("height = -inf") != std::string::npos);
+  }
+  SUBCASE("model_threw: its words are kept") {
+    const auto never = [](double, double) -> double { throw std::runtime_error("no table"); };
+    const TrimResult r = trim(plain(never), {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    CHECK(r.status == TrimStatus::model_threw);
+    CHECK(r.message == "the model threw: no table");
+    const auto odd = [](double, double) -> double { throw 42; };
+    CHECK(trim(plain(odd), {.free = {"x"}, .still = {"x"}}, plain_guess, options).status ==
+          TrimStatus::model_threw);
+  }
+  SUBCASE("not_repeatable: the model keeps a counter") {
+    const auto calls = std::make_shared<int>(0);
+    const auto rate = [calls](double x, double) { return x - 1 + 1e-14 * ++*calls; };
+    const TrimResult r = trim(plain(rate), {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    CHECK(r.status == TrimStatus::not_repeatable);
+    CHECK(r.message.find("two answers") != std::string::npos);
+  }
+  SUBCASE("interrupted: before the first step") {
+    std::stop_source caller;
+    caller.request_stop();
+    TrimOptions stopped = options;
+    stopped.stop = caller.get_token();
+    const TrimResult r = trim(fold(), still_fold(), at_fold(2, -1), stopped);
+    CHECK(r.status == TrimStatus::interrupted);
+    CHECK(r.starts <= 1);
+    CHECK(r.point.x[0] == 2.0);
+  }
+  SUBCASE("interrupted: from the observer") {
+    std::stop_source caller;
+    TrimOptions stopped = options;
+    stopped.stop = caller.get_token();
+    int seen = 0;
+    stopped.observe = [&](const OperatingPoint&) {
+      if (++seen == 2) caller.request_stop();
+    };
+    // No equilibrium: the search would go on for all its starts.
+    const TrimResult r = trim(fold(), still_fold(), at_fold(2, 1), stopped);
+    CHECK(r.status == TrimStatus::interrupted);
+    CHECK(seen == 2);
+    CHECK(r.starts <= 2);
+    CHECK(r.message.find("stopped by the caller") == 0);
+  }
+}
+
+TEST_CASE("every way of ending is reached and named") {
+  SUBCASE("by Ipopt") { every_way_of_ending({.method = TrimMethod::ipopt}); }
+  SUBCASE("by Newton") { every_way_of_ending({.method = TrimMethod::newton}); }
+}
+
+TEST_CASE("an optimum that cannot be verified is not called one") {
+  Model m = plain([](double x, double u) { return x + u; });
+  m.outputs = {{"cost", "", 1.0}};
+  const TrimSpec spec{.free = {"x", "u"}, .still = {"x"}, .effort = {{"cost", 1.0, 0.0}}};
+  SUBCASE("not smooth where it is least") {
+    m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
+      return vec({1 + std::abs(u[0] - 0.3)});
+    };
+    const TrimResult r = trim(m, spec, plain_guess);
+    CHECK(r.status == TrimStatus::not_optimal);
+    CHECK_FALSE(bool(r));
+    CHECK(r.residual <= converged_to);
+    CHECK(r.message.find("not shown to be the one of least effort") != std::string::npos);
+  }
+  SUBCASE("falling for ever") {
+    m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
+      return vec({std::exp(-u[0])});
+    };
+    const TrimResult r = trim(m, spec, plain_guess);
+    CHECK(r.status != TrimStatus::converged);
+  }
+  SUBCASE("the same on smooth ground converges") {
+    m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
+      return vec({std::hypot(1, u[0] - 0.3)});
+    };
+    const TrimResult r = trim(m, spec, plain_guess);
+    CHECK(r.status == TrimStatus::converged);
+    CHECK_NEAR(r.point.u[0], 0.3, 1e-9);  // gradient 2 (u - 0.3), verified to 1e-9
+    CHECK_NEAR(r.point.x[0], -0.3, 1e-9);
+  }
+}
+
+static void fails_at_single_points(const TrimOptions& options) {
+  SUBCASE("no number beyond a wall") {  // ln x = 1, from where the full step leaves x > 0
+    const auto rate = [](double x, double) { return std::log(x) - 1; };
+    const TrimResult r = trim(plain(rate), {.free = {"x"}, .still = {"x"}},
+                              {vec({8.0}), vec({0}), VectorXd()}, options);
+    CHECK(r.status == TrimStatus::converged);
+    CHECK_NEAR(r.point.x[0], std::numbers::e, 2 * converged_to * std::numbers::e);
+  }
+  SUBCASE("an exception at the guess") {
+    const auto rate = [](double x, double) {
+      if (x == 0.5) throw std::domain_error("one half");
+      return x - 2;
+    };
+    const TrimResult r = trim(plain(rate), {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    CHECK(r.status == TrimStatus::converged);
+    CHECK_NEAR(r.point.x[0], 2.0, converged_to);
+  }
+  SUBCASE("an answer of the wrong size away from the guess") {
+    Model m = plain([](double x, double) { return x; });
+    m.f = [](const VectorXd& x, const VectorXd&, const VectorXd&) -> VectorXd {
+      return VectorXd::Constant(x[0] == 0.5 ? 1 : 3, 1.0);
+    };
+    const TrimResult r = trim(m, {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK(r.message.find("expected 1 values, got 3") != std::string::npos);
+  }
+}
+
+TEST_CASE("what fails at single points does not fail the search") {
+  SUBCASE("by Ipopt") { fails_at_single_points({.method = TrimMethod::ipopt}); }
+  SUBCASE("by Newton") { fails_at_single_points({.method = TrimMethod::newton}); }
+}
+
+TEST_CASE("the caller's mistakes throw, in real names") {
+  const auto refusal = [](const Model& m, const TrimSpec& spec, const OperatingPoint& guess,
+                          const TrimOptions& options = {}) -> std::string {
+    try {
+      (void)trim(m, spec, guess, options);
+    } catch (const std::invalid_argument& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const auto said = [&](const TrimSpec& spec, const std::vector<std::string>& words) {
+    const std::string message = refusal(pendulum(), spec, hanging());
+    CAPTURE(message);
+    REQUIRE_FALSE(message.empty());
+    for (const std::string& word : words) {
+      CAPTURE(word);
+      CHECK(message.find(word) != std::string::npos);
+    }
+  };
+  const std::vector<std::string> torque = {"torque"}, omega = {"omega"};
+
+  said({.free = {"torqe"}, .still = omega}, {"'torqe'", "nearest: 'torque'", "theta, omega"});
+  said({.free = torque, .still = {"omga"}}, {"no state 'omga'", "theta, omega"});
+  said({.free = torque, .rates = {{"omga", 1.0}}}, {"no state 'omga'", "theta, omega"});
+  said({.free = torque, .still = omega, .implied = {"phi"}}, {"no state 'phi'", "theta, omega"});
+  said({.free = torque, .still = omega, .bounds = {{"heigth", {0, 1}}}},
+       {"'heigth'", "nearest: 'height'"});
+  said({.free = torque, .still = omega, .effort = {{"toque", 1.0, 0.0}}},
+       {"'toque'", "nearest: 'torque'"});
+  said({.free = torque, .still = omega, .bounds = {{"torque", {1, -1}}}},
+       {"'torque'", "reversed", "[1, -1]"});
+  said({.free = torque, .still = omega, .bounds = {{"torque", {NaN, 1}}}},
+       {"'torque'", "not a number"});
+  said({.free = torque, .still = omega, .bounds = {{"height", {0, NaN}}}},
+       {"'height'", "not a number"});
+  said({.free = {"torque", "theta"}, .still = omega, .bounds = {{"theta", {infinity, infinity}}}},
+       {"'theta'", "inf"});
+  said({.free = {"torque", "torque"}, .still = omega}, {"'torque'", "free twice"});
+  said({.free = torque, .still = omega, .rates = {{"omega", 0.1}}}, {"'omega'", "held twice"});
+  said({.free = torque, .rates = {{"omega", NaN}}}, {"'omega'", "not finite"});
+  said({.free = torque, .still = {"theta", "omega"}},
+       {"1 free variable (torque)", "2 conditions (theta', omega')", "1 more"});
+  said({.free = torque, .still = omega, .bounds = {{"torque", {2, 2}}}},
+       {"0 free variables", "1 conditions (omega')"});
+  said({.free = torque, .still = omega, .effort = {{"torque", 0.0, 0.0}}},
+       {"'torque'", "positive"});
+  said({.free = torque, .still = omega, .effort = {{"torque", -1.0, 0.0}}},
+       {"'torque'", "positive"});
+  said({.free = torque, .still = omega, .effort = {{"torque", 1.0, NaN}}}, {"'torque'", "finite"});
+
+  const TrimSpec spec{.free = torque, .still = omega};
+  OperatingPoint guess = hanging();
+  guess.x.resize(3);
+  guess.x.setZero();
+  CHECK(refusal(pendulum(), spec, guess) == "state x: expected 2 values, got 3");
+  guess = hanging();
+  guess.x[1] = infinity;
+  CHECK(refusal(pendulum(), spec, guess) == "'omega' is inf");
+
+  Model m = pendulum();
+  m.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({1, 2, 3}); };
+  CHECK(refusal(m, spec, hanging()) == "the model's rates f: expected 2 values, got 3");
+  m = pendulum();
+  m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({1, 2}); };
+  CHECK(refusal(m, spec, hanging()) == "the model's outputs h: expected 1 values, got 2");
+  m = pendulum();
+  m.inputs[0].nominal = 0;
+  CHECK(refusal(m, spec, hanging()).find("'torque'") != std::string::npos);
+
+  const std::string newton = refusal(Redundant().model(), Redundant::spec(), Redundant::guess(),
+                                     {.method = TrimMethod::newton});
+  CHECK(newton == "Newton alone needs as many unknowns as equations, not 5 and 3");
+}
+
+// ---- three models with known answers ----
+
+TEST_CASE("a pendulum: the torque for an angle, the angles for a torque") {
+  for (const bool exact : {true, false})
+    for (const TrimOptions& options : both_methods()) {
+      CAPTURE(exact);
+      CAPTURE(int(options.method));
+      Model m = pendulum();
+      if (!exact) m.derivatives = {};
+
+      OperatingPoint guess = hanging();
+      guess.x[0] = 0.7;
+      const TrimResult torque =
+          trim(m, {.free = {"torque"}, .still = {"omega"}, .implied = {"theta"}}, guess, options);
+      CHECK(torque.status == TrimStatus::converged);
+      // ω' over 0.1 rad/s within the tolerance leaves this much torque.
+      CHECK_NEAR(torque.point.u[0], m_g_l * std::sin(0.7), converged_to * 0.1 * m_l_l + 1e-15);
+      CHECK_NEAR(torque.outputs[0], 0.4 * (1 - std::cos(0.7)), 1e-15);  // one rounding
+
+      guess = hanging();
+      guess.u[0] = 0.6 * m_g_l;
+      const TrimSpec spec{.free = {"theta", "omega"},
+                          .still = {"theta", "omega"},
+                          .bounds = {{"theta", {-std::numbers::pi, std::numbers::pi}}}};
+      const TrimResult angle = trim(m, spec, guess, options);
+      const double leaning = std::asin(0.6);
+      CHECK(angle.status == TrimStatus::converged);
+      const double miss = converged_to * 0.1 * m_l_l / (m_g_l * std::cos(leaning)) + 1e-15;
+      CHECK_NEAR(angle.point.x[0], leaning, miss);
+      CHECK_NEAR(angle.point.x[1], 0.0, converged_to);
+      REQUIRE(angle.others.size() == 1);  // the rod above the hinge
+      CHECK_NEAR(angle.others[0].x[0], std::numbers::pi - leaning, miss);
+
+      guess.u[0] = 1.001 * m_g_l;
+      const TrimResult none = trim(m, spec, guess, options);
+      CHECK(none.status == TrimStatus::not_found);
+      // The closest it comes: horizontal, with the torque's excess left over.
+      CHECK_NEAR(none.rates[1], 0.001 * m_g_l / m_l_l, 1e-6);
+    }
+}
+
+TEST_CASE("a fold: both branches, and its parameter as the unknown") {
+  for (const bool exact : {true, false})
+    for (const TrimOptions& options : both_methods()) {
+      CAPTURE(exact);
+      CAPTURE(int(options.method));
+      Model m = fold();
+      if (!exact) m.derivatives = {};
+      for (const double side : {-1.0, 1.0}) {
+        const TrimResult r = trim(m, bounded_fold(-5, 5), at_fold(3 * side, -2), options);
+        CHECK(r.status == TrimStatus::converged);
+        // x' = 2 x δx: the tolerance over the slope.
+        CHECK_NEAR(r.point.x[0], side * std::sqrt(2.0), converged_to / 2);
+        REQUIRE(r.others.size() == 1);
+        CHECK_NEAR(r.others[0].x[0], -side * std::sqrt(2.0), converged_to / 2);
+        CHECK_NEAR(r.rcond, 1.0, 0.0);  // one equation, one unknown, slope above one
+      }
+      const TrimResult p = trim(m, {.free = {"p"}, .still = {"x"}}, at_fold(1.7, 0.3), options);
+      CHECK(p.status == TrimStatus::converged);
+      CHECK_NEAR(p.point.p[0], -1.7 * 1.7, converged_to);
+
+      const TrimResult rising =
+          trim(m, {.free = {"p"}, .rates = {{"x", 0.8}}}, at_fold(1.7, 0.3), options);
+      CHECK_NEAR(rising.point.p[0], 0.8 - 1.7 * 1.7, converged_to);
+      CHECK_NEAR(rising.rates[0], 0.8, converged_to);
+    }
+}
+
+TEST_CASE("a variable with equal bounds is held there, whether free or not") {
+  TrimSpec spec = still_fold();
+  spec.bounds["p"] = {-4, -4};
+  CHECK_NEAR(trim(fold(), spec, at_fold(1, 9)).point.x[0], 2.0, converged_to);
+  spec.free.push_back("p");
+  CHECK_NEAR(trim(fold(), spec, at_fold(1, 9)).point.x[0], 2.0, converged_to);
+}
+
+TEST_CASE("redundant surfaces: the least-norm solution, with and without a bound") {
+  const Redundant aircraft;
+  for (const bool exact : {true, false}) {
+    CAPTURE(exact);
+    Model m = aircraft.model();
+    if (!exact) m.derivatives = {};
+    const double same = exact ? 1e-10 : 1e-9;  // differences: slopes to 1e-10 of a nominal size
+
+    const TrimResult free = trim(m, Redundant::spec(), Redundant::guess());
+    CHECK(free.status == TrimStatus::converged);
+    CHECK(free.limits_active.empty());
+    const VectorXd least = aircraft.least_norm(std::vector<std::optional<double>>(5));
+    for (int k = 0; k < 5; ++k) CHECK_NEAR(free.point.u[k], least[k], same);
+    CHECK_NEAR(free.effort, Redundant::effort(least), same * 10);  // slope of the effort
+
+    // From ample to none: some bounds give way, then one more, then there is no answer.
+    std::size_t most_active = 0;
+    int none = 0;
+    for (double most = 0.3; most > 0.05; most -= 0.01) {
+      CAPTURE(most);
+      TrimSpec spec = Redundant::spec();
+      for (const std::string& name : spec.free) spec.bounds[name] = {-most, most};
+      const TrimResult r = trim(m, spec, Redundant::guess());
+      const std::optional<VectorXd> best = aircraft.bounded(most);
+      CHECK(r.status == (best ? TrimStatus::converged : TrimStatus::not_found));
+      none += !best;
+      if (!best) continue;
+      for (int k = 0; k < 5; ++k) CHECK_NEAR(r.point.u[k], (*best)[k], same);
+      for (const ActiveLimit& a : r.limits_active) CHECK_NEAR(std::abs(a.value), most, 1e-15);
+      most_active = std::max(most_active, r.limits_active.size());
+    }
+    CHECK(most_active == 2);  // five surfaces, three equations: no more can be free to give way
+    CHECK(none > 0);
+  }
+}
+
+TEST_CASE("an effort of one's own decides otherwise") {
+  const Redundant aircraft;
+  TrimSpec spec = Redundant::spec();
+  spec.effort = {{"u0", 1.0, 0.0}, {"u4", 1.0, 0.25}};
+  const TrimResult r = trim(aircraft.model(), spec, Redundant::guess());
+  CHECK(r.status == TrimStatus::converged);  // two surfaces to spare: both wishes come true
+  CHECK_NEAR(r.point.u[0], 0.0, 1e-9);
+  CHECK_NEAR(r.point.u[4], 0.25, 1e-9);
+  CHECK_NEAR(r.effort, 0.0, 1e-17);
+
+  // p + x² = 0 nearest to p = -4: either branch is best, and both are equilibria.
+  TrimSpec curve{.free = {"x", "p"}, .still = {"x"}, .effort = {{"p", 1.0, -4.0}}};
+  const TrimResult c = trim(fold(), curve, at_fold(1.5, -1));
+  CHECK(c.status == TrimStatus::converged);
+  CHECK_NEAR(c.point.p[0], -4.0, 1e-9);
+  CHECK_NEAR(c.point.x[0], 2.0, 1e-9);
+}
+
+TEST_CASE("nothing to find is found at once") {
+  const TrimResult r = trim(fold(), {}, at_fold(1, 1));
+  CHECK(r.status == TrimStatus::converged);
+  CHECK(r.point.x[0] == 1.0);
+}
+
+// ---- laws ----
+
+TEST_CASE("near the answer each Newton step squares the error") {
+  std::vector<double> errors;
+  const double answer = std::numbers::pi / 6;
+  const TrimOptions options{.method = TrimMethod::newton, .observe = [&](const OperatingPoint& at) {
+                              errors.push_back(at.x[0] - answer);
+                            }};
+  OperatingPoint guess{vec({0.9, 0}), vec({0.5 * m_g_l}), VectorXd()};
+  const TrimResult r =
+      trim(pendulum(), {.free = {"theta", "omega"}, .still = {"theta", "omega"}}, guess, options);
+  CHECK(r.status == TrimStatus::converged);
+  REQUIRE(errors.size() >= 4);
+  CHECK(errors[0] == 0.9 - answer);
+  // eₖ₊₁ = ½ f''/f' eₖ² = -½ tan θ eₖ², to the next order: a few eₖ
+  for (std::size_t k = 1; k < 3; ++k) {
+    CAPTURE(k);
+    const double ratio = errors[k + 1] / (errors[k] * errors[k]);
+    const double rounding = 1e-15 / (errors[k] * errors[k]);
+    CHECK_NEAR(ratio, -0.5 * std::tan(answer), 3 * std::abs(errors[k]) + rounding);
+  }
+}
+
+TEST_CASE("the observer sees the Newton iterates from the guess only") {
+  for (const TrimOptions& method : both_methods()) {
+    std::vector<double> seen;
+    TrimOptions options = method;
+    options.observe = [&](const OperatingPoint& at) { seen.push_back(at.x[0]); };
+    const TrimResult r = trim(fold(), still_fold(), at_fold(3, 1), options);  // no equilibrium
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK(r.starts > 1);
+    CHECK(seen.size() <= std::size_t(options.max_iterations));
+    if (method.method == TrimMethod::newton) CHECK(seen.front() == 3.0);
+  }
+}
+
+static bool same_bytes(const VectorXd& a, const VectorXd& b) {
+  return a.size() == b.size() &&
+         (a.size() == 0 ||
+          std::memcmp(a.data(), b.data(), std::size_t(a.size()) * sizeof(double)) == 0);
+}
+
+static void check_same(const TrimResult& a, const TrimResult& b) {
+  CHECK(a.status == b.status);
+  CHECK(same_bytes(a.point.x, b.point.x));
+  CHECK(same_bytes(a.point.u, b.point.u));
+  CHECK(same_bytes(a.point.p, b.point.p));
+  CHECK(same_bytes(a.rates, b.rates));
+  CHECK(same_bytes(a.outputs, b.outputs));
+  CHECK(same_bytes(vec({a.residual, a.step, a.rcond, a.effort}),
+                   vec({b.residual, b.step, b.rcond, b.effort})));
+  CHECK(a.others.size() == b.others.size());
+  CHECK(a.starts == b.starts);
+  CHECK(a.evaluations == b.evaluations);
+  CHECK(a.message == b.message);
+}
+
+TEST_CASE("the same input gives the same bytes; a trimmed point stays where it is") {
+  TrimSpec bounded = Redundant::spec();
+  for (const std::string& name : bounded.free) bounded.bounds[name] = {-0.12, 0.12};
+  const TrimSpec angle{.free = {"theta", "omega"}, .still = {"theta", "omega"}};
+  const OperatingPoint leaning{vec({0.2, 0.1}), vec({0.6 * m_g_l}), VectorXd()};
+  struct Asked {
+    Model model;
+    TrimSpec spec;
+    OperatingPoint guess;
+  };
+  const Asked problems[] = {{fold(), bounded_fold(-5, 5), at_fold(3, -2)},
+                            {fold(), bounded_fold(-5, 5), at_fold(3, 2)},
+                            {pendulum(), angle, leaning},
+                            {Redundant().model(), Redundant::spec(), Redundant::guess()},
+                            {Redundant().model(), bounded, Redundant::guess()}};
+  for (const Asked& asked : problems) {
+    CAPTURE(asked.model.name);
+    const TrimResult once = trim(asked.model, asked.spec, asked.guess);
+    check_same(once, trim(asked.model, asked.spec, asked.guess));
+    if (!once) continue;
+    const TrimResult again = trim(asked.model, asked.spec, once.point);
+    CHECK(again.status == TrimStatus::converged);
+    // Rounding of the last Newton step, over unit slopes.
+    for (Eigen::Index i = 0; i < once.point.x.size(); ++i)
+      CHECK_NEAR(again.point.x[i], once.point.x[i], 1e-13);
+    for (Eigen::Index i = 0; i < once.point.u.size(); ++i)
+      CHECK_NEAR(again.point.u[i], once.point.u[i], 1e-13);
+  }
+}

@@ -1,0 +1,47 @@
+#include "trim/answer.hpp"
+
+#include <stdexcept>
+
+namespace tiltrim {
+
+namespace {
+
+Answer closed_loop_answer(const Vehicle& vehicle, const Condition& condition,
+                          const TrimOptions& options) {
+  return {condition,
+          closed_loop_problem(vehicle, condition.command).model,
+          trim_closed_loop(vehicle, condition.command, options),
+          {}};
+}
+
+Answer airframe_answer(const Vehicle& vehicle, const Condition& condition,
+                       const TrimOptions& options) {
+  const TrimProblem problem =
+      airframe_problem(vehicle, {condition.values, condition.rates, condition.effort});
+  return {condition, problem.model, trim(problem.model, problem.spec, problem.guess, options), {}};
+}
+
+Answer table_answer(const Vehicle& vehicle, const Condition& condition,
+                    const TrimOptions& options) {
+  const auto value = [&](const char* name) { return condition.values.at(name).lower; };
+  const TableCondition coefficients{value("gamma"), value("alpha"), value("eta"), value("CL"),
+                                    value("CD"),    value("CM"),    value("k")};
+  const TableTrim table = trim_table(vehicle, coefficients, options);
+  return {condition, table_model(coefficients, vehicle.aircraft.thrust_excess), table.trim, table};
+}
+
+}  // namespace
+
+Answer answer(const Vehicle& vehicle, const Condition& condition, const TrimOptions& options) {
+  switch (condition.formulation) {
+    case Formulation::closed_loop:
+      return closed_loop_answer(vehicle, condition, options);
+    case Formulation::airframe:
+      return airframe_answer(vehicle, condition, options);
+    case Formulation::table:
+      return table_answer(vehicle, condition, options);
+  }
+  throw std::invalid_argument("unknown formulation");
+}
+
+}  // namespace tiltrim

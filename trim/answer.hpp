@@ -1,0 +1,27 @@
+/// A study's condition, trimmed by its own formulation.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "model/study.hpp"
+#include "trim/conditions.hpp"
+
+namespace tiltrim {
+
+struct Answer {
+  Condition condition;
+  Model model;  ///< the one that was trimmed; table: rows 1 and 2 of (15)
+  TrimResult trim;
+  std::optional<TableTrim> table;  ///< formulation table only
+
+  /// An equilibrium whose equations and bounds are verified, with or without a remark.
+  bool has_equilibrium() const { return trim.status <= TrimStatus::not_optimal; }
+};
+
+/// Throws std::invalid_argument where the condition cannot be asked of the vehicle (as when fewer
+/// variables are free than equations hold).
+[[nodiscard]] Answer answer(const Vehicle& vehicle, const Condition& condition,
+                            const TrimOptions& options = {});
+
+}  // namespace tiltrim
