@@ -9,7 +9,7 @@ SOURCES = $(wildcard $(foreach d,model trim linearize simulate sweep tune tables
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 
-.PHONY: release packages demo test bench sanitize asan tsan tidy format format-check clean help
+.PHONY: release packages demo test bench sanitize asan tsan tidy format format-check figures clean help
 .NOTPARALLEL:
 
 release:
@@ -59,8 +59,12 @@ format-check:
 	cmake/install-packages.sh dev
 	clang-format --dry-run --Werror $(SOURCES)
 
+figures: release
+	build/bin/tiltrim linearize studies/corridor.toml --format csv -o build/corridor.csv
+	gnuplot docs/figures/corridor.gp
+
 clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | bench | sanitize (asan, tsan) | tidy | format | format-check | clean"
+	@echo "make [release] | demo | test | bench | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | clean"

@@ -25,7 +25,7 @@ struct Classical {
 constexpr double most = 0.7;   // of the share, to be called by its states alone
 constexpr double some = 0.15;  // of the share, for a state to take part
 
-// Longitudinal motion, in wind axes, body axes and as errors of the closed loop.   [2, ch. 5; 3]
+// Longitudinal motion, in wind axes, body axes and as errors of the closed loop.   [2, ch. 6; 3]
 constexpr auto classical = std::to_array<Classical>({
     {"short period", {"theta", "q"}, Shape::oscillation},
     {"short period", {"alpha", "q"}, Shape::oscillation},

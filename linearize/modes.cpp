@@ -4,6 +4,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -44,7 +45,24 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double denormal = std::numeric_limits<double>::denorm_min();
+constexpr double tiny = 1e-280;         // of a matrix whose results may round as denormals
 constexpr double not_determined = 1e8;  // condition above which half of the digits are gone
+
+// Eigenvectors of length one. Not solver.eigenvectors(): where the imaginary part of a pair is below
+// ε of its real part, that gives the vector's real and imaginary part for two real vectors.
+MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
+  const VectorXcd lambda = solver.eigenvalues();
+  const MatrixXd P = solver.pseudoEigenvectors();
+  MatrixXcd V = P.cast<std::complex<double>>();
+  for (Index j = 0; j < V.cols(); ++j) {
+    if (!(lambda[j].imag() > 0)) continue;
+    V.col(j).imag() = P.col(j + 1);
+    V.col(j + 1) = V.col(j).conjugate();
+  }
+  V.colwise().normalize();
+  return V;
+}
 
 // V⁻¹ and a bound of what its computed form is wrong by: V⁻¹ = (I - E)⁻¹ X, ‖E‖∞ <= defect.
 struct Inverse {
@@ -152,11 +170,22 @@ Bounds bounds(const VectorXcd& lambda, const VectorXd& radius) {
 }
 
 // ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, on A as given.                       [12]
-double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
+double scaled_residual(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
   const double norm = A.cwiseAbs().colwise().sum().maxCoeff();
   const double size = double(A.rows()) * norm * epsilon * v.lpNorm<1>();
   const double residual = (A * v - lambda * v).lpNorm<1>();
   return residual == 0 ? 0.0 : residual / size;
+}
+
+// The same for the better of two vectors: v, and the one that A - λI shrinks most. Balancing gives
+// v's components the accuracy of the balanced vector's, not that of v's largest.
+double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
+  constexpr double good = 1.0;  // of the rounding of one product: no better vector needed
+  const double own = scaled_residual(A, v, lambda);
+  if (own <= good) return own;
+  const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(A.rows(), A.cols());
+  const Eigen::JacobiSVD<MatrixXcd> svd(shifted, Eigen::ComputeFullV);
+  return std::min(own, scaled_residual(A, svd.matrixV().rightCols<1>(), lambda));
 }
 
 void check_matrix(const MatrixXd& A, const MatrixXd& error, const std::vector<std::string>& names) {
@@ -181,6 +210,19 @@ double unit(const MatrixXd& A) {
   return largest > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(largest), -1000, 1000)) : 1.0;
 }
 
+// Bound of what A/scale and balancing lost, in B: entries that fell below the normal doubles.
+MatrixXd lost(const MatrixXd& A, double scale, const Balanced& b) {
+  constexpr double least = std::numeric_limits<double>::min();
+  MatrixXd lost = MatrixXd::Zero(A.rows(), A.cols());
+  for (Index i = 0; i < A.rows(); ++i)
+    for (Index j = 0; j < A.cols(); ++j) {
+      const double kept = b.B(i, j) * (b.scale[i] / b.scale[j]) * scale;
+      if (kept != A(b.order[std::size_t(i)], b.order[std::size_t(j)]))
+        lost(i, j) = least * (1 + b.scale[j] / b.scale[i]);
+    }
+  return lost;
+}
+
 }  // namespace
 
 Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
@@ -195,8 +237,8 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   const double scale = unit(A);
   const Balanced balanced = balance(A / scale);
   const MatrixXd& B = balanced.B;
-  const MatrixXd error =
-      balanced.same(A_error.size() > 0 ? (A_error / scale).eval() : MatrixXd::Zero(n, n));
+  MatrixXd error = lost(A, scale, balanced);
+  if (A_error.size() > 0) error += balanced.same(A_error / scale);
   Eigen::EigenSolver<MatrixXd> solver(n);
   Eigen::RealSchur<MatrixXd> schur(n);
   solver.setMaxIterations(options.max_iterations * n).compute(B);
@@ -207,7 +249,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
     return result;
   }
   const VectorXcd lambda = solver.eigenvalues();
-  const MatrixXcd V = solver.eigenvectors();
+  const MatrixXcd V = eigenvectors(solver);
   const Inverse inv = inverse(V);
   const VectorXd separate = gershgorin_radii(B, error, V, lambda, inv);
   const VectorXd common = VectorXd::Constant(n, schur_radius(B, error, schur));
@@ -217,7 +259,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   for (Index i = 0; i < n; ++i) {
     Mode mode;
     mode.eigenvalue = scale * lambda[i];
-    mode.error = scale * b.error[i];
+    mode.error = scale * b.error[i] + (scale < tiny ? 4 * denormal : 0.0);
     mode.condition = invertible ? inv.X.row(i).norm() * V.col(i).norm() : infinity;
     mode.determined = mode.condition <= not_determined;
     mode.backward_error = backward_error(A / scale, V_of_A.col(i), lambda[i]);

@@ -28,7 +28,7 @@ struct WindAirframe {
   Equations equations;
 
   template <class S, class P>
-  [[gnu::flatten]] void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+  TILTRIM_FLATTEN void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
     const AircraftOf<P> a = aircraft(p);
     const S &V = x[0], &gamma = x[1], &theta = x[2], &q = x[3];
     const S alpha = theta - gamma;
@@ -56,7 +56,7 @@ struct BodyAirframe {
   std::shared_ptr<const Polar> polar;
 
   template <class S, class P>
-  [[gnu::flatten]] void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+  TILTRIM_FLATTEN void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
     const AircraftOf<P> a = aircraft(p);
     const S &theta = x[2], &q = x[3];
     const auto [V, alpha] = airspeed(x[0], x[1]);

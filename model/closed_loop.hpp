@@ -44,8 +44,6 @@ void write_outputs(S* outputs, const RotorCommand<S>& rotor, const S& delta_e, c
   outputs[5] = alpha;
 }
 
-// Flattened, that is inlined whole: numbers with derivatives do not fit in registers, and between
-// functions the compiler would copy them about, for a third of the time.
 struct WindLoop {
   static constexpr Sizes sizes = closed_loop_sizes;
 
@@ -53,7 +51,7 @@ struct WindLoop {
   Equations equations;
 
   template <class S, class P>
-  [[gnu::flatten]] void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
+  TILTRIM_FLATTEN void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
     const auto [d, a, k] = numbers(p);
     const S &V_err = x[0], &gamma_err = x[1], &theta = x[2], &q = x[3], &x1 = x[4], &x2 = x[5];
     const S V = d.V - V_err;
@@ -89,7 +87,7 @@ struct BodyLoop {
   std::shared_ptr<const Polar> polar;
 
   template <class S, class P>
-  [[gnu::flatten]] void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
+  TILTRIM_FLATTEN void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
     const auto [d, a, k] = numbers(p);
     const S &u = x[0], &w = x[1], &theta = x[2], &q = x[3], &x1 = x[4], &x2 = x[5];
     const auto [V, measured] = airspeed(u, w);

@@ -14,7 +14,7 @@
 
 namespace tiltrim::physics {
 
-// Velocity induced by the rotors (3), odd in theta0 and smooth at zero:
+// Velocity induced by the rotors (3), odd in theta0, with a slope at zero:
 //   (ΩR c₁/16) (√(1 + 32|x|/c₁) - 1) sgn x  =  2 ΩR x / (√(1 + 32|x|/c₁) + 1)
 template <class S, class P>
 S induced_velocity(const S& theta0, const AircraftOf<P>& a) {

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -246,6 +247,25 @@ TEST_CASE("tables: the contract's keys") {
   }
   CHECK(tiltrim(scratch, "tables").out.find("Table 3") != std::string::npos);
   CHECK(tiltrim(scratch, "tables -f csv").out.starts_with("table,quantity,column,"));
+}
+
+// One-digit magnitudes of round-off ("3e-15") differ between compilers; the rest may not.
+static std::string without_round_off(const std::string& text) {
+  return std::regex_replace(text, std::regex("[0-9]e-[0-9]+"), "#e-##");
+}
+
+TEST_CASE("README shows what the program prints") {
+  const Scratch scratch;
+  const Ran ran = tiltrim(scratch, "linearize " + studies + "paper.toml");
+  std::istringstream readme(slurp(std::string(TILTRIM_SOURCE_DIR) + "/README.md"));
+  std::string shown;
+  bool inside = false;
+  for (std::string line; std::getline(readme, line);) {
+    if (inside && !line.empty() && !line.starts_with("    ")) break;
+    if (inside) shown += (line.empty() ? line : line.substr(4)) + "\n";
+    inside = inside || line == "    $ build/bin/tiltrim linearize studies/paper.toml";
+  }
+  CHECK(without_round_off(shown) == without_round_off(ran.out) + "\n");
 }
 
 TEST_CASE("help teaches, on every level") {
