@@ -1,46 +1,155 @@
 // What one condition costs: evaluation, derivatives, trim, linearization and modes of the closed
-// loop in level flight. Published numbers state machine, compiler and options.
+// loop, and each as a fraction of one cold Ipopt trim in the same run. Absolute times belong to
+// one machine on one day; the ratios travel.
 #include <benchmark/benchmark.h>
+#include <fmt/core.h>
+
+#include <array>
+#include <map>
+#include <numbers>
+#include <stdexcept>
 
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "model/closed_loop.hpp"
 #include "model/differentiate.hpp"
 #include "model/study.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
 
-static constexpr Command level{.V = 15.0, .gamma = 0.0, .eta = 0.0};
+namespace {
 
-static void evaluate_loop(benchmark::State& state) {
-  const TrimProblem problem = closed_loop_problem(reference_vehicle(), level);
-  for (auto _ : state) benchmark::DoNotOptimize(evaluate(problem.model, problem.guess));
+constexpr double degree = std::numbers::pi / 180;
+// Helicopter, half way, airplane: cyclic and elevator at work, every angle nonzero but in the last.
+constexpr std::array<Command, 3> commands{
+    {{2.0, 90 * degree, 90 * degree}, {6.0, 45 * degree, 45 * degree}, {15.0, 0.0, 0.0}}};
+
+struct Case {
+  TrimProblem problem;
+  OperatingPoint trimmed;
+};
+
+Case prepared(const benchmark::State& state) {
+  TrimProblem problem =
+      closed_loop_problem(reference_vehicle(), commands.at(std::size_t(state.range(0))));
+  const TrimResult result = trim(problem.model, problem.spec, problem.guess);
+  if (!result) throw std::runtime_error(result.message);
+  return {std::move(problem), result.point};
 }
-BENCHMARK(evaluate_loop);
 
-static void differentiate_loop(benchmark::State& state) {
-  const TrimProblem problem = closed_loop_problem(reference_vehicle(), level);
+// Moves the state by a few ulps, so that no evaluation can be taken from the last.
+void disturb(Eigen::VectorXd& x) {
+  x[0] += 1e-13;
+  x[1] += 1e-14;
+}
+
+void evaluation_concrete(benchmark::State& state) {
+  Case c = prepared(state);
+  const physics::WindLoop loop{reference_vehicle().polar, Equations::consistent};
+  Eigen::VectorXd rates(6);
+  for (auto _ : state) {
+    disturb(c.trimmed.x);
+    loop(c.trimmed.x.data(), c.trimmed.u.data(), c.trimmed.p.data(), rates.data(),
+         static_cast<double*>(nullptr));
+    benchmark::DoNotOptimize(rates.data());
+  }
+}
+
+void evaluation_through_model(benchmark::State& state) {
+  Case c = prepared(state);
+  for (auto _ : state) {
+    disturb(c.trimmed.x);
+    benchmark::DoNotOptimize(c.problem.model.f(c.trimmed.x, c.trimmed.u, c.trimmed.p));
+  }
+}
+
+void jacobian_exact(benchmark::State& state) {
+  Case c = prepared(state);
   const std::vector<Eigen::Index> states{0, 1, 2, 3, 4, 5};
-  for (auto _ : state) benchmark::DoNotOptimize(jacobian(problem.model, problem.guess, states));
+  for (auto _ : state) {
+    disturb(c.trimmed.x);
+    benchmark::DoNotOptimize(c.problem.model.derivatives(c.trimmed, states));
+  }
 }
-BENCHMARK(differentiate_loop);
 
-static void trim_loop(benchmark::State& state) {
-  const TrimProblem problem = closed_loop_problem(reference_vehicle(), level);
-  const TrimOptions options{.method = static_cast<TrimMethod>(state.range(0))};
-  for (auto _ : state)
-    benchmark::DoNotOptimize(trim(problem.model, problem.spec, problem.guess, options));
+void jacobian_differences_with_errors(benchmark::State& state) {
+  Case c = prepared(state);
+  const std::vector<Eigen::Index> states{0, 1, 2, 3, 4, 5};
+  for (auto _ : state) benchmark::DoNotOptimize(difference(c.problem.model, c.trimmed, states));
 }
-BENCHMARK(trim_loop)
-    ->ArgName("newton")
-    ->Arg(int(TrimMethod::ipopt))
-    ->Arg(int(TrimMethod::newton))
-    ->Unit(benchmark::kMicrosecond);
 
-static void linearize_loop(benchmark::State& state) {
-  const TrimProblem problem = closed_loop_problem(reference_vehicle(), level);
-  const TrimResult level_flight = trim(problem.model, problem.spec, problem.guess);
-  for (auto _ : state)
-    benchmark::DoNotOptimize(modes(linearize(problem.model, level_flight.point)));
+void modes_with_bounds(benchmark::State& state) {
+  Case c = prepared(state);
+  const LinearModel linear = linearize(c.problem.model, c.trimmed);
+  for (auto _ : state) benchmark::DoNotOptimize(modes(linear));
 }
-BENCHMARK(linearize_loop)->Unit(benchmark::kMicrosecond);
+
+// A single solve from the first guess, polished and verified: no further starts.
+void trim_ipopt_cold(benchmark::State& state) {
+  const Case c = prepared(state);
+  const TrimOptions options{.starts = 0};
+  for (auto _ : state)
+    benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess, options));
+}
+
+void trim_newton_cold(benchmark::State& state) {
+  const Case c = prepared(state);
+  const TrimOptions options{.method = TrimMethod::newton, .starts = 0};
+  for (auto _ : state)
+    benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess, options));
+}
+
+// As the program does it: Ipopt, then 32 starts for other equilibria.
+void trim_all_starts(benchmark::State& state) {
+  const Case c = prepared(state);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess));
+}
+
+BENCHMARK(evaluation_concrete)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(evaluation_through_model)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(jacobian_exact)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(jacobian_differences_with_errors)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(modes_with_bounds)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(trim_newton_cold)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(trim_ipopt_cold)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(trim_all_starts)->DenseRange(0, 2)->ArgName("condition");
+
+// The console's table, and the medians behind it.
+class Ratios final : public benchmark::ConsoleReporter {
+ public:
+  void ReportRuns(const std::vector<Run>& runs) override {
+    ConsoleReporter::ReportRuns(runs);
+    for (const Run& run : runs)
+      if (run.run_type == Run::RT_Aggregate ? run.aggregate_name == "median" : run.repetitions <= 1)
+        seconds_[run.run_name.function_name][run.run_name.args] =
+            run.GetAdjustedCPUTime() / benchmark::GetTimeUnitMultiplier(run.time_unit);
+  }
+
+  void print() const {
+    const auto ipopt = seconds_.find("trim_ipopt_cold");
+    if (ipopt == seconds_.end()) return;
+    fmt::print("\nCPU time of one cold Ipopt trim over that of:\n");
+    for (const auto& [name, by_condition] : seconds_) {
+      fmt::print("  {:34}", name);
+      for (const auto& [condition, time] : by_condition)
+        if (const auto at = ipopt->second.find(condition); at != ipopt->second.end())
+          fmt::print(" {:10.4g}", at->second / time);
+      fmt::print("\n");
+    }
+  }
+
+ private:
+  std::map<std::string, std::map<std::string, double>> seconds_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
+  Ratios reporter;
+  benchmark::RunSpecifiedBenchmarks(&reporter);
+  reporter.print();
+}

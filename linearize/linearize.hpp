@@ -27,7 +27,7 @@ struct LinearizeOptions {
   Method method = Method::exact;
   std::vector<std::string> inputs{};      ///< inputs of the linear model; empty: the model's inputs
   std::map<std::string, Range> bounds{};  ///< differences do not step outside
-  double tolerance = 1e-6;              ///< largest rate over nominal size at an equilibrium [1/s]
+  double tolerance = 1e-6;  ///< largest rate over nominal size at an equilibrium [1/s]
   /// Rates that need not vanish (ground track, height). The others must.
   std::vector<std::string> moving{};
 };

@@ -49,8 +49,8 @@ constexpr double denormal = std::numeric_limits<double>::denorm_min();
 constexpr double tiny = 1e-280;         // of a matrix whose results may round as denormals
 constexpr double not_determined = 1e8;  // condition above which half of the digits are gone
 
-// Eigenvectors of length one. Not solver.eigenvectors(): where the imaginary part of a pair is below
-// ε of its real part, that gives the vector's real and imaginary part for two real vectors.
+// Eigenvectors of length one. Not solver.eigenvectors(): where the imaginary part of a pair is
+// below ε of its real part, that gives the vector's real and imaginary part for two real vectors.
 MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
   const VectorXcd lambda = solver.eigenvalues();
   const MatrixXd P = solver.pseudoEigenvectors();
@@ -185,7 +185,8 @@ double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double
   if (own <= good) return own;
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(A.rows(), A.cols());
   const Eigen::JacobiSVD<MatrixXcd> svd(shifted, Eigen::ComputeFullV);
-  return std::min(own, scaled_residual(A, svd.matrixV().rightCols<1>(), lambda));
+  const double best = scaled_residual(A, svd.matrixV().rightCols<1>(), lambda);
+  return own < best ? own : best;  // own may be NaN
 }
 
 void check_matrix(const MatrixXd& A, const MatrixXd& error, const std::vector<std::string>& names) {

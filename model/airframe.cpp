@@ -28,7 +28,7 @@ struct WindAirframe {
   Equations equations;
 
   template <class S, class P>
-  TILTRIM_FLATTEN void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+  void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
     const AircraftOf<P> a = aircraft(p);
     const S &V = x[0], &gamma = x[1], &theta = x[2], &q = x[3];
     const S alpha = theta - gamma;
@@ -56,7 +56,7 @@ struct BodyAirframe {
   std::shared_ptr<const Polar> polar;
 
   template <class S, class P>
-  TILTRIM_FLATTEN void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
+  void operator()(const S* x, const S* u, const P* p, S* rates, S* outputs) const {
     const AircraftOf<P> a = aircraft(p);
     const S &theta = x[2], &q = x[3];
     const auto [V, alpha] = airspeed(x[0], x[1]);
@@ -95,8 +95,10 @@ Model airframe(const Vehicle& vehicle, Axes axes) {
   model.states.push_back({"q", "rad/s", 0.1});
   model.inputs = {
       {"theta0", "", 0.1}, {"a1s", "rad", 0.1}, {"delta_e", "rad", 0.1}, {"eta", "rad", 0.1}};
-  model.outputs = {
-      {"airspeed", "m/s", 1.0}, {"flight_path", "rad", 0.1}, {"alpha", "rad", 0.1}, {"thrust", "N", 1.0}};
+  model.outputs = {{"airspeed", "m/s", 1.0},
+                   {"flight_path", "rad", 0.1},
+                   {"alpha", "rad", 0.1},
+                   {"thrust", "N", 1.0}};
   model.parameters = aircraft_signals();
   const auto add = [&](const auto& physics) {
     set_functions(model, physics);

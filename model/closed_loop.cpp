@@ -49,7 +49,7 @@ Model closed_loop(const Vehicle& vehicle, Axes axes) {
   model.states.push_back({"q", "rad/s", 0.1});
   model.states.push_back({"energy_integral", "s", 1.0});
   model.states.push_back({"distribution_integral", "s", 1.0});
-  model.outputs = {{"theta0", "", 0.1}, {"a1s", "rad", 0.1},   {"delta_e", "rad", 0.1},
+  model.outputs = {{"theta0", "", 0.1},      {"a1s", "rad", 0.1},         {"delta_e", "rad", 0.1},
                    {"airspeed", "m/s", 1.0}, {"flight_path", "rad", 0.1}, {"alpha", "rad", 0.1}};
   model.parameters = closed_loop_parameters_signals();
   const auto add = [&](const auto& physics) {

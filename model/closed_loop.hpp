@@ -51,7 +51,7 @@ struct WindLoop {
   Equations equations;
 
   template <class S, class P>
-  TILTRIM_FLATTEN void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
+  void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
     const auto [d, a, k] = numbers(p);
     const S &V_err = x[0], &gamma_err = x[1], &theta = x[2], &q = x[3], &x1 = x[4], &x2 = x[5];
     const S V = d.V - V_err;
@@ -87,7 +87,7 @@ struct BodyLoop {
   std::shared_ptr<const Polar> polar;
 
   template <class S, class P>
-  TILTRIM_FLATTEN void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
+  void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
     const auto [d, a, k] = numbers(p);
     const S &u = x[0], &w = x[1], &theta = x[2], &q = x[3], &x1 = x[4], &x2 = x[5];
     const auto [V, measured] = airspeed(u, w);

@@ -53,14 +53,9 @@ struct Line {
 struct Column {
   VectorXd fine, coarse;
   VectorXd scale;  // largest |sample| of each row
+  VectorXd noise;  // round-off of the samples as it shows in them
   double h = 0.0;  // smallest distance of samples
 };
-
-Column central(Line& line, const VectorXd& ahead, const VectorXd& behind, const VectorXd& far_ahead,
-               const VectorXd& far_behind) {
-  const VectorXd scale = ahead.cwiseAbs().cwiseMax(behind.cwiseAbs());
-  return {(ahead - behind) / (2 * line.h), (far_ahead - far_behind) / (4 * line.h), scale, line.h};
-}
 
 //   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side whose sign is given
 Column one_sided(Line& line, const VectorXd& y0, double side) {
@@ -69,7 +64,7 @@ Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd y4 = line.sample(4 * side);
   const VectorXd fine = side * (-3 * y0 + 4 * y1 - y2) / (2 * line.h);
   const VectorXd coarse = side * (-3 * y0 + 4 * y2 - y4) / (4 * line.h);
-  return {fine, coarse, y0.cwiseAbs().cwiseMax(y1.cwiseAbs()), line.h};
+  return {fine, coarse, y0.cwiseAbs().cwiseMax(y1.cwiseAbs()), VectorXd::Zero(y0.size()), line.h};
 }
 
 // The four neighbours of a point along a line, and what their one-sided slopes say.
@@ -84,17 +79,27 @@ struct Neighbours {
   }
 
   // In a smooth function the two sides' slopes differ by h f'', twice as much at twice the step; at
-  // a kink they differ by a constant, at a jump by Δ/h.
+  // a kink they differ by a constant, at a jump by Δ/h, and beside one by anything but twice.
   bool kink(Index row) const {
     const double gap = std::abs(ahead[row] - 2 * y0[row] + behind[row]);
     const double far_gap = std::abs(far_ahead[row] - 2 * y0[row] + far_behind[row]) / 2;
     const double size = std::max({std::abs(y0[row]), std::abs(ahead[row]), std::abs(behind[row])});
     const double motion = std::abs(ahead[row] - behind[row]);
-    constexpr double noise = 256 * epsilon;  // of a long sum of cancelling terms
-    constexpr double share = 1e-3;           // of the motion: what curvature makes within a step
-    return gap > noise * std::max(size, 1.0) && gap > share * motion && far_gap < 1.5 * gap;
+    constexpr double noise = 1024 * epsilon;  // of a long sum of cancelling terms
+    constexpr double share = 1e-3;            // of the motion: what curvature makes within a step
+    return gap > noise * std::max(size, 1.0) && gap > share * motion &&
+           std::abs(far_gap - 2 * gap) > 0.1 * gap;
   }
 };
+
+// The fourth difference, h⁴ times the fourth derivative, is nothing but noise: √70 ≈ 8 times that
+// of one sample.
+Column central(const Line& line, const Neighbours& n) {
+  const VectorXd scale = n.ahead.cwiseAbs().cwiseMax(n.behind.cwiseAbs());
+  const VectorXd fourth = n.far_ahead - 4 * n.ahead + 6 * n.y0 - 4 * n.behind + n.far_behind;
+  return {(n.ahead - n.behind) / (2 * line.h), (n.far_ahead - n.far_behind) / (4 * line.h), scale,
+          fourth.cwiseAbs() / 8, line.h};
+}
 
 std::string kink_remark(const Model& model, const Line& line, const Signal& signal, double side) {
   const char* direction = side > 0 ? "above" : "below";
@@ -133,7 +138,7 @@ Column column(const Model& model, Line& line, const VectorXd& y0, const Range& b
     remarks.push_back(kink_remark(model, line, signal, side));
     return one_sided(line, y0, side);
   }
-  return central(line, n.ahead, n.behind, n.far_ahead, n.far_behind);
+  return central(line, n);
 }
 
 // Size of the terms that cancel in each row: its values and its motion over the variables' sizes.
@@ -162,12 +167,16 @@ Differences difference(const Model& model, const OperatingPoint& point,
     d.jacobian.value.col(k) = columns.back().fine;
   }
   VectorXd largest = y0.cwiseAbs();
-  for (const Column& c : columns) largest = largest.cwiseMax(c.scale);
+  VectorXd noise = VectorXd::Zero(y0.size());
+  for (const Column& c : columns) {
+    largest = largest.cwiseMax(c.scale);
+    noise = noise.cwiseMax(c.noise);
+  }
   const VectorXd sizes = term_sizes(model, point, variables, d.jacobian.value, largest);
   for (Index k = 0; k < n; ++k) {
     const Column& c = columns[std::size_t(k)];
     const VectorXd spread = (c.fine - c.coarse).cwiseAbs();
-    const VectorXd round_off = (epsilon / c.h) * sizes;
+    const VectorXd round_off = (epsilon * sizes + 2 * noise) / c.h;
     const auto moved = (c.fine.array() != 0 || spread.array() != 0).cast<double>();
     d.jacobian.error.col(k) = moved * (spread + round_off).array();
   }

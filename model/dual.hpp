@@ -9,15 +9,6 @@
 #include <Eigen/Core>
 #include <cmath>
 
-// Physics is flattened, that is inlined whole: numbers with derivatives do not fit in registers,
-// and between functions the compiler would copy them about, for a third of the time. Not under
-// sanitizers, whose checks would make the one large function minutes to compile.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define TILTRIM_FLATTEN
-#else
-#define TILTRIM_FLATTEN [[gnu::flatten]]
-#endif
-
 namespace tiltrim::physics {
 
 inline constexpr int dual_width = 6;

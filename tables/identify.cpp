@@ -46,6 +46,8 @@ void check_input(const SixNumbers& numbers, const IdentifyOptions& options) {
       throw std::invalid_argument("identify: a number of column " + numbers.columns[i] +
                                   " is not finite");
   }
+  if (options.max_evaluations < 1)
+    throw std::invalid_argument("identify: max_evaluations must be at least 1");
   for (const Range& r : {options.thrust_excess, options.k})
     if (!(r.lower > 0.0 && r.lower <= r.upper && std::isfinite(r.upper)))
       throw std::invalid_argument(

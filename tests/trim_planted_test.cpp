@@ -153,7 +153,7 @@ TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong 
 TEST_CASE("planted without equilibrium: none is reported") {
   Generator g(14);
   int converged = 0, called_singular = 0, small_gaps = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::no_root);
     TrimSpec spec = p.spec();
     if (g() % 2) bound(spec, p, g, false);
@@ -165,13 +165,13 @@ TEST_CASE("planted without equilibrium: none is reported") {
   }
   CHECK(converged == 0);
   CHECK(called_singular == 0);
-  CHECK(small_gaps > 30);
+  CHECK(small_gaps > 15);
 }
 
 TEST_CASE("planted singular equilibria are not called well-conditioned") {
   Generator g(15);
   int converged = 0, reached = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::singular_root);
     const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
     const TrimResult r = trim(p.model(true), p.spec(), p.guess(g), few_starts(method));
@@ -179,13 +179,13 @@ TEST_CASE("planted singular equilibria are not called well-conditioned") {
     reached += r.status == TrimStatus::singular;
   }
   CHECK(converged == 0);
-  CHECK(reached >= 190);
+  CHECK(reached >= 95);
 }
 
 TEST_CASE("planted equilibria outside the bounds are not answers") {
   Generator g(16);
   int silently_wrong = 0, converged = 0;
-  for (int i = 0; i < 200; ++i) {
+  for (int i = 0; i < 100; ++i) {
     const Planting p(g, 1 + Index(g() % 4), i % 2 ? 0.0 : 0.4, Planted::root);
     TrimSpec spec = p.spec();
     bound(spec, p, g, true);
@@ -196,7 +196,7 @@ TEST_CASE("planted equilibria outside the bounds are not answers") {
     if (p.curvature == 0) CHECK_FALSE(bool(r));  // x* was the only one
   }
   CHECK(silently_wrong == 0);
-  CHECK(converged < 100);  // bent ones may have another root within
+  CHECK(converged < 50);  // bent ones may have another root within
 }
 
 // ---- with an enclosure: none is shown where there is none, and never where there is one ----
@@ -222,6 +222,9 @@ struct Lattice {
     for (Index i = 0; i < n; ++i) m.states.push_back({fmt::format("x{}", i), "", 1.0});
     m.f = [this](const VectorXd& x, const VectorXd&, const VectorXd&) -> VectorXd {
       return C * (x - r).cwiseProduct(x - s);
+    };
+    m.derivatives = [this](const OperatingPoint& at, const std::vector<Index>& variables) {
+      return MatrixXd((C * (2 * at.x - r - s).asDiagonal())(Eigen::all, variables));
     };
     m.enclosure = [this, n](const std::vector<Range>& box) {
       std::vector<Range> f(std::size_t(n), Range{0, 0});

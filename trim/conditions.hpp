@@ -34,9 +34,9 @@ TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, 
 /// alpha in place of theta, is a Range: zero width fixes it. Not named: V and eta must be given;
 /// gamma, q are 0; the others are free within the vehicle's limits.
 struct AirframeCondition {
-  std::map<std::string, Range> values;
-  std::map<std::string, double> rates;  ///< V, gamma, theta, q: held rates, 0 if not named
-  std::vector<Effort> effort;           ///< empty: theta0² + (a1s/0.35)² + (delta_e/0.53)²
+  std::map<std::string, Range> values{};
+  std::map<std::string, double> rates{};  ///< V, gamma, theta, q: held rates, 0 if not named
+  std::vector<Effort> effort{};           ///< empty: theta0² + (a1s/0.35)² + (delta_e/0.53)²
 };
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition);
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition, Axes axes);

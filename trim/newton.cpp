@@ -118,6 +118,30 @@ bool let_go(ActiveSet& a, const VectorXd& lambda, Index m) {
   return false;
 }
 
+// ∇f(z) + J(z)ᵀλ as a function of z.
+auto lagrangian_gradient(const Problem& p, const ActiveSet& a, const VectorXd& lambda) {
+  return [&p, &a, &lambda](const VectorXd& z) -> VectorXd {
+    const Slopes s = slopes(p, z);
+    if (!s.finite) return VectorXd::Constant(z.size(), std::numeric_limits<double>::quiet_NaN());
+    return s.effort + active_slopes(a, s).transpose() * lambda;
+  };
+}
+
+// No direction that keeps the active equations lowers the effort to second order.  [4, thm. 12.5]
+bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
+  constexpr double rounding = 1e-6;  // of a Hessian by differences of differences
+  const Slopes s = slopes(p, z);
+  if (!s.finite) return false;
+  const Eigen::FullPivLU<MatrixXd> lu(active_slopes(a, s));
+  if (lu.dimensionOfKernel() == 0) return true;
+  const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
+  if (!H.allFinite()) return false;
+  const MatrixXd Z = lu.kernel().colwise().normalized();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> curvature(Z.transpose() * H * Z,
+                                                          Eigen::EigenvaluesOnly);
+  return curvature.eigenvalues().minCoeff() >= -rounding * std::max(1.0, H.norm());
+}
+
 // Newton on  ∇f(z) + J(z)ᵀλ = 0,  c(z) = 0.                                     [4, sec. 18.1]
 bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, VectorXd& lambda) {
   constexpr int cap = 20;
@@ -135,13 +159,8 @@ bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, Vector
     const double size = std::max(gradient.lpNorm<Eigen::Infinity>(), c.lpNorm<Eigen::Infinity>());
     if (size < small && size >= 0.5 * last) return true;  // round-off
     last = size;
-    const auto lagrangian = [&](const VectorXd& at) -> VectorXd {
-      const Slopes t = slopes(p, at);
-      if (!t.finite) return VectorXd::Constant(n, std::numeric_limits<double>::quiet_NaN());
-      return t.effort + active_slopes(a, t).transpose() * lambda;
-    };
     MatrixXd K = MatrixXd::Zero(n + c.size(), n + c.size());
-    K.topLeftCorner(n, n) = hessian_of(lagrangian, z);
+    K.topLeftCorner(n, n) = hessian_of(lagrangian_gradient(p, a, lambda), z);
     K.topRightCorner(n, c.size()) = J.transpose();
     K.bottomLeftCorner(c.size(), n) = J;
     if (!K.allFinite()) return false;
@@ -176,8 +195,9 @@ Optimum polish_optimum(const Problem& p, const VectorXd& z0, const TrimOptions& 
     const auto held = active.unknowns.size() + active.limited.size();
     hold_near(z, p.lower, p.upper, -bound_slack, active.unknowns);  // what the step went beyond
     hold_near(v.limited, p.limited_lower, p.limited_upper, -bound_slack, active.limited);
-    best = {z, active.unknowns.size() + active.limited.size() == held};
-    if (best.verified) return best;
+    const bool inside = active.unknowns.size() + active.limited.size() == held;
+    best = {z, inside && is_least(p, active, z, lambda)};
+    if (inside) return best;
   }
   return best;
 }

@@ -170,7 +170,9 @@ void add_effort(Problem& p, const TrimSpec& spec) {
     if (at.row >= 0)
       p.terms.push_back({-1, at.row, e.scale, e.reference});
     else if (k < p.n())
-      p.terms.push_back({k, -1, e.scale, e.reference});  // a fixed variable costs the same anywhere
+      p.terms.push_back({k, -1, e.scale, e.reference});
+    else
+      p.fixed_effort += std::pow((value_of(p.base, at.variable) - e.reference) / e.scale, 2);
   }
 }
 
@@ -261,6 +263,7 @@ Values values(const Problem& p, const VectorXd& z) {
   v.limited.resize(std::ssize(p.limited));
   for (Index i = 0; i < v.limited.size(); ++i)
     v.limited[i] = y[p.limited[std::size_t(i)]] / p.row_nominal[p.limited[std::size_t(i)]];
+  v.effort = p.fixed_effort;
   for (const Problem::Term& t : p.terms) {
     const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : y[t.row];
     v.effort += std::pow((value - t.reference) / t.scale, 2);

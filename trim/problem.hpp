@@ -32,6 +32,7 @@ struct Problem {
     double scale, reference;
   };
   std::vector<Term> terms;
+  double fixed_effort = 0.0;  // of terms on variables that are held
 
   struct FixedBound {
     Eigen::Index variable;

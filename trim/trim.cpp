@@ -242,6 +242,7 @@ TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
   TrimResult r = closest_point(s);
+  if (s.not_repeatable) return *s.not_repeatable;
   if (!s.answers.empty()) return best_answer(s);
   if (s.options.stop.stop_requested()) {
     r.status = TrimStatus::interrupted;
