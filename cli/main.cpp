@@ -1,7 +1,8 @@
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -85,12 +86,25 @@ int finish(const Common& common, const Run& run) {
   return interrupt.signal() == 0 ? outcome.exit_code : 128 + interrupt.signal();
 }
 
+// What is wrong with the arguments, in one line.
+std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std::string& first) {
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
+  const bool known = std::ranges::find(commands, first) != commands.end();
+  if (known) return fmt::format("{}; 'tiltrim {} --help' says more", error.what(), first);
+  const std::string all = fmt::format("there are: {}", fmt::join(commands, ", "));
+  if (first.empty()) return "no command; " + all + "; 'tiltrim --help' says more";
+  if (first.front() == '-') return fmt::format("{}; 'tiltrim --help' says more", error.what());
+  const std::string near = nearest_name(first, commands);
+  return fmt::format("no command '{}'{}; {}", first,
+                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), all);
+}
+
 int run_program(int argc, char** argv) {
   CLI::App app{about, "tiltrim"};
   app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
   app.footer(examples);
   app.require_subcommand(1);
-  app.failure_message(CLI::FailureMessage::help);
 
   TrimCommand trimming;
   CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
@@ -119,7 +133,8 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? answered : bad_input;
+    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    throw std::invalid_argument(refusal(app, e, argc > 1 ? argv[1] : ""));
   }
   const auto with = [](const auto& command) {
     return [&command](const TextStyle& style, const std::stop_token& stop) {

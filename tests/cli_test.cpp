@@ -212,11 +212,13 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("trim " + scratch.path.string(), "directory");
   refused("trim " + good + " -o " + scratch.path.string(), "directory");
   refused("trim " + good + " -o " + scratch.path.string() + "/none/out", "none");
-  refused("trim " + good + " --only b", "'a'");
+  refused("trim " + good + " --only b", "there are: a");
   refused("trim " + good + " --format xml", "text");
   refused("linearize " + good + " --inputs Vv", "Vv");
-  refused("trimm " + good, "trimm");
-  refused("", "subcommand");
+  refused("trimm " + good, "did you mean 'trim'");
+  refused("", "no command");
+  refused("trim", "study");
+  refused("trim " + good + " --sarts 3", "--sarts");
 }
 
 TEST_CASE("every shipped study runs; hover trims in body axes") {

@@ -216,6 +216,12 @@ std::map<std::string, Range> all_values(const Vehicle& vehicle,
   return values;
 }
 
+// V and gamma are states in wind axes, outputs in body axes.
+std::string signal_behind(const Model& model, const std::string& name) {
+  if (find(model.states, name) >= 0) return name;
+  return name == "V" ? "airspeed" : name == "gamma" ? "flight_path" : name;
+}
+
 }  // namespace
 
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition,
@@ -229,10 +235,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   for (const auto& [name, range] : values) {
     if (at_rest && (name == "V" || name == "gamma" || name == "alpha")) continue;
     const bool is_variable = find(model.states, name) >= 0 || find(model.inputs, name) >= 0;
-    spec.bounds[is_variable       ? name
-                : name == "V"     ? "airspeed"
-                : name == "gamma" ? "flight_path"
-                                  : name] = range;
+    spec.bounds[signal_behind(model, name)] = range;
     if (!is_variable) continue;
     const double value =
         range.lower == range.upper ? range.lower : std::clamp(0.0, range.lower, range.upper);
@@ -271,6 +274,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   // theta' = q by kinematics: an equation only where q is free
   if (values.at("q").lower < values.at("q").upper) spec.rates["theta"] = rate("theta");
   spec.effort = condition.effort.empty() ? control_effort(vehicle.limits) : condition.effort;
+  for (Effort& e : spec.effort) e.signal = signal_behind(model, e.signal);
   return problem;
 }
 
