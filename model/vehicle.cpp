@@ -52,7 +52,7 @@ Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& co
 double authority(const Aircraft& aircraft, double eta) { return authority_at(eta, aircraft); }
 
 Command corridor(double h) {
-  constexpr double top = 120.0;                          // m, where the transition ends
+  constexpr double top = 120.0;                             // m, where the transition ends
   constexpr double climb_speed = 2.0, cruise_speed = 15.0;  // m/s
   const double at = std::clamp(h, 0.0, top);
   const double angle =

@@ -14,26 +14,26 @@ namespace tiltrim {
 /// one's source). Templated on its scalar only inside model/; use Aircraft.
 template <class S>
 struct AircraftOf {
-  S mass = 4.0;                 // kg
-  S inertia_yy = 6.076;         // kg m²
-  S chord = 0.36;               // m
-  S wing_area = 0.85;           // m²
-  S air_density = 0.9667;       // kg/m³
-  S gravity = 9.81;             // m/s²
-  S rotor_x = 0.01;             // m, hub ahead of the centre of gravity
-  S rotor_z = 0.08;             // m, nacelle pivot to hub
-  S thrust_excess = 1.4;        // Ep, full thrust over weight
-  S rotor_speed_rpm = 5400.0;   // rev/min
-  S rotor_radius = 0.25;        // m
+  S mass = 4.0;                // kg
+  S inertia_yy = 6.076;        // kg m²
+  S chord = 0.36;              // m
+  S wing_area = 0.85;          // m²
+  S air_density = 0.9667;      // kg/m³
+  S gravity = 9.81;            // m/s²
+  S rotor_x = 0.01;            // m, hub ahead of the centre of gravity
+  S rotor_z = 0.08;            // m, nacelle pivot to hub
+  S thrust_excess = 1.4;       // Ep, full thrust over weight
+  S rotor_speed_rpm = 5400.0;  // rev/min
+  S rotor_radius = 0.25;       // m
   S blade_count = 6.0;
-  S blade_chord = 0.05;         // m
-  S blade_lift_slope = 5.7;     // 1/rad
-  S pitch_scale = 0.12;         // rad of blade pitch per unit of theta0
-  S wake_immersion = 0.05;      // share of the induced velocity that the wing sees
-  S CL_q = 2.3;                 // per q chord/(2 W)
-  S CL_de = 0.23;               // 1/rad
-  S CM_q = -7.0;                // per q chord/(2 W)
-  S CM_de = -0.64;              // 1/rad
+  S blade_chord = 0.05;                 // m
+  S blade_lift_slope = 5.7;             // 1/rad
+  S pitch_scale = 0.12;                 // rad of blade pitch per unit of theta0
+  S wake_immersion = 0.05;              // share of the induced velocity that the wing sees
+  S CL_q = 2.3;                         // per q chord/(2 W)
+  S CL_de = 0.23;                       // 1/rad
+  S CM_q = -7.0;                        // per q chord/(2 W)
+  S CM_de = -0.64;                      // 1/rad
   S cyclic_off = std::numbers::pi / 3;  // rad, tilt at which cyclic hands over to the elevator
   S cyclic_blend = 0.0;                 // rad, width of the hand-over; 0: a switch
 };
@@ -66,9 +66,9 @@ using Command = CommandOf<double>;
 /// Actuator and attitude limits.
 struct Limits {
   Range theta0{0.0, 1.0};
-  Range a1s{-0.35, 0.35};        // rad
-  Range delta_e{-0.53, 0.53};    // rad
-  Range theta{-1.3, 1.3};        // rad
+  Range a1s{-0.35, 0.35};      // rad
+  Range delta_e{-0.53, 0.53};  // rad
+  Range theta{-1.3, 1.3};      // rad
 };
 
 /// Which equations: the consistent ones (docs/theory.md), or the paper's as printed, for studying
@@ -90,7 +90,8 @@ struct Vehicle {
 };
 
 /// The airframe (2) or (1): states V, gamma, theta, q (wind) or u, w, theta, q (body); inputs
-/// theta0, a1s, delta_e, eta; parameters "aircraft.*"; outputs airspeed, flight_path, alpha, thrust.
+/// theta0, a1s, delta_e, eta; parameters "aircraft.*"; outputs airspeed, flight_path, alpha,
+/// thrust.
 Model airframe(const Vehicle& vehicle, Axes axes = Axes::wind);
 
 /// The closed loop (14): states V_err, gamma_err, theta, q, energy_integral,

@@ -153,50 +153,50 @@ TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong 
 TEST_CASE("planted without equilibrium: none is reported") {
   Generator g(14);
   int converged = 0, called_singular = 0, small_gaps = 0;
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 60; ++i) {
     const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::no_root);
     TrimSpec spec = p.spec();
     if (g() % 2) bound(spec, p, g, false);
     const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
-    const TrimResult r = trim(p.model(true), spec, p.guess(g), few_starts(method));
+    const TrimResult r = trim(p.model(true), spec, p.guess(g), {.method = method, .starts = 2});
     converged += r.status == TrimStatus::converged;
     called_singular += r.status == TrimStatus::singular;
     small_gaps += p.gap < 1e-3;
   }
   CHECK(converged == 0);
   CHECK(called_singular == 0);
-  CHECK(small_gaps > 15);
+  CHECK(small_gaps > 8);
 }
 
 TEST_CASE("planted singular equilibria are not called well-conditioned") {
   Generator g(15);
   int converged = 0, reached = 0;
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 60; ++i) {
     const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::singular_root);
     const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
-    const TrimResult r = trim(p.model(true), p.spec(), p.guess(g), few_starts(method));
+    const TrimResult r = trim(p.model(true), p.spec(), p.guess(g), {.method = method, .starts = 2});
     converged += r.status == TrimStatus::converged;
     reached += r.status == TrimStatus::singular;
   }
   CHECK(converged == 0);
-  CHECK(reached >= 95);
+  CHECK(reached >= 57);
 }
 
 TEST_CASE("planted equilibria outside the bounds are not answers") {
   Generator g(16);
   int silently_wrong = 0, converged = 0;
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < 60; ++i) {
     const Planting p(g, 1 + Index(g() % 4), i % 2 ? 0.0 : 0.4, Planted::root);
     TrimSpec spec = p.spec();
     bound(spec, p, g, true);
     const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
-    const TrimResult r = trim(p.model(true), spec, p.guess(g), few_starts(method));
+    const TrimResult r = trim(p.model(true), spec, p.guess(g), {.method = method, .starts = 2});
     converged += bool(r);
     silently_wrong += bool(r) && wrong(p, spec, r);
     if (p.curvature == 0) CHECK_FALSE(bool(r));  // x* was the only one
   }
   CHECK(silently_wrong == 0);
-  CHECK(converged < 50);  // bent ones may have another root within
+  CHECK(converged < 30);  // bent ones may have another root within
 }
 
 // ---- with an enclosure: none is shown where there is none, and never where there is one ----
@@ -252,10 +252,10 @@ struct Lattice {
   }
 };
 
-TEST_CASE("a thousand boxes: infeasible is shown where it is true, and only there") {
+TEST_CASE("random boxes: infeasible is shown where it is true, and only there") {
   Generator g(17);
   int with = 0, without = 0, shown = 0, solved = 0, wrongly_shown = 0, silently_wrong = 0;
-  for (int i = 0; i < 1000; ++i) {
+  for (int i = 0; i < 400; ++i) {
     const Index n = 1 + Index(g() % 3);
     const Lattice lattice(g, n);
     std::vector<Range> box;
@@ -272,8 +272,9 @@ TEST_CASE("a thousand boxes: infeasible is shown where it is true, and only ther
     const double depth = lattice.depth(box);
     // Neither a root on the very edge, nor a double one: the one is undecided, the other singular.
     if (std::abs(depth) < 1e-3 || (lattice.r - lattice.s).cwiseAbs().minCoeff() < 1e-3) continue;
-    const TrimResult r =
-        trim(lattice.model(), spec, guess, {.method = TrimMethod::newton, .starts = 8});
+    TrimResult r = trim(lattice.model(), spec, guess, {.method = TrimMethod::newton, .starts = 0});
+    if (r.status == TrimStatus::not_found)
+      r = trim(lattice.model(), spec, guess, few_starts(TrimMethod::newton));
     with += depth > 0;
     without += depth < 0;
     solved += bool(r);
@@ -286,8 +287,8 @@ TEST_CASE("a thousand boxes: infeasible is shown where it is true, and only ther
   }
   CAPTURE(with);
   CAPTURE(without);
-  CHECK(with > 200);
-  CHECK(without > 200);
+  CHECK(with > 80);
+  CHECK(without > 80);
   CHECK(wrongly_shown == 0);
   CHECK(silently_wrong == 0);
   CHECK(shown == without);

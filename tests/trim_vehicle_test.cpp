@@ -295,7 +295,7 @@ TEST_CASE("the reference cases") {
 TEST_CASE("near stall: the least effort of all equilibria, and the others counted") {
   std::size_t most = 0;
   for (const double gamma : {0.0, 5 * degree})
-    for (double V = 6.5; V <= 11.0; V += 0.125) {
+    for (double V = 6.5; V <= 11.0; V += 0.25) {
       CAPTURE(V);
       CAPTURE(gamma);
       const Command command{V, gamma, 0.0};
@@ -340,7 +340,8 @@ TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be"
     for (std::size_t k = 0; k < gain_signals().size(); ++k)
       gain_value(v.gains, k) *= within(0.6, 1.4);
     const Command command = corridor(within(0, 120));
-    const TrimResult r = trim_closed_loop(v, command);
+    const TrimMethod method = i % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimResult r = trim_closed_loop(v, command, {.method = method});
     if (r.status == TrimStatus::converged) {
       ++converged;
       CHECK(closed_loop_residual(v, command, r) <= 1e-9);  // the tolerance, and K_Li's leverage
@@ -350,7 +351,7 @@ TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be"
                     fmt::format("{}: {}", to_string(r.status), r.message));
       ++infeasible;
     }
-    if (r && i % 4 != 0) continue;  // an answer needs the scan only to be the least effort
+    if (r && i % 5 != 0) continue;  // an answer needs the scan only to be the least effort
     const Truth t = truth(v, command);
     if (!t.clear) continue;
     ++scanned;
@@ -359,7 +360,7 @@ TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be"
   }
   CHECK(converged > 200);
   CHECK(infeasible > 0);
-  CHECK(scanned > 90);
+  CHECK(scanned > 70);
 }
 
 static TrimResult solve(const TrimProblem& problem, const TrimOptions& options = {}) {
