@@ -23,3 +23,12 @@ inline double printed_to(std::string_view printed) {
       point == std::string_view::npos ? 0.0 : static_cast<double>(printed.size() - point - 1);
   return 0.5 * std::pow(10.0, -decimals);
 }
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+inline constexpr bool sanitized = true;
+#else
+inline constexpr bool sanitized = false;
+#endif
+
+/// Random trials: a tenth under sanitizers, which look for faults, not for rates.
+constexpr int trials(int n) { return sanitized ? n / 10 : n; }

@@ -123,20 +123,25 @@ static bool wrong(const Planting& p, const TrimSpec& spec, const TrimResult& r) 
   return !(residual <= TrimOptions{}.tolerance && inside);
 }
 
+// Mostly Newton: Ipopt's time goes into its linear solver, not into what is tested here.
+static TrimMethod random_method(Generator& g) {
+  return g() % 4 ? TrimMethod::newton : TrimMethod::ipopt;
+}
+
 // Fewer further starts than the default, so that the bar is the harder to meet.
 static TrimOptions few_starts(TrimMethod method) { return {.method = method, .starts = 8}; }
 
 TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong one") {
   Generator g(2013);
-  constexpr int trials = 2000;
+  constexpr int n = trials(2000);
   int solved = 0, silently_wrong = 0, at_the_planted = 0;
-  for (int i = 0; i < trials; ++i) {
+  for (int i = 0; i < n; ++i) {
     const Planting p(g, 1 + Index(g() % 6), uniform(g, 0, 0.6), Planted::root);
     const Model model = p.model(g() % 4 != 0);
     TrimSpec spec = p.spec();
     if (g() % 2) bound(spec, p, g, false);
     const OperatingPoint guess = p.guess(g);
-    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimMethod method = random_method(g);
     const TrimResult r = trim(model, spec, guess, few_starts(method));
     if (!r) continue;
     ++solved;
@@ -146,57 +151,60 @@ TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong 
   CAPTURE(solved);
   CAPTURE(at_the_planted);
   CHECK(silently_wrong == 0);
-  CHECK(solved >= 0.995 * trials);
-  CHECK(at_the_planted >= 0.9 * trials);  // the cubic may have others
+  CHECK(solved >= 0.995 * n);
+  CHECK(at_the_planted >= 0.9 * n);  // the cubic may have others
 }
 
 TEST_CASE("planted without equilibrium: none is reported") {
   Generator g(14);
   int converged = 0, called_singular = 0, small_gaps = 0;
-  for (int i = 0; i < 60; ++i) {
+  constexpr int n = trials(200);
+  for (int i = 0; i < n; ++i) {
     const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::no_root);
     TrimSpec spec = p.spec();
     if (g() % 2) bound(spec, p, g, false);
-    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
-    const TrimResult r = trim(p.model(true), spec, p.guess(g), {.method = method, .starts = 2});
+    const TrimMethod method = random_method(g);
+    const TrimResult r = trim(p.model(true), spec, p.guess(g), {.method = method, .starts = 1});
     converged += r.status == TrimStatus::converged;
     called_singular += r.status == TrimStatus::singular;
     small_gaps += p.gap < 1e-3;
   }
   CHECK(converged == 0);
   CHECK(called_singular == 0);
-  CHECK(small_gaps > 8);
+  CHECK(small_gaps > n / 10);
 }
 
 TEST_CASE("planted singular equilibria are not called well-conditioned") {
   Generator g(15);
   int converged = 0, reached = 0;
-  for (int i = 0; i < 60; ++i) {
+  constexpr int n = trials(200);
+  for (int i = 0; i < n; ++i) {
     const Planting p(g, 1 + Index(g() % 4), uniform(g, 0, 0.5), Planted::singular_root);
-    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
-    const TrimResult r = trim(p.model(true), p.spec(), p.guess(g), {.method = method, .starts = 2});
+    const TrimMethod method = random_method(g);
+    const TrimResult r = trim(p.model(true), p.spec(), p.guess(g), {.method = method, .starts = 1});
     converged += r.status == TrimStatus::converged;
     reached += r.status == TrimStatus::singular;
   }
   CHECK(converged == 0);
-  CHECK(reached >= 57);
+  CHECK(reached >= 0.95 * n);
 }
 
 TEST_CASE("planted equilibria outside the bounds are not answers") {
   Generator g(16);
   int silently_wrong = 0, converged = 0;
-  for (int i = 0; i < 60; ++i) {
+  constexpr int n = trials(200);
+  for (int i = 0; i < n; ++i) {
     const Planting p(g, 1 + Index(g() % 4), i % 2 ? 0.0 : 0.4, Planted::root);
     TrimSpec spec = p.spec();
     bound(spec, p, g, true);
-    const TrimMethod method = g() % 2 ? TrimMethod::newton : TrimMethod::ipopt;
-    const TrimResult r = trim(p.model(true), spec, p.guess(g), {.method = method, .starts = 2});
+    const TrimMethod method = random_method(g);
+    const TrimResult r = trim(p.model(true), spec, p.guess(g), {.method = method, .starts = 1});
     converged += bool(r);
     silently_wrong += bool(r) && wrong(p, spec, r);
     if (p.curvature == 0) CHECK_FALSE(bool(r));  // x* was the only one
   }
   CHECK(silently_wrong == 0);
-  CHECK(converged < 30);  // bent ones may have another root within
+  CHECK(converged < n / 2);  // bent ones may have another root within
 }
 
 // ---- with an enclosure: none is shown where there is none, and never where there is one ----
@@ -255,7 +263,8 @@ struct Lattice {
 TEST_CASE("random boxes: infeasible is shown where it is true, and only there") {
   Generator g(17);
   int with = 0, without = 0, shown = 0, solved = 0, wrongly_shown = 0, silently_wrong = 0;
-  for (int i = 0; i < 400; ++i) {
+  constexpr int boxes = trials(1000);
+  for (int i = 0; i < boxes; ++i) {
     const Index n = 1 + Index(g() % 3);
     const Lattice lattice(g, n);
     std::vector<Range> box;
@@ -287,8 +296,8 @@ TEST_CASE("random boxes: infeasible is shown where it is true, and only there") 
   }
   CAPTURE(with);
   CAPTURE(without);
-  CHECK(with > 80);
-  CHECK(without > 80);
+  CHECK(with > boxes / 8);
+  CHECK(without > boxes / 8);
   CHECK(wrongly_shown == 0);
   CHECK(silently_wrong == 0);
   CHECK(shown == without);

@@ -513,7 +513,9 @@ TEST_CASE("a pendulum: the torque for an angle, the angles for a torque") {
       const TrimSpec spec{.free = {"theta", "omega"},
                           .still = {"theta", "omega"},
                           .bounds = {{"theta", {-std::numbers::pi, std::numbers::pi}}}};
-      const TrimResult angle = trim(m, spec, guess, options);
+      TrimOptions more = options;
+      more.starts = 16;  // some of them above the hinge
+      const TrimResult angle = trim(m, spec, guess, more);
       const double leaning = std::asin(0.6);
       CHECK(angle.status == TrimStatus::converged);
       const double miss = converged_to * 0.1 * m_l_l / (m_g_l * std::cos(leaning)) + 1e-15;
@@ -590,7 +592,7 @@ TEST_CASE("redundant surfaces: the least-norm solution, with and without a bound
     std::uniform_real_distribution<double> width(0.02, 0.3);
     std::vector<int> active(3);
     int none = 0;
-    for (int i = 0; i < 30; ++i) {
+    for (int i = 0; i < (exact ? 30 : 8); ++i) {
       CAPTURE(i);
       VectorXd lower(5), upper(5);
       TrimSpec spec = Redundant::spec();
@@ -612,6 +614,7 @@ TEST_CASE("redundant surfaces: the least-norm solution, with and without a bound
         CHECK_NEAR(a.value, a.upper ? upper[k] : lower[k], 1e-16);  // one rounding
       }
     }
+    if (!exact) continue;
     CHECK(none > 0);
     for (const int count : active) CHECK(count > 0);
   }

@@ -332,7 +332,8 @@ TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be"
     return std::uniform_real_distribution<double>(lower, upper)(g);
   };
   int converged = 0, infeasible = 0, scanned = 0;
-  for (int i = 0; i < 400; ++i) {
+  constexpr int aircraft = trials(400);
+  for (int i = 0; i < aircraft; ++i) {
     CAPTURE(i);
     Vehicle v = reference();
     for (std::size_t k = 0; k < aircraft_signals().size(); ++k)
@@ -340,7 +341,7 @@ TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be"
     for (std::size_t k = 0; k < gain_signals().size(); ++k)
       gain_value(v.gains, k) *= within(0.6, 1.4);
     const Command command = corridor(within(0, 120));
-    const TrimMethod method = i % 2 ? TrimMethod::newton : TrimMethod::ipopt;
+    const TrimMethod method = i % 8 ? TrimMethod::newton : TrimMethod::ipopt;
     const TrimResult r = trim_closed_loop(v, command, {.method = method});
     if (r.status == TrimStatus::converged) {
       ++converged;
@@ -351,16 +352,16 @@ TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be"
                     fmt::format("{}: {}", to_string(r.status), r.message));
       ++infeasible;
     }
-    if (r && i % 5 != 0) continue;  // an answer needs the scan only to be the least effort
+    if (r && i % 8 != 0) continue;  // an answer needs the scan only to be the least effort
     const Truth t = truth(v, command);
     if (!t.clear) continue;
     ++scanned;
     CHECK(bool(r) == !t.within.empty());
     if (r && !t.within.empty()) CHECK_NEAR(r.point.x[2], t.within[0].theta, 1e-7);
   }
-  CHECK(converged > 200);
-  CHECK(infeasible > 0);
-  CHECK(scanned > 70);
+  CHECK(converged > aircraft / 2);
+  CHECK((infeasible > 0 || sanitized));
+  CHECK(scanned > aircraft / 9);
 }
 
 static TrimResult solve(const TrimProblem& problem, const TrimOptions& options = {}) {
