@@ -52,7 +52,7 @@ constexpr double not_determined = 1e8;  // condition above which half of the dig
 // Eigenvectors of length one. Not solver.eigenvectors(): where the imaginary part of a pair is
 // below ε of its real part, that gives the vector's real and imaginary part for two real vectors.
 MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
-  const VectorXcd lambda = solver.eigenvalues();
+  const VectorXcd& lambda = solver.eigenvalues();
   const MatrixXd P = solver.pseudoEigenvectors();
   MatrixXcd V = P.cast<std::complex<double>>();
   for (Index j = 0; j < V.cols(); ++j) {
@@ -249,7 +249,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
     result.verdict = Verdict::undecided;
     return result;
   }
-  const VectorXcd lambda = solver.eigenvalues();
+  const VectorXcd& lambda = solver.eigenvalues();
   const MatrixXcd V = eigenvectors(solver);
   const Inverse inv = inverse(V);
   const VectorXd separate = gershgorin_radii(B, error, V, lambda, inv);
