@@ -68,10 +68,11 @@ struct FirstGuess {
 };
 
 FirstGuess first_guess(const Vehicle& v, double V, double gamma, double eta) {
-  constexpr double incidence = 0.05,
-                   steepest = 0.25;  // rad: nose-up of the path, but no standing up
+  // On the wing the nose follows the path, on the rotors it stays near level.
+  constexpr double incidence = 0.1;  // rad
   const Aircraft& a = v.aircraft;
-  const double theta = std::clamp(std::clamp(gamma + incidence, -steepest, steepest),
+  const double on_rotors = std::clamp(eta / (std::numbers::pi / 2), 0.0, 1.0);
+  const double theta = std::clamp(gamma * (1 - on_rotors * on_rotors) + incidence,
                                   v.limits.theta.lower, v.limits.theta.upper);
   const double alpha = theta - gamma;
   const double drag = 0.5 * a.air_density * V * V * a.wing_area * v.polar->at(alpha).CD;
