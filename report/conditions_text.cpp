@@ -13,7 +13,7 @@ using Eigen::Index;
 namespace {
 
 constexpr double degrees = 180 / std::numbers::pi;
-const char* const beyond_double = "{:.0e}";
+const char* const magnitude_only = "{:.0e}";
 
 // The first of these names that the answer's model has, among variables and outputs.
 std::optional<double> value(const Answer& a, std::initializer_list<const char*> names) {
@@ -145,7 +145,7 @@ Sheet trim_sheet(const std::vector<ConditionReport>& conditions) {
                    {"theta0", "θ₀", "", "{:.5f}"},
                    {"a1s_deg", "a1s", "°", "{:.3f}"},
                    {"delta_e_deg", "δe", "°", "{:.3f}"},
-                   {"residual", "residual", "1/s", beyond_double},
+                   {"residual", "residual", "1/s", magnitude_only},
                    {"status", "status", ""}};
   for (const ConditionReport& c : conditions) {
     sheet.rows.push_back(trim_row(c));
