@@ -4,7 +4,7 @@
 #   make test       install what is missing, build, run the tests
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-SOURCES = $(wildcard $(foreach d,model trim linearize simulate sweep tune tables report cli tests \
+SOURCES = $(wildcard $(foreach d,model trim linearize follow simulate sweep tune tables report cli tests \
             tests/install bench,$(d)/*.cpp $(d)/*.hpp))
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)

@@ -283,6 +283,20 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   return result;
 }
 
+VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
+  check_matrix(A, {}, {});
+  const Index n = A.rows();
+  if (n == 0) return {};
+  const double scale = unit(A);
+  Eigen::EigenSolver<MatrixXd> solver(n);
+  solver.setMaxIterations(options.max_iterations * n).compute(balance(A / scale).B, false);
+  if (solver.info() != Eigen::Success) return {};
+  VectorXcd lambda = scale * solver.eigenvalues();
+  std::ranges::sort(lambda, {},
+                    [](const std::complex<double>& z) { return std::pair(z.real(), z.imag()); });
+  return lambda;
+}
+
 Modes modes(const LinearModel& linear) {
   if (!linear) throw std::invalid_argument("modes: there is no linear model: " + linear.message);
   return modes(linear.A, linear.A_error, names(linear.states));

@@ -50,6 +50,12 @@ struct ModesOptions {
                           const std::vector<std::string>& state_names = {},
                           const ModesOptions& options = {});
 
+/// Eigenvalues of a finite square matrix alone (balanced, then shifted QR), by rising real part,
+/// then rising imaginary part; empty if the iteration met its cap. For scanning many matrices:
+/// what is reported should come from modes().
+[[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& A,
+                                           const ModesOptions& options = {});
+
 /// Modes of a linear model, named by its states. Throws std::invalid_argument if there is none.
 [[nodiscard]] Modes modes(const LinearModel& linear);
 

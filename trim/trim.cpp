@@ -9,6 +9,7 @@
 
 #include "trim/ipopt.hpp"
 #include "trim/newton.hpp"
+#include "trim/optimality.hpp"
 #include "trim/problem.hpp"
 #include "trim/proof.hpp"
 #include "trim/verdict.hpp"

@@ -1,0 +1,270 @@
+#include "follow/curve.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr int newton_cap = 10;
+constexpr double rank_below = 1e-12;  // pivot ratio at which the plane's system counts as singular
+constexpr double smooth = 2e-3;       // of a step: how far its chord may miss the mean tangent
+constexpr double nearby = 0.3;        // of a step: how far Newton may go from the prediction
+
+enum class Failure { none, not_finite, singular, no_convergence };
+
+// [slopes; directionᵀ], factored.
+Eigen::PartialPivLU<MatrixXd> bordered(const MatrixXd& slopes, const VectorXd& direction) {
+  MatrixXd M(slopes.cols(), slopes.cols());
+  M.topRows(slopes.rows()) = slopes;
+  M.bottomRows(1) = direction.transpose();
+  return Eigen::PartialPivLU<MatrixXd>(M);
+}
+
+bool singular(const Eigen::PartialPivLU<MatrixXd>& lu) {
+  const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+  return !(pivots.minCoeff() > rank_below * std::max(1.0, pivots.maxCoeff()));
+}
+
+// Newton on  G(y) = 0,  direction · (y - origin) = s.                           [25, sec. 6.1]
+// `fine`: go on until the step no longer shrinks.
+Failure newton_in_plane(const Curve& curve, const VectorXd& origin, const VectorXd& direction,
+                        double s, VectorXd y, bool fine, const TraceOptions& options,
+                        CurvePoint& point, int& iterations) {
+  const Index n = y.size();
+  VectorXd G, rhs(n);
+  MatrixXd slopes;
+  double last = infinity;
+  for (iterations = 1; iterations <= newton_cap; ++iterations) {
+    if (!curve.evaluate(y, G, slopes)) return Failure::not_finite;
+    const auto lu = bordered(slopes, direction);
+    rhs << -G, s - direction.dot(y - origin);
+    const VectorXd dy = lu.solve(rhs);
+    if (!dy.allFinite()) return Failure::singular;
+    const double step = dy.lpNorm<Eigen::Infinity>();
+    const double residual = G.size() > 0 ? G.lpNorm<Eigen::Infinity>() : 0.0;
+    const bool settled = residual <= options.tolerance && step <= options.step_tolerance;
+    const double rounding = 64 * epsilon * (1 + y.lpNorm<Eigen::Infinity>());
+    if (settled && (!fine || step <= rounding || step > 0.25 * last)) {
+      if (singular(lu)) return Failure::singular;
+      VectorXd along = lu.solve(VectorXd::Unit(n, n - 1));
+      const double length = along.norm();
+      if (!std::isfinite(length)) return Failure::singular;
+      point.y = y;
+      point.tangent = along / length;
+      // det [slopes; tᵀ] = det [slopes; directionᵀ] / (direction · t)
+      point.turn = lu.determinant() * length;
+      point.residual = residual;
+      point.step = step;
+      return Failure::none;
+    }
+    if (iterations > 2 && step > 0.9 * last && !settled) return Failure::no_convergence;
+    last = step;
+    y += dy;
+  }
+  return Failure::no_convergence;
+}
+
+// Between two points of one step, by its length s along the tangent at `a`: cubic Hermite.
+VectorXd between(const CurvePoint& a, const CurvePoint& b, double h, double s) {
+  const double t = s / h;
+  const VectorXd slope_b = b.tangent * (h / a.tangent.dot(b.tangent));
+  const VectorXd slope_a = a.tangent * h;
+  const double h00 = (1 + 2 * t) * (1 - t) * (1 - t), h10 = t * (1 - t) * (1 - t);
+  const double h01 = t * t * (3 - 2 * t), h11 = t * t * (t - 1);
+  return h00 * a.y + h10 * slope_a + h01 * b.y + h11 * slope_b;
+}
+
+// Whether a parabola through the last three values dips across zero between the last two.
+bool may_dip(double s0, double g0, double s1, double g1, double s2, double g2) {
+  if (!(g1 * g2 > 0)) return false;  // a crossing that is seen, or one at an end
+  const double d01 = (g1 - g0) / (s1 - s0), d12 = (g2 - g1) / (s2 - s1);
+  const double curvature = (d12 - d01) / (s2 - s0);
+  if (!(curvature * g1 > 0)) return false;
+  const double slope = d12 - curvature * (s2 - s1);  // at s1
+  const double at = -slope / (2 * curvature);
+  if (!(at > 0 && at < s2 - s1)) return false;
+  return (g1 + slope * at + curvature * at * at) * g1 <= 0;
+}
+
+struct Watched {
+  CurvePoint point;
+  std::vector<VectorXd> values;
+};
+
+Watched watched(const CurvePoint& point, const std::vector<Watch>& watches) {
+  Watched w{point, {}};
+  for (const Watch& watch : watches) w.values.push_back(watch(point));
+  return w;
+}
+
+bool hides_a_dip(const Watched& before, const Watched& a, const Watched& b) {
+  for (std::size_t w = 0; w < a.values.size(); ++w)
+    for (Index i = 0; i < a.values[w].size(); ++i)
+      if (may_dip(before.point.s, before.values[w][i], a.point.s, a.values[w][i], b.point.s,
+                  b.values[w][i]))
+        return true;
+  return false;
+}
+
+// One sign change between a and b, to round-off of s.
+std::optional<CurvePoint> located(const Curve& curve, const Watched& a, const Watched& b,
+                                  const Watch& watch, std::size_t w, Index i,
+                                  const TraceOptions& options) {
+  const double h = b.point.s - a.point.s;
+  CurvePoint at;
+  const auto g = [&](double s) {
+    int iterations = 0;
+    if (newton_in_plane(curve, a.point.y, a.point.tangent, s, between(a.point, b.point, h, s), true,
+                        options, at, iterations) != Failure::none)
+      throw std::domain_error("no point of the curve here");
+    at.s = a.point.s + s;
+    return watch(at)[i];
+  };
+  std::uintmax_t iterations = 60;
+  const auto close = [h](double low, double high) { return high - low <= 4 * epsilon * h; };
+  try {
+    const auto [low, high] = boost::math::tools::toms748_solve(g, 0.0, h, a.values[w][i],
+                                                               b.values[w][i], close, iterations);
+    const double at_low = std::abs(g(low));
+    if (!(std::abs(g(high)) <= at_low)) g(low);
+  } catch (const std::exception&) {
+    return {};
+  }
+  return at;
+}
+
+// All sign changes between a and b in order; nothing if one cannot be located.
+std::optional<std::vector<Crossing>> crossings(const Curve& curve, const Watched& a,
+                                               const Watched& b, const std::vector<Watch>& watches,
+                                               const TraceOptions& options) {
+  std::vector<Crossing> found;
+  for (std::size_t w = 0; w < watches.size(); ++w)
+    for (Index i = 0; i < a.values[w].size(); ++i) {
+      const double from = a.values[w][i], to = b.values[w][i];
+      if (from == 0 || !(from * to <= 0)) continue;
+      auto at = to == 0 ? b.point : located(curve, a, b, watches[w], w, i, options);
+      if (!at) return {};
+      found.push_back({w, i, to > from, *at});
+    }
+  std::ranges::stable_sort(found, {}, [](const Crossing& c) { return c.at.s; });
+  return found;
+}
+
+// The way has come back to where it began, between a and b.
+bool back_at(const CurvePoint& start, const CurvePoint& a, const CurvePoint& b) {
+  const double before = start.tangent.dot(a.y - start.y);
+  const double after = start.tangent.dot(b.y - start.y);
+  const double h = b.s - a.s;
+  if (!(before < 0 && after >= 0) || start.tangent.dot(b.tangent) < 0.5) return false;
+  const VectorXd nearest = between(a, b, h, h * before / (before - after));
+  return (nearest - start.y).norm() <= 0.02 * h;
+}
+
+CurveEnd end_of(Failure failure) {
+  return failure == Failure::not_finite ? CurveEnd::not_finite
+         : failure == Failure::singular ? CurveEnd::singular
+                                        : CurveEnd::stuck;
+}
+
+}  // namespace
+
+bool correct(const Curve& curve, const CurvePoint& from, double s, VectorXd guess,
+             const TraceOptions& options, CurvePoint& point) {
+  int iterations = 0;
+  const Failure failure = newton_in_plane(curve, from.y, from.tangent, s, std::move(guess), true,
+                                          options, point, iterations);
+  return failure == Failure::none;
+}
+
+CurveEnd first_point(const Curve& curve, const VectorXd& y, const VectorXd& towards,
+                     const TraceOptions& options, CurvePoint& point) {
+  VectorXd G;
+  MatrixXd slopes;
+  if (!curve.evaluate(y, G, slopes)) return CurveEnd::not_finite;
+  const Eigen::FullPivLU<MatrixXd> lu(slopes);
+  VectorXd along = lu.kernel().col(0);
+  if (lu.dimensionOfKernel() != 1 || !along.allFinite()) return CurveEnd::singular;
+  along.normalize();
+  if (along.dot(towards) < 0) along = -along;
+  int iterations = 0;
+  const Failure failure =
+      newton_in_plane(curve, y, along, 0.0, y, true, options, point, iterations);
+  point.s = 0.0;
+  return failure == Failure::none ? CurveEnd::stopped : end_of(failure);
+}
+
+CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
+               const TraceOptions& options, const Visit& visit) {
+  constexpr double subtle = 1e-4;  // below this step a hidden pair of crossings is not looked for
+  constexpr double sharp = 1e-6;   // below this step the curve may turn as it likes: a kink
+  Watched at = watched(start, watches);
+  std::optional<Watched> before;
+  double h = options.first_step;
+  Failure failure = Failure::none;
+  for (int points = 1; points < options.max_points;) {
+    if (options.stop.stop_requested()) return CurveEnd::interrupted;
+    if (h < options.min_step) return end_of(failure);
+    Watched next;
+    CurvePoint& to = next.point;
+    const VectorXd predicted = at.point.y + h * at.point.tangent;
+    int iterations = 0;
+    failure = newton_in_plane(curve, at.point.y, at.point.tangent, h, predicted, false, options, to,
+                              iterations);
+    if (failure != Failure::none) {
+      h /= 2;
+      continue;
+    }
+    to.s = at.point.s + h;
+    const double away = (to.y - predicted).norm();
+    const VectorXd mean = at.point.tangent + to.tangent;
+    const double cosine = at.point.tangent.dot(to.tangent);
+    const double miss = (to.y - at.point.y - h / (1 + cosine) * mean).norm() / h;
+    if (away > nearby * h || cosine < 0 || (miss > smooth && h > sharp)) {
+      failure = Failure::no_convergence;
+      h /= 2;
+      continue;
+    }
+    const bool closes = points > 3 && back_at(start, at.point, to);
+    if (closes) {
+      const double length = start.tangent.dot(start.y - at.point.y);
+      to = start;
+      to.s = at.point.s + std::abs(length);
+    }
+    next = watched(to, watches);
+    if (before && h > subtle && !closes && hides_a_dip(*before, at, next)) {
+      h /= 2;
+      continue;
+    }
+    auto events = crossings(curve, at, next, watches, options);
+    if (!events) {
+      failure = Failure::no_convergence;
+      h /= 2;
+      continue;
+    }
+    ++points;
+    if (!visit(next.point, *events)) return CurveEnd::stopped;
+    if (closes) return CurveEnd::closed;
+    before = std::move(at);
+    at = std::move(next);
+    // The miss grows as the square of the step: aim at a quarter of what is allowed.
+    const double room = std::sqrt(0.25 * smooth / std::max(miss, 1e-12));
+    const double speed = iterations > 5 ? 0.5 : 2.0;
+    h = std::min(options.max_step, h * std::clamp(room, 0.5, speed));
+  }
+  return CurveEnd::points;
+}
+
+}  // namespace tiltrim

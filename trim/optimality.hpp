@@ -1,0 +1,44 @@
+/// The optimality conditions of the effort, where there are more unknowns than equations.
+/// Internal to trim/ and follow/.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "trim/problem.hpp"
+
+namespace tiltrim {
+
+/// A bound that is taken as an equation.
+struct Held {
+  Eigen::Index position;  ///< in z, or among the limited rows
+  double bound, side;     ///< side: +1 at an upper bound, -1 at a lower one
+};
+struct ActiveSet {
+  std::vector<Held> unknowns, limited;
+};
+
+/// The equations an optimum holds, c(z) = 0: residuals, then active unknowns, then limited rows.
+Eigen::VectorXd active_residual(const ActiveSet& active, const Eigen::VectorXd& z,
+                                const Values& values);
+Eigen::MatrixXd active_slopes(const ActiveSet& active, const Slopes& slopes);
+
+using Gradient = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
+/// ∇f(z) + c'(z)ᵀλ as a function of z; refers to all three arguments. NaN where not finite.
+Gradient lagrangian_gradient(const Problem& problem, const ActiveSet& active,
+                             const Eigen::VectorXd& lambda);
+/// Symmetric Hessian of a function whose gradient is given, by central differences of it.
+Eigen::MatrixXd hessian_of(const Gradient& gradient, const Eigen::VectorXd& z);
+
+/// Newton on the optimality conditions, from a point near the optimum: bounds active there are
+/// held, those whose multiplier has the wrong sign let go.
+struct Optimum {
+  Eigen::VectorXd z;
+  bool verified = false;   ///< residual, bounds and the projected gradient of the effort all hold
+  ActiveSet active;        ///< of a verified one, with
+  Eigen::VectorXd lambda;  ///< the multipliers of c(z) = 0
+};
+Optimum polish_optimum(const Problem& problem, const Eigen::VectorXd& z,
+                       const TrimOptions& options);
+
+}  // namespace tiltrim
