@@ -29,25 +29,21 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
   return conditions;
 }
 
-// Each condition in turn; where the caller stopped, the rest say so.
+// Calls work(condition, progress) on each condition in turn. What cannot be asked of one is said
+// with its name.
 template <class Work>
-std::vector<ConditionReport> for_each(const Study& study, const Common& common, TrimOptions options,
-                                      const std::stop_token& stop, const Work& work) {
-  options.stop = stop;
-  std::vector<ConditionReport> reports;
+void for_each(const Study& study, const Common& common, const Work& work) {
   const std::vector<Condition> conditions = chosen(study, common.only);
   Progress progress(conditions.size());
   for (const Condition& condition : conditions) {
     try {
-      reports.push_back({answer(study.vehicle, condition, options), {}, {}});
-    } catch (const std::invalid_argument& e) {  // asked what cannot be asked
+      work(condition, progress);
+    } catch (const std::invalid_argument& e) {
       throw StudyError(
           fmt::format("{}: condition '{}': {}", study.file.string(), condition.name, e.what()));
     }
-    work(reports.back());
     progress.advance();
   }
-  return reports;
 }
 
 std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
@@ -67,8 +63,12 @@ std::string printed(const std::vector<ConditionReport>& reports, const Common& c
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
-  const auto reports =
-      for_each(study, command.common, command.options, stop, [](ConditionReport&) {});
+  TrimOptions options = command.options;
+  options.stop = stop;
+  std::vector<ConditionReport> reports;
+  for_each(study, command.common, [&](const Condition& condition, Progress&) {
+    reports.push_back({answer(study.vehicle, condition, options), {}, {}});
+  });
   const bool all = std::ranges::all_of(reports, [](const auto& r) { return bool(r.answer.trim); });
   return {printed(reports, command.common, trim_sheet(reports), style),
           all ? answered : unanswered};
@@ -76,6 +76,8 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
 
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
+  TrimOptions trimming = command.options;
+  trimming.stop = stop;
   const auto linear = [&](ConditionReport& r) {
     if (!r.answer.has_equilibrium() || r.answer.table) return;
     LinearizeOptions options;
@@ -86,12 +88,61 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
     r.linear = linearize(r.answer.model, r.answer.trim.point, options);
     if (*r.linear) r.modes = modes(*r.linear);
   };
-  const auto reports = for_each(study, command.common, command.options, stop, linear);
+  std::vector<ConditionReport> reports;
+  for_each(study, command.common, [&](const Condition& condition, Progress&) {
+    reports.push_back({answer(study.vehicle, condition, trimming), {}, {}});
+    linear(reports.back());
+  });
   const bool all = std::ranges::all_of(reports, [](const auto& r) {
     return r.answer.trim && r.modes && r.modes->verdict != Verdict::undecided;
   });
   return {printed(reports, command.common, all_modes_sheet(reports), style),
           all ? answered : unanswered};
+}
+
+// The branch asked for on the command line, or in the study.
+static FollowTable asked(const FollowCommand& command, const Study& study) {
+  const std::string file = study.file.string();
+  if (command.parameter.empty() != !command.to)
+    throw StudyError("--parameter and --to are given together or not at all");
+  if (command.parameter.empty() && !study.follow)
+    throw StudyError(fmt::format(
+        "{}: no [follow] table; expected one with parameter and to, or --parameter KEY --to VALUE",
+        file));
+  if (command.parameter.empty()) return *study.follow;
+  const Key key = study_key(command.parameter);
+  if (!(*command.to >= key.accepted.lower && *command.to <= key.accepted.upper))
+    throw StudyError(fmt::format("--to: {} is out of range; expected {} from {} to {} {}",
+                                 *command.to, key.name, key.accepted.lower, key.accepted.upper,
+                                 key.unit));
+  return {key, key.in_si(*command.to)};
+}
+
+Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  const Study study = load_study(command.common.study);
+  const FollowTable what = asked(command, study);
+  std::vector<BranchAnswer> branches;
+  for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
+    TrimOptions trimming = command.trimming;
+    FollowOptions options = command.options;
+    trimming.stop = options.stop = stop;
+    options.observe = [&](double value, std::size_t points) {
+      progress.say(fmt::format("{}: {} = {:.6g}, {} points", condition.name, what.parameter.name,
+                               what.parameter.in_study(value), points));
+    };
+    branches.push_back(
+        follow(study.vehicle, condition, what.parameter, what.to, options, trimming));
+  });
+  const int code = std::ranges::all_of(branches, &BranchAnswer::answered) ? answered : unanswered;
+  switch (command.common.format) {
+    case Format::json:
+      return {branches_json(branches), code};
+    case Format::csv:
+      return {as_csv(branches_sheet(branches)), code};
+    case Format::text:
+      break;
+  }
+  return {branches_text(branches, style), code};
 }
 
 Outcome run_tables(const Common& command, const TextStyle& style) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "report/branches.hpp"
 #include "report/conditions.hpp"
 
 namespace tiltrim::cli {
@@ -37,6 +38,14 @@ struct LinearizeCommand {
   std::vector<std::string> inputs;
 };
 
+struct FollowCommand {
+  Common common;
+  TrimOptions trimming;
+  FollowOptions options;
+  std::string parameter;     ///< empty: the study's [follow]
+  std::optional<double> to;  ///< in the parameter's unit
+};
+
 /// What a command has to say: the text for its output, and the exit code.
 struct Outcome {
   std::string output;
@@ -45,6 +54,7 @@ struct Outcome {
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop);
 /// `study` may be empty: the reference vehicle.
 Outcome run_tables(const Common& command, const TextStyle& style);
 

@@ -23,6 +23,7 @@ constexpr const char* examples =
     "  tiltrim trim studies/paper.toml            equilibria of climb, transition and level "
     "flight\n"
     "  tiltrim linearize studies/paper.toml       their eigenvalues, modes and verdicts\n"
+    "  tiltrim follow studies/stall.toml          a branch of trims: folds, limits, crossings\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -125,6 +126,27 @@ int run_program(int argc, char** argv) {
       ->delimiter(',')
       ->type_name("NAME,...");
 
+  FollowCommand following;
+  CLI::App* follow = app.add_subcommand(
+      "follow", "one branch of equilibria from each condition, through folds and limits");
+  add_common(follow, following.common, true);
+  add_trim_options(follow, following.common, following.trimming);
+  follow
+      ->add_option("--parameter", following.parameter,
+                   "any number of the study: V, gamma_deg, aircraft.mass, gains.K_Lp (default: "
+                   "the study's [follow])")
+      ->type_name("KEY");
+  follow->add_option("--to", following.to, "where it goes, in the study's unit")
+      ->type_name("VALUE");
+  follow
+      ->add_option("--max-step", following.options.max_step,
+                   "longest step, every unknown over its nominal size (0.5)")
+      ->check(CLI::Range(1e-6, 100.0))
+      ->type_name("STEP");
+  follow->add_option("--max-points", following.options.max_points, "of a branch (5000)")
+      ->check(CLI::Range(2, 1000000))
+      ->type_name("N");
+
   Common tabling;
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
@@ -143,6 +165,7 @@ int run_program(int argc, char** argv) {
   };
   if (*trim) return finish(trimming.common, with(trimming));
   if (*linearize) return finish(linearizing.common, with(linearizing));
+  if (*follow) return finish(following.common, with(following));
   return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
     return run_tables(tabling, style);
   });

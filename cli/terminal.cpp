@@ -13,25 +13,46 @@
 
 namespace tiltrim::cli {
 
-Progress::Progress(std::size_t total)
+using std::chrono::steady_clock;
+
+static double seconds(steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+Progress::Progress(std::size_t total, std::string what)
     : total_(total),
+      what_(std::move(what)),
       terminal_(isatty(STDERR_FILENO) == 1),
-      start_(std::chrono::steady_clock::now()) {}
+      start_(steady_clock::now()),
+      last_(start_) {}
 
 Progress::~Progress() {
   if (shown_) fmt::print(stderr, "\r\033[K");
 }
 
-void Progress::advance() {
-  ++done_;
-  const double spent =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  constexpr double patience = 1.0;  // s
-  if (!terminal_ || spent < patience || done_ == total_) return;
-  const double left = spent / double(done_) * double(total_ - done_);
-  fmt::print(stderr, "\r\033[K{} of {} conditions, {:.0f} s left", done_, total_, left);
+bool Progress::due() {
+  constexpr double patience = 1.0, between = 0.1;  // s
+  if (!terminal_) return false;
+  const auto now = steady_clock::now();
+  if (seconds(now - start_) < patience || seconds(now - last_) < between) return false;
+  last_ = now;
+  return true;
+}
+
+void Progress::show(const std::string& line) {
+  fmt::print(stderr, "\r\033[K{}", line);
   std::fflush(stderr);
   shown_ = true;
+}
+
+void Progress::advance() {
+  ++done_;
+  if (done_ == total_ || !due()) return;
+  const double spent = seconds(steady_clock::now() - start_);
+  const double left = spent / double(done_) * double(total_ - done_);
+  show(fmt::format("{} of {} {}, {:.0f} s left", done_, total_, what_, left));
+}
+
+void Progress::say(const std::string& where) {
+  if (due()) show(fmt::format("{} of {} {}; {}", done_, total_, what_, where));
 }
 
 namespace {

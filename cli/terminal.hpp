@@ -11,19 +11,26 @@
 
 namespace tiltrim::cli {
 
-/// "3 of 40, 12 s left" on standard error, if that is a terminal and the work takes over a second.
+/// "3 of 40 conditions, 12 s left" on standard error, if that is a terminal and the work takes over
+/// a second.
 class Progress {
  public:
-  explicit Progress(std::size_t total);
+  explicit Progress(std::size_t total, std::string what = "conditions");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   void advance();
+  /// Work whose length is not known: says how far it is, ten times a second at most.
+  void say(const std::string& where);
 
  private:
+  bool due();
+  void show(const std::string& line);
+
   std::size_t total_, done_ = 0;
+  std::string what_;
   bool terminal_, shown_ = false;
-  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point start_, last_;
 };
 
 /// Turns SIGINT and SIGTERM into a stop request for the time of its life; a second one ends the

@@ -131,7 +131,7 @@ struct Follower {
   }
 
   BranchEvent& add(EventKind kind, const CurvePoint& at, std::string which) {
-    branch.events.push_back({kind, reported(at), std::move(which), {}, {}});
+    branch.events.push_back({kind, reported(at), branch.points.size(), std::move(which), {}, {}});
     BranchEvent& event = branch.events.back();
     if (!stability) return event;
     LinearizeOptions linear_options;

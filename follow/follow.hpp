@@ -50,6 +50,7 @@ std::string to_string(EventKind kind);
 struct BranchEvent {
   EventKind kind = EventKind::end;
   BranchPoint at;
+  std::size_t after = 0;         ///< points of the branch that lie before it
   std::string which;             ///< limit: "delta_e lower"; hopf, zero: the mode's name; end: why
   std::optional<Modes> modes{};  ///< where there is an equilibrium and a linear model
   std::complex<double>

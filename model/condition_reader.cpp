@@ -57,6 +57,14 @@ constexpr std::array table_quantities{
     Quantity{"k", "k", {0, largest}},
 };
 
+std::vector<Key> condition_keys() {
+  std::vector<Key> keys;
+  for (const auto& [key, signal, accepted, free] : airframe_quantities)
+    if (std::string_view(signal) != "alpha")  // an output of both models
+      keys.push_back({key, signal, std::string(accepted.unit), {accepted.lower, accepted.upper}});
+  return keys;
+}
+
 static void append_keys(std::vector<std::string>& keys, std::span<const Quantity> quantities) {
   for (const Quantity& quantity : quantities) keys.emplace_back(quantity.key);
 }

@@ -13,4 +13,7 @@ namespace tiltrim::reading {
 std::vector<Condition> read_conditions(const Entry& root, const std::filesystem::path& file,
                                        Equations equations);
 
+/// The keys of a condition that the models know as variables.
+std::vector<Key> condition_keys();
+
 }  // namespace tiltrim::reading

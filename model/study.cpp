@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <utility>
 
@@ -19,62 +18,20 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_study = 1'000'000;  // bytes
 constexpr std::string_view default_polar = "naca8h12_re150k.csv";
 
-constexpr double smallest = 1e-6, largest = 1e6;  // far beyond any aircraft, far from overflow
-
-constexpr Accepted positive{smallest, largest}, not_negative{0, largest}, any{-largest, largest};
-
-// Numbers that may not be just anything; those in degrees have keys ending in _deg.
-struct Limited {
-  std::string_view name;
-  Accepted accepted;
-};
-constexpr auto limited = std::to_array<Limited>({
-    {"mass", positive},
-    {"inertia_yy", positive},
-    {"chord", positive},
-    {"wing_area", positive},
-    {"air_density", positive},
-    {"gravity", positive},
-    {"thrust_excess", positive},
-    {"rotor_speed_rpm", positive},
-    {"rotor_radius", positive},
-    {"blade_count", positive},
-    {"blade_chord", positive},
-    {"blade_lift_slope", positive},
-    {"pitch_scale", not_negative},
-    {"wake_immersion", not_negative},
-    {"cyclic_off", {-180, 180, "degrees"}},
-    {"cyclic_blend", {0, 180, "degrees"}},
-});
-
-struct NumberKey {
-  std::string key;
-  Accepted accepted;
-};
-
-// The keys of the aircraft's or the control law's numbers, in their order; `signals` must outlive
-// them.
-static std::vector<NumberKey> keys_of(const Signals& signals) {
-  std::vector<NumberKey> keys;
-  for (const Signal& signal : signals) {
-    const std::string name = signal.name.substr(signal.name.find('.') + 1);
-    const auto at = std::ranges::find(limited, name, &Limited::name);
-    Accepted accepted = at == limited.end() ? any : at->accepted;
-    if (!accepted.degrees()) accepted.unit = signal.unit;
-    keys.push_back({accepted.degrees() ? name + "_deg" : name, accepted});
-  }
-  return keys;
+static Accepted accepted(const Key& key) {
+  return {key.accepted.lower, key.accepted.upper, key.unit};
 }
 
 // Reads those of the numbers that the section has; `others` are allowed beside them.
 static void read_numbers(const Section& section, const Signals& signals,
                          std::vector<std::string> others, const auto& value) {
-  const std::vector<NumberKey> keys = keys_of(signals);
-  for (const NumberKey& number : keys) others.push_back(number.key);
+  const std::vector<Key> keys = number_keys(signals);
+  const auto name = [](const Key& key) { return key.name.substr(key.name.find('.') + 1); };
+  for (const Key& key : keys) others.push_back(name(key));
   section.allow_only(others);
   for (std::size_t i = 0; i < keys.size(); ++i)
-    if (const Entry* entry = section.find(keys[i].key))
-      value(i) = section.number(*entry, keys[i].accepted);
+    if (const Entry* entry = section.find(name(keys[i])))
+      value(i) = section.number(*entry, accepted(keys[i]));
 }
 
 // Calls read(section) on the table [name] if there is one.
@@ -118,6 +75,41 @@ static void read_limits(const Section& section, Limits& limits) {
   read("theta_deg", {-180, 180, "degrees"}, limits.theta);
 }
 
+static Key read_key(const Section& section, const char* name) {
+  const std::string key = section.text(name);
+  try {
+    return study_key(key);
+  } catch (const std::invalid_argument& e) {
+    section.refuse(*section.find(name), e.what());
+  }
+}
+
+static FollowTable read_follow(const Section& section) {
+  section.allow_only({"parameter", "to"});
+  FollowTable follow{read_key(section, "parameter"), 0.0};
+  follow.to = section.number("to", accepted(follow.parameter));
+  return follow;
+}
+
+static EnvelopeTable read_envelope(const Section& section) {
+  section.allow_only({"over", "V", "gamma_deg", "eta_deg", "count"});
+  EnvelopeTable envelope;
+  const std::vector<std::string> angles{"eta_deg", "gamma_deg"};
+  envelope.over = study_key(angles[section.choice("over", angles)]);
+  const std::string other = envelope.over.name == angles[0] ? angles[1] : angles[0];
+  if (const Entry* entry = section.find(other))
+    section.refuse(*entry, fmt::format("is each condition's own; expected over = \"{}\", or no {}",
+                                       other, other));
+  if (envelope.over.name == angles[1])
+    envelope.range = {in_si(-30, "degrees"), in_si(30, "degrees")};
+  if (const Entry* entry = section.find("V"))
+    envelope.V = section.range(*entry, {body_axes_below, 1000, "m/s"});
+  if (const Entry* entry = section.find(envelope.over.name))
+    envelope.range = section.range(*entry, accepted(envelope.over));
+  if (section.find("count")) envelope.count = int(section.number("count", {5, 1000}));
+  return envelope;
+}
+
 // Throws std::runtime_error in the polar's own words.
 static std::shared_ptr<const Polar> find_polar(const std::string& name, const fs::path& folder) {
   const fs::path shipped = data_directory();
@@ -149,7 +141,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
                        largest_study));
   const Entry root = parse_toml(text, file);
   const Section top(file, root, "at the top level", "");
-  top.allow_only({"equations", "aircraft", "gains", "limits", "condition"});
+  top.allow_only({"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope"});
   Study study;
   study.file = file;
   study.polar_name = default_polar;
@@ -161,6 +153,8 @@ Study parse_study(std::string_view text, const fs::path& file) {
              [&](const Section& s) { read_gains(s, vehicle.aircraft, vehicle.gains); });
   with_table(root, "limits", file, [&](const Section& s) { read_limits(s, vehicle.limits); });
   study.conditions = read_conditions(root, file, vehicle.equations);
+  with_table(root, "follow", file, [&](const Section& s) { study.follow = read_follow(s); });
+  with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
   read_polar(root, study);
   return study;
 }

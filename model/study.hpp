@@ -3,11 +3,13 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "model/keys.hpp"
 #include "model/vehicle.hpp"
 
 namespace tiltrim {
@@ -37,11 +39,27 @@ struct Condition {
   std::vector<Effort> effort;  ///< airframe: empty means least control effort
 };
 
+/// [follow]: a branch from each condition's own value of the parameter towards `to`.
+struct FollowTable {
+  Key parameter;
+  double to = 0.0;  ///< SI
+};
+
+/// [envelope]: where there is an equilibrium within limits, over V and an angle.
+struct EnvelopeTable {
+  Key over = study_key("eta_deg");         ///< or gamma_deg; the other is each condition's own
+  Range V{1.0, 30.0};                      ///< m/s
+  Range range{0.0, std::numbers::pi / 2};  ///< of the angle, rad
+  int count = 100;                         ///< grid points along each
+};
+
 struct Study {
   std::filesystem::path file;
   std::string polar_name;  ///< as asked for
   Vehicle vehicle;
   std::vector<Condition> conditions;  ///< at least one, names distinct
+  std::optional<FollowTable> follow;
+  std::optional<EnvelopeTable> envelope;
 };
 
 /// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the

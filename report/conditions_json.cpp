@@ -1,15 +1,13 @@
-#include <nlohmann/json.hpp>
-
 #include "report/conditions.hpp"
+#include "report/json.hpp"
 
 namespace tiltrim {
 
+using namespace json;
 using Eigen::Index;
-using nlohmann::ordered_json;
 
 namespace {
 
-// Numbers keep every digit; infinities and NaN, which JSON lacks, become null.
 ordered_json rows(const Eigen::MatrixXd& m) {
   ordered_json list = ordered_json::array();
   for (Index i = 0; i < m.rows(); ++i) {
@@ -19,37 +17,18 @@ ordered_json rows(const Eigen::MatrixXd& m) {
   return list;
 }
 
-ordered_json named(const Signals& signals, const Eigen::VectorXd& values,
-                   std::size_t most = SIZE_MAX) {
-  ordered_json object = ordered_json::object();
-  for (std::size_t i = 0; i < std::min(most, signals.size()) && Index(i) < values.size(); ++i)
-    object[signals[i].name] = values[Index(i)];
-  return object;
-}
-
-// The actuators: inputs of the airframe, the first outputs of the closed loop.
-ordered_json actuators(const Answer& a) {
-  constexpr std::size_t count = 3;  // theta0, a1s, delta_e
-  if (a.condition.formulation == Formulation::closed_loop)
-    return named(a.model.outputs, a.trim.outputs, count);
-  return named(a.model.inputs, a.trim.point.u);
-}
-
-ordered_json point(const Answer& a) {
-  return {{"state", named(a.model.states, a.trim.point.x)},
-          {"input", actuators(a)},
-          {"output", named(a.model.outputs, a.trim.outputs)}};
-}
-
 void add_trim(const Answer& a, ordered_json& c) {
   const TrimResult& t = a.trim;
   c["name"] = a.condition.name;
   c["status"] = to_string(t.status);
   // A row without an equilibrium holds no number that looks like one: its best point is set apart.
   if (a.has_equilibrium())
-    c.update(point(a));
+    c.update(point(a.model, a.trim.point, a.trim.outputs));
   else
-    c.update({{"state", nullptr}, {"input", nullptr}, {"output", nullptr}, {"closest", point(a)}});
+    c.update({{"state", nullptr},
+              {"input", nullptr},
+              {"output", nullptr},
+              {"closest", point(a.model, a.trim.point, a.trim.outputs)}});
   c["residual"] = t.residual;
   c["limits_active"] = ordered_json::array();
   for (const ActiveLimit& l : t.limits_active)
@@ -92,20 +71,6 @@ ordered_json linear_json(const LinearModel& l) {
   return j;
 }
 
-ordered_json mode_json(const Mode& m, const Signals& states) {
-  return {{"re", m.eigenvalue.real()},
-          {"im", m.eigenvalue.imag()},
-          {"frequency", m.frequency()},
-          {"damping", m.damping()},
-          {"time_to_half", m.time_to_half()},
-          {"error", m.error},
-          {"condition", m.condition},
-          {"backward_error", m.backward_error},
-          {"determined", m.determined},
-          {"name", m.name},
-          {"participation", named(states, m.participation)}};
-}
-
 }  // namespace
 
 std::string conditions_json(const std::vector<ConditionReport>& conditions) {
@@ -116,7 +81,7 @@ std::string conditions_json(const std::vector<ConditionReport>& conditions) {
     if (r.linear) c["linear"] = linear_json(*r.linear);
     if (r.modes) {
       c["modes"] = ordered_json::array();
-      for (const Mode& m : r.modes->modes) c["modes"].push_back(mode_json(m, r.linear->states));
+      for (const Mode& m : r.modes->modes) c["modes"].push_back(mode(m, r.linear->states));
       c["spectral_abscissa"] = r.modes->spectral_abscissa;
       c["verdict"] = to_string(r.modes->verdict);
     }

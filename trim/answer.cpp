@@ -9,15 +9,14 @@ namespace {
 Answer closed_loop_answer(const Vehicle& vehicle, const Condition& condition,
                           const TrimOptions& options) {
   return {condition,
-          closed_loop_problem(vehicle, condition.command).model,
+          problem_of(vehicle, condition).model,
           trim_closed_loop(vehicle, condition.command, options),
           {}};
 }
 
 Answer airframe_answer(const Vehicle& vehicle, const Condition& condition,
                        const TrimOptions& options) {
-  const TrimProblem problem =
-      airframe_problem(vehicle, {condition.values, condition.rates, condition.effort});
+  const TrimProblem problem = problem_of(vehicle, condition);
   return {condition, problem.model, trim(problem.model, problem.spec, problem.guess, options), {}};
 }
 
@@ -31,6 +30,20 @@ Answer table_answer(const Vehicle& vehicle, const Condition& condition,
 }
 
 }  // namespace
+
+TrimProblem problem_of(const Vehicle& vehicle, const Condition& condition) {
+  switch (condition.formulation) {
+    case Formulation::closed_loop:
+      return closed_loop_problem(vehicle, condition.command);
+    case Formulation::airframe:
+      return airframe_problem(vehicle, {condition.values, condition.rates, condition.effort});
+    case Formulation::table:
+      break;
+  }
+  throw std::invalid_argument(
+      "formulation table gives coefficients, not a flight condition; expected closed_loop or "
+      "airframe");
+}
 
 Answer answer(const Vehicle& vehicle, const Condition& condition, const TrimOptions& options) {
   switch (condition.formulation) {

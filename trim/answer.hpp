@@ -19,6 +19,10 @@ struct Answer {
   bool has_equilibrium() const { return trim.status <= TrimStatus::not_optimal; }
 };
 
+/// The condition as a problem for trim(). Throws std::invalid_argument where it cannot be asked of
+/// the vehicle, and for formulation table, whose equations are the table's own.
+[[nodiscard]] TrimProblem problem_of(const Vehicle& vehicle, const Condition& condition);
+
 /// Throws std::invalid_argument where the condition cannot be asked of the vehicle (as when fewer
 /// variables are free than equations hold).
 [[nodiscard]] Answer answer(const Vehicle& vehicle, const Condition& condition,

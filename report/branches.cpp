@@ -1,0 +1,218 @@
+#include "report/branches.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <numbers>
+#include <optional>
+
+#include "report/json.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using json::ordered_json;
+
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+// The first of these names that the model has.
+SheetCell value(const Model& model, const BranchPoint& at, std::initializer_list<const char*> names,
+                double factor = 1.0) {
+  for (const char* name : names) {
+    if (const Index i = find(model.states, name); i >= 0) return at.point.x[i] * factor;
+    if (const Index i = find(model.inputs, name); i >= 0) return at.point.u[i] * factor;
+    if (const Index i = find(model.parameters, name); i >= 0) return at.point.p[i] * factor;
+    if (const Index i = find(model.outputs, name); i >= 0) return at.outputs[i] * factor;
+  }
+  return {};
+}
+
+std::vector<SheetColumn> columns(const Key& parameter) {
+  return {{"name", "condition", ""},
+          {"kind", "event", ""},
+          {parameter.name, parameter.name, parameter.unit == "degrees" ? "°" : parameter.unit,
+           "{:.8g}"},
+          {"V", "V", "m/s", "{:.6f}"},
+          {"gamma_deg", "γ", "°", "{:.4f}"},
+          {"eta_deg", "η", "°", "{:.4f}"},
+          {"theta_deg", "θ", "°", "{:.6f}"},
+          {"alpha_deg", "α", "°", "{:.4f}"},
+          {"theta0", "θ₀", "", "{:.7f}"},
+          {"a1s_deg", "a1s", "°", "{:.5f}"},
+          {"delta_e_deg", "δe", "°", "{:.5f}"},
+          {"unstable", "unstable", "", "{:.0f}"},
+          {"eigenvalue_re", "", "", "{}"},
+          {"eigenvalue_im", "", "", "{}"},
+          {"residual", "residual", "1/s", "{:.0e}"},
+          {"which", "which", ""}};
+}
+
+std::vector<SheetCell> row(const BranchAnswer& b, const BranchPoint& at, std::string kind) {
+  const Model& m = b.start.model;
+  return {b.start.condition.name,
+          std::move(kind),
+          b.parameter.in_study(at.parameter),
+          value(m, at, {"airspeed", "V"}),
+          value(m, at, {"gamma", "flight_path"}, degrees),
+          value(m, at, {"eta"}, degrees),
+          value(m, at, {"theta"}, degrees),
+          value(m, at, {"alpha"}, degrees),
+          value(m, at, {"theta0"}),
+          value(m, at, {"a1s"}, degrees),
+          value(m, at, {"delta_e"}, degrees),
+          at.unstable ? SheetCell(double(*at.unstable)) : SheetCell(),
+          {},
+          {},
+          at.residual,
+          {}};
+}
+
+bool on_axis(const BranchEvent& e) {
+  return e.modes &&
+         (e.kind == EventKind::fold || e.kind == EventKind::zero || e.kind == EventKind::hopf);
+}
+
+std::vector<SheetCell> row(const BranchAnswer& b, const BranchEvent& e) {
+  std::vector<SheetCell> cells = row(b, e.at, to_string(e.kind));
+  if (on_axis(e)) {
+    cells[12] = e.eigenvalue.real();
+    cells[13] = e.eigenvalue.imag();
+  }
+  cells.back() = SheetCell(e.which);
+  return cells;
+}
+
+// What an event means, for people.
+std::string words(const BranchEvent& e) {
+  switch (e.kind) {
+    case EventKind::fold:
+      return "the branch turns back";
+    case EventKind::limit:
+      return e.which + " limit";
+    case EventKind::limit_left:
+      return e.which + " limit is left";
+    case EventKind::zero:
+      return "a real eigenvalue crosses zero: " + e.which;
+    case EventKind::hopf:
+      return fmt::format("±{:.4f}i crosses: {}", e.eigenvalue.imag(), e.which);
+    case EventKind::branch_point:
+      return e.which;
+    case EventKind::end:
+      return "";
+  }
+  return {};
+}
+
+}  // namespace
+
+Sheet events_sheet(const BranchAnswer& b) {
+  Sheet sheet;
+  // For people: the parameter's own column is enough, and eigenvalues are told in words.
+  const std::vector<SheetColumn> all = columns(b.parameter);
+  const auto shown = [&](std::size_t i) {
+    const std::string& key = all[i].key;
+    if (i == 2) return true;
+    return key != "name" && key != "eigenvalue_re" && key != "eigenvalue_im" && key != "residual" &&
+           key != b.parameter.name;
+  };
+  const auto take = [&](const auto& from) {
+    std::remove_cvref_t<decltype(from)> kept;
+    for (std::size_t i = 0; i < from.size(); ++i)
+      if (shown(i)) kept.push_back(from[i]);
+    return kept;
+  };
+  sheet.columns = take(all);
+  if (!b.branch.points.empty())
+    sheet.rows.push_back(take(row(b, b.branch.points.front(), "start")));
+  for (const BranchEvent& e : b.branch.events) {
+    std::vector<SheetCell> cells = row(b, e);
+    cells.back() = SheetCell(words(e));
+    sheet.rows.push_back(take(cells));
+  }
+  return sheet;
+}
+
+Sheet branches_sheet(const std::vector<BranchAnswer>& branches) {
+  Sheet sheet;
+  for (const BranchAnswer& b : branches) {
+    if (sheet.columns.empty()) sheet.columns = columns(b.parameter);
+    auto event = b.branch.events.begin();
+    const auto events_before = [&](std::size_t points) {
+      for (; event != b.branch.events.end() && event->after <= points; ++event)
+        sheet.rows.push_back(row(b, *event));
+    };
+    for (std::size_t i = 0; i < b.branch.points.size(); ++i) {
+      events_before(i);
+      sheet.rows.push_back(row(b, b.branch.points[i], i == 0 ? "start" : "point"));
+    }
+    events_before(b.branch.points.size());
+  }
+  return sheet;
+}
+
+std::string branches_text(const std::vector<BranchAnswer>& branches, const TextStyle& style) {
+  std::string text;
+  for (const BranchAnswer& b : branches) {
+    const bool good = b.answered();
+    text +=
+        fmt::format("{}{}: {} from {:.6g} towards {:.6g}{}: {}\n", text.empty() ? "" : "\n",
+                    b.start.condition.name, b.parameter.name, b.from(), b.parameter.in_study(b.to),
+                    b.parameter.unit.empty() ? "" : " " + b.parameter.unit,
+                    toned(to_string(b.branch.end), good ? Tone::good : Tone::bad, style));
+    text += wrapped(fmt::format("{}{}.", b.branch.message,
+                                b.branch.points.empty()
+                                    ? ""
+                                    : fmt::format("; {} verified points, {} evaluations",
+                                                  b.branch.points.size(), b.branch.evaluations)),
+                    2, style.width);
+    if (!b.branch.points.empty()) text += as_text(events_sheet(b), style);
+  }
+  return text;
+}
+
+std::string branches_json(const std::vector<BranchAnswer>& branches) {
+  ordered_json all{{"branches", ordered_json::array()}};
+  for (const BranchAnswer& b : branches) {
+    const Model& model = b.start.model;
+    const auto point = [&](const BranchPoint& at) {
+      ordered_json j{{b.parameter.name, b.parameter.in_study(at.parameter)}};
+      j.update(json::point(model, at.point, at.outputs));
+      j["residual"] = at.residual;
+      j["step"] = at.step;
+      j["unstable"] = at.unstable ? ordered_json(*at.unstable) : ordered_json();
+      return j;
+    };
+    ordered_json j{{"condition", b.start.condition.name},
+                   {"parameter", b.parameter.name},
+                   {"to", b.parameter.in_study(b.to)},
+                   {"start", to_string(b.start.trim.status)},
+                   {"end", to_string(b.branch.end)},
+                   {"message", b.branch.message},
+                   {"model", model.name},
+                   {"evaluations", b.branch.evaluations},
+                   {"points", ordered_json::array()},
+                   {"events", ordered_json::array()}};
+    for (const BranchPoint& at : b.branch.points) j["points"].push_back(point(at));
+    for (const BranchEvent& e : b.branch.events) {
+      ordered_json event{{"kind", to_string(e.kind)}};
+      event.update(point(e.at));
+      event["which"] = e.which;
+      event["after"] = e.after;
+      if (on_axis(e))
+        event["eigenvalue"] = {{"re", e.eigenvalue.real()}, {"im", e.eigenvalue.imag()}};
+      if (e.modes) {
+        event["modes"] = ordered_json::array();
+        for (const Mode& m : e.modes->modes) event["modes"].push_back(json::mode(m, model.states));
+        event["verdict"] = to_string(e.modes->verdict);
+      }
+      j["events"].push_back(event);
+    }
+    all["branches"].push_back(j);
+  }
+  return all.dump(1) + '\n';
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,21 @@
+/// Branches of trims and their events, as text, CSV and JSON. Computes nothing.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "follow/answer.hpp"
+#include "report/sheet.hpp"
+
+namespace tiltrim {
+
+/// Start and events of a branch, one row for each, angles in degrees.
+Sheet events_sheet(const BranchAnswer& branch);
+/// All points and events of all branches, in the order they are met.
+Sheet branches_sheet(const std::vector<BranchAnswer>& branches);
+
+std::string branches_text(const std::vector<BranchAnswer>& branches, const TextStyle& style);
+/// The stable JSON that docs/cli.md describes.
+std::string branches_json(const std::vector<BranchAnswer>& branches);
+
+}  // namespace tiltrim
