@@ -46,6 +46,15 @@ void for_each(const Study& study, const Common& common, const Work& work) {
   }
 }
 
+ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
+                        const TrimOptions& options) {
+  ConditionReport report{answer(vehicle, condition, options), {}, {}, {}};
+  const TrimStatus status = report.answer.trim.status;
+  if (status == TrimStatus::infeasible || status == TrimStatus::not_found)
+    report.why = explain(vehicle, condition, options);
+  return report;
+}
+
 std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
                     const Sheet& csv, const TextStyle& style) {
   switch (common.format) {
@@ -67,7 +76,7 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
   options.stop = stop;
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
-    reports.push_back({answer(study.vehicle, condition, options), {}, {}});
+    reports.push_back(trimmed(study.vehicle, condition, options));
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) { return bool(r.answer.trim); });
   return {printed(reports, command.common, trim_sheet(reports), style),
@@ -90,7 +99,7 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
   };
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
-    reports.push_back({answer(study.vehicle, condition, trimming), {}, {}});
+    reports.push_back(trimmed(study.vehicle, condition, trimming));
     linear(reports.back());
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) {

@@ -8,7 +8,7 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "report/sheet.hpp"
-#include "trim/answer.hpp"
+#include "trim/explain.hpp"
 
 namespace tiltrim {
 
@@ -17,6 +17,7 @@ struct ConditionReport {
   Answer answer;
   std::optional<LinearModel> linear;
   std::optional<Modes> modes;
+  std::optional<Explanation> why;  ///< where there is no equilibrium
 };
 
 /// Equilibria, one row for each condition, angles in degrees.

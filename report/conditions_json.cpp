@@ -48,6 +48,33 @@ void add_trim(const Answer& a, ordered_json& c) {
     c["moment"] = {{"CM_required", a.table->CM_required}, {"CM_elevator", a.table->CM_elevator}};
 }
 
+const char* name_of(RemedyKind kind) {
+  return kind == RemedyKind::limit ? "limit" : kind == RemedyKind::equation ? "equation" : "lever";
+}
+
+ordered_json diagnosis_json(const Explanation& e) {
+  ordered_json j{{"words", e.words}, {"model", e.airframe.name}};
+  j["holding"] = ordered_json::array();
+  j["remedies"] = ordered_json::array();
+  if (!e.diagnosis) return j;
+  for (const Holding& h : e.diagnosis->holding)
+    j["holding"].push_back({{"limit", h.limit.signal + (h.limit.upper ? " upper" : " lower")},
+                            {"value", h.limit.value},
+                            {"pull", h.pull}});
+  for (const Remedy& r : e.diagnosis->remedies) {
+    ordered_json one{{"kind", name_of(r.kind)}, {"signal", r.signal}};
+    if (r.kind == RemedyKind::limit) one["side"] = r.upper ? "upper" : "lower";
+    one["from"] = r.from;
+    one["to"] = r.helps() ? ordered_json(r.to) : ordered_json();
+    one["helps"] = r.helps();
+    one["status"] = to_string(r.trim.status);
+    if (r.kind != RemedyKind::equation) one["searched"] = {r.searched.lower, r.searched.upper};
+    if (r.helps()) one.update(point(e.airframe, r.trim.point, r.trim.outputs));
+    j["remedies"].push_back(one);
+  }
+  return j;
+}
+
 ordered_json linear_json(const LinearModel& l) {
   ordered_json j{{"status", to_string(l.status)}, {"message", l.message}, {"residual", l.residual}};
   j["remarks"] = l.remarks;
@@ -78,6 +105,7 @@ std::string conditions_json(const std::vector<ConditionReport>& conditions) {
   for (const ConditionReport& r : conditions) {
     ordered_json c;
     add_trim(r.answer, c);
+    if (r.why) c["diagnosis"] = diagnosis_json(*r.why);
     if (r.linear) c["linear"] = linear_json(*r.linear);
     if (r.modes) {
       c["modes"] = ordered_json::array();

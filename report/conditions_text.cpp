@@ -151,6 +151,8 @@ Sheet trim_sheet(const std::vector<ConditionReport>& conditions) {
     sheet.rows.push_back(trim_row(c));
     for (const std::string& note : remarks(c))
       sheet.notes.push_back(c.answer.condition.name + ": " + note + ".");
+    if (c.why)
+      for (const std::string& words : c.why->words) sheet.notes.push_back("- " + words + ".");
   }
   return sheet;
 }

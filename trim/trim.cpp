@@ -205,7 +205,8 @@ TrimResult closest_point(Search& s) {
   const VectorXd guess = unknowns_of(p, p.base);
   if (s.closest.size() == 0) s.closest = guess;
   TrimResult best = verify(p, s.closest, true, s.options);
-  if (s.options.stop.stop_requested() || !std::isfinite(s.closest_residual)) return best;
+  if (!s.options.closest || s.options.stop.stop_requested() || !std::isfinite(s.closest_residual))
+    return best;
   TrimOptions quiet = s.options;
   quiet.observe = {};
   double least = infinity;

@@ -58,6 +58,7 @@ struct TrimOptions {
   int starts = 32;               ///< further starts over the bounds (a Halton set)
   int max_iterations = 100;      ///< of each solver from each start
   int max_boxes = 200'000;       ///< of the proof that there is no equilibrium; 0: no proof
+  bool closest = true;           ///< where there is no answer, look for the closest point
   std::stop_token stop{};        ///< asked between solver steps
   std::function<void(const OperatingPoint&)> observe{};  ///< every Newton iterate from the guess
 };

@@ -1,0 +1,214 @@
+#include "trim/diagnosis.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "trim/problem.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+// The model with its rates among its outputs, "V'": so that a rate can be bounded or made small.
+Model with_rates(const Model& model) {
+  Model wider = model;
+  const Index nx = std::ssize(model.states);
+  for (Index i = 0; i < nx; ++i)
+    wider.outputs.push_back(
+        {row_name(model, i), row_unit(model, i), model.states[std::size_t(i)].nominal});
+  wider.h = [model](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+    VectorXd y(std::ssize(model.outputs) + std::ssize(model.states));
+    if (model.h)
+      y << model.h(x, u, p), model.f(x, u, p);
+    else
+      y = model.f(x, u, p);
+    return y;
+  };
+  if (model.derivatives)
+    wider.derivatives = [model, nx](const OperatingPoint& at, const std::vector<Index>& variables) {
+      const MatrixXd J = model.derivatives(at, variables);
+      MatrixXd wide(J.rows() + nx, J.cols());
+      wide << J, J.topRows(nx);
+      return wide;
+    };
+  if (model.enclosure)
+    wider.enclosure = [model](const std::vector<Range>& box) {
+      std::vector<Range> all = model.enclosure(box);
+      const std::vector<Range> rates(all.begin(), all.begin() + std::ssize(model.states));
+      all.insert(all.end(), rates.begin(), rates.end());
+      return all;
+    };
+  return wider;
+}
+
+// Where the variable or output lies at a point.
+double at(const Model& model, const TrimResult& r, const std::string& signal) {
+  if (const Index i = find(model.outputs, signal);
+      i >= 0 && find(model.states, signal) < 0 && find(model.inputs, signal) < 0)
+    return r.outputs[i];
+  return value_of(r.point, variable(model, signal));
+}
+
+TrimOptions quiet(TrimOptions options) {
+  options.observe = {};
+  options.method = TrimMethod::ipopt;
+  options.closest = false;
+  return options;
+}
+
+// How far a limit is looked for: an angle to half a turn, others some times their own room.
+double reach(const Range& bound, const Signal& signal, bool upper) {
+  constexpr double times = 10.0;
+  if (signal.unit == "rad")
+    return std::max(0.0, std::numbers::pi - (upper ? bound.upper : -bound.lower));
+  const double room = bound.upper - bound.lower;
+  return times * (std::isfinite(room) && room > 0 ? room : signal.nominal);
+}
+
+Remedy of_limit(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                const Signal& signal, bool upper, const TrimOptions& options) {
+  TrimSpec given = spec;
+  Range& bound = given.bounds[signal.name];
+  Remedy remedy{RemedyKind::limit, signal.name, upper, upper ? bound.upper : bound.lower};
+  const double far = reach(bound, signal, upper);
+  (upper ? bound.upper : bound.lower) += upper ? far : -far;
+  given.effort = {{signal.name, signal.nominal, remedy.from}};
+  remedy.searched = upper ? Range{remedy.from, bound.upper} : Range{bound.lower, remedy.from};
+  remedy.trim = trim(model, given, guess, options);
+  if (remedy.helps()) remedy.to = at(model, remedy.trim, signal.name);
+  return remedy;
+}
+
+Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoint& guess,
+                   const std::string& state, const TrimOptions& options) {
+  TrimSpec given = spec;
+  Remedy remedy{RemedyKind::equation, state};
+  std::erase(given.still, state);
+  if (const auto held = given.rates.find(state); held != given.rates.end()) {
+    remedy.from = held->second;
+    given.rates.erase(held);
+  }
+  const double nominal = signal_of(wider, variable(wider, state)).nominal;
+  given.effort = {{state + "'", nominal, remedy.from}};
+  std::erase(given.implied, state);
+  remedy.trim = trim(wider, given, guess, options);
+  if (remedy.helps()) remedy.to = at(wider, remedy.trim, state + "'");
+  return remedy;
+}
+
+// At the least-squares point, Jᵀr + Aᵀμ = 0 over its active limits: μ is their pull.
+std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
+  constexpr double near = 1e-5, negligible = 1e-9;
+  const Values v = values(p, z);
+  const Slopes s = slopes(p, z);
+  std::vector<Holding> active;
+  if (!v.finite || !s.finite) return active;
+  MatrixXd A(0, p.n());
+  const auto note = [&](const std::string& name, double value, double lower, double upper,
+                        double size, const VectorXd& slope) {
+    const bool high = value >= upper - near;
+    if (!high && !(value <= lower + near)) return;
+    active.push_back({{name, high, (high ? upper : lower) * size}, 0.0});
+    A.conservativeResize(A.rows() + 1, p.n());
+    A.row(A.rows() - 1) = (high ? 1.0 : -1.0) * slope;
+  };
+  for (Index k = 0; k < p.n(); ++k)
+    note(signal_of(p.model, p.unknowns[std::size_t(k)]).name, z[k], p.lower[k], p.upper[k],
+         p.nominal[k], VectorXd::Unit(p.n(), k));
+  for (Index i = 0; i < std::ssize(p.limited); ++i) {
+    const Index row = p.limited[std::size_t(i)];
+    note(row_name(p.model, row), v.limited[i], p.limited_lower[i], p.limited_upper[i],
+         p.row_nominal[row], s.limited.row(i));
+  }
+  if (active.empty()) return active;
+  const VectorXd gradient = s.residual.transpose() * v.residual;
+  const VectorXd mu = A.transpose().completeOrthogonalDecomposition().solve(-gradient);
+  for (std::size_t i = 0; i < active.size(); ++i) active[i].pull = -mu[Index(i)];
+  std::erase_if(active, [](const Holding& h) { return !(h.pull < -negligible); });
+  std::ranges::stable_sort(active, {}, &Holding::pull);
+  return active;
+}
+
+}  // namespace
+
+Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+               const Lever& lever, const TrimOptions& options) {
+  TrimSpec given = spec;
+  const Index j = variable(model, lever.signal);
+  Remedy remedy{RemedyKind::lever, lever.signal};
+  remedy.from = value_of(guess, j);
+  remedy.searched = lever.range;
+  if (std::ranges::find(given.free, lever.signal) == given.free.end())
+    given.free.push_back(lever.signal);
+  given.bounds[lever.signal] = lever.range;
+  given.effort = {{lever.signal, signal_of(model, j).nominal, remedy.from}};
+  remedy.trim = trim(model, given, guess, quiet(options));
+  if (remedy.helps()) remedy.to = value_of(remedy.trim.point, j);
+  return remedy;
+}
+
+Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                   const OperatingPoint& closest, const std::vector<Lever>& levers,
+                   const TrimOptions& options) {
+  const Problem problem = make_problem(model, spec, guess);
+  Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};
+
+  TrimOptions unproved = quiet(options);  // that no limit at all would help is not worth a proof
+  unproved.max_boxes = 0;
+  const auto limit = [&](const Signal& signal, double lower, double upper) {
+    for (const bool up : {false, true})
+      if (std::isfinite(up ? upper : lower))
+        d.remedies.push_back(of_limit(model, spec, guess, signal, up, unproved));
+  };
+  for (Index k = 0; k < problem.n(); ++k)
+    limit(signal_of(model, problem.unknowns[std::size_t(k)]), problem.lower[k], problem.upper[k]);
+  for (Index i = 0; i < std::ssize(problem.limited); ++i) {
+    const Index row = problem.limited[std::size_t(i)] - std::ssize(model.states);
+    limit(model.outputs[std::size_t(row)], problem.limited_lower[i], problem.limited_upper[i]);
+  }
+  const Model wider = with_rates(model);
+  for (const Index row : problem.equations)
+    if (row < std::ssize(model.states))
+      d.remedies.push_back(
+          of_equation(wider, spec, guess, model.states[std::size_t(row)].name, unproved));
+  for (const Lever& lever : levers)
+    d.remedies.push_back(nearest(model, spec, guess, lever, options));
+  return d;
+}
+
+std::string in_words(const Remedy& r, double factor, const std::string& unit) {
+  const std::string space = unit.empty() || unit == "°" ? unit : " " + unit;
+  const auto number = [&](double value) { return fmt::format("{:.6g}{}", value * factor, space); };
+  const std::string known = r.trim.status == TrimStatus::infeasible
+                                ? "shown"
+                                : fmt::format("none found in {} starts", r.trim.starts);
+  const std::string nearest = r.trim.status == TrimStatus::converged ? "" : "at most ";
+  const char* const way = r.upper ? "up to" : "down to";
+  const double farthest = r.upper ? r.searched.upper : r.searched.lower;
+  switch (r.kind) {
+    case RemedyKind::limit:
+      if (!r.helps()) return fmt::format("{} {} {} ({})", r.signal, way, number(farthest), known);
+      return fmt::format("{} {} {}{} instead of {}", r.signal, way, nearest, number(r.to),
+                         number(r.from));
+    case RemedyKind::equation:
+      if (!r.helps()) return fmt::format("any {}' ({})", r.signal, known);
+      return fmt::format("{}' = {} instead of {}", r.signal, number(r.to), number(r.from));
+    case RemedyKind::lever:
+      if (!r.helps())
+        return fmt::format("any {} between {} and {} ({})", r.signal, number(r.searched.lower),
+                           number(r.searched.upper), known);
+      return fmt::format("{} = {}{} instead of {}", r.signal, nearest, number(r.to),
+                         number(r.from));
+  }
+  return {};
+}
+
+}  // namespace tiltrim
