@@ -89,7 +89,7 @@ VectorXd between(const CurvePoint& a, const CurvePoint& b, double h, double s) {
 
 // Whether a parabola through the last three values dips across zero between the last two.
 bool may_dip(double s0, double g0, double s1, double g1, double s2, double g2) {
-  if (!(g1 * g2 > 0)) return false;  // a crossing that is seen, or one at an end
+  if (!((g1 > 0 && g2 > 0) || (g1 < 0 && g2 < 0))) return false;  // seen, or at an end
   const double d01 = (g1 - g0) / (s1 - s0), d12 = (g2 - g1) / (s2 - s1);
   const double curvature = (d12 - d01) / (s2 - s0);
   if (!(curvature * g1 > 0)) return false;
@@ -119,31 +119,45 @@ bool hides_a_dip(const Watched& before, const Watched& a, const Watched& b) {
   return false;
 }
 
-// One sign change between a and b, to round-off of s.
+// One sign change between a and b, to round-off of s. Where Newton finds no point next to it, as at
+// a branch point or a kink, the nearest that it did find stands for it.
 std::optional<CurvePoint> located(const Curve& curve, const Watched& a, const Watched& b,
                                   const Watch& watch, std::size_t w, Index i,
                                   const TraceOptions& options) {
+  constexpr double next_to = 1e-6;
+  constexpr double jumps = 1e-3;  // what is left of the function's values where it has no zero
   const double h = b.point.s - a.point.s;
-  CurvePoint at;
+  CurvePoint best;
+  double least = infinity, lost = -1.0;
   const auto g = [&](double s) {
+    CurvePoint at;
     int iterations = 0;
     if (newton_in_plane(curve, a.point.y, a.point.tangent, s, between(a.point, b.point, h, s), true,
-                        options, at, iterations) != Failure::none)
-      throw std::domain_error("no point of the curve here");
+                        options, at, iterations) != Failure::none) {
+      lost = s;
+      return 0.0;
+    }
     at.s = a.point.s + s;
-    return watch(at)[i];
+    const double value = watch(at)[i];
+    if (std::abs(value) < least) best = at, least = std::abs(value);
+    return std::isnan(value) ? 0.0 : value;
   };
   std::uintmax_t iterations = 60;
   const auto close = [h](double low, double high) { return high - low <= 4 * epsilon * h; };
-  try {
-    const auto [low, high] = boost::math::tools::toms748_solve(g, 0.0, h, a.values[w][i],
-                                                               b.values[w][i], close, iterations);
-    const double at_low = std::abs(g(low));
-    if (!(std::abs(g(high)) <= at_low)) g(low);
-  } catch (const std::exception&) {
-    return {};
+  boost::math::tools::toms748_solve(g, 0.0, h, a.values[w][i], b.values[w][i], close, iterations);
+  if (lost < 0) {
+    const double before = std::min(std::abs(a.values[w][i]), std::abs(b.values[w][i]));
+    return least <= std::max(jumps * before, options.tolerance) ? std::optional(best)
+                                                                : std::nullopt;
   }
-  return at;
+  // A zero has like values of either sign on its two sides; a jump has not.
+  const double at = lost;
+  const double low = g(std::max(at - 0.5 * next_to, 0.0)),
+               high = g(std::min(at + 0.5 * next_to, h));
+  const bool like = low * high < 0 && std::abs(low) < 100 * std::abs(high) &&
+                    std::abs(high) < 100 * std::abs(low);
+  return like && std::abs(best.s - (a.point.s + at)) <= next_to ? std::optional(best)
+                                                                : std::nullopt;
 }
 
 // All sign changes between a and b in order; nothing if one cannot be located.
@@ -154,7 +168,7 @@ std::optional<std::vector<Crossing>> crossings(const Curve& curve, const Watched
   for (std::size_t w = 0; w < watches.size(); ++w)
     for (Index i = 0; i < a.values[w].size(); ++i) {
       const double from = a.values[w][i], to = b.values[w][i];
-      if (from == 0 || !(from * to <= 0)) continue;
+      if (!((from > 0 && to <= 0) || (from < 0 && to >= 0))) continue;
       auto at = to == 0 ? b.point : located(curve, a, b, watches[w], w, i, options);
       if (!at) return {};
       found.push_back({w, i, to > from, *at});
@@ -165,12 +179,17 @@ std::optional<std::vector<Crossing>> crossings(const Curve& curve, const Watched
 
 // The way has come back to where it began, between a and b.
 bool back_at(const CurvePoint& start, const CurvePoint& a, const CurvePoint& b) {
-  const double before = start.tangent.dot(a.y - start.y);
-  const double after = start.tangent.dot(b.y - start.y);
+  constexpr double near = 0.02;  // of the step
+  constexpr int halvings = 30;
+  const auto beyond = [&](const VectorXd& y) { return start.tangent.dot(y - start.y); };
+  if (!(beyond(a.y) < 0 && beyond(b.y) >= 0) || start.tangent.dot(b.tangent) < 0.5) return false;
   const double h = b.s - a.s;
-  if (!(before < 0 && after >= 0) || start.tangent.dot(b.tangent) < 0.5) return false;
-  const VectorXd nearest = between(a, b, h, h * before / (before - after));
-  return (nearest - start.y).norm() <= 0.02 * h;
+  double low = 0.0, high = h;
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (beyond(between(a, b, h, middle)) < 0 ? low : high) = middle;
+  }
+  return (between(a, b, h, high) - start.y).norm() <= near * h;
 }
 
 CurveEnd end_of(Failure failure) {

@@ -33,6 +33,9 @@ struct BranchPoint {
   /// Eigenvalues with positive real part; empty where stability was not asked or the point is no
   /// equilibrium (rates held at a value).
   std::optional<int> unstable{};
+  /// Where an effort decides: the trim is a least one, not merely a stationary one, as beyond a
+  /// fold.
+  bool least = true;
 };
 
 enum class EventKind {
@@ -53,15 +56,16 @@ struct BranchEvent {
   std::size_t after = 0;         ///< points of the branch that lie before it
   std::string which;             ///< limit: "delta_e lower"; hopf, zero: the mode's name; end: why
   std::optional<Modes> modes{};  ///< where there is an equilibrium and a linear model
-  std::complex<double>
-      eigenvalue{};  ///< fold, zero, hopf: the one on the axis (fold: nearest zero)
+  /// On the axis: of zero and hopf, and of a fold or branch point with a zero eigenvalue.
+  std::optional<std::complex<double>> eigenvalue{};
 };
 
 enum class BranchEnd {
   reached,      ///< the parameter came to where it was to go
-  limit,        ///< a limit, and no free unknown is left to go on along it
+  limit,        ///< a limit, and no free unknown is left to go on along it within the limits
   closed,       ///< the branch is a loop, wholly followed
   switched,     ///< the model switches there: the branch does not go on continuously
+  not_implied,  ///< the equations hold, a rate that should follow from them does not vanish
   stuck,        ///< no next point however short the step: the equations jump, or their slopes lie
   not_finite,   ///< the model gives no finite numbers ahead
   singular,     ///< the equations leave more than one direction: a continuum of trims
@@ -71,6 +75,8 @@ enum class BranchEnd {
 };
 std::string to_string(BranchEnd end);
 
+/// Points, events and end of a branch. Without a start there is one event, the end, and its point
+/// is no trim.
 struct Branch {
   std::vector<BranchPoint> points;  ///< from the start on; events are not among them
   std::vector<BranchEvent> events;  ///< along the way; the last is the end

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -14,13 +15,13 @@ using Eigen::VectorXd;
 
 namespace {
 
-bool square_path(const Problem& p, const VectorXd& y, VectorXd& G, MatrixXd& J) {
-  const Values v = values(p, y);
+bool square_path(const Path& path, const VectorXd& z, VectorXd& G, MatrixXd& J) {
+  const Values v = values(path.problem, z);
   if (!v.finite) return false;
-  Slopes s = slopes(p, y);
+  Slopes s = slopes(path.problem, z);
   if (!s.finite) return false;
-  G = v.residual;
-  J = std::move(s.residual);
+  G = path.optimal ? active_residual(path.held, z, v) : v.residual;
+  J = path.optimal ? active_slopes(path.held, s) : std::move(s.residual);
   return true;
 }
 
@@ -59,8 +60,20 @@ Index Path::free() const {
 
 Curve Path::curve() const {
   return {[this](const VectorXd& y, VectorXd& G, MatrixXd& J) {
-    return optimal ? optimal_path(*this, y, G, J) : square_path(problem, y, G, J);
+    return deciding() ? optimal_path(*this, y, G, J) : square_path(*this, y, G, J);
   }};
+}
+
+VectorXd Path::start(const VectorXd& z) const {
+  if (!deciding()) return z;
+  const Slopes s = slopes(problem, z);
+  const MatrixXd c = active_slopes(held, s);
+  const Index of_trim = problem.n() - 1;
+  const VectorXd lambda = c.leftCols(of_trim).transpose().completeOrthogonalDecomposition().solve(
+      -s.effort.head(of_trim));
+  VectorXd y(z.size() + lambda.size());
+  y << z, lambda;
+  return y;
 }
 
 TrimSpec with_parameter(const Model& model, TrimSpec spec, const std::string& parameter) {
@@ -108,17 +121,29 @@ std::vector<LimitName> limit_names(const Path& path) {
   return names;
 }
 
+// ∇f + c'ᵀλ = 0 where the held equations alone fix the trim: λ times the size of their determinant,
+// so that it stays finite where the trim folds.
+static VectorXd multipliers(const Path& path, const VectorXd& z) {
+  const Slopes s = slopes(path.problem, z);
+  const Index n = path.problem.n() - 1;
+  const Eigen::PartialPivLU<MatrixXd> lu(active_slopes(path.held, s).leftCols(n).transpose());
+  return lu.solve(-s.effort.head(n)) * std::abs(lu.determinant());
+}
+
 VectorXd limit_distances(const Path& path, const VectorXd& y) {
   const Problem& p = path.problem;
   const VectorXd z = path.z(y);
   const Values v = p.limited.empty() ? Values{} : values(p, z);
   const std::vector<LimitName> names = limit_names(path);
   VectorXd distance(std::ssize(names));
-  Index multiplier = p.n() + p.m();
+  VectorXd lambda;
+  if (!path.held.unknowns.empty() || !path.held.limited.empty())
+    lambda = path.deciding() ? y.tail(y.size() - p.n()) : multipliers(path, z);
+  Index multiplier = p.m();
   for (Index i = 0; i < distance.size(); ++i) {
     const LimitName& limit = names[std::size_t(i)];
     if (limit.held) {
-      distance[i] = y[multiplier++] * limit.as.side;
+      distance[i] = lambda[multiplier++] * limit.as.side;
       continue;
     }
     const double at = limit.of_unknown ? z[limit.as.position]

@@ -7,17 +7,19 @@
 
 namespace tiltrim {
 
-/// A trim problem whose last unknown is the parameter. Where the equations alone decide, y = z and
-/// G the residuals; where an effort decides, y = (z, λ) and G its optimality conditions with the
-/// limits held at present.
+/// A trim problem whose last unknown is the parameter. Where the equations (and the limits held at
+/// present) decide, y = z and G is their residual; where an effort decides, y = (z, λ) and G is its
+/// optimality conditions.
 struct Path {
   const Problem& problem;
-  bool optimal = false;
+  bool optimal = false;  ///< of least effort: more unknowns than equations
   ActiveSet held{};
 
   Eigen::Index parameter() const { return problem.n() - 1; }  ///< its position in y
   Eigen::Index free() const;  ///< unknowns left over by equations and held limits, parameter apart
-  Curve curve() const;        ///< refers to this path
+  bool deciding() const { return optimal && free() > 0; }  ///< the effort has a say
+  Eigen::VectorXd start(const Eigen::VectorXd& z) const;   ///< y at z, multipliers by least squares
+  Curve curve() const;                                     ///< refers to this path
   Eigen::VectorXd z(const Eigen::VectorXd& y) const { return y.head(problem.n()); }
 };
 
@@ -25,8 +27,8 @@ struct Path {
 /// std::invalid_argument if the model has no such variable, or the trim itself moves it.
 TrimSpec with_parameter(const Model& model, TrimSpec spec, const std::string& parameter);
 
-/// Distances to the limits that are not held, positive inside, and then signed multipliers of those
-/// that are, positive while the limit still holds the optimum back.
+/// Of every limit, those that are held last: its distance, positive inside; held, its multiplier,
+/// positive while it still holds the optimum back (up to a positive factor).
 struct LimitName {
   std::string signal;
   bool upper;

@@ -79,6 +79,13 @@ MatrixXcd Balanced::back(const MatrixXcd& V) const {
   return v;
 }
 
+// wᵀ B = λ wᵀ  =>  (wᵀ D⁻¹ Pᵀ) A = λ (wᵀ D⁻¹ Pᵀ)
+Eigen::VectorXcd Balanced::back_left(const Eigen::RowVectorXcd& w) const {
+  Eigen::VectorXcd left(w.size());
+  for (Index i = 0; i < w.size(); ++i) left[order[std::size_t(i)]] = std::conj(w[i]) / scale[i];
+  return left;
+}
+
 Balanced balance(const MatrixXd& A) {
   const Index n = A.rows();
   Balanced b{A, std::vector<Index>(std::size_t(n)), VectorXd::Ones(n)};

@@ -16,6 +16,8 @@ struct Balanced {
   Eigen::MatrixXd same(const Eigen::MatrixXd& of) const;
   /// Eigenvectors of B as eigenvectors of A.
   Eigen::MatrixXcd back(const Eigen::MatrixXcd& V) const;
+  /// A row w of the inverse of B's eigenvectors as a left eigenvector of A, up to length.
+  Eigen::VectorXcd back_left(const Eigen::RowVectorXcd& w) const;
 };
 
 /// Isolated eigenvalues are permuted to the ends (so that a permuted triangular matrix becomes

@@ -224,6 +224,16 @@ MatrixXd lost(const MatrixXd& A, double scale, const Balanced& b) {
   return lost;
 }
 
+// Length one, and the largest component real and positive: one vector of all the multiples.
+void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
+  Index largest = 0;
+  right.cwiseAbs().maxCoeff(&largest);
+  right *= std::conj(right[largest]) / std::abs(right[largest]) / right.norm();
+  mode.right = right;
+  mode.left = VectorXcd::Zero(right.size());
+  if (left.size() > 0) mode.left = left / std::conj(left.dot(right));
+}
+
 }  // namespace
 
 Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
@@ -264,6 +274,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
     mode.condition = invertible ? inv.X.row(i).norm() * V.col(i).norm() : infinity;
     mode.determined = mode.condition <= not_determined;
     mode.backward_error = backward_error(A / scale, V_of_A.col(i), lambda[i]);
+    add_vectors(mode, V_of_A.col(i), invertible ? balanced.back_left(inv.X.row(i)) : VectorXcd());
     // A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
     mode.participation = VectorXd::Zero(n);
     if (invertible) {

@@ -15,6 +15,8 @@ struct Mode {
   double condition = 0.0;         ///< 1/|wᴴv| in the balanced coordinates; infinite if defective
   double error = 0.0;             ///< a bound: a true eigenvalue lies within it (see modes())
   double backward_error = 0.0;    ///< ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁) on A as given
+  Eigen::VectorXcd right;         ///< A v = λ v, of length one, its largest component positive
+  Eigen::VectorXcd left;          ///< wᴴ A = λ wᴴ, wᴴ v = 1; zero if defective
   Eigen::VectorXd participation;  ///< share of each state, |vₖ wₖ|, summing to one; else zero
   std::string name;               ///< a classical name where participation supports it
   bool determined = true;         ///< false: condition > 1e8, the value is not determined

@@ -70,16 +70,11 @@ std::vector<SheetCell> row(const BranchAnswer& b, const BranchPoint& at, std::st
           {}};
 }
 
-bool on_axis(const BranchEvent& e) {
-  return e.modes &&
-         (e.kind == EventKind::fold || e.kind == EventKind::zero || e.kind == EventKind::hopf);
-}
-
 std::vector<SheetCell> row(const BranchAnswer& b, const BranchEvent& e) {
   std::vector<SheetCell> cells = row(b, e.at, to_string(e.kind));
-  if (on_axis(e)) {
-    cells[12] = e.eigenvalue.real();
-    cells[13] = e.eigenvalue.imag();
+  if (e.eigenvalue) {
+    cells[12] = e.eigenvalue->real();
+    cells[13] = e.eigenvalue->imag();
   }
   cells.back() = SheetCell(e.which);
   return cells;
@@ -97,9 +92,9 @@ std::string words(const BranchEvent& e) {
     case EventKind::zero:
       return "a real eigenvalue crosses zero: " + e.which;
     case EventKind::hopf:
-      return fmt::format("±{:.4f}i crosses: {}", e.eigenvalue.imag(), e.which);
+      return fmt::format("±{:.4f}i crosses: {}", e.eigenvalue->imag(), e.which);
     case EventKind::branch_point:
-      return e.which;
+      return "another branch crosses";
     case EventKind::end:
       return "";
   }
@@ -128,6 +123,7 @@ Sheet events_sheet(const BranchAnswer& b) {
   if (!b.branch.points.empty())
     sheet.rows.push_back(take(row(b, b.branch.points.front(), "start")));
   for (const BranchEvent& e : b.branch.events) {
+    if (b.branch.points.empty()) break;  // the end has no trim
     std::vector<SheetCell> cells = row(b, e);
     cells.back() = SheetCell(words(e));
     sheet.rows.push_back(take(cells));
@@ -142,7 +138,7 @@ Sheet branches_sheet(const std::vector<BranchAnswer>& branches) {
     auto event = b.branch.events.begin();
     const auto events_before = [&](std::size_t points) {
       for (; event != b.branch.events.end() && event->after <= points; ++event)
-        sheet.rows.push_back(row(b, *event));
+        if (!b.branch.points.empty()) sheet.rows.push_back(row(b, *event));
     };
     for (std::size_t i = 0; i < b.branch.points.size(); ++i) {
       events_before(i);
@@ -182,6 +178,7 @@ std::string branches_json(const std::vector<BranchAnswer>& branches) {
       j.update(json::point(model, at.point, at.outputs));
       j["residual"] = at.residual;
       j["step"] = at.step;
+      j["least"] = at.least;
       j["unstable"] = at.unstable ? ordered_json(*at.unstable) : ordered_json();
       return j;
     };
@@ -199,10 +196,12 @@ std::string branches_json(const std::vector<BranchAnswer>& branches) {
     for (const BranchEvent& e : b.branch.events) {
       ordered_json event{{"kind", to_string(e.kind)}};
       event.update(point(e.at));
+      if (b.branch.end == BranchEnd::no_start)
+        event.update({{"state", nullptr}, {"input", nullptr}, {"output", nullptr}});
       event["which"] = e.which;
       event["after"] = e.after;
-      if (on_axis(e))
-        event["eigenvalue"] = {{"re", e.eigenvalue.real()}, {"im", e.eigenvalue.imag()}};
+      if (e.eigenvalue)
+        event["eigenvalue"] = {{"re", e.eigenvalue->real()}, {"im", e.eigenvalue->imag()}};
       if (e.modes) {
         event["modes"] = ordered_json::array();
         for (const Mode& m : e.modes->modes) event["modes"].push_back(json::mode(m, model.states));

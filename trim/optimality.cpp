@@ -54,6 +54,20 @@ MatrixXd hessian_of(const Gradient& gradient, const VectorXd& z) {
   return 0.5 * (H + H.transpose());
 }
 
+bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
+  constexpr double rounding = 1e-6;  // of a Hessian by differences of differences
+  const Slopes s = slopes(p, z);
+  if (!s.finite) return false;
+  const Eigen::FullPivLU<MatrixXd> lu(active_slopes(a, s));
+  if (lu.dimensionOfKernel() == 0) return true;
+  const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
+  if (!H.allFinite()) return false;
+  const MatrixXd Z = lu.kernel().colwise().normalized();
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> curvature(Z.transpose() * H * Z,
+                                                          Eigen::EigenvaluesOnly);
+  return curvature.eigenvalues().minCoeff() >= -rounding * std::max(1.0, H.norm());
+}
+
 namespace {
 
 constexpr double near_bound = 1e-6;  // scaled; an interior-point answer stops short of its bounds
@@ -81,21 +95,6 @@ bool let_go(ActiveSet& a, const VectorXd& lambda, Index m) {
         return true;
       }
   return false;
-}
-
-// No direction that keeps the active equations lowers the effort to second order.  [4, thm. 12.5]
-bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
-  constexpr double rounding = 1e-6;  // of a Hessian by differences of differences
-  const Slopes s = slopes(p, z);
-  if (!s.finite) return false;
-  const Eigen::FullPivLU<MatrixXd> lu(active_slopes(a, s));
-  if (lu.dimensionOfKernel() == 0) return true;
-  const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
-  if (!H.allFinite()) return false;
-  const MatrixXd Z = lu.kernel().colwise().normalized();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> curvature(Z.transpose() * H * Z,
-                                                          Eigen::EigenvaluesOnly);
-  return curvature.eigenvalues().minCoeff() >= -rounding * std::max(1.0, H.norm());
 }
 
 // Newton on  ∇f(z) + J(z)ᵀλ = 0,  c(z) = 0.                                     [4, sec. 18.1]

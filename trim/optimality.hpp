@@ -30,6 +30,10 @@ Gradient lagrangian_gradient(const Problem& problem, const ActiveSet& active,
 /// Symmetric Hessian of a function whose gradient is given, by central differences of it.
 Eigen::MatrixXd hessian_of(const Gradient& gradient, const Eigen::VectorXd& z);
 
+/// No direction that keeps c(z) = 0 lowers the effort to second order.            [4, thm. 12.5]
+bool is_least(const Problem& problem, const ActiveSet& active, const Eigen::VectorXd& z,
+              const Eigen::VectorXd& lambda);
+
 /// Newton on the optimality conditions, from a point near the optimum: bounds active there are
 /// held, those whose multiplier has the wrong sign let go.
 struct Optimum {

@@ -1,0 +1,229 @@
+#include "follow/sensitivity.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+
+#include "follow/path.hpp"
+#include "linearize/linearize.hpp"
+#include "trim/verdict.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::string to_string(SensitivityStatus status) {
+  switch (status) {
+    case SensitivityStatus::found:
+      return "found";
+    case SensitivityStatus::not_trim:
+      return "not_trim";
+    case SensitivityStatus::singular:
+      return "singular";
+    case SensitivityStatus::no_linear:
+      return "no_linear";
+  }
+  return "unknown";
+}
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double fold_below = 1e-8;  // rcond: half of the digits of a derivative are gone
+
+std::vector<std::string> all_parameters(const Model& model, const TrimSpec& spec) {
+  std::vector<std::string> left;
+  for (const Signal& s : model.parameters)
+    if (std::ranges::find(spec.free, s.name) == spec.free.end()) left.push_back(s.name);
+  return left;
+}
+
+// How all variables of the model move with the parameter, and how well that is determined.
+struct Shift {
+  VectorXd variables;
+  double rcond = 0.0;
+};
+
+Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
+                  const std::string& parameter, const std::optional<Optimum>& optimum) {
+  const Problem problem = make_problem(model, with_parameter(model, spec, parameter), trimmed);
+  Path path{problem};
+  path.optimal = optimum.has_value();
+  const VectorXd z = unknowns_of(problem, trimmed);
+  VectorXd y = z;
+  if (optimum) {
+    path.held = optimum->active;
+    y.resize(z.size() + optimum->lambda.size());
+    y << optimum->z, z[path.parameter()], optimum->lambda;
+  }
+  Shift shift{VectorXd::Zero(trimmed.x.size() + trimmed.u.size() + trimmed.p.size()), 0.0};
+  VectorXd G;
+  MatrixXd J;
+  if (!path.curve().evaluate(y, G, J)) return shift;
+  // dw/dp = -(∂G/∂w)⁻¹ ∂G/∂p, w all of y but the parameter
+  const Index p = path.parameter(), after = y.size() - p - 1;
+  MatrixXd of_unknowns(J.rows(), J.cols() - 1);
+  of_unknowns << J.leftCols(p), J.rightCols(after);
+  const Eigen::JacobiSVD<MatrixXd> svd(of_unknowns, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const VectorXd sigma = svd.singularValues();
+  shift.rcond = sigma.size() > 0 ? sigma[sigma.size() - 1] / std::max(sigma[0], 1.0) : 1.0;
+  if (shift.rcond < fold_below) return shift;
+  const VectorXd dw = -of_unknowns.partialPivLu().solve(J.col(p)) / problem.nominal[p];
+  for (Index k = 0; k < p; ++k)
+    shift.variables[problem.unknowns[std::size_t(k)]] = dw[k] * problem.nominal[k];
+  shift.variables[problem.unknowns.back()] = 1.0;
+  return shift;
+}
+
+VectorXd all_nominals(const Model& model) {
+  VectorXd all(std::ssize(model.states) + std::ssize(model.inputs) + std::ssize(model.parameters));
+  all << nominals(model.states), nominals(model.inputs), nominals(model.parameters);
+  return all;
+}
+
+OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
+  OperatingPoint to = from;
+  to.x += by.head(from.x.size());
+  to.u += by.segment(from.x.size(), from.u.size());
+  to.p += by.tail(from.p.size());
+  return to;
+}
+
+// dA along a direction of all variables: central differences of exact Jacobians, and what doubling
+// the step changes.
+struct Directional {
+  MatrixXd value, error;
+};
+
+Directional jacobian_along(const Model& model, const OperatingPoint& at,
+                           const VectorXd& direction) {
+  constexpr double h = 1e-5;  // of nominal sizes: truncation and round-off both near 1e-10
+  std::vector<Index> states;
+  for (Index i = 0; i < at.x.size(); ++i) states.push_back(i);
+  const double size = direction.cwiseQuotient(all_nominals(model)).lpNorm<Eigen::Infinity>();
+  const double step = h / size;
+  const auto A = [&](double t) -> MatrixXd {
+    return jacobian(model, moved(at, t * direction), states).topRows(at.x.size());
+  };
+  const auto slope = [&](double t) -> MatrixXd { return (A(t) - A(-t)) / (2 * t); };
+  const MatrixXd near = slope(step);
+  return {near, (near - slope(2 * step)).cwiseAbs()};
+}
+
+// dλ = wᴴ dA v, and what follows for damping -Re λ/|λ| and frequency |λ|.           [26, eq. 2.3]
+ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
+  const std::complex<double> lambda = mode.eigenvalue;
+  const std::complex<double> d = mode.left.dot(dA.value * mode.right);
+  const double size = std::abs(lambda);
+  const double along = lambda.real() * d.real() + lambda.imag() * d.imag();
+  const double error = mode.left.cwiseAbs().dot(dA.error * mode.right.cwiseAbs());
+  if (size == 0) return {d, nan, nan, error};
+  return {d, -d.real() / size + lambda.real() * along / (size * size * size), along / size, error};
+}
+
+// An eigenvalue near another has no derivative of its own.
+std::vector<bool> isolated(const Modes& all) {
+  constexpr double apart = 1e-6;  // of its size: the derivative's digits lost to the neighbour
+  std::vector<bool> simple;
+  for (const Mode& m : all.modes) {
+    double gap = std::numeric_limits<double>::infinity();
+    for (const Mode& other : all.modes)
+      if (&other != &m) gap = std::min(gap, std::abs(m.eigenvalue - other.eigenvalue));
+    simple.push_back(m.determined && gap > apart * (1 + std::abs(m.eigenvalue)) + 2 * m.error);
+  }
+  return simple;
+}
+
+std::string repeated(const Sensitivities& s) {
+  std::string names;
+  for (std::size_t i = 0; i < s.simple.size(); ++i)
+    if (!s.simple[i]) names += (names.empty() ? "" : ", ") + s.modes.modes[i].name;
+  return names.empty() ? "" : "repeated eigenvalues have no derivatives: " + names;
+}
+
+}  // namespace
+
+Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
+                            const std::vector<std::string>& parameters) {
+  const std::vector<std::string> names =
+      parameters.empty() ? all_parameters(model, spec) : parameters;
+  for (const std::string& name : names) with_parameter(model, spec, name);  // may throw
+  Sensitivities result;
+  result.point = trimmed;
+  const Problem problem = make_problem(model, spec, trimmed);
+  const VectorXd z = unknowns_of(problem, trimmed);
+  const Values v = values(problem, z);
+  constexpr double far = 1e-6;  // scaled
+  if (!v.finite || (v.residual.size() > 0 && v.residual.lpNorm<Eigen::Infinity>() > far)) {
+    result.message = "the point is no trim: the rates do not vanish there";
+    return result;
+  }
+  std::optional<Optimum> optimum;
+  if (!problem.square()) {
+    optimum = polish_optimum(problem, z, {});
+    if (!optimum->verified) {
+      result.message = "the point is not shown to be the trim of least effort";
+      return result;
+    }
+  }
+
+  std::vector<Index> variables;
+  for (Index j = 0; j < trimmed.x.size() + trimmed.u.size() + trimmed.p.size(); ++j)
+    variables.push_back(j);
+  const LinearModel linear = linearize(model, trimmed);
+  if (linear) result.modes = modes(linear);
+  result.simple = isolated(result.modes);
+  const MatrixXd J = jacobian(model, trimmed, variables);
+  for (const std::string& name : names) {
+    const Shift shift = shift_along(model, spec, trimmed, name, optimum);
+    result.rcond = shift.rcond;
+    if (shift.rcond < fold_below) {
+      result.status = SensitivityStatus::singular;
+      result.message = fmt::format(
+          "the trim is at a fold, or the equations leave a direction free (rcond {:.1e}): it has "
+          "no derivative along {}",
+          shift.rcond, name);
+      result.parameters.clear();
+      return result;
+    }
+    const Index j = variable(model, name);
+    ParameterSensitivity one{signal_of(model, j), value_of(trimmed, j), {}, {}, {}, {}};
+    one.x = shift.variables.head(trimmed.x.size());
+    one.u = shift.variables.segment(trimmed.x.size(), trimmed.u.size());
+    one.outputs = (J * shift.variables).tail(std::ssize(model.outputs));
+    if (linear) {
+      const Directional dA = jacobian_along(model, trimmed, shift.variables);
+      for (std::size_t i = 0; i < result.modes.modes.size(); ++i)
+        one.modes.push_back(result.simple[i] ? mode_along(result.modes.modes[i], dA)
+                                             : ModeSensitivity{{nan, nan}, nan, nan, nan});
+    }
+    result.parameters.push_back(std::move(one));
+  }
+  result.status = linear ? SensitivityStatus::found : SensitivityStatus::no_linear;
+  result.message = linear ? repeated(result) : "no linear model: " + linear.message;
+  return result;
+}
+
+std::vector<std::size_t> ranked(const Sensitivities& s, std::size_t mode) {
+  const bool oscillates = s.modes.modes.at(mode).eigenvalue.imag() != 0;
+  std::vector<std::size_t> order(s.parameters.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto effect = [&](std::size_t i) {
+    const ParameterSensitivity& p = s.parameters[i];
+    const double change = p.value != 0 ? p.value : p.parameter.nominal;
+    const ModeSensitivity& m = p.modes.at(mode);
+    const double moved = change * (oscillates ? m.damping : m.eigenvalue.real());
+    return std::isfinite(moved) ? -std::abs(moved) : 0.0;
+  };
+  std::ranges::stable_sort(order, {}, effect);
+  return order;
+}
+
+}  // namespace tiltrim
