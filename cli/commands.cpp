@@ -3,10 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cli/terminal.hpp"
 #include "model/study.hpp"
+#include "report/envelopes.hpp"
 #include "report/paper.hpp"
+#include "report/sensitivities.hpp"
 
 namespace tiltrim::cli {
 
@@ -48,7 +51,7 @@ void for_each(const Study& study, const Common& common, const Work& work) {
 
 ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
                         const TrimOptions& options) {
-  ConditionReport report{answer(vehicle, condition, options), {}, {}, {}};
+  ConditionReport report{answer(vehicle, condition, options), {}, {}, {}, {}};
   const TrimStatus status = report.answer.trim.status;
   if (status == TrimStatus::infeasible || status == TrimStatus::not_found)
     report.why = explain(vehicle, condition, options);
@@ -77,10 +80,12 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     reports.push_back(trimmed(study.vehicle, condition, options));
+    if (command.all && condition.formulation != Formulation::table)
+      reports.back().all = all_equilibria(study.vehicle, condition, options);
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) { return bool(r.answer.trim); });
-  return {printed(reports, command.common, trim_sheet(reports), style),
-          all ? answered : unanswered};
+  const Sheet csv = command.all ? all_sheet(reports) : trim_sheet(reports);
+  return {printed(reports, command.common, csv, style), all ? answered : unanswered};
 }
 
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
@@ -152,6 +157,81 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
       break;
   }
   return {branches_text(branches, style), code};
+}
+
+// The envelope asked for on the command line, or in the study, or the conversion corridor.
+static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
+  EnvelopeTable table = study.envelope.value_or(EnvelopeTable{});
+  if (!command.over.empty() && command.over != table.over.name) {
+    const EnvelopeTable other = envelope_over(command.over);
+    table.over = other.over;
+    table.range = other.range;
+  }
+  if (command.count) table.count = *command.count;
+  return table;
+}
+
+// Rows for people: every ten degrees of tilt or path angle, and the ends.
+static std::vector<double> rows_of(const EnvelopeTable& table) {
+  constexpr double step = 10.0;
+  const double lower = table.over.in_study(table.range.lower);
+  const double upper = table.over.in_study(table.range.upper);
+  std::vector<double> rows{table.range.lower};
+  for (double at = step * (std::floor(lower / step) + 1); at < upper; at += step)
+    rows.push_back(table.over.in_si(at));
+  rows.push_back(table.range.upper);
+  return rows;
+}
+
+Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  const Study study = load_study(command.common.study);
+  const EnvelopeTable table = asked(command, study);
+  std::vector<EnvelopeAnswer> envelopes;
+  for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
+    EnvelopeOptions options;
+    options.rows = rows_of(table);
+    options.stop = stop;
+    options.observe = [&](double share) {
+      progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share));
+    };
+    envelopes.push_back(envelope(study.vehicle, condition, table, options));
+  });
+  const int code =
+      std::ranges::all_of(envelopes, &EnvelopeAnswer::answered) ? answered : unanswered;
+  switch (command.common.format) {
+    case Format::json:
+      return {envelopes_json(envelopes), code};
+    case Format::csv:
+      return {as_csv(border_sheet(envelopes)), code};
+    case Format::text:
+      break;
+  }
+  return {envelopes_text(envelopes, style), code};
+}
+
+Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
+            const std::stop_token& stop) {
+  const Study study = load_study(command.common.study);
+  std::vector<Key> keys;
+  for (const std::string& name : command.parameters) keys.push_back(study_key(name));
+  std::vector<SensitivityAnswer> conditions;
+  for_each(study, command.common, [&](const Condition& condition, Progress&) {
+    TrimOptions trimming = command.trimming;
+    trimming.stop = stop;
+    conditions.push_back(sensitivities(study.vehicle, condition, keys, trimming));
+  });
+  const bool all = std::ranges::all_of(
+      conditions, [](const SensitivityAnswer& c) { return bool(c.sensitivities); });
+  const int code = all ? answered : unanswered;
+  switch (command.common.format) {
+    case Format::json:
+      return {sensitivities_json(conditions), code};
+    case Format::csv:
+      return {as_csv(sensitivities_sheet(conditions)), code};
+    case Format::text:
+      break;
+  }
+  return {sensitivities_text(conditions, command.most, style), code};
 }
 
 Outcome run_tables(const Common& command, const TextStyle& style) {

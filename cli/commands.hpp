@@ -29,6 +29,7 @@ struct Common {
 struct TrimCommand {
   Common common;
   TrimOptions options;
+  bool all = false;  ///< every equilibrium that can be found
 };
 
 struct LinearizeCommand {
@@ -46,6 +47,19 @@ struct FollowCommand {
   std::optional<double> to;  ///< in the parameter's unit
 };
 
+struct EnvelopeCommand {
+  Common common;
+  std::string over;  ///< "eta_deg" or "gamma_deg"; empty: the study's [envelope], or eta_deg
+  std::optional<int> count;  ///< grid points along each axis
+};
+
+struct SensitivitiesCommand {
+  Common common;
+  TrimOptions trimming;
+  std::vector<std::string> parameters;
+  std::size_t most = 8;  ///< parameters for each mode, in text
+};
+
 /// What a command has to say: the text for its output, and the exit code.
 struct Outcome {
   std::string output;
@@ -55,6 +69,9 @@ struct Outcome {
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
+            const std::stop_token& stop);
 /// `study` may be empty: the reference vehicle.
 Outcome run_tables(const Common& command, const TextStyle& style);
 

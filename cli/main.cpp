@@ -24,6 +24,8 @@ constexpr const char* examples =
     "flight\n"
     "  tiltrim linearize studies/paper.toml       their eigenvalues, modes and verdicts\n"
     "  tiltrim follow studies/stall.toml          a branch of trims: folds, limits, crossings\n"
+    "  tiltrim envelope studies/stall.toml        the conversion corridor: speeds over tilt\n"
+    "  tiltrim sensitivities studies/paper.toml   what would make each mode better\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -63,8 +65,12 @@ void add_common(CLI::App* app, Common& common, bool needs_study) {
       ->type_name("FILE");
 }
 
-void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
+void add_only(CLI::App* app, Common& common) {
   app->add_option("--only", common.only, "only the conditions of these names")->type_name("NAME");
+}
+
+void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
+  add_only(app, common);
   add_choice(app, "--solver", options.method, methods,
              "ipopt (default), or newton alone (as many unknowns as equations)");
   app->add_option("--starts", options.starts,
@@ -111,6 +117,9 @@ int run_program(int argc, char** argv) {
   CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
   add_common(trim, trimming.common, true);
   add_trim_options(trim, trimming.common, trimming.options);
+  CLI::Option* starts = trim->get_option("--starts");
+  trim->add_flag("--all", trimming.all,
+                 "every equilibrium that 200 starts (or --starts) and the branches from them find");
 
   LinearizeCommand linearizing;
   CLI::App* linearize = app.add_subcommand(
@@ -147,6 +156,34 @@ int run_program(int argc, char** argv) {
       ->check(CLI::Range(2, 1000000))
       ->type_name("N");
 
+  EnvelopeCommand enveloping;
+  CLI::App* envelope = app.add_subcommand(
+      "envelope", "speeds and tilts (or path angles) with an equilibrium, and what bounds them");
+  add_common(envelope, enveloping.common, true);
+  add_only(envelope, enveloping.common);
+  envelope
+      ->add_option("--over", enveloping.over,
+                   "the other axis beside V: eta_deg (default) or gamma_deg")
+      ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
+      ->type_name("KEY");
+  envelope->add_option("--count", enveloping.count, "grid points along each axis (100)")
+      ->check(CLI::Range(5, 1000))
+      ->type_name("N");
+
+  SensitivitiesCommand sensing;
+  CLI::App* sensitivities = app.add_subcommand(
+      "sensitivities", "how the trim and each mode move with every parameter, ranked");
+  add_common(sensitivities, sensing.common, true);
+  add_trim_options(sensitivities, sensing.common, sensing.trimming);
+  sensitivities
+      ->add_option("--parameters", sensing.parameters,
+                   "numbers of the study, as V,aircraft.mass,gains.K_Lp (default: all)")
+      ->delimiter(',')
+      ->type_name("KEY,...");
+  sensitivities->add_option("--most", sensing.most, "parameters printed for each mode (8)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+
   Common tabling;
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
@@ -163,9 +200,13 @@ int run_program(int argc, char** argv) {
       return run(command, style, stop);
     };
   };
+  constexpr int many = 200;  // starts, where every equilibrium is looked for
+  if (trimming.all && starts->count() == 0) trimming.options.starts = many;
   if (*trim) return finish(trimming.common, with(trimming));
   if (*linearize) return finish(linearizing.common, with(linearizing));
   if (*follow) return finish(following.common, with(following));
+  if (*envelope) return finish(enveloping.common, with(enveloping));
+  if (*sensitivities) return finish(sensing.common, with(sensing));
   return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
     return run_tables(tabling, style);
   });

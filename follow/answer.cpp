@@ -20,14 +20,32 @@ TrimProblem body_axes_problem(const Vehicle& vehicle, const Command& command) {
   return problem;
 }
 
-TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, const Key& parameter,
-                          double to) {
+// The integrals' bounds follow from the actuators' at the condition's own speed and path, and are
+// there for its starts: along a branch they hold no longer, and limit nothing.
+TrimProblem without_integral_bounds(TrimProblem problem) {
+  problem.spec.bounds.erase("energy_integral");
+  problem.spec.bounds.erase("distribution_integral");
+  return problem;
+}
+
+TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
   const double V = condition.command.V;
-  const double slowest = parameter.signal == "V" ? std::min(V, to) : V;
   const bool slow = condition.formulation == Formulation::closed_loop && slowest < body_axes_below;
   if (slow && V == 0)
     throw std::invalid_argument("at rest there is no path to follow from; expected V above 0");
-  return slow ? body_axes_problem(vehicle, condition.command) : problem_of(vehicle, condition);
+  return without_integral_bounds(slow ? body_axes_problem(vehicle, condition.command)
+                                      : problem_of(vehicle, condition));
+}
+
+// Trimmed with the bounds that the condition's starts are spread over, in the equations that are
+// followed.
+TrimResult started(const Vehicle& vehicle, const Condition& condition, const TrimProblem& problem,
+                   const TrimOptions& trimming) {
+  TrimSpec spec = problem.spec;
+  if (condition.formulation == Formulation::closed_loop)
+    for (const auto& [name, range] : problem_of(vehicle, condition).spec.bounds)
+      if (name.ends_with("_integral")) spec.bounds[name] = range;
+  return trim(problem.model, spec, problem.guess, trimming);
 }
 
 }  // namespace
@@ -43,16 +61,72 @@ double BranchAnswer::from() const {
 
 BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Key& parameter,
                     double to, const FollowOptions& options, const TrimOptions& trimming) {
-  const TrimProblem problem = problem_along(vehicle, condition, parameter, to);
+  const double V = condition.command.V;
+  const TrimProblem problem =
+      problem_along(vehicle, condition, parameter.signal == "V" ? std::min(V, to) : V);
   BranchAnswer answer{{condition, problem.model, {}, {}}, parameter, to, {}};
   TrimResult& start = answer.start.trim;
-  start = trim(problem.model, problem.spec, problem.guess, trimming);
+  start = started(vehicle, condition, problem, trimming);
   const bool found = answer.start.has_equilibrium();
   answer.branch = follow(problem.model, problem.spec, found ? start.point : problem.guess,
                          parameter.signal, to, options);
   if (!found)
     answer.branch.message =
         fmt::format("no trim to start from: {}: {}", to_string(start.status), start.message);
+  return answer;
+}
+
+SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& condition,
+                                const std::vector<Key>& keys, const TrimOptions& trimming) {
+  const TrimProblem problem = problem_along(vehicle, condition, condition.command.V);
+  SensitivityAnswer answer{{condition, problem.model, {}, {}}, {}};
+  TrimResult& trimmed = answer.trimmed.trim;
+  trimmed = started(vehicle, condition, problem, trimming);
+  if (!answer.trimmed.has_equilibrium()) {
+    answer.sensitivities.message = trimmed.message;
+    return answer;
+  }
+  std::vector<std::string> names;
+  for (const Key& key : keys) names.push_back(key.signal);
+  answer.sensitivities = tiltrim::sensitivities(problem.model, problem.spec, trimmed.point, names);
+  return answer;
+}
+
+bool EnvelopeAnswer::answered() const {
+  return std::ranges::none_of(
+      parts, [](const Envelope& e) { return e.status == EnvelopeStatus::interrupted; });
+}
+
+EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
+                        const EnvelopeTable& table, const EnvelopeOptions& options) {
+  if (condition.formulation != Formulation::closed_loop)
+    throw std::invalid_argument(
+        "an envelope is of the closed loop; expected formulation closed_loop");
+  // Clear of the switch, so that differences of slopes do not reach across.
+  constexpr double clear = 1e-6;
+  const Aircraft& a = vehicle.aircraft;
+  const bool over_tilt = table.over.signal == "eta";
+  std::vector<Range> stretches{table.range};
+  if (over_tilt && a.cyclic_blend == 0 && a.cyclic_off > table.range.lower &&
+      a.cyclic_off <= table.range.upper)
+    stretches = {{table.range.lower, a.cyclic_off - clear}, {a.cyclic_off, table.range.upper}};
+  EnvelopeAnswer answer{condition, table, {}, {}};
+  for (const Range& stretch : stretches) {
+    if (!(stretch.lower < stretch.upper)) continue;
+    Command middle = condition.command;
+    middle.V = 0.5 * (table.V.lower + table.V.upper);
+    (over_tilt ? middle.eta : middle.gamma) = 0.5 * (stretch.lower + stretch.upper);
+    const TrimProblem problem =
+        without_integral_bounds(closed_loop_problem(vehicle, middle, Axes::wind));
+    answer.model = problem.model;
+    EnvelopeOptions own = options;
+    std::erase_if(own.rows, [&](double y) { return y < stretch.lower || y > stretch.upper; });
+    const double share = (stretch.upper - stretch.lower) / (table.range.upper - table.range.lower);
+    const int count = std::max(5, int(std::lround(table.count * share)));
+    answer.parts.push_back(envelope(problem.model, problem.spec, problem.guess,
+                                    {"V", table.V, table.count},
+                                    {table.over.signal, stretch, count}, own));
+  }
   return answer;
 }
 

@@ -1,8 +1,10 @@
-/// A study's condition, followed along one of the study's numbers.
+/// A study's condition: its branch, its sensitivities, its envelope.
 #pragma once
 
+#include "follow/envelope.hpp"
 #include "follow/follow.hpp"
-#include "model/keys.hpp"
+#include "follow/sensitivity.hpp"
+#include "model/study.hpp"
 #include "trim/answer.hpp"
 
 namespace tiltrim {
@@ -26,5 +28,32 @@ struct BranchAnswer {
                                   const Key& parameter, double to,
                                   const FollowOptions& options = {},
                                   const TrimOptions& trimming = {});
+
+struct SensitivityAnswer {
+  Answer trimmed;
+  Sensitivities sensitivities;
+};
+
+/// Trims the condition and gives its sensitivities to these of the study's numbers; empty: to its
+/// own V, gamma, eta, all of the aircraft and all gains. Throws as follow().
+[[nodiscard]] SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& condition,
+                                              const std::vector<Key>& keys = {},
+                                              const TrimOptions& trimming = {});
+
+/// The closed loop's envelope over V and an angle, the other angle being the condition's own. Over
+/// tilt it comes in two parts, below and from the hand-over on, which have other pitch controls.
+struct EnvelopeAnswer {
+  Condition condition;
+  EnvelopeTable table;
+  Model model;
+  std::vector<Envelope> parts;
+
+  bool answered() const;  ///< every part was gone over
+};
+
+/// Throws std::invalid_argument for a condition that is not a closed loop.
+[[nodiscard]] EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
+                                      const EnvelopeTable& table,
+                                      const EnvelopeOptions& options = {});
 
 }  // namespace tiltrim

@@ -91,17 +91,22 @@ static FollowTable read_follow(const Section& section) {
   return follow;
 }
 
+EnvelopeTable envelope_over(std::string_view angle) {
+  EnvelopeTable envelope;
+  envelope.over = study_key(angle);
+  if (angle == "gamma_deg") envelope.range = {in_si(-30, "degrees"), in_si(30, "degrees")};
+  return envelope;
+}
+
 static EnvelopeTable read_envelope(const Section& section) {
   section.allow_only({"over", "V", "gamma_deg", "eta_deg", "count"});
-  EnvelopeTable envelope;
   const std::vector<std::string> angles{"eta_deg", "gamma_deg"};
-  envelope.over = study_key(angles[section.choice("over", angles)]);
-  const std::string other = envelope.over.name == angles[0] ? angles[1] : angles[0];
+  const std::size_t chosen = section.choice("over", angles);
+  const std::string& other = angles[1 - chosen];
+  EnvelopeTable envelope = envelope_over(angles[chosen]);
   if (const Entry* entry = section.find(other))
     section.refuse(*entry, fmt::format("is each condition's own; expected over = \"{}\", or no {}",
                                        other, other));
-  if (envelope.over.name == angles[1])
-    envelope.range = {in_si(-30, "degrees"), in_si(30, "degrees")};
   if (const Entry* entry = section.find("V"))
     envelope.V = section.range(*entry, {body_axes_below, 1000, "m/s"});
   if (const Entry* entry = section.find(envelope.over.name))

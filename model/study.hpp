@@ -53,6 +53,9 @@ struct EnvelopeTable {
   int count = 100;                         ///< grid points along each
 };
 
+/// The default envelope over "eta_deg" or "gamma_deg".
+EnvelopeTable envelope_over(std::string_view angle);
+
 struct Study {
   std::filesystem::path file;
   std::string polar_name;  ///< as asked for

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "follow/all.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "report/sheet.hpp"
@@ -17,11 +18,14 @@ struct ConditionReport {
   Answer answer;
   std::optional<LinearModel> linear;
   std::optional<Modes> modes;
-  std::optional<Explanation> why;  ///< where there is no equilibrium
+  std::optional<AllEquilibria> all;  ///< trim --all
+  std::optional<Explanation> why;    ///< where there is no equilibrium
 };
 
 /// Equilibria, one row for each condition, angles in degrees.
 Sheet trim_sheet(const std::vector<ConditionReport>& conditions);
+/// All equilibria that were found, one row for each.
+Sheet all_sheet(const std::vector<ConditionReport>& conditions);
 /// Eigenvalues of one condition, one row for each (a pair is one row).
 Sheet modes_sheet(const ConditionReport& condition);
 /// Eigenvalues of all conditions, one row for each eigenvalue, for CSV.

@@ -48,6 +48,22 @@ void add_trim(const Answer& a, ordered_json& c) {
     c["moment"] = {{"CM_required", a.table->CM_required}, {"CM_elevator", a.table->CM_elevator}};
 }
 
+ordered_json all_json(const AllEquilibria& all, const Model& model) {
+  ordered_json j{{"starts", all.starts}, {"branches", all.branches}};
+  j["found"] = ordered_json::array();
+  for (const Equilibrium& e : all.equilibria) {
+    ordered_json one{{"status", to_string(e.trim.status)}, {"found", e.found}};
+    one.update(point(model, e.trim.point, e.trim.outputs));
+    one["residual"] = e.trim.residual;
+    one["rcond"] = e.trim.rcond;
+    one["effort"] = e.trim.effort;
+    one["verdict"] = e.modes ? ordered_json(to_string(e.modes->verdict)) : ordered_json();
+    one["spectral_abscissa"] = e.modes ? ordered_json(e.modes->spectral_abscissa) : ordered_json();
+    j["found"].push_back(one);
+  }
+  return j;
+}
+
 const char* name_of(RemedyKind kind) {
   return kind == RemedyKind::limit ? "limit" : kind == RemedyKind::equation ? "equation" : "lever";
 }
@@ -105,6 +121,7 @@ std::string conditions_json(const std::vector<ConditionReport>& conditions) {
   for (const ConditionReport& r : conditions) {
     ordered_json c;
     add_trim(r.answer, c);
+    if (r.all) c["equilibria"] = all_json(*r.all, r.answer.model);
     if (r.why) c["diagnosis"] = diagnosis_json(*r.why);
     if (r.linear) c["linear"] = linear_json(*r.linear);
     if (r.modes) {

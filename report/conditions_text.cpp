@@ -157,6 +157,34 @@ Sheet trim_sheet(const std::vector<ConditionReport>& conditions) {
   return sheet;
 }
 
+Sheet all_sheet(const std::vector<ConditionReport>& conditions) {
+  Sheet sheet = trim_sheet({});
+  sheet.columns[0].title = "equilibrium";
+  sheet.columns.push_back({"verdict", "verdict", ""});
+  sheet.columns.push_back({"spectral_abscissa", "largest Re", "1/s", "{:.4f}"});
+  sheet.columns.push_back({"found", "found by", ""});
+  for (const ConditionReport& c : conditions) {
+    if (!c.all) continue;
+    const std::string& name = c.answer.condition.name;
+    std::size_t number = 0;
+    for (const Equilibrium& e : c.all->equilibria) {
+      ConditionReport one = c;
+      one.answer.trim = e.trim;
+      std::vector<SheetCell> row = trim_row(one);
+      row[0] = SheetCell(fmt::format("{} {}", name, ++number));
+      row.push_back(e.modes ? SheetCell(to_string(e.modes->verdict), tone_of(e.modes->verdict))
+                            : SheetCell());
+      row.push_back(e.modes ? SheetCell(e.modes->spectral_abscissa) : SheetCell());
+      row.push_back(SheetCell(e.found));
+      sheet.rows.push_back(row);
+    }
+    sheet.notes.push_back(
+        fmt::format("{}: {} found in {} starts and along {} branches; there may be more.", name,
+                    number, c.all->starts, c.all->branches));
+  }
+  return sheet;
+}
+
 Sheet modes_sheet(const ConditionReport& c) {
   Sheet sheet;
   sheet.columns = {{"eigenvalue", "eigenvalue", "1/s"},
@@ -217,6 +245,8 @@ Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions) {
 std::string conditions_text(const std::vector<ConditionReport>& conditions,
                             const TextStyle& style) {
   std::string text = as_text(trim_sheet(conditions), style);
+  if (std::ranges::any_of(conditions, [](const auto& c) { return c.all.has_value(); }))
+    text += '\n' + as_text(all_sheet(conditions), style);
   for (const ConditionReport& c : conditions) {
     if (!c.linear) continue;
     const std::string& name = c.answer.condition.name;

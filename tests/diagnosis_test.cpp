@@ -1,4 +1,5 @@
-// What would have to give: diagnoses against closed forms, and the tiltrotor's against its equations.
+// What would have to give: diagnoses against closed forms, and the tiltrotor's against its
+// equations.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <numbers>
@@ -10,6 +11,7 @@
 
 using namespace tiltrim;
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 static constexpr double pi = std::numbers::pi, degree = pi / 180;
@@ -22,17 +24,20 @@ static double uniform(Generator& g, double lower, double upper) {
 
 static double sign(Generator& g) { return g() % 2 ? 1.0 : -1.0; }
 
-// ---- problems: states x, y held where they are, inputs u1, u2, ... to be found, a parameter p ----
+// ---- problems: states x, y held where they are, inputs u1, u2, ... to be found, a parameter p
+// ----
 
-using RatesOf = std::function<VectorXd(const VectorXd& u, double p)>;
+using ValuesOf = std::function<VectorXd(const VectorXd& u, double p)>;
+using SlopesOf = std::function<MatrixXd(const VectorXd& u, double p)>;  // along u1, u2, ..., p
 
 struct Asked {
   Model model;
   TrimSpec spec;
   OperatingPoint guess;
 
-  // `box`: one range per input.
-  Asked(Index equations, const std::vector<Range>& box, double p, const RatesOf& rates) {
+  // `box`: one range per input. Rows of `values` and `slopes` beyond the equations: outputs z.
+  Asked(Index equations, const std::vector<Range>& box, double p, const ValuesOf& values,
+        const SlopesOf& slopes, bool output = false) {
     const std::array<const char*, 2> states{"x", "y"};
     for (Index i = 0; i < equations; ++i) model.states.push_back({states[std::size_t(i)], "", 1.0});
     spec.still = names(model.states);
@@ -42,8 +47,18 @@ struct Asked {
     }
     spec.free = names(model.inputs);
     model.parameters = {{"p", "", 1.0}};
-    model.f = [rates](const VectorXd&, const VectorXd& u, const VectorXd& q) {
-      return rates(u, q[0]);
+    model.f = [=](const VectorXd&, const VectorXd& u, const VectorXd& q) -> VectorXd {
+      return values(u, q[0]).head(equations);
+    };
+    if (output) model.outputs = {{"z", "", 1.0}};
+    model.h = [=](const VectorXd&, const VectorXd& u, const VectorXd& q) -> VectorXd {
+      return values(u, q[0]).tail(output);
+    };
+    model.derivatives = [=](const OperatingPoint& at, const std::vector<Index>& variables) {
+      const MatrixXd J = slopes(at.u, at.p[0]);
+      MatrixXd all = MatrixXd::Zero(J.rows(), equations + J.cols());
+      all.rightCols(J.cols()) = J;
+      return MatrixXd(all(Eigen::all, variables));
     };
     const Index n = std::ssize(box);
     guess = {VectorXd::Zero(equations), VectorXd::Zero(n), VectorXd::Constant(1, p)};
@@ -54,13 +69,25 @@ struct Asked {
   }
 };
 
-static VectorXd one(double rate) { return VectorXd::Constant(1, rate); }
-
-static Diagnosis diagnosed(const Asked& q, const std::vector<Lever>& levers) {
-  const TrimResult none = trim(q.model, q.spec, q.guess);
-  CHECK(none.status >= TrimStatus::infeasible);
-  return diagnose(q.model, q.spec, q.guess, none.point, levers);
+static VectorXd column(std::initializer_list<double> numbers) {
+  return Eigen::Map<const VectorXd>(numbers.begin(), Index(numbers.size()));
 }
+static MatrixXd row(std::initializer_list<double> numbers) { return column(numbers).transpose(); }
+static MatrixXd rows(const MatrixXd& above, const MatrixXd& below) {
+  MatrixXd both(above.rows() + below.rows(), above.cols());
+  both << above, below;
+  return both;
+}
+
+static Diagnosis diagnosed(const Asked& q, const std::vector<Lever>& levers,
+                           const TrimOptions& options = {}) {
+  const TrimResult none = trim(q.model, q.spec, q.guess, options);
+  CHECK(none.status >= TrimStatus::infeasible);
+  return diagnose(q.model, q.spec, q.guess, none.point, levers, options);
+}
+
+// Of convex problems any start finds all there is.
+static const TrimOptions one_start{.starts = 0};
 
 static const Remedy& of(const Diagnosis& d, RemedyKind kind, const std::string& signal,
                         bool upper = false) {
@@ -115,8 +142,11 @@ struct Linear {
   bool helping_side(Index k) const { return c[k] * missing > 0; }  // true: the upper limit
 
   Asked problem() const {
-    const VectorXd slope = c;
-    Asked q(1, box, p, [slope](const VectorXd& u, double to) { return one(slope.dot(u) - to); });
+    Asked q(
+        1, box, p, [a = c](const VectorXd& u, double to) { return column({a.dot(u) - to}); },
+        [a = c](const VectorXd&, double) -> MatrixXd {
+          return (VectorXd(a.size() + 1) << a, -1).finished().transpose();
+        });
     q.model.states[0].nominal = rate_size;
     for (Index k = 0; k < c.size(); ++k) q.model.inputs[std::size_t(k)].nominal = size[k];
     return q;
@@ -147,8 +177,7 @@ static void check_limits(const Linear& l, const Asked& q, const Diagnosis& d) {
 static void check_holding(const Linear& l, const Diagnosis& d) {
   std::vector<std::pair<double, Index>> pulls;
   for (Index k = 0; k < l.c.size(); ++k)
-    pulls.push_back(
-        {-std::abs(l.missing * l.c[k]) * l.size[k] / (l.rate_size * l.rate_size), k});
+    pulls.push_back({-std::abs(l.missing * l.c[k]) * l.size[k] / (l.rate_size * l.rate_size), k});
   std::ranges::sort(pulls);
   REQUIRE(d.holding.size() == pulls.size());
   for (std::size_t i = 0; i < pulls.size(); ++i) {
@@ -164,9 +193,13 @@ TEST_CASE("u1 + u2 = p out of reach: by hand") {
   Generator g(1);
   for (int i = 0; i < trials(200); ++i) {
     const double a = uniform(g, 0.5, 3), b = uniform(g, 0.5, 3), p = a + b + uniform(g, 0.1, 4);
-    const Asked q(1, {{0, a}, {0, b}}, p,
-                    [](const VectorXd& u, double to) { return one(u[0] + u[1] - to); });
-    const Diagnosis d = diagnosed(q, {{"p", {0, 20}}});
+    const Asked q(
+        1, {{0, a}, {0, b}}, p,
+        [](const VectorXd& u, double to) { return column({u[0] + u[1] - to}); },
+        [](const VectorXd&, double) {
+          return row({1, 1, -1});
+        });
+    const Diagnosis d = diagnosed(q, {{"p", {0, 20}}}, one_start);
     CHECK_NEAR(d.closest.u[0], a, 1e-6);
     CHECK_NEAR(d.closest.u[1], b, 1e-6);
     REQUIRE(d.holding.size() == 2);
@@ -189,11 +222,316 @@ TEST_CASE("u1 + u2 = p out of reach: by hand") {
 TEST_CASE("c·u = p out of reach: the signs say which side of a limit helps") {
   Generator g(2);
   for (int i = 0; i < trials(200); ++i) {
-    const Linear l(g, 2, 0.5);
+    const Linear l(g, 2 + i % 2, 0.5);
     const Asked q = l.problem();
-    const Diagnosis d = diagnosed(q, {{"p", {-100, 100}}});
-    for (Index k = 0; k < 2; ++k) CHECK_NEAR(d.closest.u[k], l.corner[k], 1e-6 * l.size[k]);
+    const Diagnosis d = diagnosed(q, {{"p", {-100, 100}}}, one_start);
+    for (Index k = 0; k < l.c.size(); ++k)
+      CHECK_NEAR(d.closest.u[k], l.corner[k], 1e-6 * l.size[k]);
     check_holding(l, d);
     check_limits(l, q, d);
   }
+}
+
+// ---- curved boxes: a circle, a disc and a half-plane, an output's limit ----
+
+static Asked circle(const std::vector<Range>& box, double p) {
+  return {1, box, p, [](const VectorXd& u, double r) { return column({u.squaredNorm() - r * r}); },
+          [](const VectorXd& u, double r) {
+            return row({2 * u[0], 2 * u[1], -2 * r});
+          }};
+}
+
+TEST_CASE("u1² + u2² = p², the box too small: its far corner") {
+  Generator g(3);
+  for (int i = 0; i < trials(20); ++i) {
+    const double a = uniform(g, 0.5, 2), b = uniform(g, 0.5, 2);
+    const double p = std::hypot(a, b) * uniform(g, 1.1, 1.7), r = a * a + b * b - p * p;
+    const Diagnosis d = diagnosed(circle({{0, a}, {0, b}}, p), {{"p", {0, 10}}});
+    CHECK_NEAR(d.closest.u[0], a, 1e-6);
+    CHECK_NEAR(d.closest.u[1], b, 1e-6);
+    REQUIRE(d.holding.size() == 2);
+    CHECK(d.holding[0].limit.signal == (a > b ? "u1" : "u2"));
+    CHECK_NEAR(d.holding[0].pull, 2 * r * std::max(a, b), 1e-5);
+    CHECK_NEAR(d.holding[1].pull, 2 * r * std::min(a, b), 1e-5);
+    const double u1 = std::sqrt(p * p - b * b), u2 = std::sqrt(p * p - a * a);
+    check_helps(limit(d, "u1", true), a, u1);
+    check_helps(limit(d, "u2", true), b, u2);
+    check_helps(limit(d, "u1", false), 0, -u1);  // the circle's other side
+    check_helps(limit(d, "u2", false), 0, -u2);
+    check_helps(equation(d, "x"), 0, r);
+    check_helps(lever(d, "p"), p, std::hypot(a, b));
+  }
+}
+
+TEST_CASE("u1² + u2² = p², the box too far out: its near corner") {
+  Generator g(4);
+  for (int i = 0; i < trials(20); ++i) {
+    const double a = uniform(g, 0.5, 2), b = uniform(g, 0.5, 2);
+    const double p = std::hypot(a, b) * uniform(g, 0.3, 0.9), r = a * a + b * b - p * p;
+    if (std::min(std::abs(p - a), std::abs(p - b)) < 0.01) continue;  // they only touch
+    const Diagnosis d = diagnosed(circle({{a, a + 1}, {b, b + 1}}, p), {{"p", {0, 10}}});
+    REQUIRE(d.holding.size() == 2);
+    CHECK_FALSE(d.holding[0].limit.upper);
+    CHECK_FALSE(d.holding[1].limit.upper);
+    CHECK_NEAR(d.holding[0].pull, -2 * r * std::max(a, b), 1e-5);
+    const auto alone = [&](const char* name, double own, double other) {
+      CHECK_FALSE(limit(d, name, true).helps());
+      CHECK(limit(d, name, false).helps() == (p > other));
+      if (p > other) check_helps(limit(d, name, false), own, std::sqrt(p * p - other * other));
+    };
+    alone("u1", a, b);
+    alone("u2", b, a);
+    check_helps(equation(d, "x"), 0, r);
+    check_helps(lever(d, "p"), p, std::hypot(a, b));
+  }
+}
+
+// x' = u1² + u2² + u3² - R²,  y' = n·(u1, u2) - u4 - p  with u3, u4 >= 0 and |n| = 1: within the
+// disc of radius R and beyond the line at p > R.
+TEST_CASE("a disc that a half-plane does not reach") {
+  Generator g(5);
+  for (int i = 0; i < trials(20); ++i) {
+    const double R = uniform(g, 0.5, 2), p = R + uniform(g, 0.2, 2), turn = uniform(g, 0, 2 * pi);
+    const double c = std::cos(turn), s = std::sin(turn);
+    const Asked q(
+        2, {{-5, 5}, {-5, 5}, {0, 5}, {0, 5}}, p,
+        [=](const VectorXd& u, double to) {
+          return column({u.head(3).squaredNorm() - R * R, c * u[0] + s * u[1] - u[3] - to});
+        },
+        [=](const VectorXd& u, double) {
+          return rows(row({2 * u[0], 2 * u[1], 2 * u[2], 0, 0}), row({c, s, 0, -1, -1}));
+        });
+    const Diagnosis d = diagnosed(q, {{"p", {-10, 10}}}, one_start);
+    // The closest point lies at ρ n: the root of d/dρ (½(ρ² - R²)² + ½(ρ - p)²) beyond R.
+    double rho = p;
+    for (int step = 0; step < 50; ++step)
+      rho -= (2 * rho * (rho * rho - R * R) + rho - p) / (6 * rho * rho - 2 * R * R + 1);
+    CHECK_NEAR(d.closest.u[0], rho * c, 1e-6);
+    CHECK_NEAR(d.closest.u[1], rho * s, 1e-6);
+    REQUIRE(d.holding.size() >= 1);
+    CHECK(d.holding[0].limit.signal == "u4");
+    CHECK_FALSE(d.holding[0].limit.upper);
+    CHECK_NEAR(d.holding[0].pull, rho - p, 1e-6);
+    for (std::size_t k = 1; k < d.holding.size(); ++k) CHECK_NEAR(d.holding[k].pull, 0, 1e-4);
+    check_helps(limit(d, "u4", false), 0, R - p);
+    for (const char* name : {"u1", "u2", "u3"})
+      for (const bool upper : {false, true}) CHECK_FALSE(limit(d, name, upper).helps());
+    CHECK_FALSE(limit(d, "u4", true).helps());
+    check_helps(equation(d, "x"), 0, p * p - R * R);
+    check_helps(equation(d, "y"), 0, R - p);
+    check_helps(lever(d, "p"), p, R);
+  }
+}
+
+// x' = u1 + u2 - p,  z = u1² + u2² <= Z < p²/2.
+TEST_CASE("an output's limit in conflict with an equation") {
+  Generator g(6);
+  for (int i = 0; i < trials(20); ++i) {
+    const double Z = uniform(g, 0.5, 2), reached = std::sqrt(2 * Z);
+    const double p = reached + uniform(g, 0.1, 1.5);
+    Asked q(
+        1, {{-5, 5}, {-5, 5}}, p,
+        [](const VectorXd& u, double to) {
+          return column({u.sum() - to, u.squaredNorm()});
+        },
+        [](const VectorXd& u, double) {
+          return rows(row({1, 1, -1}), row({2 * u[0], 2 * u[1], 0}));
+        },
+        true);
+    q.spec.bounds["z"] = {i % 2 ? -infinity : -1, Z};
+    const Diagnosis d = diagnosed(q, {{"p", {-10, 10}}}, one_start);
+    REQUIRE(d.holding.size() == 1);
+    CHECK(d.holding[0].limit.signal == "z");
+    CHECK(d.holding[0].limit.upper);
+    CHECK(d.holding[0].limit.value == Z);
+    CHECK_NEAR(d.holding[0].pull, (reached - p) / reached, 1e-6);
+    check_helps(limit(d, "z", true), Z, p * p / 2);
+    CHECK(d.remedies.size() == (i % 2 ? 7 : 8));  // an infinite limit cannot give way
+    for (const Remedy& r : d.remedies)
+      if (r.kind == RemedyKind::limit) CHECK(r.helps() == (r.signal == "z" && r.upper));
+    check_helps(equation(d, "x"), 0, reached - p);
+    check_helps(lever(d, "p"), p, reached);
+  }
+}
+
+// x' = a·u - p,  y' = k a·u - b  with b ≠ k p: no limit has to do with it.
+TEST_CASE("two equations in conflict with each other") {
+  Generator g(7);
+  for (int i = 0; i < trials(40); ++i) {
+    const double a1 = sign(g) * uniform(g, 0.5, 2), a2 = sign(g) * uniform(g, 0.5, 2);
+    const double k = i ? sign(g) * uniform(g, 0.5, 2) : 1, p = i ? uniform(g, -2, 2) : 1;
+    const double b = i ? k * p + sign(g) * uniform(g, 0.3, 2) : 2;
+    const Range wide = i % 2 ? Range{-50, 50} : Range{};
+    const Asked q(
+        2, {wide, wide}, p,
+        [=](const VectorXd& u, double to) {
+          const double sum = a1 * u[0] + a2 * u[1];
+          return column({sum - to, k * sum - b});
+        },
+        [=](const VectorXd&, double) {
+          return rows(row({a1, a2, -1}), row({k * a1, k * a2, 0}));
+        });
+    const Diagnosis d = diagnosed(q, {{"p", {-10, 10}}}, one_start);
+    CHECK(d.holding.empty());
+    CHECK(d.remedies.size() == (i % 2 ? 7 : 3));
+    for (const Remedy& r : d.remedies)
+      if (r.kind == RemedyKind::limit) CHECK_FALSE(r.helps());
+    check_helps(equation(d, "x"), 0, b / k - p);
+    check_helps(equation(d, "y"), 0, k * p - b);
+    if (i % 2) check_helps(lever(d, "p"), p, b / k);
+  }
+}
+
+// ---- shown, or only not found ----
+
+// x' = 1 + u1 + u2² + p² + x²: nothing makes it vanish for u1 in [0, 1].
+TEST_CASE("a lever that cannot help: shown where the model has an enclosure of it") {
+  Model model;
+  model.states = {{"x", "", 1.0}};
+  model.inputs = {{"u1", "", 1.0}, {"u2", "", 1.0}};
+  model.parameters = {{"p", "", 1.0}};
+  model.f = [](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+    return column({1 + u[0] + u[1] * u[1] + p[0] * p[0] + x[0] * x[0]});
+  };
+  const TrimSpec spec{.free = {"u1"}, .still = {"x"}, .bounds = {{"u1", {0, 1}}}};
+  const OperatingPoint guess{column({0}), column({0.5, 0}), column({0})};
+  const auto status = [&](const char* signal) {
+    const Remedy r = nearest(model, spec, guess, {signal, {-2, 3}});
+    CHECK_FALSE(r.helps());
+    CHECK(r.searched.lower == -2);
+    CHECK(r.searched.upper == 3);
+    return r.trim.status;
+  };
+  for (const char* signal : {"x", "u2", "p"}) CHECK(status(signal) == TrimStatus::not_found);
+  model.enclosure = [](const std::vector<Range>& box) -> std::vector<Range> {
+    Range sum{1 + box[1].lower, 1 + box[1].upper};
+    for (const std::size_t j : {0, 2, 3}) {
+      const double a = box[j].lower * box[j].lower, b = box[j].upper * box[j].upper;
+      sum.lower += box[j].lower <= 0 && box[j].upper >= 0 ? 0.0 : std::min(a, b);
+      sum.upper += std::max(a, b);
+    }
+    return {sum};
+  };
+  CHECK(status("x") == TrimStatus::infeasible);
+  CHECK(status("u2") == TrimStatus::infeasible);
+  CHECK(status("p") == TrimStatus::not_found);  // no enclosure spans parameters
+}
+
+// A term of one unknown, and its exact range.
+struct Term {
+  int kind;  // linear, quadratic, cubic
+  double a, m;
+
+  double at(double u) const {
+    return kind == 0 ? a * u : kind == 1 ? a * (u - m) * (u - m) : a * (u + u * u * u);
+  }
+  double slope(double u) const {
+    return kind == 0 ? a : kind == 1 ? 2 * a * (u - m) : a * (1 + 3 * u * u);
+  }
+  Range range(const Range& u) const {
+    const double low = at(u.lower), high = at(u.upper);
+    const double dip = kind == 1 && u.lower < m && m < u.upper ? 0.0 : low;
+    return {std::min({low, high, dip}), std::max({low, high, dip})};
+  }
+};
+
+// C (sums - levels), sums of one term of each unknown, and none in two sums: there is a solution
+// exactly where each level lies within the range of its sum.
+struct Sums {
+  std::vector<Term> terms;
+  std::vector<Range> box;
+  std::vector<Index> sum_of;  // of each unknown
+  MatrixXd C;
+  VectorXd levels;
+  double depth = infinity;  // of the levels within the ranges; negative: outside
+
+  explicit Sums(Generator& g) {
+    const Index m = 1 + Index(g() % 2), n = 2 + Index(g() % 2);
+    const bool linear = g() % 3 == 0;
+    for (Index k = 0; k < n; ++k) {
+      terms.push_back(
+          {linear ? 0 : int(g() % 3), sign(g) * uniform(g, 0.3, 2), uniform(g, -1, 1)});
+      const double lower = uniform(g, -1.5, 1);
+      box.push_back({lower, lower + uniform(g, 0.2, 1.5)});
+      sum_of.push_back(k == n - 1 ? m - 1 : 0);
+    }
+    C = MatrixXd::Identity(m, m) * sign(g);
+    if (m == 2) C(0, 1) = uniform(g, -1, 1), C(1, 0) = -C(0, 1);
+    levels.resize(m);
+    const Index out = g() % 2 ? Index(g() % std::uint64_t(m)) : -1;
+    const std::vector<Range> reached = ranges(box);
+    for (Index i = 0; i < m; ++i) {
+      const auto [low, high] = reached[std::size_t(i)];
+      const double off = (i == out ? -1 : 0.5) * (high - low) * std::pow(10, uniform(g, -6, 0));
+      levels[i] = g() % 2 ? low + off : high - off;
+      depth = std::min({depth, levels[i] - low, high - levels[i]});
+    }
+  }
+
+  std::vector<Range> ranges(const std::vector<Range>& of) const {
+    std::vector<Range> sums(std::size_t(C.rows()), Range{0, 0});
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+      const Range r = terms[k].range(of[k]);
+      sums[std::size_t(sum_of[k])].lower += r.lower;
+      sums[std::size_t(sum_of[k])].upper += r.upper;
+    }
+    return sums;
+  }
+
+  VectorXd values(const VectorXd& u) const {
+    VectorXd sums = -levels;
+    for (Index k = 0; k < u.size(); ++k)
+      sums[sum_of[std::size_t(k)]] += terms[std::size_t(k)].at(u[k]);
+    return C * sums;
+  }
+
+  MatrixXd slopes(const VectorXd& u) const {
+    MatrixXd J = MatrixXd::Zero(C.rows(), u.size() + 1);
+    for (Index k = 0; k < u.size(); ++k)
+      J(sum_of[std::size_t(k)], k) = terms[std::size_t(k)].slope(u[k]);
+    return C * J;
+  }
+
+  // Over a box of all variables: states, inputs, p.
+  std::vector<Range> enclosure(const std::vector<Range>& all) const {
+    const auto m = std::size_t(C.rows());
+    const std::vector<Range> sums = ranges({all.begin() + std::ptrdiff_t(m), all.end() - 1});
+    std::vector<Range> y(m, Range{0, 0});
+    for (std::size_t i = 0; i < m; ++i)
+      for (std::size_t j = 0; j < m; ++j) {
+        const double c = C(Index(i), Index(j)), level = levels[Index(j)];
+        const double a = c * (sums[j].lower - level), b = c * (sums[j].upper - level);
+        y[i].lower += std::min(a, b);
+        y[i].upper += std::max(a, b);
+      }
+    return y;
+  }
+};
+
+TEST_CASE("random boxes: never infeasible where there is a solution, nor converged without one") {
+  Generator g(8);
+  int with = 0, without = 0, solved = 0, shown = 0;
+  constexpr int boxes = trials(2000);
+  for (int i = 0; i < boxes; ++i) {
+    const Sums sums(g);
+    if (std::abs(sums.depth) < 1e-6) continue;
+    Asked q(
+        sums.C.rows(), sums.box, 0, [&](const VectorXd& u, double) { return sums.values(u); },
+        [&](const VectorXd& u, double) { return sums.slopes(u); });
+    q.model.enclosure = [&](const std::vector<Range>& all) { return sums.enclosure(all); };
+    const TrimResult r = trim(q.model, q.spec, q.guess, {.starts = 0, .closest = i % 4 == 0});
+    CAPTURE(i);
+    CAPTURE(sums.depth);
+    (sums.depth > 0 ? with : without) += 1;
+    if (sums.depth > 0) CHECK(r.status != TrimStatus::infeasible);
+    if (sums.depth < 0) CHECK(r.status >= TrimStatus::infeasible);
+    solved += bool(r);
+    shown += r.status == TrimStatus::infeasible;
+    if (r) CHECK(sums.values(r.point.u).lpNorm<Eigen::Infinity>() <= 1.01 * TrimOptions{}.tolerance);
+  }
+  fmt::print("with {} without {} solved {} shown {}\n", with, without, solved, shown);
+  CHECK(with > boxes / 4);
+  CHECK(without > boxes / 4);
+  CHECK(solved > 0.9 * with);
+  CHECK(shown > 0.9 * without);
 }

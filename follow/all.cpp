@@ -1,0 +1,111 @@
+#include "follow/all.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "follow/path.hpp"
+#include "linearize/linearize.hpp"
+
+namespace tiltrim {
+
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double same_point = 1e-6;  // scaled distance below which two trims are one
+constexpr std::size_t most_equilibria = 50;
+
+struct Found {
+  const Model& model;
+  const TrimSpec& spec;
+  const Problem problem;
+  AllEquilibria all{};
+
+  void add(const TrimResult& r, const std::string& how) {
+    if (r.status > TrimStatus::not_optimal) return;
+    const VectorXd z = unknowns_of(problem, r.point);
+    for (const Equilibrium& e : all.equilibria) {
+      const VectorXd apart = unknowns_of(problem, e.trim.point) - z;
+      const VectorXd size = z.cwiseAbs().cwiseMax(1.0);
+      if (apart.cwiseQuotient(size).lpNorm<Eigen::Infinity>() <= same_point) return;
+    }
+    all.equilibria.push_back({r, how});
+    Equilibrium& e = all.equilibria.back();
+    e.trim.others.clear();
+    const LinearModel linear = linearize(model, r.point);
+    if (linear) e.modes = modes(linear);
+  }
+};
+
+// Newton alone from one point; the optimizer where an effort decides.
+TrimResult at(const Found& f, const OperatingPoint& guess, TrimOptions options) {
+  options.method = f.problem.square() ? TrimMethod::newton : TrimMethod::ipopt;
+  options.starts = 0;
+  options.max_boxes = 0;
+  options.closest = false;
+  return trim(f.model, f.spec, guess, options);
+}
+
+// Where a branch comes back to the parameter's own value there is another trim.
+void look_along(Found& f, std::size_t from, const std::string& parameter, double reach,
+                const TrimOptions& options) {
+  const OperatingPoint start = f.all.equilibria[from].trim.point;
+  const Eigen::Index j = variable(f.model, parameter);
+  const double own = value_of(start, j);
+  FollowOptions along;
+  along.stability = false;
+  along.max_points = 1000;
+  along.stop = options.stop;
+  for (const double way : {-1.0, 1.0}) {
+    if (options.stop.stop_requested()) return;
+    const Branch branch = follow(f.model, f.spec, start, parameter,
+                                 own + way * reach * signal_of(f.model, j).nominal, along);
+    ++f.all.branches;
+    for (std::size_t k = 1; k + 1 < branch.points.size(); ++k) {
+      const double a = branch.points[k].parameter - own, b = branch.points[k + 1].parameter - own;
+      if (!(a * b <= 0)) continue;
+      OperatingPoint guess = branch.points[std::abs(a) < std::abs(b) ? k : k + 1].point;
+      set_value(guess, j, own);
+      f.add(at(f, guess, options),
+            fmt::format("the branch in {} from number {}", parameter, from + 1));
+    }
+  }
+}
+
+}  // namespace
+
+AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                             const std::vector<std::string>& parameters, double reach,
+                             const TrimOptions& options) {
+  Found f{model, spec, make_problem(model, spec, guess)};
+  const TrimResult first = trim(model, spec, guess, options);
+  f.all.starts = first.starts;
+  f.add(first, "a start");
+  for (const OperatingPoint& other : first.others) f.add(at(f, other, options), "a start");
+  if (f.all.equilibria.empty()) f.all.none = first;
+  for (std::size_t k = 0; k < std::min(f.all.equilibria.size(), most_equilibria); ++k)
+    for (const std::string& parameter : parameters) look_along(f, k, parameter, reach, options);
+  std::ranges::stable_sort(f.all.equilibria, {},
+                           [](const Equilibrium& e) { return e.trim.effort; });
+  return std::move(f.all);
+}
+
+AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
+                             const TrimOptions& options) {
+  constexpr double reach = 10.0;  // m/s, and a radian of path angle or tilt
+  const TrimProblem p = problem_of(vehicle, condition);
+  std::vector<std::string> held;
+  for (const char* name : {"V", "gamma", "eta"}) {
+    const bool there = find(p.model.states, name) >= 0 || find(p.model.inputs, name) >= 0 ||
+                       find(p.model.parameters, name) >= 0;
+    const bool free = std::ranges::find(p.spec.free, name) != p.spec.free.end();
+    // In body axes the speed is held beside the command, which alone would move.
+    const bool tied = p.spec.bounds.contains("airspeed") && std::string(name) != "eta";
+    if (there && !free && !tied) held.push_back(name);
+  }
+  return all_equilibria(p.model, p.spec, p.guess, held, reach, options);
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,175 @@
+#include "report/envelopes.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "report/json.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using json::ordered_json;
+
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+SheetColumn angle(const EnvelopeAnswer& e) {
+  return {e.table.over.name, e.table.over.signal == "eta" ? "η" : "γ", "°", "{:.2f}"};
+}
+
+std::string held(const EnvelopeAnswer& e) {
+  const bool over_tilt = e.table.over.signal == "eta";
+  return fmt::format("{} = {:.6g}°", over_tilt ? "γ" : "η",
+                     (over_tilt ? e.condition.command.gamma : e.condition.command.eta) * degrees);
+}
+
+std::string words(const std::string& name) {
+  return name == "edge" ? "end of the range" : name == "fold" ? "fold" : name + " limit";
+}
+
+}  // namespace
+
+Sheet envelope_sheet(const EnvelopeAnswer& e) {
+  Sheet sheet;
+  sheet.columns = {angle(e),
+                   {"V_from", "V from", "m/s", "{:.6f}"},
+                   {"from", "stopped by", ""},
+                   {"V_to", "V to", "m/s", "{:.6f}"},
+                   {"to", "stopped by", ""}};
+  for (const Envelope& part : e.parts)
+    for (const EnvelopeRow& row : part.rows) {
+      if (row.intervals.empty())
+        sheet.rows.push_back({row.y * degrees, {}, SheetCell("no trim found"), {}, {}});
+      for (const EnvelopeInterval& i : row.intervals)
+        sheet.rows.push_back({row.y * degrees, i.from.x, SheetCell(words(i.from.name)), i.to.x,
+                              SheetCell(words(i.to.name))});
+    }
+  return sheet;
+}
+
+Sheet border_sheet(const std::vector<EnvelopeAnswer>& envelopes) {
+  Sheet sheet;
+  for (const EnvelopeAnswer& e : envelopes) {
+    if (sheet.columns.empty())
+      sheet.columns = {{"name", "", ""},
+                       {"piece", "", ""},
+                       {"stopped_by", "", ""},
+                       {"V", "", ""},
+                       angle(e),
+                       {"theta_deg", "", ""},
+                       {"theta0", "", ""},
+                       {"a1s_deg", "", ""},
+                       {"delta_e_deg", "", ""},
+                       {"outer", "", ""},
+                       {"residual", "", ""}};
+    double piece = 0;
+    for (const Envelope& part : e.parts)
+      for (const BorderPiece& b : part.pieces) {
+        ++piece;
+        for (const BorderPoint& p : b.points) {
+          const auto output = [&](const char* name) {
+            return p.outputs[find(e.model.outputs, name)];
+          };
+          sheet.rows.push_back({e.condition.name, piece, b.name, p.x, p.y * degrees,
+                                p.point.x[find(e.model.states, "theta")] * degrees,
+                                output("theta0"), output("a1s") * degrees,
+                                output("delta_e") * degrees, p.outer ? 1.0 : 0.0, p.residual});
+        }
+      }
+  }
+  return sheet;
+}
+
+std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const TextStyle& style) {
+  std::string text;
+  for (const EnvelopeAnswer& e : envelopes) {
+    const Key& over = e.table.over;
+    text +=
+        fmt::format("{}{}: speeds with a trim within the limits, over {} at {}\n",
+                    text.empty() ? "" : "\n", e.condition.name,
+                    over.signal == "eta" ? "tilt (conversion corridor)" : "path angle", held(e));
+    text += as_text(envelope_sheet(e), style);
+    Sheet border;
+    border.columns = {{"", "border", ""},
+                      {"", "V", "m/s", "{:.4f}"},
+                      {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
+                      {"", "begins at", ""},
+                      {"", "V", "m/s", "{:.4f}"},
+                      {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
+                      {"", "ends at", ""},
+                      {"", "points", "", "{:.0f}"}};
+    std::size_t inner = 0, multiple = 0;
+    for (const Envelope& part : e.parts) {
+      for (Index k = 0; k < part.count.size(); ++k) multiple += part.count.data()[k] > 1;
+      for (const BorderPiece& b : part.pieces) {
+        if (b.points.empty()) continue;
+        if (std::ranges::none_of(b.points, &BorderPoint::outer)) {
+          ++inner;
+          continue;
+        }
+        const BorderPoint &first = b.points.front(), &last = b.points.back();
+        border.rows.push_back({SheetCell(words(b.name)), first.x, first.y * degrees,
+                               SheetCell(words(b.from)), last.x, last.y * degrees,
+                               SheetCell(words(b.to)), double(b.points.size())});
+      }
+    }
+    if (multiple > 0)
+      border.notes.push_back(fmt::format(
+          "{} grid points have more than one trim; {} piece{} of border (folds, limits of one of "
+          "several trims) lie{} within: --format csv or json has them.",
+          multiple, inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
+    text += '\n' + as_text(border, style);
+  }
+  return text;
+}
+
+std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
+  ordered_json all{{"envelopes", ordered_json::array()}};
+  for (const EnvelopeAnswer& e : envelopes) {
+    const std::string& over = e.table.over.name;
+    ordered_json j{{"condition", e.condition.name}, {"over", over}, {"model", e.model.name}};
+    j["parts"] = ordered_json::array();
+    for (const Envelope& part : e.parts) {
+      ordered_json p;
+      p["status"] = part.status == EnvelopeStatus::complete ? "complete"
+                    : part.status == EnvelopeStatus::empty  ? "empty"
+                                                            : "interrupted";
+      p["V"] = {part.x.range.lower, part.x.range.upper};
+      p[over] = {part.y.range.lower * degrees, part.y.range.upper * degrees};
+      p["evaluations"] = part.evaluations;
+      p["rows"] = ordered_json::array();
+      for (const EnvelopeRow& row : part.rows) {
+        ordered_json r{{over, row.y * degrees}, {"intervals", ordered_json::array()}};
+        for (const EnvelopeInterval& i : row.intervals)
+          r["intervals"].push_back({{"from", {{"V", i.from.x}, {"which", i.from.name}}},
+                                    {"to", {{"V", i.to.x}, {"which", i.to.name}}}});
+        p["rows"].push_back(r);
+      }
+      p["pieces"] = ordered_json::array();
+      for (const BorderPiece& b : part.pieces) {
+        ordered_json piece{{"which", b.name}, {"from", b.from}, {"to", b.to}};
+        piece["points"] = ordered_json::array();
+        for (const BorderPoint& at : b.points) {
+          ordered_json point{{"V", at.x}, {over, at.y * degrees}, {"outer", at.outer}};
+          point.update(json::point(e.model, at.point, at.outputs));
+          point["residual"] = at.residual;
+          piece["points"].push_back(point);
+        }
+        p["pieces"].push_back(piece);
+      }
+      p["count"] = ordered_json::array();  // of trims, a list for each V
+      for (Index i = 0; i < part.count.rows(); ++i) {
+        p["count"].push_back(ordered_json::array());
+        for (Index k = 0; k < part.count.cols(); ++k) p["count"].back().push_back(part.count(i, k));
+      }
+      j["parts"].push_back(p);
+    }
+    all["envelopes"].push_back(j);
+  }
+  return all.dump(1) + '\n';
+}
+
+}  // namespace tiltrim
