@@ -4,17 +4,20 @@
 #include <benchmark/benchmark.h>
 #include <fmt/core.h>
 
+#include <Eigen/LU>
 #include <array>
 #include <map>
 #include <numbers>
 #include <stdexcept>
 
+#include "follow/answer.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/closed_loop.hpp"
 #include "model/differentiate.hpp"
 #include "model/study.hpp"
 #include "trim/conditions.hpp"
+#include "trim/problem.hpp"
 
 using namespace tiltrim;
 
@@ -107,6 +110,65 @@ void trim_all_starts(benchmark::State& state) {
     benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess));
 }
 
+// One Newton step from a neighbour's trim: residuals, exact slopes, three equations solved.
+void newton_step(benchmark::State& state) {
+  Case c = prepared(state);
+  const Problem problem = make_problem(c.problem.model, c.problem.spec, c.trimmed);
+  const Eigen::VectorXd neighbour = unknowns_of(problem, c.trimmed).array() + 1e-3;
+  Eigen::VectorXd z = neighbour;
+  for (auto _ : state) {
+    z[0] += 1e-13;
+    const Values v = values(problem, z);
+    const Slopes s = slopes(problem, z);
+    const Eigen::VectorXd next = z - s.residual.partialPivLu().solve(v.residual);
+    benchmark::DoNotOptimize(next.data());
+  }
+}
+
+// Whole problems of level flight on the wing; `points` says how many trims are in each.
+Condition level_flight(double V) {
+  Condition level;
+  level.name = "level";
+  level.command = {V, 0.0, 0.0};
+  return level;
+}
+
+// From 20 m/s through the stall until the elevator gives out, with its folds, limits and crossings.
+void follow_level_branch(benchmark::State& state) {
+  const TrimProblem p = closed_loop_problem(reference_vehicle(), {20.0, 0.0, 0.0});
+  TrimSpec spec = p.spec;
+  spec.bounds.erase("energy_integral");
+  spec.bounds.erase("distribution_integral");
+  const TrimResult start = trim(p.model, spec, p.guess, {.starts = 0});
+  std::size_t points = 0;
+  for (auto _ : state) {
+    const Branch branch = follow(p.model, spec, start.point, "V", 5.0);
+    if (branch.end != BranchEnd::limit) throw std::runtime_error(branch.message);
+    points = branch.points.size() + branch.events.size();
+  }
+  state.counters["points"] = double(points);
+}
+
+// The conversion corridor: V over tilt, 100 x 100, border and rows.
+void envelope_100_by_100(benchmark::State& state) {
+  const Vehicle vehicle = reference_vehicle();
+  const Condition level = level_flight(15.0);
+  for (auto _ : state)
+    if (envelope(vehicle, level, EnvelopeTable{}).parts.size() != 2)
+      throw std::runtime_error("an envelope over tilt has two parts");
+  state.counters["points"] = 100.0 * 100.0;
+}
+
+void sensitivities_to_all_parameters(benchmark::State& state) {
+  const Case c = prepared(state);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(sensitivities(c.problem.model, c.problem.spec, c.trimmed));
+}
+
+BENCHMARK(newton_step)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(follow_level_branch)->Unit(benchmark::kMillisecond);
+BENCHMARK(envelope_100_by_100)->Unit(benchmark::kMillisecond);
+BENCHMARK(sensitivities_to_all_parameters)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(evaluation_concrete)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(evaluation_through_model)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(jacobian_exact)->DenseRange(0, 2)->ArgName("condition");
@@ -123,8 +185,17 @@ class Ratios final : public benchmark::ConsoleReporter {
     ConsoleReporter::ReportRuns(runs);
     for (const Run& run : runs)
       if (run.run_type == Run::RT_Aggregate ? run.aggregate_name == "median" : run.repetitions <= 1)
-        seconds_[run.run_name.function_name][run.run_name.args] =
-            run.GetAdjustedCPUTime() / benchmark::GetTimeUnitMultiplier(run.time_unit);
+        note(run);
+  }
+
+  void note(const Run& run) {
+    const double seconds =
+        run.GetAdjustedCPUTime() / benchmark::GetTimeUnitMultiplier(run.time_unit);
+    const auto points = run.counters.find("points");
+    if (points == run.counters.end())
+      seconds_[run.run_name.function_name][run.run_name.args] = seconds;
+    else
+      whole_[run.run_name.function_name] = {seconds, points->second};
   }
 
   void print() const {
@@ -138,9 +209,20 @@ class Ratios final : public benchmark::ConsoleReporter {
           fmt::print(" {:10.4g}", at->second / time);
       fmt::print("\n");
     }
+    const double level = ipopt->second.rbegin()->second;  // the airplane
+    fmt::print("\nCPU time of Ipopt, cold, at each point over that of the whole:\n");
+    for (const auto& [name, whole] : whole_)
+      fmt::print("  {:34} {:10.4g}   ({:.0f} points, {:.4g} µs each)\n", name,
+                 whole.points * level / whole.seconds, whole.points,
+                 1e6 * whole.seconds / whole.points);
   }
 
  private:
+  struct Whole {
+    double seconds, points;
+  };
+  std::map<std::string, Whole> whole_;
+
   std::map<std::string, std::map<std::string, double>> seconds_;
 };
 

@@ -200,14 +200,6 @@ CurveEnd end_of(Failure failure) {
 
 }  // namespace
 
-bool correct(const Curve& curve, const CurvePoint& from, double s, VectorXd guess,
-             const TraceOptions& options, CurvePoint& point) {
-  int iterations = 0;
-  const Failure failure = newton_in_plane(curve, from.y, from.tangent, s, std::move(guess), true,
-                                          options, point, iterations);
-  return failure == Failure::none;
-}
-
 CurveEnd first_point(const Curve& curve, const VectorXd& y, const VectorXd& towards,
                      const TraceOptions& options, CurvePoint& point) {
   VectorXd G;
@@ -225,10 +217,55 @@ CurveEnd first_point(const Curve& curve, const VectorXd& y, const VectorXd& towa
   return failure == Failure::none ? CurveEnd::stopped : end_of(failure);
 }
 
+namespace {
+
+// One step along the tangent: its end, or why there is none of that length.
+struct Step {
+  Failure failure = Failure::none;
+  CurvePoint to;
+  double miss = 0.0;  // how far the chord lies from the mean tangent, of the step
+  int iterations = 0;
+};
+
+// Where the curve is a circle the chord meets the mean tangent; where it bends unevenly, or jumps,
+// it does not.
+Step step(const Curve& curve, const CurvePoint& at, double h, const TraceOptions& options) {
+  constexpr double sharp = 1e-6;  // below this step the curve may turn as it likes: a kink
+  Step s;
+  const VectorXd predicted = at.y + h * at.tangent;
+  s.failure =
+      newton_in_plane(curve, at.y, at.tangent, h, predicted, false, options, s.to, s.iterations);
+  if (s.failure != Failure::none) return s;
+  s.to.s = at.s + h;
+  const double cosine = at.tangent.dot(s.to.tangent);
+  const VectorXd mean = (at.tangent + s.to.tangent) / (1 + cosine);
+  s.miss = (s.to.y - at.y - h * mean).norm() / h;
+  const double away = (s.to.y - predicted).norm() / h;
+  if (away > nearby || cosine < 0 || (s.miss > smooth && h > sharp))
+    s.failure = Failure::no_convergence;
+  return s;
+}
+
+// The end of a step that comes back to the start is the start.
+void close(const CurvePoint& start, const CurvePoint& at, CurvePoint& to) {
+  const double length = std::abs(start.tangent.dot(start.y - at.y));
+  to = start;
+  to.s = at.s + length;
+}
+
+// The next step's length. The miss grows as the square of the step: aim at a quarter of what is
+// allowed.
+double next_length(const Step& s, double h, const TraceOptions& options) {
+  const double room = std::sqrt(0.25 * smooth / std::max(s.miss, 1e-12));
+  const double most = s.iterations > 5 ? 0.5 : 2.0;
+  return std::min(options.max_step, h * std::clamp(room, 0.5, most));
+}
+
+}  // namespace
+
 CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
                const TraceOptions& options, const Visit& visit) {
   constexpr double subtle = 1e-4;  // below this step a hidden pair of crossings is not looked for
-  constexpr double sharp = 1e-6;   // below this step the curve may turn as it likes: a kink
   Watched at = watched(start, watches);
   std::optional<Watched> before;
   double h = options.first_step;
@@ -236,38 +273,17 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
   for (int points = 1; points < options.max_points;) {
     if (options.stop.stop_requested()) return CurveEnd::interrupted;
     if (h < options.min_step) return end_of(failure);
-    Watched next;
-    CurvePoint& to = next.point;
-    const VectorXd predicted = at.point.y + h * at.point.tangent;
-    int iterations = 0;
-    failure = newton_in_plane(curve, at.point.y, at.point.tangent, h, predicted, false, options, to,
-                              iterations);
+    Step taken = step(curve, at.point, h, options);
+    failure = taken.failure;
     if (failure != Failure::none) {
       h /= 2;
       continue;
     }
-    to.s = at.point.s + h;
-    const double away = (to.y - predicted).norm();
-    const VectorXd mean = at.point.tangent + to.tangent;
-    const double cosine = at.point.tangent.dot(to.tangent);
-    const double miss = (to.y - at.point.y - h / (1 + cosine) * mean).norm() / h;
-    if (away > nearby * h || cosine < 0 || (miss > smooth && h > sharp)) {
-      failure = Failure::no_convergence;
-      h /= 2;
-      continue;
-    }
-    const bool closes = points > 3 && back_at(start, at.point, to);
-    if (closes) {
-      const double length = start.tangent.dot(start.y - at.point.y);
-      to = start;
-      to.s = at.point.s + std::abs(length);
-    }
-    next = watched(to, watches);
-    if (before && h > subtle && !closes && hides_a_dip(*before, at, next)) {
-      h /= 2;
-      continue;
-    }
-    auto events = crossings(curve, at, next, watches, options);
+    const bool closes = points > 3 && back_at(start, at.point, taken.to);
+    if (closes) close(start, at.point, taken.to);
+    Watched next = watched(taken.to, watches);
+    const bool hides = before && h > subtle && !closes && hides_a_dip(*before, at, next);
+    auto events = hides ? std::nullopt : crossings(curve, at, next, watches, options);
     if (!events) {
       failure = Failure::no_convergence;
       h /= 2;
@@ -278,10 +294,7 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
     if (closes) return CurveEnd::closed;
     before = std::move(at);
     at = std::move(next);
-    // The miss grows as the square of the step: aim at a quarter of what is allowed.
-    const double room = std::sqrt(0.25 * smooth / std::max(miss, 1e-12));
-    const double speed = iterations > 5 ? 0.5 : 2.0;
-    h = std::min(options.max_step, h * std::clamp(room, 0.5, speed));
+    h = next_length(taken, h, options);
   }
   return CurveEnd::points;
 }

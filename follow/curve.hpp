@@ -54,10 +54,6 @@ struct TraceOptions {
   std::stop_token stop{};
 };
 
-/// Newton in the plane at s along the tangent at `from`, across it; false if it does not settle.
-bool correct(const Curve& curve, const CurvePoint& from, double s, Eigen::VectorXd guess,
-             const TraceOptions& options, CurvePoint& point);
-
 /// The curve's point next to `y`, with the tangent that has towards · tangent >= 0. `stopped` if
 /// there is one, else why there is none.
 CurveEnd first_point(const Curve& curve, const Eigen::VectorXd& y, const Eigen::VectorXd& towards,

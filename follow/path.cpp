@@ -130,18 +130,18 @@ static VectorXd multipliers(const Path& path, const VectorXd& z) {
   return lu.solve(-s.effort.head(n)) * std::abs(lu.determinant());
 }
 
-VectorXd limit_distances(const Path& path, const VectorXd& y) {
+VectorXd limit_distances(const Path& path, const std::vector<LimitName>& limits,
+                         const VectorXd& y) {
   const Problem& p = path.problem;
   const VectorXd z = path.z(y);
   const Values v = p.limited.empty() ? Values{} : values(p, z);
-  const std::vector<LimitName> names = limit_names(path);
-  VectorXd distance(std::ssize(names));
+  VectorXd distance(std::ssize(limits));
   VectorXd lambda;
   if (!path.held.unknowns.empty() || !path.held.limited.empty())
     lambda = path.deciding() ? y.tail(y.size() - p.n()) : multipliers(path, z);
   Index multiplier = p.m();
   for (Index i = 0; i < distance.size(); ++i) {
-    const LimitName& limit = names[std::size_t(i)];
+    const LimitName& limit = limits[std::size_t(i)];
     if (limit.held) {
       distance[i] = lambda[multiplier++] * limit.as.side;
       continue;

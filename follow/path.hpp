@@ -37,6 +37,7 @@ struct LimitName {
   bool of_unknown;  ///< or of a limited row
 };
 std::vector<LimitName> limit_names(const Path& path);
-Eigen::VectorXd limit_distances(const Path& path, const Eigen::VectorXd& y);
+Eigen::VectorXd limit_distances(const Path& path, const std::vector<LimitName>& limits,
+                                const Eigen::VectorXd& y);
 
 }  // namespace tiltrim

@@ -7,6 +7,7 @@
 
 #include "model/study.hpp"
 #include "tests/check.hpp"
+#include "trim/conditions.hpp"
 #include "trim/explain.hpp"
 
 using namespace tiltrim;
@@ -449,8 +450,7 @@ struct Sums {
     const Index m = 1 + Index(g() % 2), n = 2 + Index(g() % 2);
     const bool linear = g() % 3 == 0;
     for (Index k = 0; k < n; ++k) {
-      terms.push_back(
-          {linear ? 0 : int(g() % 3), sign(g) * uniform(g, 0.3, 2), uniform(g, -1, 1)});
+      terms.push_back({linear ? 0 : int(g() % 3), sign(g) * uniform(g, 0.3, 2), uniform(g, -1, 1)});
       const double lower = uniform(g, -1.5, 1);
       box.push_back({lower, lower + uniform(g, 0.2, 1.5)});
       sum_of.push_back(k == n - 1 ? m - 1 : 0);
@@ -525,13 +525,295 @@ TEST_CASE("random boxes: never infeasible where there is a solution, nor converg
     (sums.depth > 0 ? with : without) += 1;
     if (sums.depth > 0) CHECK(r.status != TrimStatus::infeasible);
     if (sums.depth < 0) CHECK(r.status >= TrimStatus::infeasible);
+    // One sum's enclosure is its exact range: a single box shows it.
+    if (sums.depth < 0 && sums.C.rows() == 1) CHECK(r.status == TrimStatus::infeasible);
     solved += bool(r);
     shown += r.status == TrimStatus::infeasible;
-    if (r) CHECK(sums.values(r.point.u).lpNorm<Eigen::Infinity>() <= 1.01 * TrimOptions{}.tolerance);
+    if (r)
+      CHECK(sums.values(r.point.u).lpNorm<Eigen::Infinity>() <= 1.01 * TrimOptions{}.tolerance);
   }
-  fmt::print("with {} without {} solved {} shown {}\n", with, without, solved, shown);
   CHECK(with > boxes / 4);
   CHECK(without > boxes / 4);
-  CHECK(solved > 0.9 * with);
-  CHECK(shown > 0.9 * without);
+  CHECK(solved > 0.95 * with);
+  CHECK(shown > 0.8 * without);  // two sums, near the border: left open
+}
+
+// ---- the tiltrotor ----
+
+// The airframe's equations once more, in plain arithmetic: (2)-(4) and (14) at rest in pitch.
+struct Forces {
+  double thrust_up, wing_up, weight;        // N
+  double V_rate, gamma_rate, pitching, vi;  // m/s², rad/s, N m, m/s
+};
+
+static Forces forces(const Vehicle& v, const Model& model, const OperatingPoint& point) {
+  const auto at = [&](const char* name) { return value_of(point, variable(model, name)); };
+  const double V = at("V"), gamma = at("gamma"), alpha = at("theta") - gamma;
+  const double theta0 = at("theta0"), a1s = at("a1s"), tail = at("delta_e") * std::cos(alpha);
+  const Aircraft& a = v.aircraft;
+  const double Ep = at("aircraft.thrust_excess"), wake = at("aircraft.wake_immersion");
+  const double c1 = a.blade_lift_slope * a.blade_count * a.blade_chord / (pi * a.rotor_radius);
+  const double tip = a.rotor_speed_rpm * 2 * pi / 60 * a.rotor_radius, x = a.pitch_scale * theta0;
+  const double vi =
+      std::copysign(tip * c1 / 16 * (std::sqrt(1 + 32 * std::abs(x) / c1) - 1), x);  // (3)
+  const double W = V + wake * vi, Q = 0.5 * a.air_density * W * W * a.wing_area;
+  const double mg = a.mass * a.gravity, T = Ep * mg * theta0;  // (4)
+  const Coefficients C = v.polar->at(alpha);
+  const double L = Q * (C.CL + a.CL_de * tail), D = Q * C.CD;
+  const double phi = alpha + at("eta") - a1s;
+  const double hub = a.rotor_x * std::sin(at("eta") - a1s) - a.rotor_z * std::sin(a1s);
+  return {T * std::sin(phi + gamma),
+          L * std::cos(gamma) - D * std::sin(gamma),
+          mg,
+          (T * std::cos(phi) - D) / a.mass - a.gravity * std::sin(gamma),
+          (T * std::sin(phi) + L - mg * std::cos(gamma)) / (a.mass * V),
+          hub * T + a.chord * Q * (C.CM + a.CM_de * tail),
+          vi};
+}
+
+static std::string in_words(const Forces& f) {
+  return fmt::format("thrust {:.1f} N up, weight {:.1f} N, the wing {:.1f} N {}", f.thrust_up,
+                     f.weight, std::abs(f.wing_up), f.wing_up < 0 ? "down" : "up");
+}
+
+// Is there an equilibrium of the airframe, with the pitch control that the tilt leaves?
+static TrimStatus flown(const Vehicle& v, const Command& d) {
+  AirframeCondition c;
+  c.values = {{"V", {d.V, d.V}}, {"gamma", {d.gamma, d.gamma}}, {"eta", {d.eta, d.eta}}};
+  c.values[d.eta < v.aircraft.cyclic_off ? "a1s" : "delta_e"] = {0, 0};
+  const TrimProblem p = airframe_problem(v, c, Axes::wind);
+  return trim(p.model, p.spec, p.guess, {.method = TrimMethod::newton, .closest = false}).status;
+}
+
+static bool flies(const Vehicle& v, const Command& d) {
+  return flown(v, d) == TrimStatus::converged;
+}
+
+static Condition asked(const Command& command) {
+  Condition condition;
+  condition.command = command;
+  return condition;
+}
+
+struct Explained {
+  Vehicle vehicle;
+  Command command;
+  Explanation why;
+
+  Explained(const Vehicle& v, const Command& d) : vehicle(v), command(d) {
+    CHECK_FALSE(flies(v, d));
+    std::optional<Explanation> e = explain(v, asked(d));
+    REQUIRE(e.has_value());
+    REQUIRE(e->diagnosis.has_value());
+    why = *e;
+  }
+
+  const Diagnosis& d() const { return *why.diagnosis; }
+
+  bool says(const std::string& words) const {
+    return std::ranges::any_of(
+        why.words, [&](const std::string& w) { return w.find(words) != std::string::npos; });
+  }
+
+  // At the remedy's own point the forces balance, within all limits but the one that gave way.
+  void check_balanced(const Remedy& r) const {
+    CAPTURE(r.signal);
+    REQUIRE(r.trim.status == TrimStatus::converged);
+    const Forces f = forces(vehicle, why.airframe, r.trim.point);
+    CHECK_NEAR(f.V_rate, 0, 1e-9);  // trim's own 1e-10, and rounding
+    CHECK_NEAR(f.gamma_rate, 0, 1e-9);
+    CHECK_NEAR(f.pitching / vehicle.aircraft.inertia_yy, 0, 1e-9);
+    const Limits& l = vehicle.limits;
+    for (const auto& [name, range] : {std::pair{"theta0", l.theta0},
+                                      {"a1s", l.a1s},
+                                      {"delta_e", l.delta_e},
+                                      {"theta", l.theta}}) {
+      const double at = value_of(r.trim.point, variable(why.airframe, name));
+      if (r.kind == RemedyKind::limit && r.signal == name)
+        CHECK(at == r.to);
+      else
+        CHECK((at >= range.lower - 1e-9 && at <= range.upper + 1e-9));
+    }
+  }
+
+  // Nothing flies nearer to the command than `to`, on either side; just beyond, it does.
+  void check_nearest(const char* signal, double Command::*member) const {
+    const Remedy& r = lever(d(), signal);
+    check_balanced(r);
+    CHECK(r.from == command.*member);
+    const auto flies_at = [&](double value) {
+      Command c = command;
+      c.*member = value;
+      return flies(vehicle, c);
+    };
+    const double away = r.to - r.from, beyond = std::copysign(1e-4, away);
+    CHECK(flies_at(r.to + beyond));
+    CHECK_FALSE(flies_at(r.to - beyond));
+    constexpr int samples = trials(10);
+    for (int i = 1; i <= samples; ++i) {
+      const double part = away * i / (samples + 1.0);
+      CHECK_FALSE(flies_at(r.from + part));
+      if (r.from - part >= r.searched.lower && r.from - part <= r.searched.upper)
+        CHECK_FALSE(flies_at(r.from - part));
+    }
+  }
+};
+
+TEST_CASE("(3) as printed: no climb, for the wing's download") {
+  Vehicle v = reference_vehicle();
+  v.aircraft.pitch_scale = v.aircraft.wake_immersion = 1;
+  const Explained climb(v, {2, pi / 2, pi / 2});
+  const Diagnosis& d = climb.d();
+  const Model& model = climb.why.airframe;
+
+  CHECK(d.holding.front().limit.signal == "theta0");
+  CHECK(climb.says("held back by theta0 at its lower limit 0"));
+  CHECK(climb.says("closest point: " + in_words(forces(v, model, d.closest))));
+
+  // With all the thrust there is, straight up: theta0 = 1, and the wing square in its wake.
+  OperatingPoint full = d.closest;
+  for (const auto& [name, value] : {std::pair{"theta0", 1.0}, {"theta", 0.0}, {"a1s", 0.0}})
+    set_value(full, variable(model, name), value);
+  const Forces f = forces(v, model, full);
+  const Aircraft& a = v.aircraft;
+  const double mg = a.mass * a.gravity, W = 2 + f.vi;
+  CHECK_NEAR(f.thrust_up, a.thrust_excess * mg, 1e-12 * mg);
+  CHECK_NEAR(f.wing_up, -0.5 * a.air_density * a.wing_area * W * W * v.polar->at(-pi / 2).CD,
+             1e-9 * mg);
+  CHECK(climb.says("at the thrust limit, theta0 = 1: " + in_words(f)));
+  CHECK(
+      climb.says(fmt::format("thrust would have to be {:.1f} N, or the wing's download {:.1f} N "
+                             "at most",
+                             mg - f.wing_up, (a.thrust_excess - 1) * mg)));
+
+  const Remedy& V = lever(d, "V");
+  CHECK(V.trim.status == TrimStatus::infeasible);
+  CHECK(V.searched.lower == 0.5);
+  CHECK(V.searched.upper == 60);
+  CHECK(climb.says("does not help: any V between 0.5 m/s and 60 m/s (shown)"));
+  for (int i = 0; i < trials(10); ++i) CHECK_FALSE(flies(v, {0.5 + 6 * i, pi / 2, pi / 2}));
+  for (const Remedy& r : d.remedies)
+    if (r.signal == "eta") CHECK(r.trim.status == TrimStatus::infeasible);
+
+  const auto check_design = [&](const char* signal, double Aircraft::*member) {
+    const Remedy& r = lever(d, signal);
+    climb.check_balanced(r);
+    CHECK(climb.says(in_words(forces(v, model, r.trim.point))));
+    Vehicle changed = v;
+    const double from = v.aircraft.*member;
+    CHECK(r.from == from);
+    for (const double share : {0.99, 1.01}) {
+      changed.aircraft.*member = from + share * (r.to - from);
+      CHECK(flies(changed, climb.command) == (share > 1));
+    }
+  };
+  check_design("aircraft.thrust_excess", &Aircraft::thrust_excess);
+  check_design("aircraft.wake_immersion", &Aircraft::wake_immersion);
+  climb.check_nearest("gamma", &Command::gamma);
+}
+
+TEST_CASE("level flight at 5 m/s: the elevator's limit") {
+  const Vehicle v = reference_vehicle();
+  const Explained slow(v, {5, 0, 0});
+  REQUIRE(slow.d().holding.size() == 1);
+  CHECK(slow.d().holding[0].limit.signal == "delta_e");
+  CHECK_FALSE(slow.d().holding[0].limit.upper);
+  CHECK(slow.says("held back by delta_e at its lower limit -30.37°"));
+  CHECK(slow.says("closest point: " + in_words(forces(v, slow.why.airframe, slow.d().closest))));
+  slow.check_nearest("V", &Command::V);
+  slow.check_nearest("gamma", &Command::gamma);
+  slow.check_nearest("eta", &Command::eta);
+  const Remedy& V = lever(slow.d(), "V");
+  CHECK(V.to > 5);
+  CHECK_NEAR(value_of(V.trim.point, variable(slow.why.airframe, "delta_e")), -0.53, 1e-9);
+
+  const Remedy& down = limit(slow.d(), "delta_e", false);
+  slow.check_balanced(down);
+  for (const double more : {-1e-6, 1e-6}) {
+    Vehicle wider = v;
+    wider.limits.delta_e.lower = down.to - more;
+    CHECK(flies(wider, slow.command) == (more > 0));
+  }
+  CHECK(slow.says(
+      fmt::format("delta_e down to {:.6g}° instead of {:.6g}°", down.to / degree, -0.53 / degree)));
+}
+
+TEST_CASE("a descent at 20 m/s: less than no thrust") {
+  const Vehicle v = reference_vehicle();
+  const Explained descent(v, {20, -5 * degree, 0});
+  REQUIRE(descent.d().holding.size() == 1);
+  CHECK(descent.d().holding[0].limit.signal == "theta0");
+  CHECK_FALSE(descent.d().holding[0].limit.upper);
+  const Remedy& down = limit(descent.d(), "theta0", false);
+  descent.check_balanced(down);
+  CHECK(down.to < 0);
+  CHECK(down.to > -0.05);
+  for (const double more : {-1e-6, 1e-6}) {
+    Vehicle wider = v;
+    wider.limits.theta0.lower = down.to - more;
+    CHECK(flies(wider, descent.command) == (more > 0));
+  }
+  CHECK(descent.says(fmt::format("theta0 down to {:.6g} instead of 0", down.to)));
+  // V' alone: what the drag lacks of the weight's pull, with no thrust.
+  const Remedy& speeding = equation(descent.d(), "V");
+  CHECK_NEAR(forces(v, descent.why.airframe, speeding.trim.point).V_rate, speeding.to, 1e-9);
+  descent.check_nearest("V", &Command::V);
+  descent.check_nearest("gamma", &Command::gamma);
+  descent.check_nearest("eta", &Command::eta);
+}
+
+TEST_CASE("what is not explained") {
+  const Vehicle v = reference_vehicle();
+  Condition table;
+  table.formulation = Formulation::table;
+  CHECK_FALSE(explain(v, table).has_value());
+  const auto hover = explain(v, asked({0, pi / 2, pi / 2}));
+  CHECK_FALSE(hover.has_value());
+  const auto level = explain(v, asked({15, 0, 0}));
+  REQUIRE(level.has_value());
+  CHECK_FALSE(level->diagnosis.has_value());
+  REQUIRE(level->words.size() == 1);
+  CHECK(level->words[0].starts_with("the airframe alone has an equilibrium"));
+}
+
+// ---- the caller's mistakes, and the words ----
+
+TEST_CASE("the caller's mistakes throw") {
+  const Asked q = circle({{0, 1}, {0, 1}}, 2);
+  const auto with = [&](const Lever& lever) { return nearest(q.model, q.spec, q.guess, lever); };
+  CHECK_THROWS_AS(with({"q", {0, 1}}), std::invalid_argument);
+  CHECK_THROWS_AS(with({"p", {1, 0}}), std::invalid_argument);
+  CHECK_THROWS_AS(with({"p", {NAN, 1}}), std::invalid_argument);
+  CHECK_THROWS_AS(diagnosed(q, {{"q", {0, 1}}}), std::invalid_argument);
+  TrimSpec wrong = q.spec;
+  wrong.still = {"y"};
+  CHECK_THROWS_AS(diagnose(q.model, wrong, q.guess, q.guess, {}), std::invalid_argument);
+  OperatingPoint no_guess = q.guess;
+  no_guess.u.resize(1);
+  CHECK_THROWS_AS(diagnose(q.model, q.spec, no_guess, q.guess, {}), std::invalid_argument);
+}
+
+TEST_CASE("remedies in words") {
+  TrimResult good, open, nothing, shown;
+  good.status = TrimStatus::converged;
+  open.status = TrimStatus::not_optimal;
+  nothing.status = TrimStatus::not_found;
+  nothing.starts = 5;
+  shown.status = TrimStatus::infeasible;
+  const auto words = [](RemedyKind kind, bool upper, const TrimResult& trim, double factor = 1,
+                        const std::string& unit = "") {
+    return tiltrim::in_words({kind, "s", upper, 1, 1.25, {-2, 3}, trim}, factor, unit);
+  };
+  CHECK(words(RemedyKind::limit, true, good) == "s up to 1.25 instead of 1");
+  CHECK(words(RemedyKind::limit, false, good, 2, "m") == "s down to 2.5 m instead of 2 m");
+  CHECK(words(RemedyKind::limit, true, open) == "s up to at most 1.25 instead of 1");
+  CHECK(words(RemedyKind::limit, true, nothing) == "s up to 3 (none found in 5 starts)");
+  CHECK(words(RemedyKind::limit, false, shown, 10, "°") == "s down to -20° (shown)");
+  CHECK(words(RemedyKind::equation, false, good) == "s' = 1.25 instead of 1");
+  CHECK(words(RemedyKind::equation, false, nothing) == "any s' (none found in 5 starts)");
+  CHECK(words(RemedyKind::equation, false, shown) == "any s' (shown)");
+  CHECK(words(RemedyKind::lever, false, good, 1, "m/s") == "s = 1.25 m/s instead of 1 m/s");
+  CHECK(words(RemedyKind::lever, false, nothing) ==
+        "any s between -2 and 3 (none found in 5 starts)");
+  CHECK(words(RemedyKind::lever, false, shown, 2, "°") == "any s between -4° and 6° (shown)");
 }
