@@ -62,6 +62,8 @@ format-check:
 figures: release
 	build/bin/tiltrim linearize studies/corridor.toml --format csv -o build/corridor.csv
 	gnuplot docs/figures/corridor.gp
+	build/bin/tiltrim envelope studies/stall.toml --only level --format csv -o build/envelope.csv
+	gnuplot docs/figures/envelope.gp
 
 clean:
 	rm -rf build
