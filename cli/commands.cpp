@@ -42,8 +42,10 @@ void for_each(const Study& study, const Common& common, const Work& work) {
     try {
       work(condition, progress);
     } catch (const std::invalid_argument& e) {
-      throw StudyError(
-          fmt::format("{}: condition '{}': {}", study.file.string(), condition.name, e.what()));
+      const char* const hint =
+          study.conditions.size() > 1 ? " (--only NAME chooses other conditions)" : "";
+      throw StudyError(fmt::format("{}: condition '{}': {}{}", study.file.string(), condition.name,
+                                   e.what(), hint));
     }
     progress.advance();
   }
@@ -192,7 +194,7 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
     options.rows = rows_of(table);
     options.stop = stop;
     options.observe = [&](double share) {
-      progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share));
+      progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share), share);
     };
     envelopes.push_back(envelope(study.vehicle, condition, table, options));
   });

@@ -51,8 +51,13 @@ void Progress::advance() {
   show(fmt::format("{} of {} {}, {:.0f} s left", done_, total_, what_, left));
 }
 
-void Progress::say(const std::string& where) {
-  if (due()) show(fmt::format("{} of {} {}; {}", done_, total_, what_, where));
+void Progress::say(const std::string& where, double share) {
+  if (!due()) return;
+  const double spent = seconds(steady_clock::now() - start_);
+  const double all = (double(done_) + share) / double(total_);
+  const std::string left =
+      share > 0 ? fmt::format(", {:.0f} s left", spent / all * (1 - all)) : std::string();
+  show(fmt::format("{} of {} {}; {}{}", done_, total_, what_, where, left));
 }
 
 namespace {

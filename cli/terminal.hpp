@@ -20,8 +20,8 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   void advance();
-  /// Work whose length is not known: says how far it is, ten times a second at most.
-  void say(const std::string& where);
+  /// Says how far the work at hand is, ten times a second at most; `share` of it is done, if known.
+  void say(const std::string& where, double share = 0.0);
 
  private:
   bool due();

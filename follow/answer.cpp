@@ -121,7 +121,10 @@ EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
     answer.model = problem.model;
     EnvelopeOptions own = options;
     std::erase_if(own.rows, [&](double y) { return y < stretch.lower || y > stretch.upper; });
-    const double share = (stretch.upper - stretch.lower) / (table.range.upper - table.range.lower);
+    const double span = table.range.upper - table.range.lower;
+    const double share = (stretch.upper - stretch.lower) / span;
+    const double before = (stretch.lower - table.range.lower) / span;
+    if (options.observe) own.observe = [&](double done) { options.observe(before + done * share); };
     const int count = std::max(5, int(std::lround(table.count * share)));
     answer.parts.push_back(envelope(problem.model, problem.spec, problem.guess,
                                     {"V", table.V, table.count},

@@ -422,11 +422,12 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
     for (const VectorXd& at : f.way) f.piece.points.push_back(reported(g, at));
     e.pieces.push_back(std::move(f.piece));
   }
-  for (const double at : options.rows)
+  const bool stopped = options.stop.stop_requested();
+  for (const double at : stopped ? std::vector<double>() : options.rows)
     e.rows.push_back(row_at(g, at / g.moving.nominal[g.n() + 1]));
   e.evaluations = g.fixed.evaluations + g.moving.evaluations;
   if (e.count.maxCoeff() == 0) e.status = EnvelopeStatus::empty;
-  if (options.stop.stop_requested()) e.status = EnvelopeStatus::interrupted;
+  if (stopped) e.status = EnvelopeStatus::interrupted;
   return e;
 }
 

@@ -53,7 +53,7 @@ struct Envelope {
   EnvelopeAxis x, y;
   Eigen::MatrixXi count;  ///< distinct trims found at each grid point, (x.count) rows
   std::vector<BorderPiece> pieces;
-  std::vector<EnvelopeRow> rows;  ///< at the values of y asked for
+  std::vector<EnvelopeRow> rows;  ///< at the values of y asked for; none if interrupted
   long evaluations = 0;
 };
 

@@ -91,6 +91,10 @@ std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const T
         fmt::format("{}{}: speeds with a trim within the limits, over {} at {}\n",
                     text.empty() ? "" : "\n", e.condition.name,
                     over.signal == "eta" ? "tilt (conversion corridor)" : "path angle", held(e));
+    if (!e.answered())
+      text +=
+          wrapped(toned("interrupted: what is missing here may be there", Tone::bad, style) + ".",
+                  2, style.width);
     text += as_text(envelope_sheet(e), style);
     Sheet border;
     border.columns = {{"", "border", ""},
