@@ -1,0 +1,132 @@
+#include "follow/grid.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "trim/newton.hpp"
+#include "trim/verdict.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::Vector2d;
+using Eigen::VectorXd;
+
+constexpr double same_trim = 1e-5;  // scaled distance below which two trims are one
+
+Grid::Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over,
+           const OperatingPoint& guess, const EnvelopeAxis& along, const EnvelopeAxis& up,
+           const EnvelopeOptions& o)
+    : x(along),
+      y(up),
+      options(o),
+      fixed(make_problem(model, spec, guess)),
+      moving(make_problem(model, over, guess)),
+      plane{moving, {}, {}},
+      trims(std::size_t(along.count) * std::size_t(up.count)) {
+  const Vector2d size = moving.nominal.tail<2>();
+  plane.lower = Vector2d(x.range.lower, y.range.lower).cwiseQuotient(size);
+  plane.upper = Vector2d(x.range.upper, y.range.upper).cwiseQuotient(size);
+}
+
+Vector2d Grid::place(int i, int j) const {
+  const auto at = [](double lower, double upper, int k, int count) {
+    return k == count - 1 ? upper : lower + (upper - lower) * k / (count - 1);
+  };
+  return {at(plane.lower[0], plane.upper[0], i, x.count),
+          at(plane.lower[1], plane.upper[1], j, y.count)};
+}
+
+void Grid::put(const Vector2d& p) const {
+  set_value(fixed.base, moving.unknowns[std::size_t(n())], p[0] * moving.nominal[n()]);
+  set_value(fixed.base, moving.unknowns[std::size_t(n() + 1)], p[1] * moving.nominal[n() + 1]);
+}
+
+bool Grid::within(const VectorXd& z, const Values& v) const {
+  return excess(z, fixed.lower, fixed.upper) <= bound_slack &&
+         excess(v.limited, fixed.limited_lower, fixed.limited_upper) <= bound_slack;
+}
+
+Settled settle(const Grid& g, VectorXd& z, int cap) {
+  constexpr double tolerance = 1e-10, step_tolerance = 1e-9, far = 10.0;
+  for (int i = 0; i < cap; ++i) {
+    const Values v = values(g.fixed, z);
+    if (!v.finite) return Settled::lost;
+    const Slopes s = slopes(g.fixed, z);
+    if (!s.finite) return Settled::lost;
+    const VectorXd dz = -s.residual.partialPivLu().solve(v.residual);
+    const double step = dz.lpNorm<Eigen::Infinity>();
+    if (!(step < far)) return Settled::lost;
+    if (v.residual.lpNorm<Eigen::Infinity>() <= tolerance && step <= step_tolerance)
+      return g.within(z, v) ? Settled::trim : Settled::outside;
+    z += dz;
+  }
+  return Settled::lost;
+}
+
+static bool known(const std::vector<VectorXd>& trims, const VectorXd& z) {
+  return std::ranges::any_of(trims, [&](const VectorXd& t) {
+    return (t.head(z.size()) - z).lpNorm<Eigen::Infinity>() <=
+           same_trim * std::max(1.0, z.lpNorm<Eigen::Infinity>());
+  });
+}
+
+bool add(Grid& g, int i, int j, const VectorXd& z, std::deque<Front>& front) {
+  std::vector<VectorXd>& trims = g.trims[g.node(i, j)];
+  if (known(trims, z)) return false;
+  VectorXd y(g.n() + 2);
+  y << z, g.place(i, j);
+  trims.push_back(y);
+  front.push_back({i, j, y});
+  return true;
+}
+
+void seed(Grid& g, std::deque<Front>& front) {
+  const int most = std::max(1, g.options.coarse);
+  const auto spread = [&](int k, int count) {
+    return most == 1 ? count / 2 : k * (count - 1) / (most - 1);
+  };
+  for (int a = 0; a < most; ++a)
+    for (int b = 0; b < most; ++b) {
+      if (g.options.stop.stop_requested()) return;
+      const int i = spread(a, g.x.count), j = spread(b, g.y.count);
+      g.put(g.place(i, j));
+      for (int k = 0; k <= g.options.starts; ++k) {
+        TrimOptions options;
+        options.max_iterations = 30;
+        const VectorXd z0 = k == 0 ? unknowns_of(g.fixed, g.fixed.base) : start(g.fixed, k);
+        VectorXd z = newton(g.fixed, z0, options).z;
+        if (settle(g, z, 4) == Settled::trim) add(g, i, j, z, front);
+      }
+    }
+}
+
+std::vector<Edge> spread(Grid& g, std::deque<Front>& front) {
+  constexpr int cap = 12;
+  std::vector<Edge> edges;
+  std::size_t done = 0;
+  const double all = double(g.trims.size());
+  while (!front.empty()) {
+    if (g.options.stop.stop_requested()) return edges;
+    const Front f = std::move(front.front());
+    front.pop_front();
+    if (g.options.observe && ++done % 256 == 0)
+      g.options.observe(std::min(1.0, double(done) / all));
+    for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+      const int i = f.i + di, j = f.j + dj;
+      if (i < 0 || j < 0 || i >= g.x.count || j >= g.y.count) continue;
+      VectorXd z = f.y.head(g.n());
+      // A trim of the same sheet is there already: its neighbour, seen from here, is this one.
+      g.put(g.place(i, j));
+      const Settled how = settle(g, z, cap);
+      if (how == Settled::trim)
+        add(g, i, j, z, front);
+      else
+        edges.push_back({f.y, f.i, f.j, i, j});
+    }
+  }
+  return edges;
+}
+
+}  // namespace tiltrim
