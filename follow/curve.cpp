@@ -266,6 +266,9 @@ double next_length(const Step& s, double h, const TraceOptions& options) {
 CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
                const TraceOptions& options, const Visit& visit) {
   constexpr double subtle = 1e-4;  // below this step a hidden pair of crossings is not looked for
+  constexpr double crawl = 1e-7;   // a step so short that many of them lead nowhere
+  constexpr int most_crawled = 50;
+  int crawled = 0;
   Watched at = watched(start, watches);
   std::optional<Watched> before;
   double h = options.first_step;
@@ -273,6 +276,7 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
   for (int points = 1; points < options.max_points;) {
     if (options.stop.stop_requested()) return CurveEnd::interrupted;
     if (h < options.min_step) return end_of(failure);
+    if (crawled > most_crawled) return CurveEnd::stuck;
     Step taken = step(curve, at.point, h, options);
     failure = taken.failure;
     if (failure != Failure::none) {
@@ -290,6 +294,7 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
       continue;
     }
     ++points;
+    crawled = h < crawl ? crawled + 1 : 0;
     if (!visit(next.point, *events)) return CurveEnd::stopped;
     if (closes) return CurveEnd::closed;
     before = std::move(at);

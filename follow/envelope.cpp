@@ -19,11 +19,14 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr double same_place = 1e-9;  // scaled: two breaks of a row are one
+
 // ---- the border ----
 
 struct Seed {
   Stop stop;
   VectorXd y;
+  bool on_fold = false;  // where a limit meets a fold: the limit of each of two sheets begins here
 };
 
 // A point lies on a piece already followed if a chord passes it by less than the piece bends.
@@ -40,6 +43,7 @@ bool on(const BorderPiece& piece, const std::vector<VectorXd>& way, const Seed& 
 
 struct Followed {
   BorderPiece piece;
+  Stop stop;
   std::vector<VectorXd> way;
 };
 
@@ -108,7 +112,8 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
           if (c.watch == plane_edge && c.rising) continue;
           half.way.push_back(c.at.y);
           half.end = "edge";
-          if (c.watch == other_limits) half.corner = Seed{{limits[std::size_t(c.index)]}, c.at.y};
+          if (c.watch == other_limits)
+            half.corner = Seed{{limits[std::size_t(c.index)]}, c.at.y, folds};
           if (c.watch == folding) half.corner = Seed{{}, c.at.y};
           if (half.corner) half.end = half.corner->stop.name();
           return false;
@@ -127,24 +132,15 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   return half;
 }
 
-// Whether another trim within the limits lies just across the border, away from `inside`.
+// Whether no other trim within the limits lies over the border's point.
 bool alone(const Grid& g, const VectorXd& y) {
-  const Vector2d p = y.tail<2>();
-  const Vector2d cell =
-      (g.plane.upper - g.plane.lower).cwiseQuotient(Vector2d(g.x.count - 1, g.y.count - 1));
-  const Vector2d at = (p - g.plane.lower).cwiseQuotient(cell);
-  const int i0 = std::clamp(int(at[0]), 0, g.x.count - 2),
-            j0 = std::clamp(int(at[1]), 0, g.y.count - 2);
-  for (int i = std::max(0, i0 - 1); i <= std::min(g.x.count - 1, i0 + 2); ++i)
-    for (int j = std::max(0, j0 - 1); j <= std::min(g.y.count - 1, j0 + 2); ++j)
-      for (const VectorXd& t : g.trims[g.node(i, j)]) {
-        g.put(p);
-        VectorXd z = t.head(g.n());
-        if (settle(g, z, 20) != Settled::trim) continue;
-        constexpr double other = 1e-4;  // scaled: not the border's own trim
-        if ((z - y.head(g.n())).lpNorm<Eigen::Infinity>() > other) return false;
-      }
-  return true;
+  constexpr double other = 1e-4;  // scaled: not the border's own trim
+  const std::vector<VectorXd> starts = around(g, y.tail<2>());
+  g.put(y.tail<2>());
+  return std::ranges::none_of(starts, [&](VectorXd z) {
+    return settle(g, z, 20) == Settled::trim &&
+           (z - y.head(g.n())).lpNorm<Eigen::Infinity>() > other;
+  });
 }
 
 BorderPoint reported(const Grid& g, const VectorXd& y) {
@@ -159,63 +155,173 @@ BorderPoint reported(const Grid& g, const VectorXd& y) {
   return b;
 }
 
+// The piece through a seed; where a limit meets a fold, the two that begin there.
+std::vector<Followed> pieces(const Grid& g, const Seed& seed, std::deque<Seed>& seeds) {
+  HalfWay back = half_way(g, seed, -1.0);
+  HalfWay ahead = back.end == "loop" ? HalfWay{{}, "loop", {}} : half_way(g, seed, 1.0);
+  for (const HalfWay* half : {&back, &ahead})
+    if (half->corner) seeds.push_back(*half->corner);
+  const std::string name = seed.stop.name();
+  std::ranges::reverse(back.way);
+  if (seed.on_fold)
+    return {{{name, {}, back.end, "fold"}, seed.stop, back.way},
+            {{name, {}, "fold", ahead.end}, seed.stop, ahead.way}};
+  if (!ahead.way.empty()) back.way.insert(back.way.end(), ahead.way.begin() + 1, ahead.way.end());
+  return {{{name, {}, back.end, ahead.end}, seed.stop, back.way}};
+}
+
+double length(const std::vector<VectorXd>& way) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k + 1 < way.size(); ++k) sum += (way[k + 1] - way[k]).norm();
+  return sum;
+}
+
 void follow_border(const Grid& g, std::deque<Seed>& seeds, std::vector<Followed>& all) {
   constexpr std::size_t most = 400;  // pieces
+  constexpr double shortest = 1e-4;  // scaled: what is left of a corner's own surroundings
   while (!seeds.empty() && all.size() < most && !g.options.stop.stop_requested()) {
     const Seed seed = std::move(seeds.front());
     seeds.pop_front();
     if (std::ranges::any_of(all, [&](const Followed& f) { return on(f.piece, f.way, seed); }))
       continue;
-    HalfWay back = half_way(g, seed, -1.0);
-    HalfWay ahead = back.end == "loop" ? HalfWay{{}, "loop", {}} : half_way(g, seed, 1.0);
-    Followed f;
-    f.piece.name = seed.stop.name();
-    f.piece.from = back.end;
-    f.piece.to = ahead.end;
-    f.way.assign(back.way.rbegin(), back.way.rend());
-    if (!ahead.way.empty()) f.way.insert(f.way.end(), ahead.way.begin() + 1, ahead.way.end());
-    for (const HalfWay* half : {&back, &ahead})
-      if (half->corner) seeds.push_back(*half->corner);
-    if (f.way.size() > 1) all.push_back(std::move(f));
+    for (Followed& f : pieces(g, seed, seeds))
+      if (length(f.way) > shortest) all.push_back(std::move(f));
   }
 }
 
 // ---- rows ----
 
-// The intervals of x at one y in which some sheet has a trim, every end located.
-EnvelopeRow row_at(const Grid& g, double y) {
-  EnvelopeRow row{y * g.moving.nominal[g.n() + 1], {}};
-  const double share = (y - g.plane.lower[1]) / (g.plane.upper[1] - g.plane.lower[1]);
-  const int j = std::clamp(int(std::lround(share * (g.y.count - 1))), 0, g.y.count - 1);
-  const double nominal = g.moving.nominal[g.n()];
-  std::vector<EnvelopeInterval> found;
-  for (int i = 0; i < g.x.count; ++i)
-    for (const VectorXd& t : g.trims[g.node(i, j)]) {
-      Vector2d p = g.place(i, j);
-      p[1] = y;
-      g.put(p);
-      VectorXd z = t.head(g.n());
-      if (settle(g, z, 12) != Settled::trim) continue;
-      const double x = p[0] * nominal;
-      const bool inside = std::ranges::any_of(
-          found, [&](const EnvelopeInterval& k) { return x >= k.from.x && x <= k.to.x; });
-      if (inside) continue;  // some trim is there: this one adds nothing but where it reaches
-      VectorXd from(z.size() + 2);
-      from << z, p;
-      const auto end = [&](double to) -> EnvelopeEnd {
-        if (p[0] == to) return {to * nominal, "edge"};
-        const Way way = go(g.plane, from, Vector2d(to, y));
-        if (way.met) return {way.met->y[g.n()] * nominal, way.met->stop.name()};
-        return {way.arrived ? to * nominal : x, way.arrived ? "edge" : "lost"};
-      };
-      found.push_back({end(g.plane.lower[0]), end(g.plane.upper[0])});
+struct Break {
+  double x;  // scaled
+  std::string name;
+};
+
+// Where a piece of border crosses a row between two of its points; to round-off where Newton gets
+// there, which it does not next to a switch.
+Break crossing(const Grid& g, const Followed& f, const VectorXd& a, const VectorXd& b, double row) {
+  constexpr int cap = 12;
+  const Index n = a.size();
+  const double rise = b[n - 1] - a[n - 1];
+  const double share = rise != 0 ? std::clamp((row - a[n - 1]) / rise, 0.0, 1.0) : 0.0;
+  VectorXd y = a + share * (b - a);
+  const Break rough{y[n - 2], f.piece.name};
+  const Curve curve = border(g.plane, f.stop, y);
+  VectorXd G, rhs(n);
+  MatrixXd slopes, M(n, n);
+  for (int i = 0; i < cap; ++i) {
+    if (!curve.evaluate(y, G, slopes)) return rough;
+    M << slopes, VectorXd::Unit(n, n - 1).transpose();
+    rhs << -G, row - y[n - 1];
+    const VectorXd dy = M.partialPivLu().solve(rhs);
+    if (!(dy.norm() <= (b - a).norm() + 1e-3)) return rough;
+    y += dy;
+  }
+  return {y[n - 2], f.piece.name};
+}
+
+std::vector<Break> breaks(const Grid& g, const std::vector<Followed>& border, double row) {
+  constexpr double on_row =
+      2e-5;  // a piece that ends at the plane's edge may stop this short of it
+  std::vector<Break> all{{g.plane.lower[0], "edge"}, {g.plane.upper[0], "edge"}};
+  for (const Followed& f : border) {
+    const auto above = [&](const VectorXd& y) { return y[y.size() - 1] - row; };
+    for (std::size_t k = 0; k + 1 < f.way.size(); ++k)
+      if ((above(f.way[k]) < 0) != (above(f.way[k + 1]) < 0))
+        all.push_back(crossing(g, f, f.way[k], f.way[k + 1], row));
+    for (const VectorXd* end : {&f.way.front(), &f.way.back()})
+      if (std::abs(above(*end)) <= on_row) all.push_back(crossing(g, f, *end, *end, row));
+  }
+  std::ranges::stable_sort(all, {}, &Break::x);
+  return all;
+}
+
+// A trim within the limits over the point, if one is found: from the trims around, and from the
+// border's. Next to a fold its two trims are close to each other, and off the fold's own.
+std::optional<VectorXd> somewhere(const Grid& g, const std::vector<Followed>& border,
+                                  const Vector2d& p) {
+  constexpr int cap = 20;
+  const Vector2d cell =
+      (g.plane.upper - g.plane.lower).cwiseQuotient(Vector2d(g.x.count - 1, g.y.count - 1));
+  std::vector<VectorXd> starts = around(g, p);
+  for (const Followed& f : border)
+    for (const VectorXd& y : f.way) {
+      if ((y.tail<2>() - p).cwiseAbs().cwiseQuotient(cell).maxCoeff() > 1.0) continue;
+      starts.push_back(y.head(g.n()));
+      if (f.stop.limit) continue;
+      const VectorXd c = FoldTest(g.plane, y).c;
+      for (const double off : {-0.3, -0.05, 0.05, 0.3}) starts.push_back(y.head(g.n()) + off * c);
     }
-  std::ranges::sort(found, {}, [](const EnvelopeInterval& k) { return k.from.x; });
-  for (const EnvelopeInterval& k : found) {
-    if (row.intervals.empty() || k.from.x > row.intervals.back().to.x)
-      row.intervals.push_back(k);
-    else if (k.to.x > row.intervals.back().to.x)
-      row.intervals.back().to = k.to;
+  g.put(p);
+  for (VectorXd& z : starts) {
+    if (settle(g, z, cap) != Settled::trim) continue;
+    VectorXd y(g.n() + 2);
+    y << z, p;
+    return y;
+  }
+  return {};
+}
+
+// Where trims end between x with one and x without, both on the row: at a stop that the pieces do
+// not show, or for want of numbers, then to where halving finds the last one.
+Break last_between(const Grid& g, const std::vector<Followed>& border, VectorXd with,
+                   double without, double row) {
+  constexpr int halvings = 40;
+  constexpr double beyond = 1e-6;
+  const Index at_x = g.n();
+  const double way_out = without > with[at_x] ? 1.0 : -1.0;
+  const Way way = go(g.plane, with, Vector2d(without, row));
+  if (way.met) {
+    const double x = way.met->y[at_x];
+    if (!somewhere(g, border, Vector2d(x + way_out * beyond, row)))
+      return {x, way.met->stop.name()};
+  }
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (with[at_x] + without);
+    if (auto y = somewhere(g, border, Vector2d(middle, row)))
+      with = *y;
+    else
+      without = middle;
+  }
+  return {with[at_x], "lost"};
+}
+
+// x at which a row is looked at between two of its breaks: the grid's, or the middle.
+std::vector<double> samples(const Grid& g, double a, double b) {
+  std::vector<double> xs{0.5 * (a + b)};
+  for (int i = 0; i < g.x.count; ++i)
+    if (const double x = g.place(i, 0)[0]; x > a + same_place && x < b - same_place)
+      xs.push_back(x);
+  std::ranges::sort(xs);
+  return xs;
+}
+
+// The intervals of x at one y in which some sheet has a trim.
+EnvelopeRow row_at(const Grid& g, const std::vector<Followed>& border, double y) {
+  const double nominal = g.moving.nominal[g.n()];
+  EnvelopeRow row{y * g.moving.nominal[g.n() + 1], {}};
+  bool open = false;  // the last interval may go on
+  const auto add_piece = [&](const Break& from, const Break& to) {
+    if (!open) row.intervals.push_back({{from.x * nominal, from.name}, {}});
+    row.intervals.back().to = {to.x * nominal, to.name};
+    open = true;
+  };
+  const std::vector<Break> all = breaks(g, border, y);
+  for (std::size_t k = 0; k + 1 < all.size(); ++k) {
+    if (!(all[k + 1].x - all[k].x > same_place)) continue;
+    const std::vector<double> xs = samples(g, all[k].x, all[k + 1].x);
+    Break from = all[k];
+    auto last = somewhere(g, border, Vector2d(xs.front(), y));
+    open = open && last;
+    for (std::size_t i = 1; i < xs.size(); ++i) {
+      const auto next = somewhere(g, border, Vector2d(xs[i], y));
+      if (last && !next) {
+        add_piece(from, last_between(g, border, *last, xs[i], y));
+        open = false;
+      }
+      if (!last && next) from = last_between(g, border, *next, xs[i - 1], y);
+      last = next;
+    }
+    if (last) add_piece(from, all[k + 1]);
   }
   return row;
 }
@@ -257,8 +363,8 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
     for (const Edge& edge : spread(g, front)) {
       if (options.stop.stop_requested()) break;
       const Way way = go(g.plane, edge.from, g.place(edge.i, edge.j));
-      if (way.arrived) add(g, edge.i, edge.j, way.arrived->head(g.n()), front);
-      if (way.back) add(g, edge.at_i, edge.at_j, way.back->head(g.n()), front);
+      if (way.arrived) add(g, edge.i, edge.j, way.arrived->head(g.n()), true, front);
+      if (way.back) add(g, edge.at_i, edge.at_j, way.back->head(g.n()), true, front);
       if (!way.met) continue;
       seeds.push_back({way.met->stop, way.met->y});
       follow_border(g, seeds, border);
@@ -273,11 +379,11 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
     for (int j = 0; j < y.count; ++j) e.count(i, j) = int(g.trims[g.node(i, j)].size());
   for (Followed& f : border) {
     for (const VectorXd& at : f.way) f.piece.points.push_back(reported(g, at));
-    e.pieces.push_back(std::move(f.piece));
+    e.pieces.push_back(f.piece);
   }
   const bool stopped = options.stop.stop_requested();
   for (const double at : stopped ? std::vector<double>() : options.rows)
-    e.rows.push_back(row_at(g, at / g.moving.nominal[g.n() + 1]));
+    e.rows.push_back(row_at(g, border, at / g.moving.nominal[g.n() + 1]));
   e.evaluations = g.fixed.evaluations + g.moving.evaluations;
   if (e.count.maxCoeff() == 0) e.status = EnvelopeStatus::empty;
   if (stopped) e.status = EnvelopeStatus::interrupted;

@@ -24,7 +24,8 @@ Grid::Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over,
       fixed(make_problem(model, spec, guess)),
       moving(make_problem(model, over, guess)),
       plane{moving, {}, {}},
-      trims(std::size_t(along.count) * std::size_t(up.count)) {
+      trims(std::size_t(along.count) * std::size_t(up.count)),
+      beyond(trims.size()) {
   const Vector2d size = moving.nominal.tail<2>();
   plane.lower = Vector2d(x.range.lower, y.range.lower).cwiseQuotient(size);
   plane.upper = Vector2d(x.range.upper, y.range.upper).cwiseQuotient(size);
@@ -72,14 +73,36 @@ static bool known(const std::vector<VectorXd>& trims, const VectorXd& z) {
   });
 }
 
-bool add(Grid& g, int i, int j, const VectorXd& z, std::deque<Front>& front) {
-  std::vector<VectorXd>& trims = g.trims[g.node(i, j)];
+bool add(Grid& g, int i, int j, const VectorXd& z, bool within, std::deque<Front>& front) {
+  std::vector<VectorXd>& trims = (within ? g.trims : g.beyond)[g.node(i, j)];
   if (known(trims, z)) return false;
   VectorXd y(g.n() + 2);
   y << z, g.place(i, j);
   trims.push_back(y);
-  front.push_back({i, j, y});
+  front.push_back({i, j, within, y});
   return true;
+}
+
+// Sheets are not followed farther beyond a limit than this, scaled.
+static bool near_limits(const Grid& g, const VectorXd& z) {
+  constexpr double margin = 3.0;
+  const Values v = values(g.fixed, z);
+  return excess(z, g.fixed.lower, g.fixed.upper) <= margin &&
+         excess(v.limited, g.fixed.limited_lower, g.fixed.limited_upper) <= margin;
+}
+
+std::vector<VectorXd> around(const Grid& g, const Vector2d& p) {
+  const Vector2d cell =
+      (g.plane.upper - g.plane.lower).cwiseQuotient(Vector2d(g.x.count - 1, g.y.count - 1));
+  const Vector2d at = (p - g.plane.lower).cwiseQuotient(cell);
+  const int i0 = std::clamp(int(at[0]), 0, g.x.count - 2);
+  const int j0 = std::clamp(int(at[1]), 0, g.y.count - 2);
+  std::vector<VectorXd> starts;
+  for (const auto* sheets : {&g.trims, &g.beyond})
+    for (int i = std::max(0, i0 - 1); i <= std::min(g.x.count - 1, i0 + 2); ++i)
+      for (int j = std::max(0, j0 - 1); j <= std::min(g.y.count - 1, j0 + 2); ++j)
+        for (const VectorXd& t : (*sheets)[g.node(i, j)]) starts.push_back(t.head(g.n()));
+  return starts;
 }
 
 void seed(Grid& g, std::deque<Front>& front) {
@@ -97,7 +120,9 @@ void seed(Grid& g, std::deque<Front>& front) {
         options.max_iterations = 30;
         const VectorXd z0 = k == 0 ? unknowns_of(g.fixed, g.fixed.base) : start(g.fixed, k);
         VectorXd z = newton(g.fixed, z0, options).z;
-        if (settle(g, z, 4) == Settled::trim) add(g, i, j, z, front);
+        const Settled how = settle(g, z, 4);
+        if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
+          add(g, i, j, z, how == Settled::trim, front);
       }
     }
 }
@@ -117,13 +142,11 @@ std::vector<Edge> spread(Grid& g, std::deque<Front>& front) {
       const int i = f.i + di, j = f.j + dj;
       if (i < 0 || j < 0 || i >= g.x.count || j >= g.y.count) continue;
       VectorXd z = f.y.head(g.n());
-      // A trim of the same sheet is there already: its neighbour, seen from here, is this one.
       g.put(g.place(i, j));
       const Settled how = settle(g, z, cap);
-      if (how == Settled::trim)
-        add(g, i, j, z, front);
-      else
-        edges.push_back({f.y, f.i, f.j, i, j});
+      if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
+        add(g, i, j, z, how == Settled::trim, front);
+      if (f.within && how != Settled::trim) edges.push_back({f.y, f.i, f.j, i, j});
     }
   }
   return edges;

@@ -15,7 +15,9 @@ struct Grid {
   mutable Problem fixed;
   Problem moving;
   Plane plane;
-  std::vector<std::vector<Eigen::VectorXd>> trims;  // (z, x, y) found at each grid point, x fastest
+  /// (z, x, y) of the trims found at each grid point, x fastest; and of those just beyond a limit,
+  /// over which a sheet may come back within.
+  std::vector<std::vector<Eigen::VectorXd>> trims, beyond;
 
   Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over, const OperatingPoint& guess,
        const EnvelopeAxis& along, const EnvelopeAxis& up, const EnvelopeOptions& o);
@@ -43,11 +45,14 @@ struct Edge {
 
 struct Front {
   int i, j;
+  bool within;
   Eigen::VectorXd y;
 };
 
 /// A trim at a grid point, unless it is known: it goes to the front.
-bool add(Grid& grid, int i, int j, const Eigen::VectorXd& z, std::deque<Front>& front);
+bool add(Grid& grid, int i, int j, const Eigen::VectorXd& z, bool within, std::deque<Front>& front);
+/// Where trims over a point of the plane may be found: those of the grid points around it.
+std::vector<Eigen::VectorXd> around(const Grid& grid, const Eigen::Vector2d& p);
 /// Newton from many starts at a few grid points.
 void seed(Grid& grid, std::deque<Front>& front);
 /// Spreads every trim of the front to its neighbours until none is new; what stops on the way is an

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -46,13 +47,37 @@ struct Scratch {
 
 Ran tiltrim(const Scratch& scratch, const std::string& arguments) {
   const fs::path out = scratch.path / "stdout", err = scratch.path / "stderr";
-  const std::string command = std::string(TILTRIM_PROGRAM) + " " + arguments + " >" + out.string() +
-                              " 2>" + err.string() + " </dev/null";
+  const std::string command = "cd " + scratch.path.string() + " && " + TILTRIM_PROGRAM + " " +
+                              arguments + " >" + out.string() + " 2>" + err.string() +
+                              " </dev/null";
   const int status = std::system(command.c_str());
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
 }
 
+json json_of(const Scratch& scratch, const std::string& arguments) {
+  return json::parse(tiltrim(scratch, arguments + " -f json").out);
+}
+
 const std::string studies = std::string(TILTRIM_SOURCE_DIR) + "/studies/";
+
+std::string condition(double V, double gamma_deg, double eta_deg) {
+  return fmt::format("[[condition]]\nname = \"a\"\nV = {}\ngamma_deg = {}\neta_deg = {}\n", V,
+                     gamma_deg, eta_deg);
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream in(line);
+  for (std::string cell; std::getline(in, cell, ',');) cells.push_back(cell);
+  return cells;
+}
 
 }  // namespace
 
@@ -142,6 +167,316 @@ TEST_CASE(
   CHECK_FALSE(j["conditions"][0].contains("modes"));
   CHECK(j["conditions"][1]["status"] == "converged");
   CHECK(j["conditions"][1].contains("modes"));
+  CHECK_FALSE(j["conditions"][1].contains("diagnosis"));
+
+  // Why, and what would have to give.
+  const json& why = j["conditions"][0]["diagnosis"];
+  const auto said = [&](const std::string& words) {
+    return std::ranges::any_of(why["words"], [&](const json& line) {
+      return line.get<std::string>().find(words) != std::string::npos;
+    });
+  };
+  CHECK(said("theta0 at its lower limit 0"));  // the wake of any thrust presses down more
+  CHECK(said("at the thrust limit, theta0 = 1: "));
+  CHECK(said(" N down; thrust would have to be "));
+  CHECK(said("any V between 0.5 m/s and 60 m/s (shown)"));
+  CHECK(said("any eta between 60° and 90° (shown)"));
+  CHECK(why["holding"][0]["limit"] == "theta0 lower");
+  for (const json& held : why["holding"]) CHECK(held["pull"].get<double>() < 0);
+  const auto remedy = [&](const std::string& kind, const std::string& signal) {
+    for (const json& one : why["remedies"])
+      if (one["kind"] == kind && one["signal"] == signal) return one;
+    return json();
+  };
+  CHECK(remedy("lever", "V")["status"] == "infeasible");
+  CHECK(remedy("lever", "V")["to"].is_null());
+  CHECK(remedy("lever", "V")["searched"] == json({0.5, 60.0}));
+  CHECK(remedy("limit", "theta0")["helps"] == false);
+  CHECK(remedy("equation", "q")["kind"] == "equation");
+  // With as little of the wake over the wing as is said to help, there is an equilibrium.
+  const json wake = remedy("lever", "aircraft.wake_immersion");
+  REQUIRE(wake["helps"] == true);
+  const fs::path less =
+      scratch.write("less.toml", fmt::format("aircraft.pitch_scale = 1.0\n"
+                                             "aircraft.wake_immersion = {:.17g}\n",
+                                             wake["to"].get<double>()) +
+                                     condition(2, 90, 90));
+  CHECK(tiltrim(scratch, "trim " + less.string()).exit_code == 0);
+}
+
+// The branch's speeds, each by an optimiser or a plain trim that knows nothing of branches.
+TEST_CASE("follow: level flight through the stall, to the contract; its speeds by another road") {
+  const Scratch scratch;
+  const std::string level = "follow " + studies + "stall.toml --only level";
+  const Ran ran = tiltrim(scratch, level + " -f json");
+  CHECK(ran.exit_code == 0);
+  CHECK(ran.err.empty());
+  const json all = json::parse(ran.out);
+  REQUIRE(all["branches"].size() == 1);
+  const json& branch = all["branches"][0];
+  CHECK(branch["condition"] == "level");
+  CHECK(branch["parameter"] == "V");
+  CHECK(branch["end"] == "limit");
+  for (const char* list : {"points", "events"})
+    for (const json& at : branch[list]) {
+      CHECK(at["V"].is_number());
+      CHECK(at["state"]["theta"].is_number());
+      for (const char* input : {"theta0", "a1s", "delta_e"}) CHECK(at["input"][input].is_number());
+      CHECK_NEAR(at["output"]["airspeed"].get<double>(), at["V"].get<double>(), 1e-9);
+      CHECK(at["residual"].get<double>() <= 1e-10);
+      CHECK(at["input"]["delta_e"].get<double>() >= -0.53 - 1e-9);
+    }
+  CHECK(branch["points"][0]["V"] == 20.0);
+  std::string kinds;
+  for (const json& event : branch["events"]) kinds += event["kind"].get<std::string>() + " ";
+  CHECK(kinds == "hopf fold hopf fold hopf limit end ");
+  const json& events = branch["events"];
+  CHECK(events[5]["which"] == "delta_e lower");
+  CHECK(events[6]["which"] == branch["message"]);
+  CHECK(events[6]["after"] == branch["points"].size());
+
+  const std::string head = "formulation = \"airframe\"\neta_deg = 0.0\na1s_deg = 0.0\n";
+  const fs::path road = scratch.write(
+      "road.toml",
+      "[[condition]]\nname = \"slowest in front of the stall\"\n" + head +
+          "V = [8.0, 12.0]\ntheta_deg = [0.0, 14.0]\nobjective = [{ signal = \"V\" }]\n" +
+          "[[condition]]\nname = \"fastest behind it\"\n" + head +
+          "V = [9.0, 12.0]\ntheta_deg = [14.0, 25.0]\n"
+          "objective = [{ signal = \"V\", reference = 20.0 }]\n" +
+          "[[condition]]\nname = \"elevator at its limit\"\n" + head +
+          fmt::format("V = [5.0, 9.0]\ntheta_deg = [20.0, 60.0]\ndelta_e_deg = {:.17g}\n",
+                      -0.53 * 180 / std::numbers::pi));
+  const json conditions = json_of(scratch, "trim " + road.string())["conditions"];
+  const std::size_t place[]{1, 3, 5};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CAPTURE(conditions[i]["name"].get<std::string>());
+    REQUIRE(conditions[i]["status"] == "converged");
+    CHECK_NEAR(events[place[i]]["V"].get<double>(), conditions[i]["state"]["V"].get<double>(),
+               1e-8);
+  }
+
+  // Either side of the first crossing: stable, unstable.
+  for (const double side : {1.0, -1.0}) {
+    const fs::path beside = scratch.write(
+        "beside.toml", condition(events[0]["V"].get<double>() + side * 1e-5, 0.0, 0.0));
+    CHECK(json_of(scratch, "linearize " + beside.string())["conditions"][0]["verdict"] ==
+          (side > 0 ? "stable" : "unstable"));
+  }
+  CHECK_NEAR(events[0]["eigenvalue"]["re"].get<double>(), 0.0, 1e-9);
+  CHECK(events[0]["eigenvalue"]["im"].get<double>() > 0.1);
+}
+
+TEST_CASE("follow: text, CSV and JSON say the same; same input, same bytes") {
+  const Scratch scratch;
+  const std::string follow = "follow " + studies + "stall.toml";
+  const Ran text = tiltrim(scratch, follow), csv = tiltrim(scratch, follow + " -f csv"),
+            first = tiltrim(scratch, follow + " -f json");
+  for (const Ran* ran : {&text, &csv, &first}) {
+    CHECK(ran->exit_code == 0);
+    CHECK(ran->err.empty());
+  }
+  for (const char* words : {"level: V from 20 towards 5 m/s: limit", "the branch turns back",
+                            "delta_e lower limit", "i crosses: ", "descent behind the stall: V"})
+    CHECK(text.out.find(words) != std::string::npos);
+  CHECK(first.out == tiltrim(scratch, follow + " -f json").out);
+  CHECK(tiltrim(scratch, follow + " -f csv -o out.csv").exit_code == 0);
+  CHECK(slurp(scratch.path / "out.csv") == csv.out);
+
+  const std::vector<std::string> lines = lines_of(csv.out);
+  CHECK(lines.at(0) ==
+        "name,kind,V,V,gamma_deg,eta_deg,theta_deg,alpha_deg,theta0,a1s_deg,delta_e_deg,unstable,"
+        "eigenvalue_re,eigenvalue_im,residual,which");
+  std::size_t row = 1;
+  const json all = json::parse(first.out);
+  for (const json& branch : all["branches"]) {
+    const std::size_t points = branch["points"].size(), events = branch["events"].size();
+    REQUIRE(lines.size() >= row + points + events);
+    CHECK(cells_of(lines[row])[1] == "start");
+    CHECK(cells_of(lines[row + points + events - 1])[1] == "end");
+    for (const json& event : branch["events"]) {
+      // In the order of the branch: points before it, and events before it.
+      const auto at =
+          row + event["after"].get<std::size_t>() + std::size_t(&event - &branch["events"][0]);
+      const std::vector<std::string> cells = cells_of(lines[at]);
+      CHECK(cells[0] == branch["condition"]);
+      CHECK(cells[1] == event["kind"]);
+      CHECK(std::stod(cells[2]) == event["V"].get<double>());
+      CHECK(std::stod(cells[8]) == event["input"]["theta0"].get<double>());
+    }
+    row += points + events;
+  }
+  CHECK(row == lines.size());
+}
+
+TEST_CASE("follow: any number of the study; both ends of the descent; no trim to start from") {
+  const Scratch scratch;
+  const json up = json_of(scratch, "follow " + studies +
+                                       "stall.toml --only 'descent behind the stall' "
+                                       "--parameter V --to 20")["branches"][0];
+  CHECK(up["to"] == 20.0);
+  CHECK(up["events"].back()["kind"] == "end");
+  CHECK(up["events"][up["events"].size() - 2]["which"] == "theta0 lower");
+  CHECK_NEAR(up["events"].back()["V"].get<double>(), 9.7555, printed_to("9.7555"));
+
+  const std::string paper = "follow " + studies + "paper.toml ";
+  for (const auto& [key, to] :
+       {std::pair{"gamma_deg", 10.0}, {"aircraft.mass", 4.5}, {"gains.K_Lp", 1.0}}) {
+    CAPTURE(key);
+    const json all = json_of(scratch, fmt::format("{} --parameter {} --to {}", paper, key, to));
+    for (const json& branch : all["branches"]) {
+      CHECK(branch["parameter"] == key);
+      CHECK(branch["end"] == "reached");
+      CHECK_NEAR(branch["events"].back()[key].get<double>(), to, 1e-9);
+    }
+  }
+  const json tilted =
+      json_of(scratch, paper + "--only climb --parameter eta_deg --to 0")["branches"][0];
+  CHECK(tilted["end"] == "switched");
+  CHECK_NEAR(tilted["events"].back()["eta_deg"].get<double>(), 60.0, 1e-3);
+  const Ran few = tiltrim(scratch, paper + "--parameter V --to 1 --max-points 3");
+  CHECK(few.exit_code == 1);
+  CHECK(few.out.find("stopped after 3 points") != std::string::npos);
+
+  const fs::path none = scratch.write(
+      "none.toml", "[follow]\nparameter = \"V\"\nto = 5\n" + condition(20, -5, 0) +
+                       "[[condition]]\nname = \"b\"\nV = 15\ngamma_deg = 0\neta_deg = 0\n");
+  const Ran ran = tiltrim(scratch, "follow " + none.string() + " -f json");
+  CHECK(ran.exit_code == 1);
+  const json branches = json::parse(ran.out)["branches"];
+  CHECK(branches[0]["end"] == "no_start");
+  CHECK(branches[0]["points"].empty());
+  REQUIRE(branches[0]["events"].size() == 1);
+  CHECK(branches[0]["events"][0]["kind"] == "end");
+  CHECK(branches[0]["events"][0]["state"].is_null());
+  CHECK(branches[0]["message"].get<std::string>().find("theta0") != std::string::npos);
+  CHECK(branches[1]["end"] == "limit");
+  CHECK(tiltrim(scratch, "follow " + none.string()).out.find("no trim to start from") !=
+        std::string::npos);
+}
+
+TEST_CASE("envelope: its rows end where branches do; CSV and JSON") {
+  const Scratch scratch;
+  const std::string level = "envelope " + studies + "stall.toml --only level --count 20";
+  const Ran ran = tiltrim(scratch, level + " -f json");
+  CHECK(ran.exit_code == 0);
+  CHECK(ran.out == tiltrim(scratch, level + " -f json").out);
+  const json e = json::parse(ran.out)["envelopes"][0];
+  CHECK(e["condition"] == "level");
+  CHECK(e["over"] == "eta_deg");
+  REQUIRE(e["parts"].size() == 2);  // below and from the hand-over on
+  const json& row = e["parts"][0]["rows"][0];
+  CHECK(row["eta_deg"] == 0.0);
+  REQUIRE(row["intervals"].size() == 1);
+  const json& interval = row["intervals"][0];
+  CHECK(interval["from"]["which"] == "delta_e lower");
+  CHECK(interval["to"] == json{{"V", 30.0}, {"which", "edge"}});
+  const json followed =
+      json_of(scratch, "follow " + studies + "stall.toml --only level")["branches"][0];
+  CHECK_NEAR(interval["from"]["V"].get<double>(), followed["events"].back()["V"].get<double>(),
+             1e-8);
+  std::size_t points = 0;
+  for (const json& part : e["parts"]) {
+    CHECK(part["status"] == "complete");
+    CHECK(part["count"].size() == 20);
+    for (const json& piece : part["pieces"])
+      for (const json& at : piece["points"]) {
+        ++points;
+        CHECK(at["residual"].get<double>() <= 1e-9);
+        if (piece["which"] == "delta_e lower")
+          CHECK_NEAR(at["input"]["delta_e"].get<double>(), -0.53, 1e-9);
+      }
+  }
+  const Ran csv = tiltrim(scratch, level + " -f csv");
+  CHECK(csv.out.starts_with("name,piece,stopped_by,V,eta_deg,theta_deg,theta0,"));
+  CHECK(lines_of(csv.out).size() == points + 1);
+
+  // What the study asks, and the command line instead.
+  const fs::path study = scratch.write(
+      "s.toml", "[envelope]\nover = \"gamma_deg\"\nV = [9, 12]\ngamma_deg = [0, 15]\ncount = 8\n" +
+                    condition(10, 0, 0));
+  const json path = json_of(scratch, "envelope " + study.string())["envelopes"][0];
+  CHECK(path["over"] == "gamma_deg");
+  REQUIRE(path["parts"].size() == 1);
+  CHECK(path["parts"][0]["V"] == json({9.0, 12.0}));
+  CHECK(path["parts"][0]["count"].size() == 8);
+  CHECK(path["parts"][0]["rows"].size() == 3);  // 0, 10, 15 degrees
+  const json tilt = json_of(scratch, "envelope " + study.string() + " --over eta_deg --count 5");
+  CHECK(tilt["envelopes"][0]["over"] == "eta_deg");
+}
+
+TEST_CASE("sensitivities: as differences of trims and of eigenvalues") {
+  const Scratch scratch;
+  const std::string level = "sensitivities " + studies + "paper.toml --only level";
+  const Ran ran = tiltrim(scratch, level + " --parameters V,gains.K_Lp -f json");
+  CHECK(ran.exit_code == 0);
+  const json c = json::parse(ran.out)["conditions"][0];
+  CHECK(c["name"] == "level");
+  CHECK(c["status"] == "converged");
+  CHECK(c["sensitivities"] == "found");
+  REQUIRE(c["parameters"].size() == 2);
+  const json& V = c["parameters"][0];
+  CHECK(V["parameter"] == "V");
+  CHECK(V["value"] == 15.0);
+  CHECK(V["unit"] == "m/s");
+  REQUIRE(V["modes"].size() == c["modes"].size());
+  constexpr double h = 1e-3;  // m/s: what is left out is h² of some third derivative, near 1e-8
+  json side[2];
+  for (const int up : {0, 1}) {
+    const fs::path study = scratch.write("h.toml", condition(15 + (up ? h : -h), 0, 0));
+    side[up] = json_of(scratch, "linearize " + study.string())["conditions"][0];
+  }
+  const auto slope = [&](const json::json_pointer& at) {
+    return (side[1][at].get<double>() - side[0][at].get<double>()) / (2 * h);
+  };
+  CHECK_NEAR(V["state"]["theta"].get<double>(), slope("/state/theta"_json_pointer), 1e-8);
+  CHECK_NEAR(V["input"]["theta0"].get<double>(), slope("/input/theta0"_json_pointer), 1e-8);
+  CHECK_NEAR(V["input"]["delta_e"].get<double>(), slope("/input/delta_e"_json_pointer), 1e-8);
+  for (std::size_t i = 0; i < c["modes"].size(); ++i)
+    for (const char* part : {"re", "im"})
+      CHECK_NEAR(V["modes"][i][part].get<double>(),
+                 slope(json::json_pointer(fmt::format("/modes/{}/{}", i, part))), 1e-5);
+  // A gain of the law leaves attitude and inputs where they are.
+  CHECK_NEAR(c["parameters"][1]["state"]["theta"].get<double>(), 0.0, 1e-12);
+
+  const Ran text = tiltrim(scratch, level + " --most 2");
+  CHECK(text.exit_code == 0);
+  CHECK(text.out.find("better damped") != std::string::npos);
+  const Ran csv = tiltrim(scratch, level + " -f csv");
+  CHECK(csv.out.starts_with("name,parameter,value,unit,quantity,derivative\n"));
+  const fs::path none = scratch.write("none.toml", condition(20, -5, 0));
+  const Ran untrimmed = tiltrim(scratch, "sensitivities " + none.string() + " -f json");
+  CHECK(untrimmed.exit_code == 1);
+  CHECK(json::parse(untrimmed.out)["conditions"][0]["sensitivities"] == "not_trim");
+}
+
+TEST_CASE("trim --all: three trims of one speed near the stall, on one branch") {
+  const Scratch scratch;
+  const fs::path study = scratch.write("near.toml", condition(9.5, 0, 0));
+  const std::string trim = "trim " + study.string();
+  CHECK_FALSE(json_of(scratch, trim)["conditions"][0].contains("equilibria"));
+  const Ran ran = tiltrim(scratch, trim + " --all -f json");
+  CHECK(ran.exit_code == 0);
+  const json all = json::parse(ran.out)["conditions"][0]["equilibria"];
+  CHECK(all["starts"] == 201);
+  CHECK(all["branches"].get<int>() > 0);
+  const std::vector<std::string> verdicts{"stable", "unstable", "stable"};
+  REQUIRE(all["found"].size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const json& one = all["found"][i];
+    CHECK(one["status"] == "converged");
+    CHECK(one["residual"].get<double>() <= 1e-10);
+    CHECK(one["verdict"] == verdicts[i]);
+    if (i > 0) CHECK(one["effort"] >= all["found"][i - 1]["effort"]);
+  }
+  // Without starts the branches lead to the same.
+  const json led = json_of(scratch, trim + " --all --starts 0")["conditions"][0]["equilibria"];
+  REQUIRE(led["found"].size() == 3);
+  for (std::size_t i = 0; i < 3; ++i)
+    CHECK_NEAR(led["found"][i]["state"]["theta"].get<double>(),
+               all["found"][i]["state"]["theta"].get<double>(), 1e-8);
+  CHECK(led["found"][1]["found"].get<std::string>().find("branch") != std::string::npos);
+  CHECK(tiltrim(scratch, trim + " --all").out.find("there may be more") != std::string::npos);
+  CHECK(lines_of(tiltrim(scratch, trim + " --all -f csv").out).size() == 4);
 }
 
 TEST_CASE("bad input: exit 2, one line that says what and where, nothing written") {
@@ -219,6 +554,26 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("", "no command");
   refused("trim", "study");
   refused("trim " + good + " --sarts 3", "--sarts");
+
+  const std::string stall = studies + "stall.toml ";
+  refused("follow " + good, "no [follow] table");
+  refused("follow " + stall + "--only lvel", "nearest: 'level'");
+  refused("follow " + stall + "--parameter Vv --to 3", "did you mean 'V'?");
+  refused("follow " + stall + "--parameter gamma --to 3", "did you mean 'gamma_deg'?");
+  refused("follow " + stall + "--parameter V --to -3", "expected V from 0 to");
+  refused("follow " + stall + "--parameter V --to nan", "--to");
+  refused("follow " + stall + "--parameter V", "--to");
+  refused("follow " + stall + "--to 3", "--parameter");
+  refused("follow " + stall + "--parameter V --to 20 --only level", "'level'");
+  refused("follow " + stall + "--parameter theta_deg --to 3", "'theta' is free");
+  refused("follow " + stall + "--max-step 0", "--max-step");
+  const std::string table = studies + "printed.toml --only 'Table 3, level'";
+  refused("follow " + table + " --parameter V --to 3", "formulation table");
+  refused("sensitivities " + table, "formulation table");
+  refused("sensitivities " + good + " --parameters V,gains.K_L", "'gains.K_Lp'");
+  refused("envelope " + table, "closed_loop");
+  refused("envelope " + good + " --over V", "--over");
+  refused("envelope " + good + " --count 2", "--count");
 }
 
 TEST_CASE("every shipped study runs; hover trims in body axes") {
@@ -256,23 +611,74 @@ static std::string without_round_off(const std::string& text) {
   return std::regex_replace(text, std::regex("[0-9]e-[0-9]+"), "#e-##");
 }
 
-TEST_CASE("README shows what the program prints") {
-  const Scratch scratch;
-  const Ran ran = tiltrim(scratch, "linearize " + studies + "paper.toml");
-  std::istringstream readme(slurp(std::string(TILTRIM_SOURCE_DIR) + "/README.md"));
-  std::string shown;
+// Steps and evaluations along a curve differ between compilers too.
+static std::string comparable(const std::string& text) {
+  const std::regex counts("[0-9]+(?=\\s+(verified|evaluations))| +[0-9]+(?=\n)");
+  return std::regex_replace(without_round_off(text), counts, "#");
+}
+
+// What a document shows of a command: "..." stands for any lines.
+struct Shown {
+  std::string arguments;
+  std::vector<std::string> stretches{""};
+};
+
+// Commands after "$ build/bin/tiltrim", and the studies that begin with their name, "# my.toml".
+static std::vector<Shown> shown_in(const fs::path& document, const Scratch& scratch) {
+  const std::string prompt = "    $ build/bin/tiltrim ";
+  std::vector<Shown> all;
+  std::string study, *into = nullptr;
   bool inside = false;
-  for (std::string line; std::getline(readme, line);) {
-    if (inside && !line.empty() && !line.starts_with("    ")) break;
-    if (inside) shown += (line.empty() ? line : line.substr(4)) + "\n";
-    inside = inside || line == "    $ build/bin/tiltrim linearize studies/paper.toml";
+  for (const std::string& line : lines_of(slurp(document))) {
+    if (line == "```toml" || line == "```") {
+      into = line == "```" ? nullptr : &study;
+      study.clear();
+    } else if (into) {
+      study += line + "\n";
+      if (study.starts_with("# ") && study.find(".toml\n") != study.npos)
+        scratch.write(study.substr(2, study.find('\n') - 2), study);
+    }
+    inside = inside && (line.empty() || line.starts_with("    "));
+    if (inside && line == "    ...")
+      all.back().stretches.emplace_back();
+    else if (inside)
+      all.back().stretches.back() += (line.empty() ? line : line.substr(4)) + "\n";
+    if (!line.starts_with(prompt)) continue;
+    all.push_back({line.substr(prompt.size())});
+    inside = true;
   }
-  CHECK(without_round_off(shown) == without_round_off(ran.out) + "\n");
+  for (Shown& shown : all) shown.stretches.back().pop_back();  // the empty line after it
+  return all;
+}
+
+TEST_CASE("the documents show what the program prints") {
+  const Scratch scratch;
+  const fs::path source = TILTRIM_SOURCE_DIR;
+  fs::create_directory_symlink(source / "studies", scratch.path / "studies");
+  for (const char* document : {"README.md", "docs/follow.md", "docs/trim.md"}) {
+    const std::vector<Shown> all = shown_in(source / document, scratch);
+    CHECK(all.size() >= 2);
+    for (const Shown& shown : all) {
+      CAPTURE(document);
+      CAPTURE(shown.arguments);
+      const std::string printed = comparable(tiltrim(scratch, shown.arguments).out);
+      std::size_t at = 0;
+      for (const std::string& stretch : shown.stretches) {
+        CAPTURE(stretch);
+        const std::size_t found = printed.find(comparable(stretch), at);
+        CHECK(found != std::string::npos);
+        if (&stretch == &shown.stretches.front()) CHECK(found == 0);
+        at = found + comparable(stretch).size();
+      }
+      if (!shown.stretches.back().empty()) CHECK(at == printed.size());
+    }
+  }
 }
 
 TEST_CASE("help teaches, on every level") {
   const Scratch scratch;
-  for (const char* arguments : {"--help", "trim --help", "linearize --help", "tables --help"}) {
+  for (const char* arguments : {"--help", "trim --help", "linearize --help", "follow --help",
+                                "envelope --help", "sensitivities --help", "tables --help"}) {
     const Ran ran = tiltrim(scratch, arguments);
     CHECK(ran.exit_code == 0);
     CHECK(ran.out.find("study") != std::string::npos);

@@ -143,14 +143,15 @@ static void compare(const TrimProblem& problem, const Sensitivities& s, std::siz
     sizes.row(i) << w, w, 1, w;
     errors.row(i) << m.error, m.error, m.error / w, m.error;
   }
-  VectorXd actual(reference.value.size()), size = actual, error = 0 * actual;
+  VectorXd actual = VectorXd::Zero(reference.value.size()), size = actual, error = actual;
   actual << along.x, along.u, along.outputs, modes.col(0).sum(), modes.reshaped();
   size << nominals(model.states), nominals(model.inputs), nominals(model.outputs), sizes.maxCoeff(),
       sizes.reshaped();
   error.tail(1 + errors.size()) << errors.col(0).sum(), errors.reshaped();
+  const bool all_simple = std::ranges::find(s.simple, false) == s.simple.end();
   for (Index k = 0; k < actual.size(); ++k) {
     CAPTURE(k);
-    if (std::isnan(actual[k])) continue;  // not simple
+    if (!all_simple && std::isnan(actual[k])) continue;
     const double natural = no_effect * size[k] / size_of(along);
     const double tolerance = digits * std::max(std::abs(reference.value[k]), natural);
     const bool judged = reference.error[k] <= 0.1 * tolerance;
@@ -205,13 +206,13 @@ TEST_CASE("random aircraft: as differences of re-trimmed points") {
   }
   CHECK(tally.compared > 36 * points);  // of 37: hardly a mode is not simple
   CHECK(tally.not_judged < tally.compared / 1000);
-  CHECK(tally.missed < tally.compared / 100);
+  CHECK(tally.missed < tally.compared / 500);
 }
 
 TEST_CASE("along a gain that moves an integral by hundreds, too" * doctest::should_fail()) {
   Tally tally;
-  for (int h = 0; h < 100; ++h) {
-    const Sample sample = trimmed(closed_loop_problem(reference_vehicle(), corridor(h)));
+  for (int i = 0; i < trials(100); ++i) {
+    const Sample sample = trimmed(closed_loop_problem(reference_vehicle(), corridor(1.2 * i)));
     compare(sample.problem, sensitivities_of(sample, {"gains.K_Li"}), 0, tally);
   }
   CHECK(tally.missed == 0);
@@ -264,11 +265,11 @@ static Sample toy(const std::array<std::string, 4>& letters,
   Signals* const signals[] = {&m.states, &m.inputs, &m.parameters, &m.outputs};
   for (std::size_t i = 0; i < 4; ++i)
     for (const char name : letters[i]) signals[i]->push_back({{name}, "", 1.0});
-  // Of a step along one variable, in i 10⁻³⁰.
+  constexpr double tiny = 1e-30;  // of a step into the imaginary
   const auto value = [all](const VectorXd& x, const VectorXd& u, const VectorXd& p, Index k = -1) {
     VectorXcd z(x.size() + u.size() + p.size());
     z << x, u, p;
-    if (k >= 0) z[k] += Complex(0, 1e-30);
+    if (k >= 0) z[k] += Complex(0, tiny);
     return all(z);
   };
   m.f = [=](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
@@ -281,7 +282,7 @@ static Sample toy(const std::array<std::string, 4>& letters,
                                                               const std::vector<Index>& variables) {
     MatrixXd J(n, variables.size());
     for (std::size_t k = 0; k < variables.size(); ++k)
-      J.col(Index(k)) = value(o.x, o.u, o.p, variables[k]).imag() / 1e-30;
+      J.col(Index(k)) = value(o.x, o.u, o.p, variables[k]).imag() / tiny;
     return J;
   };
   return {{m, {.free = names(m.states), .still = names(m.states)}, at}, at};
@@ -370,7 +371,7 @@ static void check_shares(const Sample& sample, const VectorXd& du) {
   const Sensitivities s = sensitivities_of(sample);
   REQUIRE(s.status == Status::found);
   const ParameterSensitivity& along = s.parameters.at(0);
-  CHECK_NEAR((along.u - du).norm(), 0, sloped);  // the effort's Hessian is
+  CHECK_NEAR((along.u - du).norm(), 0, sloped);  // as the effort's Hessian is
   CHECK_NEAR(along.x[0], 0, 0);
   CHECK_NEAR(along.outputs[0], du[0] + 1, sloped);
   CHECK_NEAR(along.modes.at(0).eigenvalue.real(), -du[0], 2 * sloped);
@@ -402,15 +403,12 @@ static void check_refused(const Sensitivities& s, Status status, const std::stri
 static Complex lag(Complex x, Complex p) { return p - x; }
 static Complex fold(Complex x, Complex p) { return p + x * x; }
 
-TEST_CASE("singular: at a fold, not beside it") {
+TEST_CASE("not_trim: the rates do not vanish; singular: at a fold, not beside it") {
+  check_refused(sensitivities_of(scalar(lag, 1, 2)), Status::not_trim, "not_trim");
   check_refused(sensitivities_of(scalar(fold, 0, 0)), Status::singular, "singular");
   const Sensitivities beside = sensitivities_of(scalar(fold, 1e-3, -1e-6));
   REQUIRE(bool(beside));
   CHECK_NEAR(beside.parameters.at(0).x[0], -500, 500 * solved);
-}
-
-TEST_CASE("not_trim: the rates do not vanish") {
-  check_refused(sensitivities_of(scalar(lag, 1, 2)), Status::not_trim, "not_trim");
 }
 
 TEST_CASE("not_trim: the effort is not least" * doctest::should_fail()) {
@@ -572,8 +570,9 @@ TEST_CASE("ranked: the largest effect of one percent first, each parameter once"
         return std::abs(s.parameters[k].value * (oscillates ? m.damping : m.eigenvalue.real()));
       }));
       std::ranges::sort(order);
-      REQUIRE(order.size() == s.parameters.size());
-      for (std::size_t k = 0; k < order.size(); ++k) CHECK(order[k] == k);
+      std::vector<std::size_t> each(s.parameters.size());
+      std::iota(each.begin(), each.end(), std::size_t{0});
+      CHECK(order == each);
     }
   }
 }

@@ -240,7 +240,7 @@ TEST_CASE("a table condition") {
 }
 
 TEST_CASE("the shipped studies load") {
-  for (const char* name : {"paper", "airframe", "printed"}) {
+  for (const char* name : {"paper", "airframe", "printed", "stall"}) {
     CAPTURE(name);
     const Study study = load_study(source / "studies" / fmt::format("{}.toml", name));
     CHECK(study.conditions.size() >= 3);
@@ -252,6 +252,53 @@ TEST_CASE("the shipped studies load") {
   CHECK(paper.conditions[1].name == "transition");
   CHECK(paper.conditions[1].command.V == 6);
   CHECK(paper.conditions[1].command.gamma == 45 * degree);
+  CHECK_FALSE(paper.follow);
+  CHECK_FALSE(paper.envelope);
+  const Study stall = load_study(source / "studies/stall.toml");
+  REQUIRE(stall.follow);
+  CHECK(stall.follow->parameter.name == "V");
+  CHECK(stall.follow->to == 5);
+}
+
+TEST_CASE("what is to be followed: any number, in its own unit") {
+  const auto followed = [](const std::string& parameter, const std::string& to) {
+    return parsed("[follow]\nparameter = '" + parameter + "'\nto = " + to + "\n" + one_condition)
+        .follow.value();
+  };
+  CHECK(followed("V", "5").to == 5);
+  CHECK(followed("gamma_deg", "-30").to == -30 * degree);
+  CHECK(followed("gamma_deg", "-30").parameter.signal == "gamma");
+  CHECK(followed("aircraft.mass", "4.5").to == 4.5);
+  CHECK(followed("aircraft.cyclic_off_deg", "45").to == 45 * degree);
+  CHECK(followed("gains.K_Lp", "1").parameter.signal == "gains.K_Lp");
+  for (const Key& key : study_keys()) {
+    CAPTURE(key.name);
+    CHECK(followed(key.name, "0.5").parameter.name == key.name);
+    CHECK_NEAR(key.in_study(key.in_si(0.5)), 0.5, 1e-16);
+  }
+}
+
+TEST_CASE("an envelope: what is not said keeps its default") {
+  const auto read = [](const std::string& text) {
+    return parsed("[envelope]\n" + text + one_condition).envelope.value();
+  };
+  const EnvelopeTable corridor = read("over = 'eta_deg'\n");
+  CHECK(corridor.over.name == "eta_deg");
+  CHECK(corridor.range.lower == 0);
+  CHECK(corridor.range.upper == 90 * degree);
+  CHECK(corridor.V.lower == 1);
+  CHECK(corridor.V.upper == 30);
+  CHECK(corridor.count == 100);
+  CHECK(read("").over.name == "eta_deg");
+  const EnvelopeTable path =
+      read("over = 'gamma_deg'\nV = [4, 12]\ngamma_deg = [-20, 10]\ncount = 60\n");
+  CHECK(path.over.name == "gamma_deg");
+  CHECK(path.V.lower == 4);
+  CHECK(path.V.upper == 12);
+  CHECK(path.range.lower == -20 * degree);
+  CHECK(path.range.upper == 10 * degree);
+  CHECK(path.count == 60);
+  CHECK(read("over = 'gamma_deg'\n").range.upper == 30 * degree);
 }
 
 TEST_CASE("the manual's examples load, and it names every key") {
@@ -416,6 +463,40 @@ TEST_CASE("wrong airframe and table conditions are refused") {
   check_refused(head + "objective = [{signal = 'V', scale = 0}]\n", "6:37", {"objective.scale: 0"});
   check_refused("[[condition]]\nname = 'a'\nformulation = 'table'\n", "1:1",
                 {"condition.gamma_deg", "missing"});
+}
+
+TEST_CASE("wrong branches and envelopes are refused") {
+  const auto follow = [](const std::string& text) { return "[follow]\n" + text + one_condition; };
+  check_refused(follow(""), "1:1", {"follow.parameter", "missing"});
+  check_refused(follow("to = 5\n"), "1:1", {"follow.parameter", "missing"});
+  check_refused(follow("parameter = 'V'\n"), "1:1", {"follow.to", "missing"});
+  check_refused(follow("parameter = 'Vv'\nto = 5\n"), "2:13",
+                {"follow.parameter", "'Vv'", "did you mean 'V'?", "gains.K_Lp"});
+  check_refused(follow("parameter = 'gamma'\nto = 5\n"), "2:13", {"did you mean 'gamma_deg'?"});
+  check_refused(follow("parameter = 'aircraft.masss'\nto = 5\n"), "2:13", {"'aircraft.mass'?"});
+  check_refused(follow("parameter = 3\nto = 5\n"), "2:13", {"follow.parameter: 3 is not text"});
+  check_refused(follow("parameter = 'V'\nto = 'slow'\n"), "3:6", {"follow.to", "'slow'"});
+  check_refused(follow("parameter = 'V'\nto = -1\n"), "3:6", {"follow.to: -1", "m/s"});
+  check_refused(follow("parameter = 'V'\nto = nan\n"), "3:6", {"follow.to: nan"});
+  check_refused(follow("parameter = 'eta_deg'\nto = 101\n"), "3:6", {"follow.to: 101", "100"});
+  check_refused(follow("parameter = 'V'\nto = 5\nfrom = 3\n"), "4:1", {"'from'", "[follow]"});
+  check_refused("follow = 3\n" + one_condition, "1:10", {"follow: 3 is not a table"});
+
+  const auto envelope = [](const std::string& text) {
+    return "[envelope]\n" + text + one_condition;
+  };
+  check_refused(envelope("over = 'V'\n"), "2:8", {"envelope.over", "eta_deg, gamma_deg"});
+  check_refused(envelope("over = 'eta_deg'\ngamma_deg = [-5, 5]\n"), "3:13",
+                {"envelope.gamma_deg", "each condition's own", "over = \"gamma_deg\""});
+  check_refused(envelope("gamma_deg = [-5, 5]\n"), "2:13", {"envelope.gamma_deg"});
+  check_refused(envelope("over = 'gamma_deg'\neta_deg = [0, 5]\n"), "3:11", {"envelope.eta_deg"});
+  check_refused(envelope("V = 5\n"), "2:5", {"envelope.V: 5 is not a pair"});
+  check_refused(envelope("V = [5, 4]\n"), "2:5", {"envelope.V: lower 5"});
+  check_refused(envelope("V = [0, 4]\n"), "2:6", {"envelope.V: 0", "0.5"});
+  check_refused(envelope("eta_deg = [0, 200]\n"), "2:15", {"envelope.eta_deg: 200", "100"});
+  check_refused(envelope("count = 4\n"), "2:9", {"envelope.count: 4"});
+  check_refused(envelope("count = 'x'\n"), "2:9", {"envelope.count", "'x'"});
+  check_refused(envelope("counts = 4\n"), "2:1", {"'counts'", "did you mean 'count'?"});
 }
 
 TEST_CASE("what is not TOML, or not text, is refused") {
