@@ -25,6 +25,8 @@ std::string to_string(SensitivityStatus status) {
       return "found";
     case SensitivityStatus::not_trim:
       return "not_trim";
+    case SensitivityStatus::not_implied:
+      return "not_implied";
     case SensitivityStatus::singular:
       return "singular";
     case SensitivityStatus::no_linear:
@@ -51,18 +53,19 @@ struct Shift {
   double rcond = 0.0;
 };
 
+double conditioning(const MatrixXd& A) {
+  if (A.size() == 0) return 1.0;
+  const VectorXd sigma = Eigen::JacobiSVD<MatrixXd>(A).singularValues();
+  return sigma[sigma.size() - 1] / std::max(sigma[0], 1.0);
+}
+
 Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
                   const std::string& parameter, const std::optional<Optimum>& optimum) {
   const Problem problem = make_problem(model, with_parameter(model, spec, parameter), trimmed);
   Path path{problem};
   path.optimal = optimum.has_value();
-  const VectorXd z = unknowns_of(problem, trimmed);
-  VectorXd y = z;
-  if (optimum) {
-    path.held = optimum->active;
-    y.resize(z.size() + optimum->lambda.size());
-    y << optimum->z, z[path.parameter()], optimum->lambda;
-  }
+  if (optimum) path.held = optimum->active;
+  const VectorXd y = path.start(unknowns_of(problem, trimmed));
   Shift shift{VectorXd::Zero(trimmed.x.size() + trimmed.u.size() + trimmed.p.size()), 0.0};
   VectorXd G;
   MatrixXd J;
@@ -71,14 +74,13 @@ Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint
   const Index p = path.parameter(), after = y.size() - p - 1;
   MatrixXd of_unknowns(J.rows(), J.cols() - 1);
   of_unknowns << J.leftCols(p), J.rightCols(after);
-  const Eigen::JacobiSVD<MatrixXd> svd(of_unknowns, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const VectorXd sigma = svd.singularValues();
-  shift.rcond = sigma.size() > 0 ? sigma[sigma.size() - 1] / std::max(sigma[0], 1.0) : 1.0;
+  shift.rcond = conditioning(of_unknowns);
   if (shift.rcond < fold_below) return shift;
+  shift.variables[problem.unknowns.back()] = 1.0;
+  if (p == 0) return shift;  // nothing is free
   const VectorXd dw = -of_unknowns.partialPivLu().solve(J.col(p)) / problem.nominal[p];
   for (Index k = 0; k < p; ++k)
     shift.variables[problem.unknowns[std::size_t(k)]] = dw[k] * problem.nominal[k];
-  shift.variables[problem.unknowns.back()] = 1.0;
   return shift;
 }
 
@@ -104,11 +106,15 @@ struct Directional {
 
 Directional jacobian_along(const Model& model, const OperatingPoint& at,
                            const VectorXd& direction) {
-  constexpr double h = 1e-5;  // of nominal sizes: truncation and round-off both near 1e-10
+  // Of each variable's size: truncation and round-off both small. Slopes by differences carry noise
+  // that a short step would magnify.
+  const double h = model.derivatives ? 1e-5 : 5e-4;
   std::vector<Index> states;
   for (Index i = 0; i < at.x.size(); ++i) states.push_back(i);
-  const double size = direction.cwiseQuotient(all_nominals(model)).lpNorm<Eigen::Infinity>();
-  const double step = h / size;
+  VectorXd size(direction.size());
+  size << at.x, at.u, at.p;
+  size = size.cwiseAbs().cwiseMax(all_nominals(model));
+  const double step = h / direction.cwiseQuotient(size).lpNorm<Eigen::Infinity>();
   const auto A = [&](double t) -> MatrixXd {
     return jacobian(model, moved(at, t * direction), states).topRows(at.x.size());
   };
@@ -150,6 +156,60 @@ std::string repeated(const Sensitivities& s) {
 
 }  // namespace
 
+namespace {
+
+// Why the point is no trim of the spec, in words; else empty. An optimum is returned with its
+// limits.
+std::string no_trim(const Problem& p, const VectorXd& z, std::optional<Optimum>& optimum) {
+  constexpr double far = 1e-6;  // scaled
+  const Values v = values(p, z);
+  if (!v.finite || (v.residual.size() > 0 && v.residual.lpNorm<Eigen::Infinity>() > far))
+    return "the point is no trim: the rates do not vanish there";
+  if (excess(z, p.lower, p.upper) > far ||
+      excess(v.limited, p.limited_lower, p.limited_upper) > far)
+    return "the point is no trim: it lies outside the limits";
+  for (const Index row : p.implied)
+    if (std::abs(v.rates[row]) > far * p.row_nominal[row])
+      return "the point is no trim: a rate that should follow from the equations does not vanish";
+  if (p.square()) return {};
+  optimum = polish_optimum(p, z, {});
+  if (!optimum->verified || (optimum->z - z).lpNorm<Eigen::Infinity>() > far)
+    return "the point is not shown to be the trim of least effort";
+  return {};
+}
+
+// A limit that is touched without holding anything back: to one side it takes hold, to the other
+// it does not, and the trim has a kink.
+bool has_kink(const Problem& p, const VectorXd& z, const std::optional<Optimum>& optimum) {
+  constexpr double touched = 1e-9;
+  if (!optimum) return false;
+  const Values v = values(p, z);
+  const auto lies_on = [&](const VectorXd& at, const VectorXd& lower, const VectorXd& upper) {
+    return ((at - lower).array().abs() <= touched || (upper - at).array().abs() <= touched).count();
+  };
+  const Index on =
+      lies_on(z, p.lower, p.upper) + lies_on(v.limited, p.limited_lower, p.limited_upper);
+  const Index held = std::ssize(optimum->active.unknowns) + std::ssize(optimum->active.limited);
+  const auto multipliers = optimum->lambda.tail(held).cwiseAbs().array();
+  return on != held || (multipliers <= touched).any();
+}
+
+// A rate that is implied must stay at zero along the shift too.
+std::string not_implied(const Problem& p, const MatrixXd& J, const VectorXd& shift,
+                        const std::string& parameter) {
+  constexpr double vanishes = 1e-6;
+  for (const Index row : p.implied)
+    if (std::abs(J.row(row).dot(shift)) >
+        vanishes * J.row(row).cwiseAbs().dot(shift.cwiseAbs()) + vanishes * p.row_nominal[row])
+      return fmt::format(
+          "along {} the equations do not stay a trim: {} would not vanish (a bound holds what {} "
+          "should move)",
+          parameter, row_name(p.model, row), parameter);
+  return {};
+}
+
+}  // namespace
+
 Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
                             const std::vector<std::string>& parameters) {
   const std::vector<std::string> names =
@@ -157,22 +217,20 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   for (const std::string& name : names) with_parameter(model, spec, name);  // may throw
   Sensitivities result;
   result.point = trimmed;
+  const auto refused = [&](SensitivityStatus status, std::string why) {
+    result.status = status;
+    result.message = std::move(why);
+    result.parameters.clear();
+    return result;
+  };
   const Problem problem = make_problem(model, spec, trimmed);
   const VectorXd z = unknowns_of(problem, trimmed);
-  const Values v = values(problem, z);
-  constexpr double far = 1e-6;  // scaled
-  if (!v.finite || (v.residual.size() > 0 && v.residual.lpNorm<Eigen::Infinity>() > far)) {
-    result.message = "the point is no trim: the rates do not vanish there";
-    return result;
-  }
   std::optional<Optimum> optimum;
-  if (!problem.square()) {
-    optimum = polish_optimum(problem, z, {});
-    if (!optimum->verified) {
-      result.message = "the point is not shown to be the trim of least effort";
-      return result;
-    }
-  }
+  if (std::string why = no_trim(problem, z, optimum); !why.empty())
+    return refused(SensitivityStatus::not_trim, why);
+  if (has_kink(problem, z, optimum))
+    return refused(SensitivityStatus::singular,
+                   "the trim lies where a limit takes hold: it has a kink, and no derivative");
 
   std::vector<Index> variables;
   for (Index j = 0; j < trimmed.x.size() + trimmed.u.size() + trimmed.p.size(); ++j)
@@ -184,15 +242,13 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   for (const std::string& name : names) {
     const Shift shift = shift_along(model, spec, trimmed, name, optimum);
     result.rcond = shift.rcond;
-    if (shift.rcond < fold_below) {
-      result.status = SensitivityStatus::singular;
-      result.message = fmt::format(
-          "the trim is at a fold, or the equations leave a direction free (rcond {:.1e}): it has "
-          "no derivative along {}",
-          shift.rcond, name);
-      result.parameters.clear();
-      return result;
-    }
+    if (shift.rcond < fold_below)
+      return refused(SensitivityStatus::singular,
+                     fmt::format("the trim is at a fold, or the equations leave a direction free "
+                                 "(rcond {:.1e}): it has no derivative along {}",
+                                 shift.rcond, name));
+    if (std::string why = not_implied(problem, J, shift.variables, name); !why.empty())
+      return refused(SensitivityStatus::not_implied, why);
     const Index j = variable(model, name);
     ParameterSensitivity one{signal_of(model, j), value_of(trimmed, j), {}, {}, {}, {}};
     one.x = shift.variables.head(trimmed.x.size());

@@ -12,9 +12,10 @@ namespace tiltrim {
 
 enum class SensitivityStatus {
   found,
-  not_trim,   ///< the point is no verified trim (of least effort, where an effort decides)
-  singular,   ///< at a fold: the trim has no derivative along any parameter
-  no_linear,  ///< trim sensitivities only: the point is no equilibrium, or has no linear model
+  not_trim,     ///< the point is no verified trim (of least effort, where an effort decides)
+  not_implied,  ///< along a parameter a rate that should follow from the equations would not vanish
+  singular,     ///< at a fold, or where a limit takes hold: the trim has no derivative
+  no_linear,    ///< trim sensitivities only: the point is no equilibrium, or has no linear model
 };
 std::string to_string(SensitivityStatus status);
 

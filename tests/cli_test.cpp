@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <regex>
@@ -655,13 +656,15 @@ TEST_CASE("the documents show what the program prints") {
   const Scratch scratch;
   const fs::path source = TILTRIM_SOURCE_DIR;
   fs::create_directory_symlink(source / "studies", scratch.path / "studies");
-  for (const char* document : {"README.md", "docs/follow.md", "docs/trim.md"}) {
+  std::map<std::string, std::string> ran;  // a study of one name is the same in all documents
+  for (const std::string document : {"README.md", "docs/follow.md", "docs/trim.md"}) {
     const std::vector<Shown> all = shown_in(source / document, scratch);
     CHECK(all.size() >= 2);
     for (const Shown& shown : all) {
       CAPTURE(document);
       CAPTURE(shown.arguments);
-      const std::string printed = comparable(tiltrim(scratch, shown.arguments).out);
+      std::string& printed = ran[shown.arguments];
+      if (printed.empty()) printed = comparable(tiltrim(scratch, shown.arguments).out);
       std::size_t at = 0;
       for (const std::string& stretch : shown.stretches) {
         CAPTURE(stretch);

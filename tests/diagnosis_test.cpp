@@ -90,26 +90,27 @@ struct Known {
   VectorXd closest;  // of the first inputs
   std::vector<Holding> holding;
   std::vector<Way> ways;
+  int starts = 0;  // beyond the guess: of convex problems any start finds all there is
 };
 
 static void check(const Known& known) {
-  const Diagnosis d = diagnosed(known.asked, {.starts = 0});  // any start finds all there is
+  const Diagnosis d = diagnosed(known.asked, {.starts = known.starts});
   const VectorXd off = d.closest.u.head(known.closest.size()) - known.closest;
   CHECK_NEAR(off.lpNorm<Eigen::Infinity>(), 0, 1e-6);
 
   CHECK(std::ranges::is_sorted(d.holding, {}, &Holding::pull));
-  auto expected = known.holding;
-  std::ranges::sort(expected, {}, &Holding::pull);
-  REQUIRE(d.holding.size() >= expected.size());
+  REQUIRE(d.holding.size() >= known.holding.size());
   for (std::size_t i = 0; i < d.holding.size(); ++i) {
-    const Holding& h = d.holding[i];
-    // An interior point stops short of a bound that has no pull by some 1e-5.
-    if (i >= expected.size()) CHECK_NEAR(h.pull, 0, 1e-4);
-    if (i >= expected.size()) continue;
-    CHECK(h.limit.signal == expected[i].limit.signal);
-    CHECK(h.limit.upper == expected[i].limit.upper);
-    CHECK_NEAR(h.limit.value, expected[i].limit.value, 1e-12);
-    CHECK_NEAR(h.pull, expected[i].pull, 1e-6 + 1e-5 * std::abs(h.pull));
+    const auto& [limit, pull] = d.holding[i];
+    const auto known_one = std::ranges::find_if(
+        known.holding, [&](const Holding& h) { return h.limit.signal == limit.signal; });
+    CHECK((i < known.holding.size()) == (known_one != known.holding.end()));
+    // What has no pull is some 1e-5 from its limit: the interior point's distance.
+    if (known_one == known.holding.end()) CHECK_NEAR(pull, 0, 1e-4);
+    if (known_one == known.holding.end()) continue;
+    CHECK(limit.upper == known_one->limit.upper);
+    CHECK_NEAR(limit.value, known_one->limit.value, 1e-12);
+    CHECK_NEAR(pull, known_one->pull, 1e-6 + 1e-5 * std::abs(pull));
   }
 
   std::size_t limits = 0, helped = 0;
@@ -181,6 +182,7 @@ static Known circle(Generator& g, bool within) {
   if (p > a) known.ways.push_back({limit, "u2", within, b, u2});
   if (within) known.ways.push_back({limit, "u1", false, 0, -u1});  // the circle's other side
   if (within) known.ways.push_back({limit, "u2", false, 0, -u2});
+  known.starts = TrimOptions{}.starts;  // not convex
   return known;
 }
 
@@ -244,7 +246,7 @@ static Known two_equations(Generator& g) {
 TEST_CASE("out of reach: the closest point, what holds it back, what each thing alone would give") {
   Generator g(1);
   for (int i = 0; i < trials(240); ++i) check(line(g, i % 6 == 0));
-  for (int i = 0; i < trials(40); ++i) check(circle(g, i % 2));
+  for (int i = 0; i < trials(20); ++i) check(circle(g, i % 2));
   for (int i = 0; i < trials(20); ++i) check(disc(g));
   for (int i = 0; i < trials(20); ++i) check(output(g));
   for (int i = 0; i < trials(40); ++i) check(two_equations(g));
@@ -293,15 +295,13 @@ TEST_CASE("a lever that cannot help: shown where the model has an enclosure of i
 // is a solution exactly where each level lies within the range of its terms.
 struct Sums {
   struct Term {
-    int kind;  // linear, quadratic, cubic
-    double a, m;
+    double slope, curvature;
 
-    double at(double u) const {
-      return a * (kind == 0 ? u : kind == 1 ? (u - m) * (u - m) : u + u * u * u);
-    }
+    double at(double u) const { return u * (slope + curvature * u); }
     Range range(const Range& u) const {
-      if (kind == 1) return a * squared({u.lower - m, u.upper - m});
-      return {std::min(at(u.lower), at(u.upper)), std::max(at(u.lower), at(u.upper))};
+      const double a = at(u.lower), b = at(u.upper), turn = -0.5 * slope / curvature;
+      const double c = u.lower < turn && turn < u.upper ? at(turn) : a;
+      return {std::min({a, b, c}), std::max({a, b, c})};
     }
   };
   std::vector<Term> terms;
@@ -315,7 +315,7 @@ struct Sums {
     for (auto n = 2 + g() % 2; n > 0; --n) {
       const double lower = uniform(g, -1.5, 1);
       box.push_back({lower, lower + uniform(g, 0.2, 1.5)});
-      terms.push_back({linear ? 0 : int(g() % 3), sign(g) * uniform(g, 0.3, 2), uniform(g, -1, 1)});
+      terms.push_back({sign(g) * uniform(g, 0.3, 2), linear ? 0 : uniform(g, -1, 1)});
     }
     const std::vector<Range> reached = ranges(box);
     const std::size_t out = g() % 2 ? g() % levels.size() : 2;
