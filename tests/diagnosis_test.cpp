@@ -245,7 +245,7 @@ static Known two_equations(Generator& g) {
 
 TEST_CASE("out of reach: the closest point, what holds it back, what each thing alone would give") {
   Generator g(1);
-  for (int i = 0; i < trials(240); ++i) check(line(g, i % 6 == 0));
+  for (int i = 0; i < trials(240); ++i) check(line(g, i % 3 == 0));
   for (int i = 0; i < trials(20); ++i) check(circle(g, i % 2));
   for (int i = 0; i < trials(20); ++i) check(disc(g));
   for (int i = 0; i < trials(20); ++i) check(output(g));
