@@ -48,6 +48,11 @@ TrimResult started(const Vehicle& vehicle, const Condition& condition, const Tri
   return trim(problem.model, spec, problem.guess, trimming);
 }
 
+bool has_variable(const Model& model, const std::string& name) {
+  return find(model.states, name) >= 0 || find(model.inputs, name) >= 0 ||
+         find(model.parameters, name) >= 0;
+}
+
 }  // namespace
 
 bool BranchAnswer::answered() const {
@@ -65,14 +70,24 @@ BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Ke
   const TrimProblem problem =
       problem_along(vehicle, condition, parameter.signal == "V" ? std::min(V, to) : V);
   BranchAnswer answer{{condition, problem.model, {}, {}}, parameter, to, {}};
+  if (!has_variable(problem.model, parameter.signal))
+    throw std::invalid_argument(
+        fmt::format("the {} has no variable {}", problem.model.name, parameter.name));
+  if (value_of(problem.guess, variable(problem.model, parameter.signal)) == to)
+    throw std::invalid_argument(
+        fmt::format("{} is at {:.6g} already", parameter.name, parameter.in_study(to)));
   TrimResult& start = answer.start.trim;
   start = started(vehicle, condition, problem, trimming);
   const bool found = answer.start.has_equilibrium();
   answer.branch = follow(problem.model, problem.spec, found ? start.point : problem.guess,
                          parameter.signal, to, options);
-  if (!found)
+  if (!found) {  // what trim() says of it, which asks the airframe alone too
+    const TrimResult said = tiltrim::answer(vehicle, condition, trimming).trim;
+    start.status = said.status;
+    start.message = said.message;
     answer.branch.message =
         fmt::format("no trim to start from: {}: {}", to_string(start.status), start.message);
+  }
   return answer;
 }
 

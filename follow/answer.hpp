@@ -35,7 +35,8 @@ struct SensitivityAnswer {
 };
 
 /// Trims the condition and gives its sensitivities to these of the study's numbers; empty: to its
-/// own V, gamma, eta, all of the aircraft and all gains. Throws as follow().
+/// model's parameters: for a closed loop V, gamma, eta, all of the aircraft and all gains. Throws
+/// as follow().
 [[nodiscard]] SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& condition,
                                               const std::vector<Key>& keys = {},
                                               const TrimOptions& trimming = {});

@@ -80,11 +80,14 @@ bool meet(Follower& f, const Crossing& crossing, const std::vector<LimitName>& n
           "at its limits no free unknown is left, and the branch turns back: beyond there is no "
           "trim");
       return false;
-    case target:
-      end(f, BranchEnd::reached, crossing.at,
+    case target: {
+      CurvePoint there = crossing.at;  // located to round-off: now exactly
+      there.y[f.path.parameter()] = f.to;
+      end(f, BranchEnd::reached, there,
           fmt::format("{} reaches the value asked for",
                       signal_of(f.problem.model, f.problem.unknowns.back()).name));
       return false;
+    }
     case limits: {
       if (crossing.rising) return true;
       const LimitName& limit = names[std::size_t(crossing.index)];
@@ -257,6 +260,8 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
                       limit.signal, limit.upper ? "upper" : "lower"));
       break;
     }
+    const Index p = f.path.parameter();
+    if (f.last.tangent[p] * next->tangent[p] < 0) add(f, EventKind::fold, *next, "");
     at = *next;
   }
   f.branch.evaluations = f.problem.evaluations;

@@ -80,8 +80,8 @@ Key study_key(std::string_view name) {
   const bool unit_missing = std::ranges::find(all, std::string(name) + "_deg") != all.end();
   const std::string near = unit_missing ? std::string(name) + "_deg" : nearest_name(name, all);
   throw std::invalid_argument(fmt::format(
-      "{} is not a number of a study{}; there are: {}", reading::in_quotes(name),
-      near.empty() ? "" : fmt::format("; did you mean '{}'?", near), fmt::join(all, ", ")));
+      "{} is not a number of a study; {}there are: {}", reading::in_quotes(name),
+      near.empty() ? "" : fmt::format("did you mean '{}'? ", near), fmt::join(all, ", ")));
 }
 
 }  // namespace tiltrim

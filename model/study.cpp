@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <utility>
 
@@ -111,7 +112,12 @@ static EnvelopeTable read_envelope(const Section& section) {
     envelope.V = section.range(*entry, {body_axes_below, 1000, "m/s"});
   if (const Entry* entry = section.find(envelope.over.name))
     envelope.range = section.range(*entry, accepted(envelope.over));
-  if (section.find("count")) envelope.count = int(section.number("count", {5, 1000}));
+  if (const Entry* entry = section.find("count")) {
+    const double count = section.number(*entry, {5, 1000});
+    if (count != std::floor(count))
+      section.refuse(*entry, fmt::format("{} is not a whole number", describe(*entry)));
+    envelope.count = int(count);
+  }
   return envelope;
 }
 

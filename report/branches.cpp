@@ -101,33 +101,39 @@ std::string words(const BranchEvent& e) {
   return {};
 }
 
+template <class Which>
+void drop(Sheet& sheet, const Which& which) {
+  for (std::size_t k = sheet.columns.size(); k-- > 0;) {
+    if (!which(k)) continue;
+    sheet.columns.erase(sheet.columns.begin() + std::ptrdiff_t(k));
+    for (auto& row : sheet.rows) row.erase(row.begin() + std::ptrdiff_t(k));
+  }
+}
+
+// The parameter has its own column, and needs no second one.
+void drop_repeated(Sheet& sheet) {
+  constexpr std::size_t own = 2;
+  if (sheet.columns.size() <= own) return;
+  const std::string key = sheet.columns[own].key;
+  drop(sheet, [&](std::size_t k) { return k != own && sheet.columns[k].key == key; });
+}
+
 }  // namespace
 
+// For people: eigenvalues are told in words.
 Sheet events_sheet(const BranchAnswer& b) {
   Sheet sheet;
-  // For people: the parameter's own column is enough, and eigenvalues are told in words.
-  const std::vector<SheetColumn> all = columns(b.parameter);
-  const auto shown = [&](std::size_t i) {
-    const std::string& key = all[i].key;
-    if (i == 2) return true;
-    return key != "name" && key != "eigenvalue_re" && key != "eigenvalue_im" && key != "residual" &&
-           key != b.parameter.name;
-  };
-  const auto take = [&](const auto& from) {
-    std::remove_cvref_t<decltype(from)> kept;
-    for (std::size_t i = 0; i < from.size(); ++i)
-      if (shown(i)) kept.push_back(from[i]);
-    return kept;
-  };
-  sheet.columns = take(all);
-  if (!b.branch.points.empty())
-    sheet.rows.push_back(take(row(b, b.branch.points.front(), "start")));
+  sheet.columns = columns(b.parameter);
+  if (!b.branch.points.empty()) sheet.rows.push_back(row(b, b.branch.points.front(), "start"));
   for (const BranchEvent& e : b.branch.events) {
     if (b.branch.points.empty()) break;  // the end has no trim
     std::vector<SheetCell> cells = row(b, e);
     cells.back() = SheetCell(words(e));
-    sheet.rows.push_back(take(cells));
+    sheet.rows.push_back(cells);
   }
+  drop_repeated(sheet);
+  for (const char* untold : {"name", "eigenvalue_re", "eigenvalue_im", "residual"})
+    drop(sheet, [&](std::size_t k) { return sheet.columns[k].key == untold; });
   return sheet;
 }
 
@@ -146,6 +152,7 @@ Sheet branches_sheet(const std::vector<BranchAnswer>& branches) {
     }
     events_before(b.branch.points.size());
   }
+  drop_repeated(sheet);
   return sheet;
 }
 

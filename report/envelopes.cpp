@@ -27,7 +27,8 @@ std::string held(const EnvelopeAnswer& e) {
 }
 
 std::string words(const std::string& name) {
-  return name == "edge" ? "end of the range" : name == "fold" ? "fold" : name + " limit";
+  const bool limit = name.ends_with(" upper") || name.ends_with(" lower");
+  return name == "edge" ? "end of the range" : limit ? name + " limit" : name;
 }
 
 }  // namespace
@@ -125,7 +126,7 @@ std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const T
           "{} grid points have more than one trim; {} piece{} of border (folds, limits of one of "
           "several trims) lie{} within: --format csv or json has them.",
           multiple, inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
-    text += '\n' + as_text(border, style);
+    if (!border.rows.empty()) text += '\n' + as_text(border, style);
   }
   return text;
 }

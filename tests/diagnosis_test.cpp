@@ -76,7 +76,7 @@ static Diagnosis diagnosed(const Asked& q, const TrimOptions& options = {}) {
   return diagnose(q.model, q.spec, q.guess, none.point, {{"p", {-100, 100}}}, options);
 }
 
-// ---- problems out of reach, all known of them: nothing else holds back, nothing else helps ----
+// ---- problems out of reach, all known: nothing else holds back, nothing else helps ----
 
 struct Way {
   RemedyKind kind;
@@ -101,16 +101,16 @@ static void check(const Known& known) {
   CHECK(std::ranges::is_sorted(d.holding, {}, &Holding::pull));
   REQUIRE(d.holding.size() >= known.holding.size());
   for (std::size_t i = 0; i < d.holding.size(); ++i) {
-    const auto& [limit, pull] = d.holding[i];
-    const auto known_one = std::ranges::find_if(
-        known.holding, [&](const Holding& h) { return h.limit.signal == limit.signal; });
-    CHECK((i < known.holding.size()) == (known_one != known.holding.end()));
+    const Holding& h = d.holding[i];
+    const auto is_same = [&](const Holding& k) { return k.limit.signal == h.limit.signal; };
+    const auto same = std::ranges::find_if(known.holding, is_same);
+    const bool pulls = same != known.holding.end();
+    CHECK(pulls == (i < known.holding.size()));
     // What has no pull is some 1e-5 from its limit: the interior point's distance.
-    if (known_one == known.holding.end()) CHECK_NEAR(pull, 0, 1e-4);
-    if (known_one == known.holding.end()) continue;
-    CHECK(limit.upper == known_one->limit.upper);
-    CHECK_NEAR(limit.value, known_one->limit.value, 1e-12);
-    CHECK_NEAR(pull, known_one->pull, 1e-6 + 1e-5 * std::abs(pull));
+    CHECK_NEAR(h.pull, pulls ? same->pull : 0, pulls ? 1e-6 + 1e-5 * std::abs(h.pull) : 1e-4);
+    if (!pulls) continue;
+    CHECK(h.limit.upper == same->limit.upper);
+    CHECK_NEAR(h.limit.value, same->limit.value, 1e-12);
   }
 
   std::size_t limits = 0, helped = 0;
@@ -133,8 +133,7 @@ static void check(const Known& known) {
   CHECK(helped == known.ways.size());
 }
 
-// x' = c·u - p, p beyond what the box reaches. `plain`: u1 + u2 = p with u1 in [0, a], u2 in [0,
-// b].
+// x' = c·u - p, p beyond what the box reaches. `plain`: u1 + u2 = p, u1 in [0, a], u2 in [0, b].
 static Known line(Generator& g, bool plain) {
   const Index n = plain ? 2 : 2 + Index(g() % 2);
   const double missing = (plain ? 1 : sign(g)) * uniform(g, 0.2, 3);
@@ -607,12 +606,13 @@ TEST_CASE("what is not explained") {
 TEST_CASE("the caller's mistakes throw") {
   const Asked q = conflict(1, 1, 1, 2, 1, Range{});
   for (const Lever& wrong : {Lever{"q", {0, 1}}, Lever{"p", {1, 0}}, Lever{"p", {NAN, 1}}}) {
-    CHECK_THROWS_AS(nearest(q.model, q.spec, q.guess, wrong), std::invalid_argument);
-    CHECK_THROWS_AS(diagnose(q.model, q.spec, q.guess, q.guess, {wrong}), std::invalid_argument);
+    CHECK_THROWS_AS((void)nearest(q.model, q.spec, q.guess, wrong), std::invalid_argument);
+    CHECK_THROWS_AS((void)diagnose(q.model, q.spec, q.guess, q.guess, {wrong}),
+                    std::invalid_argument);
   }
   TrimSpec wrong = q.spec;
   wrong.still = {"z"};
-  CHECK_THROWS_AS(diagnose(q.model, wrong, q.guess, q.guess, {}), std::invalid_argument);
+  CHECK_THROWS_AS((void)diagnose(q.model, wrong, q.guess, q.guess, {}), std::invalid_argument);
 }
 
 TEST_CASE("remedies in words") {
@@ -647,7 +647,7 @@ TEST_CASE("a single equation, nothing at its limit" * doctest::skip()) {
 
 TEST_CASE("a closest point of the wrong size throws" * doctest::skip()) {
   const Asked q = conflict(1, 1, 1, 2, 1, Range{});
-  CHECK_THROWS_AS(diagnose(q.model, q.spec, q.guess, {}, {}), std::invalid_argument);
+  CHECK_THROWS_AS((void)diagnose(q.model, q.spec, q.guess, {}, {}), std::invalid_argument);
 }
 
 // u1 + u2 = p with p beyond the corner (1, 2) by 1e-4; y' = u3 - ½ is there for the case above.

@@ -1,6 +1,4 @@
 // Sensitivities against differences of re-trimmed points, closed forms and laws; refusals.
-#include "follow/answer.hpp"
-
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -10,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "follow/answer.hpp"
 #include "model/study.hpp"
 #include "tests/check.hpp"
 #include "trim/conditions.hpp"

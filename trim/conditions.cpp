@@ -175,7 +175,6 @@ TrimResult trim_closed_loop(const Vehicle& vehicle, const Command& command,
   const TrimResult open = trim(airframe.model, airframe.spec, airframe.guess, options);
   if (open.status != TrimStatus::infeasible) return result;
   result.status = TrimStatus::infeasible;
-  result.limits_active = open.limits_active;
   result.message = "whatever the control law does, " + open.message;
   return result;
 }
