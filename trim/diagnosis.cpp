@@ -106,7 +106,7 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
 
 // At the least-squares point, Jᵀr + Aᵀμ = 0 over its active limits: μ is their pull.
 std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
-  constexpr double near = 1e-5, negligible = 1e-9;
+  constexpr double near = 1e-4, negligible = 1e-9;  // an interior point stops short of its bounds
   const Values v = values(p, z);
   const Slopes s = slopes(p, z);
   std::vector<Holding> active;
@@ -139,6 +139,46 @@ std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
 
 }  // namespace
 
+// The optimizer's nearest value may be a local one: values between it and the one asked for,
+// farther and farther away, are tried by Newton, and the optimizer goes on from the first that has
+// a trim.
+static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given,
+                        OperatingPoint guess, Index lever, const TrimOptions& options,
+                        Remedy& remedy) {
+  constexpr int values_tried = 120;
+  TrimOptions once = quiet(options);
+  once.max_boxes = 0;
+  once.starts = std::min(options.starts, 8);
+  spec.bounds.erase(signal_of(model, lever).name);
+  std::erase(spec.free, signal_of(model, lever).name);
+  if (!make_problem(model, spec, guess).square()) return;
+  once.method = TrimMethod::newton;
+  const Range& r = remedy.searched;
+  const double known = remedy.helps() ? std::abs(remedy.to - remedy.from)
+                                      : std::max(r.upper - remedy.from, remedy.from - r.lower);
+  for (int k = 1; k < values_tried && !options.stop.stop_requested(); ++k)
+    for (const double side : {-1.0, 1.0}) {
+      const double value = remedy.from + side * known * k / values_tried;
+      if (value < r.lower || value > r.upper) continue;
+      set_value(guess, lever, value);
+      const TrimResult there = trim(model, spec, guess, once);
+      if (there.status > TrimStatus::not_optimal) continue;
+      TrimOptions on = quiet(options);
+      on.starts = 0;
+      TrimResult nearer = trim(model, given, there.point, on);
+      if (nearer.status > TrimStatus::not_optimal) {
+        nearer = there;
+        nearer.status = TrimStatus::not_optimal;  // a trim, not shown to be the nearest
+      }
+      const double to = value_of(nearer.point, lever);
+      if (remedy.helps() && std::abs(to - remedy.from) >= known) return;
+      nearer.starts = remedy.trim.starts + 1;
+      remedy.trim = nearer;
+      remedy.to = to;
+      return;
+    }
+}
+
 Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                const Lever& lever, const TrimOptions& options) {
   TrimSpec given = spec;
@@ -152,6 +192,7 @@ Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& g
   given.effort = {{lever.signal, signal_of(model, j).nominal, remedy.from}};
   remedy.trim = trim(model, given, guess, quiet(options));
   if (remedy.helps()) remedy.to = value_of(remedy.trim.point, j);
+  look_nearer(model, spec, given, guess, j, options, remedy);
   return remedy;
 }
 
@@ -159,6 +200,7 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
                    const OperatingPoint& closest, const std::vector<Lever>& levers,
                    const TrimOptions& options) {
   const Problem problem = make_problem(model, spec, guess);
+  check(model, closest);
   Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};
 
   TrimOptions unproved = quiet(options);  // that no limit at all would help is not worth a proof

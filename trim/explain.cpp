@@ -114,9 +114,14 @@ std::vector<Remedy> nearest_tilt(const Vehicle& vehicle, const Condition& condit
                                  const TrimOptions& options) {
   const Aircraft& a = vehicle.aircraft;
   const double eta = condition.command.eta, half = a.cyclic_blend / 2;
-  std::vector<Lever> stretches{{"eta", {0.0, a.cyclic_off - half}},
-                               {"eta", {a.cyclic_off + half, pi / 2}}};
-  if (half > 0) stretches.push_back({"eta", {a.cyclic_off - half, a.cyclic_off + half}});
+  // From the hand-over on the cyclic is at work: the elevator's tilts end just below.
+  constexpr double clear = 1e-4;
+  const auto tilts = [](double lower, double upper) {
+    return Lever{"eta", {std::max(lower, 0.0), std::min(upper, pi / 2)}};
+  };
+  std::vector<Lever> stretches{tilts(0.0, a.cyclic_off - half - clear),
+                               tilts(a.cyclic_off + half, pi / 2)};
+  if (half > 0) stretches.push_back(tilts(a.cyclic_off - half, a.cyclic_off + half));
   std::vector<Remedy> remedies;
   for (const Lever& stretch : stretches) {
     const Range& r = stretch.range;

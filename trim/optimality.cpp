@@ -58,7 +58,8 @@ bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const Vec
   constexpr double rounding = 1e-6;  // of a Hessian by differences of differences
   const Slopes s = slopes(p, z);
   if (!s.finite) return false;
-  const Eigen::FullPivLU<MatrixXd> lu(active_slopes(a, s));
+  const MatrixXd A = active_slopes(a, s);
+  const Eigen::FullPivLU<MatrixXd> lu(A.rows() > 0 ? A : MatrixXd::Zero(1, z.size()));
   if (lu.dimensionOfKernel() == 0) return true;
   const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
   if (!H.allFinite()) return false;
@@ -109,7 +110,9 @@ bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, Vector
     if (!v.finite || !s.finite) return false;
     const VectorXd c = active_residual(a, z, v);
     const MatrixXd J = active_slopes(a, s);
-    if (i == 0) lambda = J.transpose().completeOrthogonalDecomposition().solve(-s.effort);
+    if (i == 0) lambda = VectorXd::Zero(c.size());
+    if (i == 0 && c.size() > 0)
+      lambda = J.transpose().completeOrthogonalDecomposition().solve(-s.effort);
     const VectorXd gradient = s.effort + J.transpose() * lambda;
     const double size = std::max(gradient.lpNorm<Eigen::Infinity>(), c.lpNorm<Eigen::Infinity>());
     if (size < small && size >= 0.5 * last) return true;  // round-off

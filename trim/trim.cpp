@@ -184,6 +184,12 @@ void search(Search& s) {
   if (newton_only || (p.square() && !s.answers.empty())) return;
   for (int i = 1; i <= std::min(further_optimizations, s.options.starts) && !stopped(); ++i)
     if (const VectorXd z = start(p, i); values(p, z).finite) s.from_ipopt(z, quiet);
+  // Along a direction that neither equations nor effort decide, Ipopt may run off; least-norm
+  // Newton does not.
+  for (int i = 1; !p.square() && s.answers.empty() && i <= s.options.starts && !stopped(); ++i) {
+    ++s.starts;
+    s.polish(newton(p, start(p, i), quiet).z, quiet);
+  }
 }
 
 TrimResult best_answer(Search& s) {
