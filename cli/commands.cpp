@@ -60,17 +60,25 @@ ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
   return report;
 }
 
-std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
-                    const Sheet& csv, const TextStyle& style) {
-  switch (common.format) {
+// Each is called only if its format is the one asked for.
+template <class Json, class Csv, class Text>
+std::string in_format(Format format, const Json& json, const Csv& csv, const Text& text) {
+  switch (format) {
     case Format::json:
-      return conditions_json(reports);
+      return json();
     case Format::csv:
-      return as_csv(csv);
+      return csv();
     case Format::text:
       break;
   }
-  return conditions_text(reports, style);
+  return text();
+}
+
+std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
+                    const Sheet& csv, const TextStyle& style) {
+  return in_format(
+      common.format, [&] { return conditions_json(reports); }, [&] { return as_csv(csv); },
+      [&] { return conditions_text(reports, style); });
 }
 
 }  // namespace
@@ -150,15 +158,11 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
         follow(study.vehicle, condition, what.parameter, what.to, options, trimming));
   });
   const int code = std::ranges::all_of(branches, &BranchAnswer::answered) ? answered : unanswered;
-  switch (command.common.format) {
-    case Format::json:
-      return {branches_json(branches), code};
-    case Format::csv:
-      return {as_csv(branches_sheet(branches)), code};
-    case Format::text:
-      break;
-  }
-  return {branches_text(branches, style), code};
+  return {in_format(
+              command.common.format, [&] { return branches_json(branches); },
+              [&] { return as_csv(branches_sheet(branches)); },
+              [&] { return branches_text(branches, style); }),
+          code};
 }
 
 // The envelope asked for on the command line, or in the study, or the conversion corridor.
@@ -200,15 +204,11 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
   });
   const int code =
       std::ranges::all_of(envelopes, &EnvelopeAnswer::answered) ? answered : unanswered;
-  switch (command.common.format) {
-    case Format::json:
-      return {envelopes_json(envelopes), code};
-    case Format::csv:
-      return {as_csv(border_sheet(envelopes)), code};
-    case Format::text:
-      break;
-  }
-  return {envelopes_text(envelopes, style), code};
+  return {in_format(
+              command.common.format, [&] { return envelopes_json(envelopes); },
+              [&] { return as_csv(border_sheet(envelopes)); },
+              [&] { return envelopes_text(envelopes, style); }),
+          code};
 }
 
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
@@ -225,15 +225,11 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
   const bool all = std::ranges::all_of(
       conditions, [](const SensitivityAnswer& c) { return bool(c.sensitivities); });
   const int code = all ? answered : unanswered;
-  switch (command.common.format) {
-    case Format::json:
-      return {sensitivities_json(conditions), code};
-    case Format::csv:
-      return {as_csv(sensitivities_sheet(conditions)), code};
-    case Format::text:
-      break;
-  }
-  return {sensitivities_text(conditions, command.most, style), code};
+  return {in_format(
+              command.common.format, [&] { return sensitivities_json(conditions); },
+              [&] { return as_csv(sensitivities_sheet(conditions)); },
+              [&] { return sensitivities_text(conditions, command.most, style); }),
+          code};
 }
 
 Outcome run_tables(const Common& command, const TextStyle& style) {
@@ -242,15 +238,10 @@ Outcome run_tables(const Common& command, const TextStyle& style) {
   const PaperTables tables = paper_tables(data_directory(), vehicle);
   const bool found = tables.identified.status == IdentifyStatus::reproduced;
   const int code = found ? answered : unanswered;
-  switch (command.format) {
-    case Format::json:
-      return {paper_json(tables), code};
-    case Format::csv:
-      return {paper_csv(tables), code};
-    case Format::text:
-      break;
-  }
-  return {paper_text(tables, style), code};
+  return {in_format(
+              command.format, [&] { return paper_json(tables); }, [&] { return paper_csv(tables); },
+              [&] { return paper_text(tables, style); }),
+          code};
 }
 
 }  // namespace tiltrim::cli

@@ -105,71 +105,84 @@ Curve border(const Plane& plane, const Stop& stop, const VectorXd& at) {
   });
 }
 
+namespace {
+
+// The straight line of the plane from a point to another.
+struct Line {
+  Vector2d start, to, direction, across;
+  double length;
+
+  Line(const Vector2d& a, const Vector2d& b)
+      : start(a), to(b), direction((b - a).normalized()), length((b - a).norm()) {
+    across = {-direction[1], direction[0]};
+  }
+};
+
+VectorXd distances(const Plane& plane, const std::vector<LimitName>& limits, const VectorXd& y) {
+  const Values v = values(plane.problem, y);
+  VectorXd d(std::ssize(limits));
+  for (Index i = 0; i < d.size(); ++i)
+    d[i] = v.finite ? distance(limits[std::size_t(i)], y, v) : nan;
+  return d;
+}
+
+enum Watched : std::size_t { fold, target, origin, limit };
+
+std::vector<Watch> watches(const Plane& plane, const std::vector<LimitName>& limits,
+                           const Line& line) {
+  const auto along = [&line](const Vector2d& v) {
+    return VectorXd(VectorXd::Constant(1, line.direction.dot(v)));
+  };
+  std::vector<Watch> all(4);
+  all[fold] = [along](const CurvePoint& p) { return along(p.tangent.tail<2>()); };
+  all[target] = [along, &line](const CurvePoint& p) { return along(p.y.tail<2>() - line.to); };
+  all[origin] = [along, &line](const CurvePoint& p) { return along(p.y.tail<2>() - line.start); };
+  all[limit] = [&](const CurvePoint& p) { return distances(plane, limits, p.y); };
+  return all;
+}
+
+}  // namespace
+
 Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
-  const Vector2d start = from.tail<2>();
-  const double length = (to - start).norm();
-  const Vector2d direction = (to - start) / length;
-  const Vector2d across(-direction[1], direction[0]);
-  const Curve line = with(plane, [&](const VectorXd& y, const Values&, const Slopes&, MatrixXd& J) {
-    J.bottomRows(1).setZero();
-    J.bottomRows(1).rightCols(2) = across.transpose();
-    return across.dot(y.tail<2>() - start);
-  });
+  constexpr double slack = 1e-9;
+  const Line line(from.tail<2>(), to);
+  const Curve curve =
+      with(plane, [&](const VectorXd& y, const Values&, const Slopes&, MatrixXd& J) {
+        J.bottomRows(1).setZero();
+        J.bottomRows(1).rightCols(2) = line.across.transpose();
+        return line.across.dot(y.tail<2>() - line.start);
+      });
   TraceOptions options;
-  options.max_step = std::min(length, 0.5);
-  options.first_step = std::min(length, 0.2);
+  options.max_step = std::min(line.length, 0.5);
+  options.first_step = std::min(line.length, 0.2);
   options.max_points = 2000;
   VectorXd towards = VectorXd::Zero(from.size());
-  towards.tail<2>() = direction;
+  towards.tail<2>() = line.direction;
   CurvePoint at;
   Way way;
-  if (first_point(line, from, towards, options, at) != CurveEnd::stopped) return way;
+  if (first_point(curve, from, towards, options, at) != CurveEnd::stopped) return way;
   const std::vector<LimitName> limits = plane.limits();
-  const Watch turning = [&](const CurvePoint& p) {
-    return VectorXd::Constant(1, direction.dot(p.tangent.tail<2>()));
+  // Returns whether to go on: past a fold, to see where the branch turns back to.
+  const auto meet = [&](const Crossing& c) {
+    if (c.watch == target && !way.met) {
+      // From a limit straight outwards there is no crossing: the start is where it stopped.
+      Index worst = 0;
+      if (limits.empty() || distances(plane, limits, c.at.y).minCoeff(&worst) >= -slack)
+        way.arrived = c.at.y;
+      else
+        way.met = Met{{limits[std::size_t(worst)]}, from};
+      return false;
+    }
+    if (c.watch == fold && way.met) return false;  // a second one: not back to the start
+    if (c.watch == fold) way.met = Met{{}, c.at.y};
+    if (c.watch == origin && !c.rising) way.back = c.at.y;
+    if (c.watch == limit && !c.rising && !way.met)
+      way.met = Met{{limits[std::size_t(c.index)]}, c.at.y};
+    return c.rising || c.watch == fold || c.watch == target;
   };
-  const Watch arriving = [&](const CurvePoint& p) {
-    return VectorXd::Constant(1, direction.dot(p.y.tail<2>() - to));
-  };
-  const Watch returning = [&](const CurvePoint& p) {
-    return VectorXd::Constant(1, direction.dot(p.y.tail<2>() - start));
-  };
-  const Watch distances = [&](const CurvePoint& p) {
-    const Values v = values(plane.problem, p.y);
-    VectorXd d(std::ssize(limits));
-    for (Index i = 0; i < d.size(); ++i)
-      d[i] = v.finite ? distance(limits[std::size_t(i)], p.y, v) : nan;
-    return d;
-  };
-  // From a limit straight outwards there is no crossing: the start is where it stopped.
-  const auto arrive = [&](Way& w, const CurvePoint& p) {
-    constexpr double slack = 1e-9;
-    Index worst = 0;
-    if (limits.empty() || distances(p).minCoeff(&worst) >= -slack)
-      w.arrived = p.y;
-    else
-      w.met = Met{{limits[std::size_t(worst)]}, from};
-  };
-  enum : std::size_t { fold, target, origin, limit };
-  trace(line, at, {turning, arriving, returning, distances}, options,
+  trace(curve, at, watches(plane, limits, line), options,
         [&](const CurvePoint&, std::vector<Crossing>& found) {
-          for (const Crossing& c : found) {
-            if (c.watch == target && !way.met) {
-              arrive(way, c.at);
-              return false;
-            }
-            if (c.watch == fold && way.met) return false;  // a second one: not back to the start
-            if (c.watch == fold) way.met = Met{{}, c.at.y};
-            if (c.watch == origin && !c.rising) {
-              way.back = c.at.y;
-              return false;
-            }
-            if (c.watch == limit && !c.rising) {
-              if (!way.met) way.met = Met{{limits[std::size_t(c.index)]}, c.at.y};
-              return false;
-            }
-          }
-          return true;
+          return std::ranges::all_of(found, meet);
         });
   return way;
 }

@@ -56,78 +56,81 @@ struct HalfWay {
 
 enum Watched : std::size_t { plane_edge, other_limits, folding };
 
+// What ends a piece: the plane's edges, the other limits, a fold of the sheet.
+std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<LimitName>& limits) {
+  std::vector<Watch> all(3);
+  all[plane_edge] = [&g](const CurvePoint& p) {
+    VectorXd d(4);
+    d << p.y.tail<2>() - g.plane.lower, g.plane.upper - p.y.tail<2>();
+    return d;
+  };
+  all[other_limits] = [&](const CurvePoint& p) {
+    const Values v = values(g.moving, p.y);
+    VectorXd d(std::ssize(limits));
+    for (Index k = 0; k < d.size(); ++k) d[k] = distance(limits[std::size_t(k)], p.y, v);
+    return d;
+  };
+  all[folding] = [&g, folds = !stop.limit](const CurvePoint& p) {
+    if (folds) return VectorXd();
+    const MatrixXd J = slopes(g.moving, p.y).residual.leftCols(g.n());
+    return VectorXd(VectorXd::Constant(1, J.determinant()));
+  };
+  return all;
+}
+
+// On the plane's edge or another limit already, and outwards: its name.
+std::string leaves_at_once(const CurvePoint& at, const std::vector<Watch>& watching,
+                           const std::vector<LimitName>& limits) {
+  constexpr double ahead = 1e-6, on = 1e-9;
+  CurvePoint beyond = at;
+  beyond.y += ahead * at.tangent;
+  for (const Watched what : {plane_edge, other_limits}) {
+    const VectorXd here = watching[what](at), there = watching[what](beyond);
+    for (Index k = 0; k < here.size(); ++k)
+      if (here[k] <= on && there[k] < here[k])
+        return what == plane_edge ? "edge" : Stop{limits[std::size_t(k)]}.name();
+  }
+  return {};
+}
+
 HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
+  constexpr double differences = 2e-5;  // a fold's slopes reach this far
   const Curve curve = border(g.plane, seed.stop, seed.y);
   TraceOptions options;
   options.max_step = g.options.max_step;
   options.stop = g.options.stop;
   options.max_points = 2000;
-  HalfWay half;
   CurvePoint at;
-  if (first_point(curve, seed.y, VectorXd::Zero(seed.y.size()), options, at) != CurveEnd::stopped) {
-    half.end = "no border here";
-    return half;
-  }
+  if (first_point(curve, seed.y, VectorXd::Zero(seed.y.size()), options, at) != CurveEnd::stopped)
+    return {{}, "no border here", {}};
   at.tangent *= sign;
   std::vector<LimitName> limits = g.plane.limits();
   std::erase_if(limits, [&](const LimitName& l) {
     return seed.stop.limit && l.signal == seed.stop.limit->signal &&
            l.upper == seed.stop.limit->upper;
   });
-  const bool folds = !seed.stop.limit;
-  std::vector<Watch> watches(3);
-  watches[plane_edge] = [&g](const CurvePoint& p) {
-    VectorXd d(4);
-    d << p.y.tail<2>() - g.plane.lower, g.plane.upper - p.y.tail<2>();
-    return d;
-  };
-  watches[other_limits] = [&](const CurvePoint& p) {
-    const Values v = values(g.moving, p.y);
-    VectorXd d(std::ssize(limits));
-    for (Index k = 0; k < d.size(); ++k) d[k] = distance(limits[std::size_t(k)], p.y, v);
-    return d;
-  };
-  watches[folding] = [&](const CurvePoint& p) {
-    if (folds) return VectorXd();
-    const MatrixXd J = slopes(g.moving, p.y).residual.leftCols(g.n());
-    return VectorXd(VectorXd::Constant(1, J.determinant()));
-  };
-  half.way.push_back(at.y);
-  // On the plane's edge or another limit already, and outwards.
-  constexpr double ahead = 1e-6, on = 1e-9;
-  CurvePoint beyond = at;
-  beyond.y += ahead * at.tangent;
-  for (const Watched what : {plane_edge, other_limits}) {
-    const VectorXd here = watches[what](at), there = watches[what](beyond);
-    for (Index k = 0; k < here.size(); ++k) {
-      if (!(here[k] <= on && there[k] < here[k])) continue;
-      half.end = what == plane_edge ? "edge" : Stop{limits[std::size_t(k)]}.name();
-      return half;
+  const std::vector<Watch> watching = watches(g, seed.stop, limits);
+  HalfWay half{{at.y}, leaves_at_once(at, watching, limits), {}};
+  if (!half.end.empty()) return half;
+  const auto visit = [&](const CurvePoint& next, std::vector<Crossing>& found) {
+    for (const Crossing& c : found) {
+      if (c.watch != folding && c.rising) continue;
+      half.way.push_back(c.at.y);
+      if (c.watch == other_limits)
+        half.corner = Seed{{limits[std::size_t(c.index)]}, c.at.y, !seed.stop.limit};
+      if (c.watch == folding) half.corner = Seed{{}, c.at.y};
+      half.end = half.corner ? half.corner->stop.name() : "edge";
+      return false;
     }
-  }
-  const CurveEnd end =
-      trace(curve, at, watches, options, [&](const CurvePoint& next, std::vector<Crossing>& found) {
-        for (const Crossing& c : found) {
-          if (c.watch == other_limits && c.rising) continue;
-          if (c.watch == plane_edge && c.rising) continue;
-          half.way.push_back(c.at.y);
-          half.end = "edge";
-          if (c.watch == other_limits)
-            half.corner = Seed{{limits[std::size_t(c.index)]}, c.at.y, folds};
-          if (c.watch == folding) half.corner = Seed{{}, c.at.y};
-          if (half.corner) half.end = half.corner->stop.name();
-          return false;
-        }
-        half.way.push_back(next.y);
-        return true;
-      });
+    half.way.push_back(next.y);
+    return true;
+  };
+  const CurveEnd end = trace(curve, at, watching, options, visit);
   if (end == CurveEnd::closed) half.end = "loop";
   if (!half.end.empty()) return half;
   // The model may end where the plane does, as at a switch: then no edge can be crossed.
-  CurvePoint last = at;
-  last.y = half.way.back();
-  constexpr double differences = 2e-5;  // a fold's slopes reach this far
-  const bool at_edge = watches[plane_edge](last).minCoeff() < differences;
+  at.y = half.way.back();
+  const bool at_edge = watching[plane_edge](at).minCoeff() < differences;
   half.end = at_edge ? "edge" : end == CurveEnd::points ? "too many points" : "lost";
   return half;
 }
