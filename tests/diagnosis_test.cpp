@@ -384,6 +384,7 @@ TEST_CASE("random boxes: never infeasible where there is a solution, nor converg
 }
 
 // ---- the tiltrotor ----
+// Sanitizers make seconds of each of these minutes: there two stand for all.
 
 static const Remedy& of(const Diagnosis& d, RemedyKind kind, const std::string& signal) {
   const auto at = std::ranges::find_if(
@@ -576,7 +577,7 @@ TEST_CASE("level flight at 5 m/s: the elevator's limit") {
   CHECK_NEAR(slow.value(V.trim.point, "delta_e"), -0.53, 1e-9);
 }
 
-TEST_CASE("a descent at 20 m/s: less than no thrust") {
+TEST_CASE("a descent at 20 m/s: less than no thrust" * doctest::skip(sanitized)) {
   const Explained descent(reference_vehicle(), {20, -5 * degree, 0});
   descent.check_held_back("theta0", "theta0 at its lower limit 0");
   descent.check_down("theta0", &Limits::theta0, 1, "");
@@ -636,9 +637,9 @@ TEST_CASE("remedies in words") {
   CHECK(words(lever, false, infeasible, 2, "°") == "any s between -4° and 6° (shown)");
 }
 
-// ---- wanting: these fail, or end the program, until the library is mended ----
+// ---- faults that were found, and mended ----
 
-// SIGSEGV, so skipped: a decomposition of Jᵀ with no rows active, once the equation is left out.
+// The optimality test decomposed Jᵀ with no rows active, once the equation is left out.
 TEST_CASE("a single equation, nothing at its limit") {
   const Asked q(1, {{-1, 2}}, 0,
                 [](const VectorXd& u, double) { return column({u[0] * u[0] + 1}); });
@@ -675,21 +676,22 @@ TEST_CASE("a lever with a free direction left over") {
   CHECK(nearest(q.model, q.spec, q.guess, {"p", {-100, 100}}).helps());
 }
 
-TEST_CASE("a glide at 16 m/s: V = 10.66 flies, 40.7 is not the nearest") {
+TEST_CASE("a glide at 16 m/s: V = 10.66 flies, 40.7 is not the nearest" *
+          doctest::skip(sanitized)) {
   const Explained glide(reference_vehicle(), {16, -15 * degree, 15 * degree});
   REQUIRE(flies(glide.vehicle, {10.65, -15 * degree, 15 * degree}));
   CHECK(of(glide.d(), lever, "V").to < 16);
 }
 
 // From above, the elevator's tilts end just before 60°: at 60° itself the cyclic has taken over.
-TEST_CASE("the nearest tilt flies") {
+TEST_CASE("the nearest tilt flies" * doctest::skip(sanitized)) {
   const Explained descent(reference_vehicle(), {10, -20 * degree, 70 * degree});
   const Remedy& r = of(descent.d(), lever, "eta");
   REQUIRE(r.trim.status == TrimStatus::converged);
   CHECK(flies(descent.vehicle, {10, -20 * degree, r.to}));
 }
 
-TEST_CASE("tilts are looked for from 0 to 90°") {
+TEST_CASE("tilts are looked for from 0 to 90°" * doctest::skip(sanitized)) {
   Vehicle v = reference_vehicle();
   v.aircraft.cyclic_off = -30 * degree;
   v.aircraft.cyclic_blend = 40 * degree;

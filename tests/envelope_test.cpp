@@ -623,7 +623,7 @@ TEST_CASE("the caller's mistakes throw") {
   }
 }
 
-// ---- known faults: each fails today; the decorator goes with the fault ----
+// ---- faults that were found, and mended ----
 
 TEST_CASE("a row's interval between two grid points") {
   const double y = 0.999, half = std::sqrt(1 - y * y);  // 0.045, of 0.14 between grid points

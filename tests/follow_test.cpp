@@ -909,7 +909,7 @@ TEST_CASE("tiltrotor: with more inputs than equations the branch is what trim() 
   }
 }
 
-// ---- known faults: each fails today; the decorator goes with the fault ----
+// ---- faults that were found, and mended ----
 
 TEST_CASE("branch points are located and passed: x' = q x - x³ on x = 0") {
   for (const double from : {-1.0, -0.7}) {
