@@ -107,84 +107,101 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std
                      near.empty() ? "" : fmt::format("; did you mean '{}'?", near), all);
 }
 
+CLI::App* add_trim(CLI::App& app, TrimCommand& command) {
+  CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
+  add_common(trim, command.common, true);
+  add_trim_options(trim, command.common, command.options);
+  trim->add_flag("--all", command.all,
+                 "every equilibrium that 200 starts (or --starts) and the branches from them find");
+  return trim;
+}
+
+CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
+  CLI::App* linearize = app.add_subcommand(
+      "linearize", "trim, then linear model, eigenvalues, modes and stability verdict");
+  add_common(linearize, command.common, true);
+  add_trim_options(linearize, command.common, command.options);
+  add_choice(linearize, "--jacobian", command.method, jacobians,
+             "exact derivatives (default), or differences");
+  linearize
+      ->add_option("--inputs", command.inputs,
+                   "inputs of B and D: any inputs or parameters, as V,gains.K_Lp (default: the "
+                   "model's inputs; closed loop: V,gamma,eta)")
+      ->delimiter(',')
+      ->type_name("NAME,...");
+  return linearize;
+}
+
+CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
+  CLI::App* follow = app.add_subcommand(
+      "follow", "one branch of equilibria from each condition, through folds and limits");
+  add_common(follow, command.common, true);
+  add_trim_options(follow, command.common, command.trimming);
+  follow
+      ->add_option("--parameter", command.parameter,
+                   "any number of the study: V, gamma_deg, aircraft.mass, gains.K_Lp (default: "
+                   "the study's [follow])")
+      ->type_name("KEY");
+  follow->add_option("--to", command.to, "where it goes, in the study's unit")->type_name("VALUE");
+  follow
+      ->add_option("--max-step", command.options.max_step,
+                   "longest step, every unknown over its nominal size (0.5)")
+      ->check(CLI::Range(1e-6, 100.0))
+      ->type_name("STEP");
+  follow->add_option("--max-points", command.options.max_points, "of a branch (5000)")
+      ->check(CLI::Range(2, 1000000))
+      ->type_name("N");
+  return follow;
+}
+
+CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
+  CLI::App* envelope = app.add_subcommand(
+      "envelope", "speeds and tilts (or path angles) with an equilibrium, and what bounds them");
+  add_common(envelope, command.common, true);
+  add_only(envelope, command.common);
+  envelope
+      ->add_option("--over", command.over,
+                   "the other axis beside V: eta_deg (default) or gamma_deg")
+      ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
+      ->type_name("KEY");
+  envelope->add_option("--count", command.count, "grid points along each axis (100)")
+      ->check(CLI::Range(5, 1000))
+      ->type_name("N");
+  return envelope;
+}
+
+CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
+  CLI::App* sensitivities = app.add_subcommand(
+      "sensitivities", "how the trim and each mode move with every parameter, ranked");
+  add_common(sensitivities, command.common, true);
+  add_trim_options(sensitivities, command.common, command.trimming);
+  sensitivities
+      ->add_option("--parameters", command.parameters,
+                   "numbers of the study, as V,aircraft.mass,gains.K_Lp (default: all)")
+      ->delimiter(',')
+      ->type_name("KEY,...");
+  sensitivities->add_option("--most", command.most, "parameters printed for each mode (8)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  return sensitivities;
+}
+
 int run_program(int argc, char** argv) {
   CLI::App app{about, "tiltrim"};
   app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
   app.footer(examples);
   app.require_subcommand(1);
-
   TrimCommand trimming;
-  CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
-  add_common(trim, trimming.common, true);
-  add_trim_options(trim, trimming.common, trimming.options);
-  CLI::Option* starts = trim->get_option("--starts");
-  trim->add_flag("--all", trimming.all,
-                 "every equilibrium that 200 starts (or --starts) and the branches from them find");
-
   LinearizeCommand linearizing;
-  CLI::App* linearize = app.add_subcommand(
-      "linearize", "trim, then linear model, eigenvalues, modes and stability verdict");
-  add_common(linearize, linearizing.common, true);
-  add_trim_options(linearize, linearizing.common, linearizing.options);
-  add_choice(linearize, "--jacobian", linearizing.method, jacobians,
-             "exact derivatives (default), or differences");
-  linearize
-      ->add_option("--inputs", linearizing.inputs,
-                   "inputs of B and D: any inputs or parameters, as V,gains.K_Lp (default: the "
-                   "model's inputs; closed loop: V,gamma,eta)")
-      ->delimiter(',')
-      ->type_name("NAME,...");
-
   FollowCommand following;
-  CLI::App* follow = app.add_subcommand(
-      "follow", "one branch of equilibria from each condition, through folds and limits");
-  add_common(follow, following.common, true);
-  add_trim_options(follow, following.common, following.trimming);
-  follow
-      ->add_option("--parameter", following.parameter,
-                   "any number of the study: V, gamma_deg, aircraft.mass, gains.K_Lp (default: "
-                   "the study's [follow])")
-      ->type_name("KEY");
-  follow->add_option("--to", following.to, "where it goes, in the study's unit")
-      ->type_name("VALUE");
-  follow
-      ->add_option("--max-step", following.options.max_step,
-                   "longest step, every unknown over its nominal size (0.5)")
-      ->check(CLI::Range(1e-6, 100.0))
-      ->type_name("STEP");
-  follow->add_option("--max-points", following.options.max_points, "of a branch (5000)")
-      ->check(CLI::Range(2, 1000000))
-      ->type_name("N");
-
   EnvelopeCommand enveloping;
-  CLI::App* envelope = app.add_subcommand(
-      "envelope", "speeds and tilts (or path angles) with an equilibrium, and what bounds them");
-  add_common(envelope, enveloping.common, true);
-  add_only(envelope, enveloping.common);
-  envelope
-      ->add_option("--over", enveloping.over,
-                   "the other axis beside V: eta_deg (default) or gamma_deg")
-      ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
-      ->type_name("KEY");
-  envelope->add_option("--count", enveloping.count, "grid points along each axis (100)")
-      ->check(CLI::Range(5, 1000))
-      ->type_name("N");
-
   SensitivitiesCommand sensing;
-  CLI::App* sensitivities = app.add_subcommand(
-      "sensitivities", "how the trim and each mode move with every parameter, ranked");
-  add_common(sensitivities, sensing.common, true);
-  add_trim_options(sensitivities, sensing.common, sensing.trimming);
-  sensitivities
-      ->add_option("--parameters", sensing.parameters,
-                   "numbers of the study, as V,aircraft.mass,gains.K_Lp (default: all)")
-      ->delimiter(',')
-      ->type_name("KEY,...");
-  sensitivities->add_option("--most", sensing.most, "parameters printed for each mode (8)")
-      ->check(CLI::Range(1, 1000))
-      ->type_name("N");
-
   Common tabling;
+  const CLI::App* trim = add_trim(app, trimming);
+  const CLI::App* linearize = add_linearize(app, linearizing);
+  const CLI::App* follow = add_follow(app, following);
+  const CLI::App* envelope = add_envelope(app, enveloping);
+  const CLI::App* sensitivities = add_sensitivities(app, sensing);
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
   add_common(tables, tabling, false);
@@ -201,7 +218,7 @@ int run_program(int argc, char** argv) {
     };
   };
   constexpr int many = 200;  // starts, where every equilibrium is looked for
-  if (trimming.all && starts->count() == 0) trimming.options.starts = many;
+  if (trimming.all && trim->get_option("--starts")->count() == 0) trimming.options.starts = many;
   if (*trim) return finish(trimming.common, with(trimming));
   if (*linearize) return finish(linearizing.common, with(linearizing));
   if (*follow) return finish(following.common, with(following));
