@@ -19,7 +19,8 @@ constexpr std::size_t most_equilibria = 50;
 
 struct Found {
   const Model& model;
-  const TrimSpec& spec;
+  const TrimSpec& spec;   // of a trim
+  const TrimSpec& along;  // of a branch: without bounds that are there for the starts
   const Problem problem;
   AllEquilibria all{};
 
@@ -60,7 +61,7 @@ void look_along(Found& f, std::size_t from, const std::string& parameter, double
   along.stop = options.stop;
   for (const double way : {-1.0, 1.0}) {
     if (options.stop.stop_requested()) return;
-    const Branch branch = follow(f.model, f.spec, start, parameter,
+    const Branch branch = follow(f.model, f.along, start, parameter,
                                  own + way * reach * signal_of(f.model, j).nominal, along);
     ++f.all.branches;
     for (std::size_t k = 1; k + 1 < branch.points.size(); ++k) {
@@ -74,13 +75,10 @@ void look_along(Found& f, std::size_t from, const std::string& parameter, double
   }
 }
 
-}  // namespace
-
-AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                             const std::vector<std::string>& parameters, double reach,
-                             const TrimOptions& options) {
-  Found f{model, spec, make_problem(model, spec, guess)};
-  const TrimResult first = trim(model, spec, guess, options);
+AllEquilibria search(Found f, const OperatingPoint& guess,
+                     const std::vector<std::string>& parameters, double reach,
+                     const TrimOptions& options) {
+  const TrimResult first = trim(f.model, f.spec, guess, options);
   f.all.starts = first.starts;
   f.add(first, "a start");
   for (const OperatingPoint& other : first.others) f.add(at(f, other, options), "a start");
@@ -90,6 +88,15 @@ AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const Ope
   std::ranges::stable_sort(f.all.equilibria, {},
                            [](const Equilibrium& e) { return e.trim.effort; });
   return std::move(f.all);
+}
+
+}  // namespace
+
+AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                             const std::vector<std::string>& parameters, double reach,
+                             const TrimOptions& options) {
+  return search({model, spec, spec, make_problem(model, spec, guess)}, guess, parameters, reach,
+                options);
 }
 
 AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
@@ -105,7 +112,11 @@ AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
     const bool tied = p.spec.bounds.contains("airspeed") && std::string(name) != "eta";
     if (there && !free && !tied) held.push_back(name);
   }
-  return all_equilibria(p.model, p.spec, p.guess, held, reach, options);
+  TrimSpec along = p.spec;  // the integrals' bounds hold for the condition's own speed and path
+  along.bounds.erase("energy_integral");
+  along.bounds.erase("distribution_integral");
+  return search({p.model, p.spec, along, make_problem(p.model, p.spec, p.guess)}, p.guess, held,
+                reach, options);
 }
 
 }  // namespace tiltrim
