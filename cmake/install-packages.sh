@@ -6,7 +6,8 @@ set -eu
 
 packages="build-essential cmake ninja-build pkg-config
   libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
-  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev doctest-dev libbenchmark-dev"
+  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev doctest-dev libbenchmark-dev
+  libtbb-dev libnetcdf-dev netcdf-bin python3-netcdf4"
 [ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then

@@ -53,6 +53,26 @@ struct EnvelopeTable {
   int count = 100;                         ///< grid points along each
 };
 
+/// One axis of a sweep's grid: a number of the study, and those that move with it.
+struct SweepAxis {
+  struct Column {
+    std::string name;            ///< as in the study: "eta_deg", "gains.K_Lp", "h"
+    std::string unit;            ///< of the study
+    std::string signal;          ///< of the model that it sets; empty: it only names the points
+    std::vector<double> values;  ///< in the study's unit, one for each point
+    std::vector<double> si;      ///< the same in SI, radians
+  };
+  std::string name;             ///< the dimension: the first key's last part, "K_Lp"
+  std::vector<Column> columns;  ///< the axis's own key first
+  std::size_t size() const { return columns.front().values.size(); }
+};
+
+/// [[sweep.axis]]: a grid, the first axis slowest.
+struct SweepTable {
+  std::vector<SweepAxis> axes;  ///< at least one
+  bool crossings = true;        ///< look between the grid's points
+};
+
 /// The default envelope over "eta_deg" or "gamma_deg".
 EnvelopeTable envelope_over(std::string_view angle);
 
@@ -63,6 +83,7 @@ struct Study {
   std::vector<Condition> conditions;  ///< at least one, names distinct
   std::optional<FollowTable> follow;
   std::optional<EnvelopeTable> envelope;
+  std::optional<SweepTable> sweep;
 };
 
 /// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the

@@ -1,0 +1,64 @@
+/// Eigenvalues and stability verdicts of many small matrices at once, across SIMD lanes.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "linearize/modes.hpp"
+
+namespace tiltrim {
+
+/// Largest matrix the batch takes.
+inline constexpr Eigen::Index largest_batch_matrix = 16;
+
+/// How one matrix of a batch was answered.
+enum class LaneStatus : std::uint8_t {
+  converged,      ///< by the kernel across lanes
+  fallback,       ///< by eigenvalues(): the lane met its cap or is badly conditioned
+  not_converged,  ///< neither; its eigenvalues are NaN
+  not_finite,     ///< the matrix has an entry that is not; its eigenvalues are NaN
+};
+std::string to_string(LaneStatus status);
+
+/// Matrices of one size, entry by entry: entry (i, j) of matrix k is entries[(i n + j) count + k].
+struct MatrixBatch {
+  Eigen::Index n = 0, count = 0;
+  std::vector<double> entries;
+
+  MatrixBatch() = default;
+  MatrixBatch(Eigen::Index size, Eigen::Index matrices)
+      : n(size), count(matrices), entries(std::size_t(size * size * matrices)) {}
+  double& operator()(Eigen::Index i, Eigen::Index j, Eigen::Index k) {
+    return entries[std::size_t((i * n + j) * count + k)];
+  }
+  double operator()(Eigen::Index i, Eigen::Index j, Eigen::Index k) const {
+    return entries[std::size_t((i * n + j) * count + k)];
+  }
+  void set(Eigen::Index k, const Eigen::MatrixXd& A);
+  Eigen::MatrixXd matrix(Eigen::Index k) const;
+};
+
+/// Eigenvalue i of matrix k: re[i count + k], im[i count + k]. A pair stands together, the
+/// positive imaginary part first; the order is otherwise the kernel's, and a matrix has the same
+/// bits whatever its neighbours.
+struct BatchEigenvalues {
+  std::vector<double> re, im;
+  std::vector<LaneStatus> status;  ///< one per matrix
+};
+
+/// Balancing, Hessenberg form and shifted QR with deflation, eigenvalues alone.    [refs in .cpp]
+/// Throws std::invalid_argument for n outside 0 .. largest_batch_matrix or entries of wrong size.
+void eigenvalues(const MatrixBatch& A, BatchEigenvalues& answer);
+
+/// Stable or not, without eigenvalues where that is certain: characteristic polynomial and Routh's
+/// test with running bounds of their errors; undecided lanes go to the eigenvalues and, within
+/// their bounds, to modes(). NaN lanes are undecided.
+void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer);
+
+/// The instruction set that the kernels use: "scalar", "baseline", "avx2" or "avx512": the best
+/// that the processor has, or the environment's TILTRIM_SIMD if it has that.
+std::string instruction_set();
+
+}  // namespace tiltrim

@@ -1,0 +1,1 @@
+#include "linearize/lanes.hpp"

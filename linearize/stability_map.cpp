@@ -1,0 +1,1 @@
+#include "linearize/stability_map.hpp"

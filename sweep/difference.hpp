@@ -1,0 +1,34 @@
+/// What changed between two maps.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sweep/map.hpp"
+
+namespace tiltrim {
+
+struct PointDifference {
+  std::size_t point;  ///< number in both maps
+  TrimStatus status_before, status_after;
+  int verdict_before, verdict_after;  ///< Verdict, or -1 without an equilibrium
+  double abscissa_before, abscissa_after;
+};
+
+struct MapDifference {
+  std::vector<PointDifference> changed;  ///< status or verdict is another
+  double largest_abscissa_change = 0.0;  ///< over points with an equilibrium in both, 1/s
+  std::size_t largest_at = 0;            ///< the point where
+  std::size_t compared = 0;              ///< points
+  std::vector<AxisCrossing> appeared, vanished;  ///< crossings in one map alone
+  struct Moved {
+    AxisCrossing before, after;
+  };
+  std::vector<Moved> moved;  ///< crossings in both, of the same kind, on the same line
+};
+
+/// Throws std::invalid_argument, saying what is another, unless both have the same conditions, axes
+/// and states.
+[[nodiscard]] MapDifference difference(const SweepMap& before, const SweepMap& after);
+
+}  // namespace tiltrim

@@ -1,0 +1,49 @@
+/// Mode identity: which eigenvalue of the next matrix is which of this one.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace tiltrim {
+
+/// A one-to-one assignment from the modes of one matrix to the eigenvalues of the next.
+struct Link {
+  std::vector<int> to;             ///< mode i goes on as eigenvalue to[i]
+  std::vector<double> confidence;  ///< of each, 0 .. 1; docs/sweep.md says what it means
+};
+
+struct TrackOptions {
+  double trusted = 0.5;  ///< a link below it is refined between the two points
+  int max_depth = 12;    ///< halvings of a step; what is not trusted then stays at its confidence
+};
+
+/// By position alone, where that leaves no doubt: every eigenvalue is nearer to its predicted
+/// place than a third of the way to any other. False if it does leave doubt; `to` and `confidence`
+/// are then unspecified. No allocation: it runs once for each point of a map.
+bool link_by_position(std::span<const std::complex<double>> predicted,
+                      std::span<const std::complex<double>> next, std::span<int> to,
+                      std::span<double> confidence);
+
+/// By eigenvector correlation and predicted position together, one to one, at least total cost
+/// (the assignment problem). Pairs that merge into two real eigenvalues, or two that join into a
+/// pair, are linked as a pair. `last` are the eigenvalues of A in the modes' order, `predicted`
+/// where the last steps point to (equal to `last` at a first step), `next` those of B.
+Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
+          std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
+          std::span<const std::complex<double>> next);
+
+/// The same with refinement: where a link is not trusted the step is halved, between(share) being
+/// the matrix at that share of the way (nothing where there is none), and the halves' links are
+/// joined: the confidence of a chain is that of its weakest link.
+Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
+          std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
+          std::span<const std::complex<double>> next,
+          const std::function<std::optional<Eigen::MatrixXd>(double share)>& between,
+          const TrackOptions& options = {});
+
+}  // namespace tiltrim
