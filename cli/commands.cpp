@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "cli/terminal.hpp"
 #include "model/study.hpp"
 #include "report/envelopes.hpp"
+#include "report/maps.hpp"
 #include "report/paper.hpp"
 #include "report/sensitivities.hpp"
+#include "sweep/map_file.hpp"
+#include "sweep/sweep.hpp"
 
 namespace tiltrim::cli {
 
@@ -230,6 +234,109 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
               [&] { return as_csv(sensitivities_sheet(conditions)); },
               [&] { return sensitivities_text(conditions, command.most, style); }),
           code};
+}
+
+namespace {
+
+// What decides a sweep's numbers: a log is taken up again for the same alone.
+std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
+  std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
+  for (const Condition& c : conditions) identity += " " + c.name;
+  identity += "\npolar:";
+  for (int degree = -180; degree < 180; ++degree) {
+    const auto c = study.vehicle.polar->at(degree * (std::numbers::pi / 180));
+    identity += fmt::format(" {:a} {:a} {:a}", c.CL, c.CD, c.CM);
+  }
+  return identity;
+}
+
+std::string in_words(const SweepProgress& p) {
+  return fmt::format("{} of {} {}: {} stable, {} unstable, {} undecided, {} without trim", p.done,
+                     p.total, p.what, p.stable, p.unstable, p.undecided, p.no_trim);
+}
+
+bool has_extension(const std::filesystem::path& file, std::string_view extension) {
+  return file.extension() == extension;
+}
+
+SweepMap swept(const SweepCommand& command, const Study& study, const std::stop_token& stop) {
+  const std::vector<Condition> conditions = chosen(study, command.common.only);
+  SweepOptions options;
+  options.threads = command.threads;
+  options.crossings = study.sweep->crossings;
+  options.checkpoint = command.checkpoint;
+  options.identity = identity_of(study, conditions);
+  options.stop = stop;
+  if (!command.common.output.empty()) options.log = command.common.output.string() + ".log";
+  std::optional<Progress> progress;
+  const char* stage = nullptr;
+  options.observe = [&](const SweepProgress& p) {
+    if (p.what != stage) progress.emplace(1);
+    stage = p.what;
+    progress->tell(in_words(p), p.total > 0 ? double(p.done) / double(p.total) : 0.0);
+  };
+  try {
+    SweepMap map =
+        sweep(sweep_requests(study, conditions, study.sweep->axes), study.sweep->axes, options);
+    map.study = study.text;
+    map.program = "tiltrim " TILTRIM_VERSION;
+    return map;
+  } catch (const std::invalid_argument& e) {
+    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+  }
+}
+
+}  // namespace
+
+Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  const Study study = load_study(command.common.study);
+  if (!study.sweep)
+    throw StudyError(
+        fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
+                    "to and count, or values",
+                    study.file.string()));
+  const std::filesystem::path& output = command.common.output;
+  const std::filesystem::path log = output.string() + ".log";
+  SweepMap map;
+  try {
+    map = swept(command, study, stop);
+  } catch (const SweepInterrupted&) {
+    if (!output.empty() && first_of_ranks())
+      fmt::print(stderr,
+                 "tiltrim: stopped; what is done is in {}: the same command goes on there\n",
+                 log.string());
+    return {"", unanswered, true};
+  }
+  if (!first_of_ranks()) return {"", answered, true};
+  const bool all = std::ranges::none_of(map.verdict, [](std::int8_t v) {
+    return v < 0 || static_cast<Verdict>(v) == Verdict::undecided;
+  });
+  Outcome outcome{"", all ? answered : unanswered, false};
+  if (has_extension(output, ".nc")) {
+    write_netcdf(map, output);
+    outcome.output = map_text(map, style);
+    outcome.written = true;
+  } else {
+    outcome.output = in_format(
+        command.common.format, [&] { return map_json(map); },
+        [&] { return as_csv(map_sheet(map)); }, [&] { return map_text(map, style); });
+    if (!output.empty()) {
+      write_whole(output, outcome.output);
+      outcome = {"", outcome.exit_code, true};
+    }
+  }
+  if (!output.empty()) std::filesystem::remove(log);
+  return outcome;
+}
+
+Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token&) {
+  const SweepMap before = read_netcdf(command.common.study), after = read_netcdf(command.after);
+  const MapDifference difference = tiltrim::difference(before, after);
+  return {in_format(
+              command.common.format, [&] { return difference_json(before, difference); },
+              [&] { return as_csv(difference_sheet(before, difference)); },
+              [&] { return difference_text(before, difference, style); }),
+          difference.changed.empty() ? answered : unanswered};
 }
 
 Outcome run_tables(const Common& command, const TextStyle& style) {

@@ -60,10 +60,22 @@ struct SensitivitiesCommand {
   std::size_t most = 8;  ///< parameters for each mode, in text
 };
 
+struct SweepCommand {
+  Common common;
+  int threads = 0;          ///< 0: as many as the machine has
+  double checkpoint = 1.0;  ///< s
+};
+
+struct DiffCommand {
+  Common common;  ///< its study is the map before
+  std::filesystem::path after;
+};
+
 /// What a command has to say: the text for its output, and the exit code.
 struct Outcome {
   std::string output;
   int exit_code = answered;
+  bool written = false;  ///< the output file is there already, `output` is for the terminal
 };
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop);
@@ -72,6 +84,8 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop);
+Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
 /// `study` may be empty: the reference vehicle.
 Outcome run_tables(const Common& command, const TextStyle& style);
 

@@ -26,6 +26,7 @@ constexpr const char* examples =
     "  tiltrim follow studies/stall.toml          a branch of trims: folds, limits, crossings\n"
     "  tiltrim envelope studies/stall.toml        the conversion corridor: speeds over tilt\n"
     "  tiltrim sensitivities studies/paper.toml   what would make each mode better\n"
+    "  tiltrim sweep studies/map_corridor.toml    eigenvalues over a grid, and between its points\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -86,7 +87,7 @@ int finish(const Common& common, const Run& run) {
   style.colour = common.output.empty() && isatty(STDOUT_FILENO) == 1 && !std::getenv("NO_COLOR");
   const Interrupt interrupt;
   const Outcome outcome = run(style, interrupt.token());
-  if (common.output.empty())
+  if (common.output.empty() || outcome.written)
     print_whole(outcome.output);
   else
     write_whole(common.output, outcome.output);
@@ -186,6 +187,38 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
   return sensitivities;
 }
 
+CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
+  CLI::App* sweep = app.add_subcommand(
+      "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
+  add_common(sweep, command.common, true);
+  add_only(sweep, command.common);
+  sweep->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  sweep
+      ->add_option("--checkpoint", command.checkpoint,
+                   "seconds between writes to FILE.log, from which a killed sweep goes on (1)")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  return sweep;
+}
+
+CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
+  CLI::App* diff =
+      app.add_subcommand("diff", "which points of two maps differ in status or stability");
+  diff->add_option("before", command.common.study, "a map that sweep wrote")
+      ->type_name("BEFORE.nc")
+      ->required();
+  diff->add_option("after", command.after, "another, over the same grid")
+      ->type_name("AFTER.nc")
+      ->required();
+  add_choice(diff, "-f,--format", command.common.format, formats,
+             "text for people (default), json with every digit, csv");
+  diff->add_option("-o,--output", command.common.output, "write to this file, whole or not at all")
+      ->type_name("FILE");
+  return diff;
+}
+
 int run_program(int argc, char** argv) {
   CLI::App app{about, "tiltrim"};
   app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
@@ -196,12 +229,16 @@ int run_program(int argc, char** argv) {
   FollowCommand following;
   EnvelopeCommand enveloping;
   SensitivitiesCommand sensing;
+  SweepCommand sweeping;
+  DiffCommand differing;
   Common tabling;
   const CLI::App* trim = add_trim(app, trimming);
   const CLI::App* linearize = add_linearize(app, linearizing);
   const CLI::App* follow = add_follow(app, following);
   const CLI::App* envelope = add_envelope(app, enveloping);
   const CLI::App* sensitivities = add_sensitivities(app, sensing);
+  const CLI::App* sweep = add_sweep(app, sweeping);
+  const CLI::App* diff = add_diff(app, differing);
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
   add_common(tables, tabling, false);
@@ -224,6 +261,8 @@ int run_program(int argc, char** argv) {
   if (*follow) return finish(following.common, with(following));
   if (*envelope) return finish(enveloping.common, with(enveloping));
   if (*sensitivities) return finish(sensing.common, with(sensing));
+  if (*sweep) return finish(sweeping.common, with(sweeping));
+  if (*diff) return finish(differing.common, with(differing));
   return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
     return run_tables(tabling, style);
   });

@@ -60,6 +60,12 @@ void Progress::say(const std::string& where, double share) {
   show(fmt::format("{} of {} {}; {}{}", done_, total_, what_, where, left));
 }
 
+void Progress::tell(const std::string& line, double share) {
+  if (!(share > 0 && share < 1) || !due()) return;
+  const double spent = seconds(steady_clock::now() - start_);
+  show(fmt::format("{}, {:.0f} s left", line, spent / share * (1 - share)));
+}
+
 namespace {
 
 sigset_t stopping_signals() {

@@ -22,6 +22,8 @@ class Progress {
   void advance();
   /// Says how far the work at hand is, ten times a second at most; `share` of it is done, if known.
   void say(const std::string& where, double share = 0.0);
+  /// The same in words of the caller's own alone.
+  void tell(const std::string& line, double share);
 
  private:
   bool due();

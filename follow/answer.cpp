@@ -28,15 +28,6 @@ TrimProblem without_integral_bounds(TrimProblem problem) {
   return problem;
 }
 
-TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
-  const double V = condition.command.V;
-  const bool slow = condition.formulation == Formulation::closed_loop && slowest < body_axes_below;
-  if (slow && V == 0)
-    throw std::invalid_argument("at rest there is no path to follow from; expected V above 0");
-  return without_integral_bounds(slow ? body_axes_problem(vehicle, condition.command)
-                                      : problem_of(vehicle, condition));
-}
-
 // Trimmed with the bounds that the condition's starts are spread over, in the equations that are
 // followed.
 TrimResult started(const Vehicle& vehicle, const Condition& condition, const TrimProblem& problem,
@@ -54,6 +45,15 @@ bool has_variable(const Model& model, const std::string& name) {
 }
 
 }  // namespace
+
+TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
+  const double V = condition.command.V;
+  const bool slow = condition.formulation == Formulation::closed_loop && slowest < body_axes_below;
+  if (slow && V == 0)
+    throw std::invalid_argument("at rest there is no path to follow from; expected V above 0");
+  return without_integral_bounds(slow ? body_axes_problem(vehicle, condition.command)
+                                      : problem_of(vehicle, condition));
+}
 
 bool BranchAnswer::answered() const {
   return branch.end == BranchEnd::reached || branch.end == BranchEnd::limit ||

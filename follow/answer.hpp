@@ -9,6 +9,12 @@
 
 namespace tiltrim {
 
+/// The condition's trim as it can be followed: a closed loop in body axes if it is to fly slower
+/// than body_axes_below, and without the bounds that only its starts are spread over. Throws
+/// std::invalid_argument at rest, and for formulation table.
+[[nodiscard]] TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition,
+                                        double slowest);
+
 struct BranchAnswer {
   Answer start;  ///< the condition trimmed, in the equations that are followed
   Key parameter;

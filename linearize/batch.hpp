@@ -48,14 +48,21 @@ struct BatchEigenvalues {
   std::vector<LaneStatus> status;  ///< one per matrix
 };
 
-/// Balancing, Hessenberg form and shifted QR with deflation, eigenvalues alone.    [refs in .cpp]
+struct BatchOptions {
+  int max_iterations = 40;       ///< QR steps for each eigenvalue, across lanes
+  int fallback_iterations = 40;  ///< and of the fallback
+};
+
+/// Balancing, Hessenberg form and shifted QR with deflation, eigenvalues alone.
 /// Throws std::invalid_argument for n outside 0 .. largest_batch_matrix or entries of wrong size.
-void eigenvalues(const MatrixBatch& A, BatchEigenvalues& answer);
+void eigenvalues(const MatrixBatch& A, BatchEigenvalues& answer, const BatchOptions& options = {});
 
 /// Stable or not, without eigenvalues where that is certain: characteristic polynomial and Routh's
 /// test with running bounds of their errors; undecided lanes go to the eigenvalues and, within
-/// their bounds, to modes(). NaN lanes are undecided.
-void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer);
+/// their bounds, to modes(). A verdict holds for every matrix whose entries are within entry_error,
+/// relative, of those given. Matrices with an entry that is not finite are undecided. Throws as
+/// eigenvalues() does, and for an entry_error that is negative or not a number.
+void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer, double entry_error = 0.0);
 
 /// The instruction set that the kernels use: "scalar", "baseline", "avx2" or "avx512": the best
 /// that the processor has, or the environment's TILTRIM_SIMD if it has that.

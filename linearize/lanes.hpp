@@ -1,9 +1,13 @@
 /// Lanes: as many doubles as a register holds, worked on together. A source that includes this is
-/// compiled once for each instruction set, everything of it in namespace TILTRIM_LANES.
+/// compiled once for each instruction set, everything of it in namespace TILTRIM_LANES, and
+/// includes nothing whose inline functions the linker could put into the rest of the program.
 /// Internal to linearize/.
 #pragma once
 
 #include <experimental/simd>
+#ifdef __FMA__
+#include <immintrin.h>
+#endif
 
 #ifndef TILTRIM_LANES
 #error "compiled once for each instruction set: see tiltrim_lanes() in CMakeLists.txt"
@@ -18,5 +22,131 @@ using Lanes = std::experimental::native_simd<double>;
 #endif
 using LaneMask = Lanes::mask_type;
 inline constexpr std::size_t lane_count = Lanes::size();
+
+/// a b + c, rounded once where the instruction set has that. Not std::experimental::fma: without
+/// such an instruction it calls the library, lane by lane, and with it g++ 12 at times does the
+/// lanes one by one.
+[[gnu::always_inline]] inline Lanes multiply_add(Lanes a, Lanes b, Lanes c) {
+#if defined __AVX512F__
+  return __builtin_bit_cast(
+      Lanes, _mm512_fmadd_pd(__builtin_bit_cast(__m512d, a), __builtin_bit_cast(__m512d, b),
+                             __builtin_bit_cast(__m512d, c)));
+#elif defined __FMA__
+  return __builtin_bit_cast(
+      Lanes, _mm256_fmadd_pd(__builtin_bit_cast(__m256d, a), __builtin_bit_cast(__m256d, b),
+                             __builtin_bit_cast(__m256d, c)));
+#else
+  return a * b + c;
+#endif
+}
+
+/// a where the mask is set, else b.
+[[gnu::always_inline]] inline Lanes choose(const LaneMask& mask, const Lanes& a, Lanes b) {
+  where(mask, b) = a;
+  return b;
+}
+
+/// Several registers in step: while one waits for a square root, the others work. `Pack` takes the
+/// operators that an algorithm needs of a number, `PackMask` those of its truth.
+template <int groups>
+struct PackMask {
+  LaneMask of[groups];
+
+  [[gnu::always_inline]] friend PackMask operator&&(PackMask a, const PackMask& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] = a.of[g] && b.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend PackMask operator||(PackMask a, const PackMask& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] = a.of[g] || b.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend PackMask operator!(PackMask a) {
+    for (int g = 0; g < groups; ++g) a.of[g] = !a.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend bool any_of(const PackMask& a) {
+    LaneMask any = a.of[0];
+    for (int g = 1; g < groups; ++g) any = any || a.of[g];
+    return std::experimental::any_of(any);
+  }
+};
+
+template <int groups>
+struct Pack {
+  Lanes of[groups];
+
+  Pack() = default;
+  [[gnu::always_inline]] Pack(double value) {
+    for (int g = 0; g < groups; ++g) of[g] = value;
+  }
+  [[gnu::always_inline]] void load(const double* from) {
+    for (int g = 0; g < groups; ++g)
+      of[g].copy_from(from + g * lane_count, std::experimental::element_aligned);
+  }
+  [[gnu::always_inline]] void store(double* to) const {
+    for (int g = 0; g < groups; ++g)
+      of[g].copy_to(to + g * lane_count, std::experimental::element_aligned);
+  }
+  [[gnu::always_inline]] friend Pack operator+(Pack a, const Pack& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] += b.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack operator-(Pack a, const Pack& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] -= b.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack operator*(Pack a, const Pack& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] *= b.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack operator/(Pack a, const Pack& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] /= b.of[g];
+    return a;
+  }
+  [[gnu::always_inline]] Pack operator-() const {
+    Pack a;
+    for (int g = 0; g < groups; ++g) a.of[g] = -of[g];
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack multiply_add(Pack a, const Pack& b, const Pack& c) {
+    for (int g = 0; g < groups; ++g) a.of[g] = multiply_add(a.of[g], b.of[g], c.of[g]);
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack abs(Pack a) {
+    for (int g = 0; g < groups; ++g) a.of[g] = std::experimental::abs(a.of[g]);
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack sqrt(Pack a) {
+    for (int g = 0; g < groups; ++g) a.of[g] = std::experimental::sqrt(a.of[g]);
+    return a;
+  }
+  [[gnu::always_inline]] friend Pack max(Pack a, const Pack& b) {
+    for (int g = 0; g < groups; ++g) a.of[g] = std::experimental::max(a.of[g], b.of[g]);
+    return a;
+  }
+  [[gnu::always_inline]] friend PackMask<groups> operator<(const Pack& a, const Pack& b) {
+    PackMask<groups> m;
+    for (int g = 0; g < groups; ++g) m.of[g] = a.of[g] < b.of[g];
+    return m;
+  }
+  [[gnu::always_inline]] friend PackMask<groups> operator<=(const Pack& a, const Pack& b) {
+    PackMask<groups> m;
+    for (int g = 0; g < groups; ++g) m.of[g] = a.of[g] <= b.of[g];
+    return m;
+  }
+  [[gnu::always_inline]] friend PackMask<groups> operator==(const Pack& a, const Pack& b) {
+    PackMask<groups> m;
+    for (int g = 0; g < groups; ++g) m.of[g] = a.of[g] == b.of[g];
+    return m;
+  }
+};
+
+/// a where the mask is set, else b.
+template <int groups>
+[[gnu::always_inline]] inline Pack<groups> choose(const PackMask<groups>& mask,
+                                                  const Pack<groups>& a, Pack<groups> b) {
+  for (int g = 0; g < groups; ++g) where(mask.of[g], b.of[g]) = a.of[g];
+  return b;
+}
 
 }  // namespace tiltrim::TILTRIM_LANES

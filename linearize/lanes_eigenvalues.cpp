@@ -1,1 +1,582 @@
+// Eigenvalues of small matrices, one in each lane: EISPACK's road of balancing, Householder's
+// reduction to Hessenberg form and Francis' double shift [8; 11, secs 7.4, 7.5], with shifts and
+// exceptional shifts as LAPACK's dlahqr takes them [9]. Where lanes go apart, each has its own
+// window low .. high of rows not yet deflated; the loops run over the union of the windows, and a
+// lane outside of its own is given the identity for its reflector. So what a lane holds, to the
+// bit, depends on its own matrix alone: an identity may change the sign of a zero, and nothing here
+// asks for that sign.
+#include <cstdint>
+
+#include "linearize/dispatch.hpp"
 #include "linearize/lanes.hpp"
+
+namespace tiltrim::TILTRIM_LANES {
+
+namespace {
+
+using std::experimental::element_aligned;
+using Real = Lanes;
+using Mask = LaneMask;
+constexpr int groups = 2;
+constexpr int width = groups * int(lane_count);
+constexpr int largest = 16;
+
+constexpr double epsilon = 0x1p-52;
+// Of sums of squares, in matrices of size about one: below, digits are lost, and what they stand
+// for is far below rounding.
+constexpr double least_square = 0x1p-960;
+
+// What LaneStatus says in batch.hpp.
+constexpr unsigned char converged = 0, fallback = 1, not_finite = 3;
+
+// A matrix in each lane; its size a constant of the program where N > 0.
+template <int N>
+struct Matrix {
+  static constexpr int rows = N > 0 ? N : largest;
+  int size_;
+  Real a[rows][rows];
+
+  [[gnu::always_inline]] int n() const { return N > 0 ? N : size_; }
+  [[gnu::always_inline]] Real& operator()(int i, int j) { return a[i][j]; }
+};
+
+// How the lanes stand.
+struct Lane {
+  Real low, high;   // the window, rows low .. high
+  Real iterations;  // since the last deflation
+  Real unit = 1.0;  // power of two that was taken out of the matrix
+  Mask finite;      // the matrix is
+  Mask hard;        // given up: to the fallback
+};
+
+// --- Powers of two, by the exponents' bits.
+
+using Bits = std::experimental::rebind_simd_t<std::uint64_t, Lanes>;
+static_assert(sizeof(Bits) == sizeof(Lanes) && sizeof(std::uint64_t) == sizeof(double));
+
+[[gnu::always_inline]] inline Bits bits(Lanes x) { return __builtin_bit_cast(Bits, x); }
+[[gnu::always_inline]] inline Lanes number(Bits x) { return __builtin_bit_cast(Lanes, x); }
+
+constexpr int mantissa = 52;
+constexpr std::uint64_t one = std::uint64_t{1023} << mantissa;
+constexpr std::uint64_t exponent_bits = std::uint64_t{2047} << mantissa;
+
+// 2^k near √(r/c): half the difference of the logarithms, taken as linear between powers of two.
+[[gnu::always_inline]] inline Real root_of_ratio(const Real& r, const Real& c) {
+  const Bits half = (bits(r) + (2 * one - bits(c))) >> 1;
+  return number((half + (std::uint64_t{1} << (mantissa - 1))) & Bits(exponent_bits));
+}
+
+// The power of two at or below x > 0, kept where it and its inverse are normal numbers.
+[[gnu::always_inline]] inline Real power_below(const Real& x) {
+  const Real p = number(bits(x) & Bits(exponent_bits));
+  return choose(p < 0x1p-1000, Real(0x1p-1000), choose(Real(0x1p1000) < p, Real(0x1p1000), p));
+}
+
+// Takes out a power of two where squares could overflow or vanish; matrices with entries that are
+// not finite become zero.
+template <int N>
+[[gnu::noinline]] void scale(Matrix<N>& A, Lane& lane) {
+  const int n = A.n();
+  Real largest_entry = 0.0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      lane.finite = lane.finite && abs(A(i, j)) <= 0x1.fffffffffffffp1023;
+      largest_entry = max(largest_entry, abs(A(i, j)));
+    }
+  largest_entry = choose(lane.finite, largest_entry, Real(1.0));
+  const Mask moderate = Real(0x1p-200) < largest_entry && largest_entry < 0x1p200;
+  lane.unit = choose(moderate, Real(1.0), power_below(largest_entry));
+  const Real inverse = Real(1.0) / lane.unit;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) A(i, j) = choose(lane.finite, A(i, j) * inverse, Real(0.0));
+}
+
+template <int N>
+[[gnu::noinline]] void load(const double* entries, std::size_t stride, Matrix<N>& A, Lane& lane) {
+  const int n = A.n();
+  Real sum = 0.0;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      A(i, j).copy_from(entries + std::size_t(i * n + j) * stride, element_aligned);
+      sum = sum + abs(A(i, j));
+    }
+  lane.finite = Real(0.0) == Real(0.0);
+  lane.hard = !lane.finite;
+  if (any_of(!(Real(0x1p-190) < sum && sum < 0x1p190))) scale(A, lane);
+}
+
+// --- Balancing.
+
+// Row i or column i holds nothing beside the diagonal: a(i, i) is an eigenvalue, and to the others
+// neither matters.
+template <int N>
+[[gnu::noinline]] void isolate(Matrix<N>& A, int i, const Mask& alone) {
+  for (int j = 0; j < A.n(); ++j) {
+    if (j == i) continue;
+    A(i, j) = choose(alone, Real(0.0), A(i, j));
+    A(j, i) = choose(alone, Real(0.0), A(j, i));
+  }
+}
+
+// One state: the lanes that were changed.
+template <int N>
+[[gnu::always_inline]] inline Mask balance_one(Matrix<N>& A, int i) {
+  constexpr double worth = 4.0, farthest = 0x1p15;  // sweeps times this: far from overflow
+  const int n = A.n();
+  Real c = 0.0, r = 0.0;
+  for (int j = 0; j < n; ++j) {
+    if (j == i) continue;
+    c = c + abs(A(j, i));
+    r = r + abs(A(i, j));
+  }
+  const Mask alone = c == 0.0 || r == 0.0;
+  Real f = root_of_ratio(r, c);
+  const Mask unlike = !(Real(1 / worth) < f && f < worth) && !alone;
+  const Mask isolated = alone && !(c == r);
+  if (any_of(isolated)) isolate(A, i, alone);
+  if (!any_of(unlike)) return isolated;
+  f = choose(f < 1 / farthest, Real(1 / farthest), choose(Real(farthest) < f, Real(farthest), f));
+  f = choose(unlike, f, Real(1.0));
+  const Real inverse = Real(1.0) / f;
+  for (int j = 0; j < n; ++j) {
+    if (j == i) continue;
+    A(j, i) = A(j, i) * f;
+    A(i, j) = A(i, j) * inverse;
+  }
+  return isolated || unlike;
+}
+
+// Isolated states to the end, so that no reflector mixes them with others.
+template <int N>
+[[gnu::noinline]] void gather_isolated(Matrix<N>& A, Lane& lane) {
+  const int n = A.n();
+  Real isolated[Matrix<N>::rows];
+  for (int i = 0; i < n; ++i) {
+    Real sum = 0.0;
+    for (int j = 0; j < n; ++j)
+      if (j != i) sum = sum + (abs(A(i, j)) + abs(A(j, i)));
+    isolated[i] = choose(sum == 0.0, Real(1.0), Real(0.0));
+    lane.high = lane.high - isolated[i];
+  }
+  for (int end = n - 1; end > 0; --end)
+    for (int i = 0; i < end; ++i) {
+      const Mask swap = isolated[i + 1] < isolated[i];
+      if (!any_of(swap)) continue;
+      const auto exchange = [&](Real& a, Real& b) {
+        const Real was = a;
+        a = choose(swap, b, a);
+        b = choose(swap, was, b);
+      };
+      exchange(isolated[i], isolated[i + 1]);
+      for (int j = 0; j < n; ++j) exchange(A(i, j), A(i + 1, j));
+      for (int j = 0; j < n; ++j) exchange(A(j, i), A(j, i + 1));
+    }
+}
+
+// Powers of two bring each state's row and column together, to within a factor of 16 in their
+// sums: steps that gain less cost more than the digit they save.                           [8]
+template <int N>
+[[gnu::noinline]] void balance(Matrix<N>& A, Lane& lane) {
+  const int n = A.n(), cap = 10 + n;
+  lane.high = double(n - 1);
+  Mask changed = lane.finite;
+  for (int sweep = 0; any_of(changed) && sweep < cap; ++sweep) {
+    changed = balance_one(A, 0);
+    for (int i = 1; i < n; ++i) changed = changed || balance_one(A, i);
+  }
+  lane.hard = lane.hard || changed;
+  gather_isolated(A, lane);
+}
+
+// --- Hessenberg form.
+
+// A reflector I + u wᵀ, w = c u, that turns x on its first component; none where x is zero.
+struct Turn {
+  Real c;      // -2/uᵀu
+  Real first;  // what the first component becomes
+};
+[[gnu::always_inline]] inline Turn turn(const Real& first, const Real& squares, const Mask& where) {
+  const Real length = sqrt(squares);
+  const Real c = Real(-1.0) / multiply_add(abs(first), length, squares);
+  return {choose(where && Real(least_square) < squares, c, Real(0.0)),
+          choose(first < 0.0, length, -length)};
+}
+
+template <int N>
+[[gnu::noinline]] void hessenberg(Matrix<N>& A) {
+  const int n = A.n();
+  for (int k = 0; k + 2 < n; ++k) {
+    Real u[Matrix<N>::rows], w[Matrix<N>::rows];
+    Real below = 0.0;
+    for (int i = k + 2; i < n; ++i) {
+      u[i] = A(i, k);
+      below = multiply_add(u[i], u[i], below);
+    }
+    const Real x = A(k + 1, k);
+    const Mask some = Real(least_square) < below;
+    const Turn t = turn(x, multiply_add(x, x, below), some);
+    u[k + 1] = x - t.first;
+    A(k + 1, k) = choose(some, t.first, x);
+    for (int i = k + 1; i < n; ++i) w[i] = t.c * u[i];
+    for (int i = k + 2; i < n; ++i) A(i, k) = 0.0;
+    for (int j = k + 1; j < n; ++j) {
+      Real sum = w[k + 1] * A(k + 1, j);
+      for (int i = k + 2; i < n; ++i) sum = multiply_add(w[i], A(i, j), sum);
+      for (int i = k + 1; i < n; ++i) A(i, j) = multiply_add(sum, u[i], A(i, j));
+    }
+    for (int i = 0; i < n; ++i) {
+      Real sum = u[k + 1] * A(i, k + 1);
+      for (int j = k + 2; j < n; ++j) sum = multiply_add(u[j], A(i, j), sum);
+      for (int j = k + 1; j < n; ++j) A(i, j) = multiply_add(sum, w[j], A(i, j));
+    }
+  }
+}
+
+// --- The QR iteration.
+
+// Subdiagonal entries below rounding of their diagonal neighbours become zero.
+template <int N>
+[[gnu::always_inline]] inline void deflate(Matrix<N>& H, int top) {
+  for (int k = 1; k <= top; ++k) {
+    const Real size = abs(H(k - 1, k - 1)) + abs(H(k, k));
+    H(k, k - 1) = choose(abs(H(k, k - 1)) <= Real(epsilon) * size, Real(0.0), H(k, k - 1));
+  }
+}
+
+// Every lane's lowest window of three rows or more; those that have none are done, high < 2.
+template <int N>
+[[gnu::always_inline]] inline void find_windows(Matrix<N>& H, Lane& lane, int top) {
+  Mask done;
+  for (int round = 0; round <= top; ++round) {
+    lane.low = 0.0;
+    for (int k = 1; k <= top; ++k)
+      lane.low =
+          choose(H(k, k - 1) == 0.0 && Real(double(k)) <= lane.high, Real(double(k)), lane.low);
+    const Mask single = lane.low == lane.high && Real(0.0) <= lane.high,
+               pair = lane.low + 1.0 == lane.high;
+    done = single || pair;
+    if (!any_of(done && Real(1.5) < lane.high)) break;
+    lane.high = choose(pair, lane.high - 2.0, choose(single, lane.high - 1.0, lane.high));
+    lane.iterations = choose(done, Real(0.0), lane.iterations);
+  }
+}
+
+// What a double-shift sweep begins with: the first column of (H - s₁)(H - s₂), up to length.
+struct Start {
+  Real x, y, z;
+};
+
+template <int N>
+[[gnu::always_inline]] inline Start start(Matrix<N>& H, const Lane& lane, int top) {
+  Real a = H(top - 1, top - 1), b = H(top - 1, top), c = H(top, top - 1), d = H(top, top);
+  Real above = H(top - 1, top - 2);
+  for (int m = top - 1; m >= 2; --m) {
+    const Mask here = lane.high == double(m);
+    a = choose(here, H(m - 1, m - 1), a);
+    b = choose(here, H(m - 1, m), b);
+    c = choose(here, H(m, m - 1), c);
+    d = choose(here, H(m, m), d);
+    above = choose(here, H(m - 1, m - 2), above);
+  }
+  // Eigenvalues of the last two rows; of two real ones, the nearer to the corner, twice.   [9]
+  const Real mean = (a + d) * 0.5, half = (a - d) * 0.5;
+  const Real discriminant = multiply_add(half, half, b * c);
+  const Real root = sqrt(abs(discriminant));
+  const Mask complex = discriminant < 0.0;
+  const Real nearer = choose(half < 0.0, mean + root, mean - root);
+  Real shift = choose(complex, mean, nearer);
+  Real square = choose(complex, -discriminant, Real(0.0));
+  constexpr double every = 10;
+  const Mask stuck =
+      lane.iterations == every || lane.iterations == 2 * every || lane.iterations == 3 * every;
+  if (any_of(stuck)) {
+    const Real size = abs(c) + abs(above);
+    shift = choose(stuck, multiply_add(Real(0.75), size, d), shift);
+    square = choose(stuck, Real(0.4375) * size * size, square);
+  }
+  Real h11 = H(0, 0), h12 = H(0, 1), h21 = H(1, 0), h22 = H(1, 1), h32 = H(2, 1);
+  for (int l = 1; l + 2 <= top; ++l) {
+    const Mask here = lane.low == double(l);
+    if (!any_of(here)) continue;
+    h11 = choose(here, H(l, l), h11);
+    h12 = choose(here, H(l, l + 1), h12);
+    h21 = choose(here, H(l + 1, l), h21);
+    h22 = choose(here, H(l + 1, l + 1), h22);
+    h32 = choose(here, H(l + 2, l + 1), h32);
+  }
+  const Real apart = h11 - shift;
+  return {multiply_add(apart, apart, multiply_add(h12, h21, square)), h21 * (apart + (h22 - shift)),
+          h21 * h32};
+}
+
+// Rows or columns k .. k + 2 as I + u wᵀ turns them.
+struct Reflector {
+  Real ux, uy, uz, wx, wy, wz;
+};
+
+// One register's matrices while a sweep goes down through them, and what the bulge holds of column
+// k beside the Hessenberg form.
+struct Bulge {
+  Start begin;
+  Real x, y, z;  // rows k + 1, k + 2, k + 3
+  Real fill;     // row k + 3 of column k + 1
+  Reflector turn;
+};
+
+template <int N>
+[[gnu::always_inline]] inline void turn_column(Matrix<N>& H, const Reflector& t, int k, int j) {
+  const Real sum = multiply_add(t.wz, H(k + 2, j), multiply_add(t.wy, H(k + 1, j), t.wx * H(k, j)));
+  H(k, j) = multiply_add(sum, t.ux, H(k, j));
+  H(k + 1, j) = multiply_add(sum, t.uy, H(k + 1, j));
+  H(k + 2, j) = multiply_add(sum, t.uz, H(k + 2, j));
+}
+
+template <int N>
+[[gnu::always_inline]] inline void turn_row(Matrix<N>& H, const Reflector& t, int k, int i) {
+  const Real sum = multiply_add(t.uz, H(i, k + 2), multiply_add(t.uy, H(i, k + 1), t.ux * H(i, k)));
+  H(i, k) = multiply_add(sum, t.wx, H(i, k));
+  H(i, k + 1) = multiply_add(sum, t.wy, H(i, k + 1));
+  H(i, k + 2) = multiply_add(sum, t.wz, H(i, k + 2));
+}
+
+// The reflector of step k, from the bulge or, where a lane's window begins, from its shifts.
+template <int N>
+[[gnu::always_inline]] inline void prepare(Matrix<N>& H, const Lane& lane, Bulge& b, int k) {
+  const Mask inside = lane.low <= double(k) && Real(double(k)) < lane.high;
+  const Mask first = lane.low == double(k);
+  const Real x = choose(first, b.begin.x, b.x);
+  Reflector& t = b.turn;
+  t.uy = choose(first, b.begin.y, b.y);
+  t.uz = choose(first, b.begin.z, b.z);
+  const Turn turned = turn(x, multiply_add(t.uz, t.uz, multiply_add(t.uy, t.uy, x * x)), inside);
+  if (k > 0) H(k, k - 1) = choose(inside && !first, turned.first, b.x);
+  t.ux = x - turned.first;
+  t.wx = turned.c * t.ux;
+  t.wy = turned.c * t.uy;
+  t.wz = turned.c * t.uz;
+}
+
+// What the next reflector waits for: the block in which rows and columns of this one meet, and the
+// row below.
+template <int N>
+[[gnu::always_inline]] inline void turn_block(Matrix<N>& H, Bulge& b, int k, int top) {
+  const Reflector t = b.turn;
+  H(k + 2, k) = b.fill;
+#pragma GCC unroll 3
+  for (int j = k; j <= k + 2; ++j) turn_column(H, t, k, j);
+#pragma GCC unroll 3
+  for (int i = k + 2; i >= k; --i) turn_row(H, t, k, i);
+  b.x = H(k + 1, k);
+  b.y = H(k + 2, k);
+  if (k + 3 > top) return;
+  const Real sum = t.uz * H(k + 3, k + 2);
+  b.z = sum * t.wx;
+  b.fill = sum * t.wy;
+  H(k + 3, k + 2) = multiply_add(sum, t.wz, H(k + 3, k + 2));
+}
+
+template <int N>
+[[gnu::always_inline]] inline void turn_others(Matrix<N>& H, const Bulge& b, int k, int top) {
+  const Reflector t = b.turn;
+#pragma GCC unroll 8
+  for (int j = k + 3; j <= top; ++j) turn_column(H, t, k, j);
+#pragma GCC unroll 8
+  for (int i = 0; i < k; ++i) turn_row(H, t, k, i);
+}
+
+// The last reflector, of rows k and k + 1.
+template <int N>
+[[gnu::always_inline]] inline void last_step(Matrix<N>& H, const Lane& lane, Bulge& b, int k) {
+  b.begin.z = b.z = 0.0;
+  prepare(H, lane, b, k);
+  const Reflector t = b.turn;
+#pragma GCC unroll 2
+  for (int j = k; j <= k + 1; ++j) {
+    const Real sum = multiply_add(t.wy, H(k + 1, j), t.wx * H(k, j));
+    H(k, j) = multiply_add(sum, t.ux, H(k, j));
+    H(k + 1, j) = multiply_add(sum, t.uy, H(k + 1, j));
+  }
+#pragma GCC unroll 8
+  for (int i = 0; i <= k + 1; ++i) {
+    const Real sum = multiply_add(t.uy, H(i, k + 1), t.ux * H(i, k));
+    H(i, k) = multiply_add(sum, t.wx, H(i, k));
+    H(i, k + 1) = multiply_add(sum, t.wy, H(i, k + 1));
+  }
+}
+
+// A double-shift sweep over rows 0 .. top, a constant of the program where `fixed` > 0: in straight
+// code registers hold what loops would store. The groups take turns: while one waits for its
+// reflector's square root and quotient, another is being turned.
+template <int N, int fixed>
+[[gnu::noinline]] void sweep_rows(Matrix<N>* H, const Lane* lane, int rows_to) {
+  const int top = fixed > 0 ? fixed : rows_to;
+  Bulge b[groups];
+#pragma GCC unroll 4
+  for (int g = 0; g < groups; ++g) {
+    b[g].begin = start(H[g], lane[g], top);
+    b[g].x = b[g].y = b[g].z = b[g].fill = 0.0;
+  }
+#pragma GCC unroll 8
+  for (int k = 0; k + 1 < top; ++k) {
+#pragma GCC unroll 4
+    for (int g = 0; g < groups; ++g) prepare(H[g], lane[g], b[g], k);
+#pragma GCC unroll 4
+    for (int g = 0; g < groups; ++g) turn_block(H[g], b[g], k, top);
+#pragma GCC unroll 4
+    for (int g = 0; g < groups; ++g) turn_others(H[g], b[g], k, top);
+  }
+#pragma GCC unroll 4
+  for (int g = 0; g < groups; ++g) last_step(H[g], lane[g], b[g], top - 1);
+}
+
+template <int N, int top = N - 1>
+[[gnu::always_inline]] inline void sweep(Matrix<N>* H, const Lane* lane, int rows_to) {
+  if constexpr (N == 0)
+    sweep_rows<N, 0>(H, lane, rows_to);
+  else if (top == 2 || rows_to == top)
+    sweep_rows<N, top>(H, lane, top);
+  else if constexpr (top > 2)
+    sweep<N, top - 1>(H, lane, rows_to);
+}
+
+// Deflates, and gives the last row of a window, below 2 if no lane has one of three rows or more.
+template <int N>
+[[gnu::always_inline]] inline int settle(Matrix<N>& H, Lane& lane, int top, int max_iterations) {
+  deflate(H, top);
+  find_windows(H, lane, top);
+  const Mask stopped = Real(double(max_iterations)) <= lane.iterations && Real(1.5) < lane.high;
+  if (any_of(stopped)) {
+    lane.hard = lane.hard || stopped;
+    lane.high = choose(stopped, Real(-1.0), lane.high);
+  }
+  lane.low = choose(lane.high < 2.0, Real(double(largest)), lane.low);
+  lane.iterations = lane.iterations + 1.0;
+  while (top >= 2 && !any_of(Real(double(top)) <= lane.high)) --top;
+  return top;
+}
+
+// Until every lane's windows are of one row or two, or its cap is met.            [11, alg. 7.5.2]
+template <int N>
+[[gnu::noinline]] void iterate(Matrix<N>* H, Lane* lane, int max_iterations) {
+  const int n = H[0].n(), cap = max_iterations * n;
+  int top = n - 1;
+  for (int g = 0; g < groups; ++g) lane[g].iterations = 0.0;
+  for (int sweeps = 0; sweeps <= cap; ++sweeps) {
+    int next = 0;
+    for (int g = 0; g < groups; ++g) {
+      const int last = settle(H[g], lane[g], top, max_iterations);
+      next = last > next ? last : next;
+    }
+    top = next;
+    if (top < 2) return;
+    sweep(H, lane, top);
+  }
+}
+
+// --- What is left are rows and pairs of rows.
+
+struct Two {
+  Real re1, re2, im;
+};
+
+// Eigenvalues of [a b; c d] without cancellation: the smaller of two real ones by the product.
+[[gnu::always_inline]] inline Two of_two(const Real& a, const Real& b, const Real& c,
+                                         const Real& d) {
+  const Real half = (a - d) * 0.5, product = b * c;
+  const Real discriminant = multiply_add(half, half, product);
+  const Real root = sqrt(abs(discriminant));
+  const Real z = half + choose(half < 0.0, -root, root);
+  const Real small = choose(z == 0.0, Real(0.0), product / z);
+  const Mask complex = discriminant < 0.0;
+  const Real mean = d + half;
+  return {choose(complex, mean, d + z), choose(complex, mean, d - small),
+          choose(complex, root, Real(0.0))};
+}
+
+template <int N>
+[[gnu::noinline]] void finish(Matrix<N>& H, const Lane& lane, double* re, double* im,
+                              std::size_t stride) {
+  const int n = H.n();
+  Real values[Matrix<N>::rows], imaginary[Matrix<N>::rows];
+  for (int i = 0; i < n; ++i) {
+    values[i] = H(i, i);
+    imaginary[i] = 0.0;
+  }
+  for (int i = 0; i + 1 < n; ++i) {
+    const Mask pair = !(H(i + 1, i) == 0.0);
+    if (!any_of(pair)) continue;
+    const Two two = of_two(H(i, i), H(i, i + 1), H(i + 1, i), H(i + 1, i + 1));
+    values[i] = choose(pair, two.re1, values[i]);
+    values[i + 1] = choose(pair, two.re2, values[i + 1]);
+    imaginary[i] = choose(pair, two.im, imaginary[i]);
+    imaginary[i + 1] = choose(pair, -two.im, imaginary[i + 1]);
+  }
+  const Real nan = __builtin_nan("");
+  for (int i = 0; i < n; ++i) {  // + 0: one zero, whatever sign it had
+    const std::size_t at = std::size_t(i) * stride;
+    choose(lane.finite, values[i] * lane.unit + 0.0, nan).copy_to(re + at, element_aligned);
+    choose(lane.finite, imaginary[i] * lane.unit + 0.0, nan).copy_to(im + at, element_aligned);
+  }
+}
+
+template <int N>
+[[gnu::noinline]] void solve(int n, const double* entries, std::size_t stride, double* re,
+                             double* im, std::size_t out, int max_iterations,
+                             unsigned char* status) {
+  Matrix<N> A[groups];
+  Lane lane[groups];
+  for (int g = 0; g < groups; ++g) {
+    A[g].size_ = n;
+    load(entries + g * lane_count, stride, A[g], lane[g]);
+    balance(A[g], lane[g]);
+    hessenberg(A[g]);
+  }
+  iterate(A, lane, max_iterations);
+  for (int g = 0; g < groups; ++g) {
+    finish(A[g], lane[g], re + g * lane_count, im + g * lane_count, out);
+    for (std::size_t l = 0; l < lane_count; ++l)
+      status[g * lane_count + l] = !lane[g].finite[l] ? not_finite
+                                   : lane[g].hard[l]  ? fallback
+                                                      : converged;
+  }
+}
+
+template <int N>
+void solve_all(const EigenvalueTask& task) {
+  const std::size_t n = task.n, stride = task.count;
+  std::size_t k = task.first;
+  for (; k + width <= task.last; k += width)
+    solve<N>(int(n), task.entries + k, stride, task.re + k, task.im + k, stride,
+             task.max_iterations, task.status + k);
+  const std::size_t left = task.last - k;
+  if (left == 0) return;
+  double entries[largest * largest * width] = {}, re[largest * width], im[largest * width];
+  unsigned char status[width];
+  for (std::size_t e = 0; e < n * n; ++e)
+    for (std::size_t l = 0; l < left; ++l)
+      entries[e * width + l] = task.entries[e * stride + k + l];
+  solve<N>(int(n), entries, width, re, im, width, task.max_iterations, status);
+  for (std::size_t l = 0; l < left; ++l) {
+    for (std::size_t i = 0; i < n; ++i) {
+      task.re[i * stride + k + l] = re[i * width + l];
+      task.im[i * stride + k + l] = im[i * width + l];
+    }
+    task.status[k + l] = status[l];
+  }
+}
+
+}  // namespace
+
+void eigenvalues(const EigenvalueTask& task) {
+  switch (task.n) {
+    case 4:
+      return solve_all<4>(task);
+    case 6:
+      return solve_all<6>(task);
+    default:
+      return solve_all<0>(task);
+  }
+}
+
+}  // namespace tiltrim::TILTRIM_LANES

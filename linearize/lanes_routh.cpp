@@ -1,1 +1,346 @@
+// Verdicts without eigenvalues: Householder's reduction to Hessenberg form, its characteristic
+// polynomial by La Budde's recursion, Routh's array, each with a bound of its error. The bounds are
+// derived in docs/stability_map.md; u = ε/2 throughout.                          [35, 36, 37, 38]
+#include <cstddef>
+#include <cstdint>
+
 #include "linearize/lanes.hpp"
+#include "linearize/routh.hpp"
+
+namespace tiltrim::TILTRIM_LANES {
+namespace {
+
+constexpr int groups = 2;  // in step, so that one works while the other waits for a division
+using Real = Pack<groups>;
+using Mask = PackMask<groups>;
+constexpr std::size_t width = groups * lane_count;
+constexpr std::size_t largest = 16;  // largest_batch_matrix
+
+constexpr double u = 0x1p-53;
+// Covers the rounding of the bounds themselves: sums and products of positive numbers, each of
+// which loses at most a few hundred u.
+constexpr double inflated = 1.01;
+// Columns shorter than the root of this count as zero.
+constexpr double least_square = 1e-250;
+// More than that and all underflow lose of matrices of about norm one; less than what matters.
+constexpr double underflow = 1e-120;
+constexpr double underflow_of_step = 1e-290;
+
+// The size of a matrix: known to the compiler, or fixed = 0 and known at run time.
+template <std::size_t fixed>
+struct Size {
+  static constexpr std::size_t capacity = fixed > 0 ? fixed : largest;
+  std::size_t n;
+  constexpr operator std::size_t() const { return fixed > 0 ? fixed : n; }
+};
+
+template <class N>
+struct Square {
+  N n;
+  Real entry[N::capacity * N::capacity];
+  [[gnu::always_inline]] Real& operator()(std::size_t i, std::size_t j) { return entry[i * n + j]; }
+  [[gnu::always_inline]] const Real& operator()(std::size_t i, std::size_t j) const {
+    return entry[i * n + j];
+  }
+};
+
+// Coefficients of sⁿ + c₁ sⁿ⁻¹ + ... + cₙ, c₀ = 1, and bounds of their errors.
+template <class N>
+struct Polynomial {
+  Real c[N::capacity + 1], error[N::capacity + 1];
+};
+
+// a b + c in one instruction where there is one: std::experimental::fma leaves it to g++ to put
+// that together from the elements, which it does not always.
+[[gnu::always_inline]] inline Lanes fused(const Lanes& a, const Lanes& b, const Lanes& c) {
+#if defined(__AVX512F__)
+  return Lanes(_mm512_fmadd_pd(__m512d(a), __m512d(b), __m512d(c)));
+#elif defined(__FMA__)
+  return Lanes(_mm256_fmadd_pd(__m256d(a), __m256d(b), __m256d(c)));
+#else
+  return a * b + c;
+#endif
+}
+
+[[gnu::always_inline]] inline Real fused(const Real& a, const Real& b, const Real& c) {
+  Real r;
+  for (int g = 0; g < groups; ++g) r.of[g] = fused(a.of[g], b.of[g], c.of[g]);
+  return r;
+}
+
+// Where less than all lanes are left, the last ones repeat the last value.
+[[gnu::always_inline]] inline Real load(const double* from, std::size_t left) {
+  Real r;
+  if (left >= width) {
+    r.load(from);
+    return r;
+  }
+  double padded[width];
+  for (std::size_t i = 0; i < width; ++i) padded[i] = from[i < left ? i : left - 1];
+  r.load(padded);
+  return r;
+}
+
+struct Signs {
+  Mask stable, unstable;
+};
+
+[[gnu::always_inline]] inline void store(const Signs& signs, RouthVerdict* to, std::size_t left) {
+  const Real stable = double(RouthVerdict::stable), unstable = double(RouthVerdict::unstable),
+             undecided = double(RouthVerdict::undecided);
+  double verdict[width];
+  choose(signs.stable, stable, choose(signs.unstable, unstable, undecided)).store(verdict);
+  for (std::size_t i = 0; i < width && i < left; ++i) to[i] = RouthVerdict(int(verdict[i]));
+}
+
+// --- Balancing, exactly: powers of two, by the exponents' bits.
+
+using Bits = std::experimental::rebind_simd_t<std::int64_t, Lanes>;
+constexpr int mantissa = 52;
+constexpr std::int64_t bias = 1023;
+
+// 1/x of a power of two.
+Real inverse_power(const Real& x) {
+  Real r;
+  for (int g = 0; g < groups; ++g)
+    r.of[g] = __builtin_bit_cast(
+        Lanes, Bits(((2 * bias) << mantissa) - __builtin_bit_cast(Bits, x.of[g])));
+  return r;
+}
+
+// The power of two at or below x, for x > 0.
+Real power(const Real& x) {
+  constexpr std::int64_t exponent = std::int64_t{0x7ff} << mantissa;
+  Real r;
+  for (int g = 0; g < groups; ++g)
+    r.of[g] = __builtin_bit_cast(Lanes, Bits(__builtin_bit_cast(Bits, x.of[g]) & exponent));
+  return r;
+}
+
+// A power of two within a factor 2 of √x, for x > 0.
+Real power_near_root(const Real& x) {
+  Real r;
+  for (int g = 0; g < groups; ++g) {
+    const Bits bits = __builtin_bit_cast(Bits, x.of[g]);
+    r.of[g] = __builtin_bit_cast(Lanes, Bits((((bits >> mantissa) + bias) >> 1) << mantissa));
+  }
+  return r;
+}
+
+// The largest entry brought to [1, 2): the verdict is that of any positive multiple.
+template <class N>
+void scale(Square<N>& A) {
+  const N n = A.n;
+  Real size = 0.0;
+  for (std::size_t i = 0; i < n * n; ++i) size = max(size, abs(A.entry[i]));
+  constexpr double most = 0x1p1022, least = 0x1p-1022;
+  size = choose(Real(most) < size, Real(most), max(size, Real(least)));
+  const Real factor = inverse_power(power(size));
+  for (std::size_t i = 0; i < n * n; ++i) A.entry[i] = A.entry[i] * factor;
+}
+
+// A sweep of D⁻¹ A D that brings each row's and column's sums together.                  [8]
+template <class N>
+void balance(Square<N>& A) {
+  const N n = A.n;
+  for (std::size_t i = 0; i < n; ++i) {
+    Real row = 0.0, column = 0.0;
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j == i) continue;
+      row = row + abs(A(i, j));
+      column = column + abs(A(j, i));
+    }
+    // No farther than 2^±32, so that no entry can leave the range of doubles.
+    Real ratio = max(row / column, Real(0x1p-64));
+    ratio = choose(ratio < Real(0x1p64), ratio, Real(0x1p64));
+    ratio = choose(Real(0.0) < row + column, ratio, Real(1.0));
+    const Real f = power_near_root(ratio), inverse = inverse_power(f);
+    for (std::size_t j = 0; j < n; ++j) {
+      if (j == i) continue;
+      A(j, i) = A(j, i) * f;
+      A(i, j) = A(i, j) * inverse;
+    }
+  }
+}
+
+// --- The characteristic polynomial.
+
+// ‖A‖ of Frobenius.
+template <class N>
+Real norm(const Square<N>& A) {
+  const N n = A.n;
+  Real sum = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    Real of_row = 0.0;
+    for (std::size_t j = 0; j < n; ++j) of_row = fused(A(i, j), A(i, j), of_row);
+    sum = sum + of_row;
+  }
+  return sqrt(sum);
+}
+
+// A -> P A P, P = I - β v vᵀ, with v such that column k becomes zero below k + 1.  [11, sec. 7.4.3]
+template <class N>
+[[gnu::always_inline]] inline void reflect(Square<N>& A, std::size_t k) {
+  const N n = A.n;
+  const std::size_t first = k + 1;
+  Real v[N::capacity];
+  Real squares = 0.0;
+  for (std::size_t i = first; i < n; ++i) {
+    v[i] = A(i, k);
+    squares = fused(v[i], v[i], squares);
+  }
+  const Real length = sqrt(squares), head = v[first];
+  // ½ vᵀv = ‖x‖² + |x₁| ‖x‖
+  const Real beta = choose(squares < Real(least_square), Real(0.0),
+                           Real(-1.0) / fused(abs(head), length, squares));
+  const Real signed_length = choose(head < Real(0.0), -length, length);
+  v[first] = head + signed_length;
+  A(first, k) = -signed_length;
+  for (std::size_t i = first + 1; i < n; ++i) A(i, k) = 0.0;
+  for (std::size_t j = first; j < n; ++j) {
+    Real dot = 0.0;
+    for (std::size_t i = first; i < n; ++i) dot = fused(v[i], A(i, j), dot);
+    dot = dot * beta;
+    for (std::size_t i = first; i < n; ++i) A(i, j) = fused(dot, v[i], A(i, j));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    Real dot = 0.0;
+    for (std::size_t j = first; j < n; ++j) dot = fused(v[j], A(i, j), dot);
+    dot = dot * beta;
+    for (std::size_t j = first; j < n; ++j) A(i, j) = fused(dot, v[j], A(i, j));
+  }
+}
+
+// det(sI - H) of a Hessenberg matrix from those of its leading blocks:
+//   pᵢ = (s - hᵢᵢ) pᵢ₋₁ - Σₘ hᵢ₋ₘ,ᵢ (hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁) pᵢ₋ₘ₋₁                    [35, sec. 4]
+template <class N>
+void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
+  const N n = H.n;
+  Real p[N::capacity + 1][N::capacity + 1];
+  p[0][0] = 1.0;
+  for (std::size_t i = 1; i <= n; ++i) {
+    for (std::size_t k = 0; k < i; ++k) p[i][k] = p[i - 1][k];
+    p[i][i] = 0.0;
+    Real below = -1.0;  // -(hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁)
+    for (std::size_t m = 0; m < i; ++m) {
+      if (m > 0) below = below * H(i - m, i - m - 1);
+      const Real factor = below * H(i - m - 1, i - 1);
+      for (std::size_t k = m + 1; k <= i; ++k)
+        p[i][k] = fused(factor, p[i - m - 1][k - m - 1], p[i][k]);
+    }
+  }
+  for (std::size_t k = 0; k <= n; ++k) c[k] = p[n][k];
+}
+
+// Bounds of the coefficients' errors, of a Hessenberg matrix within `distance` of one similar to A:
+//   |δcₖ| <= ½ n (n + 1) u eₖ + √(n - k + 1) distance eₖ₋₁
+// where eₖ are the elementary symmetric functions of its columns' sums and `distance`.   [36]
+template <class N>
+void coefficient_errors(const Square<N>& H, const Real& distance, Real (&error)[N::capacity + 1]) {
+  const N n = H.n;
+  Real e[N::capacity + 1];
+  e[0] = 1.0;
+  for (std::size_t k = 1; k <= n; ++k) e[k] = 0.0;
+  for (std::size_t j = 0; j < n; ++j) {
+    Real sum = distance;
+    for (std::size_t i = 0; i <= j + 1 && i < n; ++i) sum = sum + abs(H(i, j));
+    for (std::size_t k = j + 1; k > 0; --k) e[k] = fused(sum, e[k - 1], e[k]);
+  }
+  const Real roundings = inflated * u * double(n * (n + 1)) / 2;
+  error[0] = 0.0;
+  for (std::size_t k = 1; k <= n; ++k) {
+    const Real moved = distance * Real(inflated * __builtin_sqrt(double(n - k + 1)));
+    error[k] = fused(moved, e[k - 1], roundings * e[k]) + Real(underflow_of_step);
+  }
+}
+
+// --- Routh's test.
+
+// Signs of Routh's first column, every entry within its bound: all positive is stable; one negative
+// with positive ones before it is unstable, whatever follows, and so is a negative coefficient,
+// for a polynomial without a root right of the axis has no negative Hurwitz determinant.   [37]
+template <class N>
+[[gnu::always_inline]] inline Signs routh(N n, Polynomial<N>& p) {
+  const Real u_of_step = inflated * 4 * u, least = underflow_of_step, zero = 0.0;
+  Mask positive = zero < Real(1.0), unstable = p.c[1] + p.error[1] < zero;
+  for (std::size_t k = 2; k <= n; ++k) unstable = unstable || p.c[k] + p.error[k] < zero;
+  for (std::size_t i = 1; i < n; ++i) {
+    unstable = unstable || (positive && p.c[i] + p.error[i] < zero);
+    positive = positive && p.error[i] + p.error[i] < p.c[i];
+    // Row i + 1 = row i - 1 less `ratio` times row i; 1/(1 - t) <= 1 + 2t for t <= ½
+    const Real inverse = Real(1.0) / p.c[i], t = p.error[i] * inverse, ratio = p.c[i - 1] * inverse;
+    const Real apart = fused(ratio, p.error[i], p.error[i - 1]) * inverse;
+    const Real ratio_error = fused(t + t, apart, fused(ratio, u_of_step, apart));
+    for (std::size_t j = i + 1; j < n; j += 2) {
+      const Real size = abs(p.c[j + 1]);
+      p.c[j] = fused(-ratio, p.c[j + 1], p.c[j]);
+      p.error[j] =
+          fused(ratio_error, size, fused(ratio + ratio_error, p.error[j + 1], p.error[j])) +
+          fused(abs(p.c[j]), u_of_step, least);
+    }
+  }
+  unstable = unstable || (positive && p.c[n] + p.error[n] < zero);
+  positive = positive && p.error[n] < p.c[n];
+  return {positive, unstable};
+}
+
+// Relative backward error of the reduction: each of its n - 2 reflections, of m = 2 .. n - 1
+// entries, commits (14 m + 56) u ‖A‖ at most.
+double reduction_error(std::size_t n) {
+  double sum = 0;
+  for (std::size_t m = 2; m < n; ++m) sum += 14.0 * double(m) + 56;
+  return inflated * u * sum;
+}
+
+template <class N>
+void routh_of(N n, const MatrixTask& task) {
+  const Real relative = reduction_error(n) + inflated * task.entry_error;
+  for (std::size_t at = task.first; at < task.last; at += width) {
+    const std::size_t left = task.last - at;
+    Square<N> A;
+    A.n = n;
+    for (std::size_t i = 0; i < n * n; ++i)
+      A.entry[i] = load(task.entries + i * task.count + at, left);
+    if (task.balanced) {
+      scale(A);
+      for (int sweep = 0; sweep < 2; ++sweep) balance(A);
+    }
+    const Real distance = fused(norm(A), relative, Real(underflow));
+    for (std::size_t k = 0; k + 2 < n; ++k) reflect(A, k);
+    Polynomial<N> p;
+    characteristic(A, p.c);
+    coefficient_errors(A, distance, p.error);
+    store(routh(n, p), task.verdict + (at - task.first), left);
+  }
+}
+
+template <class N>
+void routh_of(N n, const LineTask& task) {
+  for (std::size_t at = 0; at < task.count; at += width) {
+    const std::size_t left = task.count - at;
+    const Real b = load(task.b + at, left), size = abs(b);
+    Polynomial<N> p;
+    p.c[0] = 1.0;
+    p.error[0] = 0.0;
+    for (std::size_t k = 1; k <= n; ++k) {
+      p.c[k] = fused(b, Real(task.q[k]), Real(task.p[k]));
+      p.error[k] = fused(size, Real(task.q_error[k]), Real(task.p_error[k]));
+    }
+    store(routh(n, p), task.verdict + at, left);
+  }
+}
+
+template <class Task>
+void by_size(const Task& task) {
+  if (task.n == 4) return routh_of(Size<4>{4}, task);
+  if (task.n == 6) return routh_of(Size<6>{6}, task);
+  routh_of(Size<0>{task.n}, task);
+}
+
+}  // namespace
+
+void routh_of_matrices(const MatrixTask& task) { by_size(task); }
+
+void routh_of_line(const LineTask& task) { by_size(task); }
+
+}  // namespace tiltrim::TILTRIM_LANES

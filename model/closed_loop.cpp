@@ -13,6 +13,7 @@ namespace tiltrim {
 
 namespace {
 
+using Eigen::Index;
 using namespace physics;
 
 Signals closed_loop_parameters_signals() {
@@ -30,6 +31,36 @@ std::vector<Model::Switch> hand_over(const Vehicle& vehicle, const Model& model)
   const Eigen::Index off = find(model.parameters, "aircraft.cyclic_off");
   return {{"the hand-over from cyclic to elevator at eta = cyclic_off",
            [eta, off](const OperatingPoint& at) { return at.p[eta] - at.p[off]; }}};
+}
+
+// Where one actuator alone controls pitch, the airframe's trim does not depend on the gains: the
+// integrals make up for them. The law then enters ∂f/∂x through
+//   theta0 = (1 - w)/Ep (common + ...) + w K_Ei x1,  w = 1/(1 + Ep K_Ep)                     (13)
+//   a1s = (1 - w)(common - ...) + w K_Li x2 + k_pa theta + k_da q,  w = 1/(1 + K_Lp)    (12), (13)
+//   delta_e = K_Lp Le + K_Li x2 + k_pe theta + k_de q                                          (9)
+std::vector<Model::Affine> affine_gains(const Vehicle& vehicle, const Model& model) {
+  if (vehicle.equations == Equations::printed) return {};
+  const auto at = [&](const char* name) { return find(model.parameters, name); };
+  const Index eta = at("eta"), off = at("aircraft.cyclic_off"), blend = at("aircraft.cyclic_blend");
+  const Index Ep = at("aircraft.thrust_excess"), K_Ep = at("gains.K_Ep"), K_Lp = at("gains.K_Lp");
+  const auto share = [=](const Eigen::VectorXd& p) {
+    Aircraft hand_over;
+    hand_over.cyclic_off = p[off];
+    hand_over.cyclic_blend = p[blend];
+    return authority(hand_over, p[eta]);
+  };
+  std::vector<Model::Affine> affine;
+  for (const Signal& gain : gain_signals()) {
+    const Index own = find(model.parameters, gain.name);
+    affine.push_back({gain.name, [=](const Eigen::VectorXd& p) -> std::optional<double> {
+                        const double s = share(p);
+                        if (s != 0 && s != 1) return {};  // one integral, two actuators
+                        if (own == K_Ep) return 1 / (1 + p[Ep] * p[K_Ep]);
+                        if (own == K_Lp && s == 1) return 1 / (1 + p[K_Lp]);
+                        return p[own];
+                      }});
+  }
+  return affine;
 }
 
 }  // namespace
@@ -61,6 +92,7 @@ Model closed_loop(const Vehicle& vehicle, Axes axes) {
   else
     add(BodyLoop{vehicle.polar});
   model.switches = hand_over(vehicle, model);
+  model.affine = affine_gains(vehicle, model);
   return model;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,15 @@ struct Model {
     std::function<double(const OperatingPoint&)> distance;  ///< signed, zero at the kink
   };
   std::vector<Switch> switches;
+
+  /// Optional structure: at equilibria that differ in these parameters alone, the outputs stay, and ∂f/∂x is affine in each φ(p) with the others held. A sweep then
+  /// differentiates at the ends of a line instead of at every point.
+  struct Affine {
+    std::string parameter;
+    /// φ at these parameters; nothing where the structure does not hold.
+    std::function<std::optional<double>(const Eigen::VectorXd& p)> phi;
+  };
+  std::vector<Affine> affine;
 };
 
 /// Rates and outputs at a point, sizes checked: throws std::invalid_argument naming both sizes if

@@ -9,6 +9,7 @@
 
 #include "model/condition_reader.hpp"
 #include "model/section.hpp"
+#include "model/sweep_reader.hpp"
 #include "model/toml_reader.hpp"
 
 namespace tiltrim {
@@ -152,9 +153,11 @@ Study parse_study(std::string_view text, const fs::path& file) {
                        largest_study));
   const Entry root = parse_toml(text, file);
   const Section top(file, root, "at the top level", "");
-  top.allow_only({"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope"});
+  top.allow_only(
+      {"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope", "sweep"});
   Study study;
   study.file = file;
+  study.text = text;
   study.polar_name = default_polar;
   Vehicle& vehicle = study.vehicle;
   vehicle.equations = static_cast<Equations>(top.choice("equations", {"consistent", "printed"}));
@@ -166,6 +169,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
   study.conditions = read_conditions(root, file, vehicle.equations);
   with_table(root, "follow", file, [&](const Section& s) { study.follow = read_follow(s); });
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
+  with_table(root, "sweep", file, [&](const Section& s) { study.sweep = read_sweep(s, file); });
   read_polar(root, study);
   return study;
 }

@@ -78,6 +78,7 @@ EnvelopeTable envelope_over(std::string_view angle);
 
 struct Study {
   std::filesystem::path file;
+  std::string text;        ///< the file's
   std::string polar_name;  ///< as asked for
   Vehicle vehicle;
   std::vector<Condition> conditions;  ///< at least one, names distinct

@@ -1,1 +1,143 @@
 #include "sweep/difference.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <tuple>
+
+namespace tiltrim {
+
+namespace {
+
+[[noreturn]] void incomparable(const std::string& what, const std::string& before,
+                               const std::string& after) {
+  throw std::invalid_argument(
+      fmt::format("the maps cannot be compared: {} {} before, {} after", what, before, after));
+}
+
+void check_same(const std::string& what, const std::vector<std::string>& before,
+                const std::vector<std::string>& after) {
+  if (before != after)
+    incomparable(what, fmt::format("[{}]", fmt::join(before, ", ")),
+                 fmt::format("[{}]", fmt::join(after, ", ")));
+}
+
+void check_same(const SweepAxis::Column& before, const SweepAxis::Column& after) {
+  const std::size_t count = before.values.size();
+  if (after.values.size() != count)
+    incomparable("points of " + before.name, std::to_string(count),
+                 std::to_string(after.values.size()));
+  for (std::size_t i = 0; i < count; ++i)
+    if (before.values[i] != after.values[i])
+      incomparable(fmt::format("value {} of {}", i + 1, before.name),
+                   fmt::format("{}", before.values[i]), fmt::format("{}", after.values[i]));
+}
+
+void check_comparable(const SweepMap& before, const SweepMap& after) {
+  check_same("conditions", before.conditions, after.conditions);
+  check_same("states", names(before.states), names(after.states));
+  const auto columns_of = [](const SweepMap& map) {
+    std::vector<std::string> columns;
+    for (const SweepAxis& axis : map.axes) {
+      columns.push_back(axis.columns.front().name);
+      for (std::size_t c = 1; c < axis.columns.size(); ++c)
+        columns.push_back("with " + axis.columns[c].name);
+    }
+    return columns;
+  };
+  check_same("axes", columns_of(before), columns_of(after));
+  for (std::size_t a = 0; a < before.axes.size(); ++a)
+    for (std::size_t c = 0; c < before.axes[a].columns.size(); ++c)
+      check_same(before.axes[a].columns[c], after.axes[a].columns[c]);
+}
+
+void compare_points(const SweepMap& before, const SweepMap& after, MapDifference& answer) {
+  answer.compared = before.points();
+  for (std::size_t p = 0; p < answer.compared; ++p) {
+    const double a = before.spectral_abscissa[p], b = after.spectral_abscissa[p];
+    if (before.status[p] != after.status[p] || before.verdict[p] != after.verdict[p])
+      answer.changed.push_back({p, TrimStatus(before.status[p]), TrimStatus(after.status[p]),
+                                before.verdict[p], after.verdict[p], a, b});
+    if (before.verdict[p] < 0 || after.verdict[p] < 0) continue;
+    const double change = std::abs(b - a);
+    if (!(change > answer.largest_abscissa_change)) continue;
+    answer.largest_abscissa_change = change;
+    answer.largest_at = p;
+  }
+}
+
+/// What two crossings must share to be one: the kind and the line, which is the condition, the axis
+/// and the coordinates along the others.
+using Line = std::tuple<int, int, CrossingKind, std::vector<double>>;
+
+Line line_of(const AxisCrossing& crossing) {
+  std::vector<double> others = crossing.at;
+  others[std::size_t(crossing.axis)] = 0.0;
+  return {crossing.condition, crossing.axis, crossing.kind, others};
+}
+
+double place(const AxisCrossing& crossing) { return crossing.at[std::size_t(crossing.axis)]; }
+
+using Numbers = std::vector<std::size_t>;
+
+// For each crossing of `from` the one of `to` that it is, or none: the nearest pair first.
+std::map<std::size_t, std::size_t> nearest_pairs(const std::vector<AxisCrossing>& before,
+                                                 const Numbers& from,
+                                                 const std::vector<AxisCrossing>& after,
+                                                 const Numbers& to) {
+  std::vector<std::tuple<double, std::size_t, std::size_t>> all;
+  for (const std::size_t i : from)
+    for (const std::size_t j : to)
+      all.emplace_back(std::abs(place(before[i]) - place(after[j])), i, j);
+  std::ranges::sort(all);
+  std::map<std::size_t, std::size_t> pairs;
+  std::vector<std::size_t> used;
+  for (const auto& [distance, i, j] : all)
+    if (!pairs.contains(i) && std::ranges::find(used, j) == used.end()) {
+      pairs[i] = j;
+      used.push_back(j);
+    }
+  return pairs;
+}
+
+void compare_crossings(const std::vector<AxisCrossing>& before,
+                       const std::vector<AxisCrossing>& after, MapDifference& answer) {
+  std::map<Line, std::pair<Numbers, Numbers>> lines;
+  for (std::size_t i = 0; i < before.size(); ++i) lines[line_of(before[i])].first.push_back(i);
+  for (std::size_t j = 0; j < after.size(); ++j) lines[line_of(after[j])].second.push_back(j);
+  std::map<std::size_t, std::size_t> pairs;
+  for (const auto& [line, both] : lines)
+    pairs.merge(nearest_pairs(before, both.first, after, both.second));
+
+  std::vector<bool> paired(after.size(), false);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const auto found = pairs.find(i);
+    if (found == pairs.end()) {
+      answer.vanished.push_back(before[i]);
+      continue;
+    }
+    const AxisCrossing &a = before[i], &b = after[found->second];
+    paired[found->second] = true;
+    if (place(a) != place(b) || a.unstable_before != b.unstable_before ||
+        a.unstable_after != b.unstable_after)
+      answer.moved.push_back({a, b});
+  }
+  for (std::size_t j = 0; j < after.size(); ++j)
+    if (!paired[j]) answer.appeared.push_back(after[j]);
+}
+
+}  // namespace
+
+MapDifference difference(const SweepMap& before, const SweepMap& after) {
+  check_comparable(before, after);
+  MapDifference answer;
+  compare_points(before, after, answer);
+  compare_crossings(before.crossings, after.crossings, answer);
+  return answer;
+}
+
+}  // namespace tiltrim

@@ -16,17 +16,20 @@ struct PointDifference {
 };
 
 struct MapDifference {
-  std::vector<PointDifference> changed;  ///< status or verdict is another
-  double largest_abscissa_change = 0.0;  ///< over points with an equilibrium in both, 1/s
-  std::size_t largest_at = 0;            ///< the point where
-  std::size_t compared = 0;              ///< points
+  std::vector<PointDifference> changed;          ///< status or verdict is another
+  double largest_abscissa_change = 0.0;          ///< over points with an equilibrium in both, 1/s
+  std::size_t largest_at = 0;                    ///< the point where
+  std::size_t compared = 0;                      ///< points
   std::vector<AxisCrossing> appeared, vanished;  ///< crossings in one map alone
   struct Moved {
     AxisCrossing before, after;
   };
-  std::vector<Moved> moved;  ///< crossings in both, of the same kind, on the same line
+  /// Crossings in both, of the same kind and on the same line, the nearest being taken for the
+  /// same, where the place or the numbers of unstable eigenvalues are others.
+  std::vector<Moved> moved;
 };
 
+/// Point by point and crossing by crossing. A map without any change gives empty lists and 0.
 /// Throws std::invalid_argument, saying what is another, unless both have the same conditions, axes
 /// and states.
 [[nodiscard]] MapDifference difference(const SweepMap& before, const SweepMap& after);

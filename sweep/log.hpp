@@ -22,12 +22,15 @@ struct Record {
 };
 
 /// The file: a header with the identity of the work and its checksum, then records, each with its
-/// length, its tile and a checksum of all of it. What follows the first damaged or cut-off record
-/// is dropped. One process at a time: the file is locked while it is open.
+/// length, its tile and a checksum of all of it and of what came before, so that a record counts at
+/// its own place in its own log alone. What follows the first damaged or cut-off record is dropped.
+/// One process at a time: the file is locked while it is open.
 class Log {
  public:
   /// Opens or begins the log. A log of another identity (another study, another program) is
-  /// refused, never mixed. Throws LogError.
+  /// refused, never mixed; the message quotes the first line in which the identities differ. So is
+  /// a log whose header is damaged, any other file, and a log that is open elsewhere. Throws
+  /// LogError.
   Log(const std::filesystem::path& file, const std::string& identity);
   ~Log();
   Log(const Log&) = delete;
@@ -50,7 +53,11 @@ class Log {
   std::filesystem::path file_;
   int descriptor_ = -1;
   std::uint64_t size_ = 0, dropped_ = 0;
+  std::uint64_t checksum_ = 0;  ///< of the last good record, or of the header
   std::vector<Record> recovered_;
+
+  void begin(std::span<const std::byte> header);
+  void recover(std::uint64_t header_size);
 };
 
 }  // namespace tiltrim

@@ -22,23 +22,23 @@ struct SecondBranch {
 };
 
 enum class CrossingKind : std::int8_t {
-  zero,     ///< a real eigenvalue crosses zero
-  hopf,     ///< a complex pair crosses the imaginary axis
-  jump,     ///< the model or the equilibrium jumps there: eigenvalues cross at once
-  touch,    ///< eigenvalues come nearer the axis than can be decided, and do not change sides
+  zero,   ///< a real eigenvalue crosses zero
+  hopf,   ///< a complex pair crosses the imaginary axis
+  jump,   ///< the model or the equilibrium jumps there: eigenvalues cross at once
+  touch,  ///< eigenvalues come nearer the axis than can be decided, and do not change sides
 };
 std::string to_string(CrossingKind kind);
 
 /// Where the number of unstable eigenvalues changes along an axis of the grid.
 struct AxisCrossing {
   int condition = 0, axis = 0;
-  std::vector<double> at;    ///< one coordinate for each axis, in the study's units
-  double error = 0.0;        ///< of the located coordinate, in its unit
+  std::vector<double> at;  ///< one coordinate for each axis, in the study's units
+  double error = 0.0;      ///< of the located coordinate, in its unit
   CrossingKind kind = CrossingKind::zero;
   int unstable_before = 0, unstable_after = 0;  ///< numbers of unstable eigenvalues
-  double frequency = 0.0;    ///< rad/s; 0 for a real one
-  int mode = -1;             ///< which crosses; -1 where that is not known
-  std::string mode_name;
+  double frequency = 0.0;                       ///< rad/s; 0 for a real one
+  int mode = -1;                                ///< which crosses; -1 where that is not known
+  std::string mode_name{};
 };
 
 /// What is known of a whole interval along an axis, its ends apart.
@@ -47,12 +47,12 @@ std::string to_string(IntervalVerdict verdict);
 
 struct AxisInterval {
   int condition = 0, axis = 0;
-  std::vector<double> at;          ///< the line's coordinates; that of the axis itself is `from`
-  double from = 0.0, to = 0.0;     ///< in the study's unit
+  std::vector<double> at;       ///< the line's coordinates; that of the axis itself is `from`
+  double from = 0.0, to = 0.0;  ///< in the study's unit
   IntervalVerdict verdict = IntervalVerdict::undecided;
-  int unstable = 0;                ///< eigenvalues right of the axis
-  double abscissa = 0.0;           ///< largest real part met in it, 1/s
-  double abscissa_at = 0.0;        ///< where
+  int unstable = 0;          ///< eigenvalues right of the axis
+  double abscissa = 0.0;     ///< largest real part met in it, 1/s
+  double abscissa_at = 0.0;  ///< where
 };
 
 /// Points are numbered over (condition, first axis, ..., last axis), the last fastest. Numbers of a
@@ -66,17 +66,17 @@ struct SweepMap {
   Signals states, inputs;  ///< inputs: those of the model, or a closed loop's control outputs
   std::vector<std::vector<std::string>> mode_names;  ///< [condition][mode]
 
-  std::vector<std::int8_t> status;          ///< TrimStatus; -1: not reached (interrupted)
-  std::vector<std::int8_t> verdict;         ///< Verdict; -1: no equilibrium
-  std::vector<std::int16_t> reason;         ///< position in reasons
-  std::vector<std::string> reasons;         ///< distinct messages; the first is empty
-  std::vector<double> residual;             ///< scaled, 1/s
-  std::vector<double> spectral_abscissa;    ///< 1/s
-  std::vector<double> damping;              ///< least damping ratio
-  std::vector<double> state, input;         ///< [point * states + i]
+  std::vector<std::int8_t> status;                   ///< TrimStatus; -1: not reached (interrupted)
+  std::vector<std::int8_t> verdict;                  ///< Verdict; -1: no equilibrium
+  std::vector<std::int16_t> reason;                  ///< position in reasons
+  std::vector<std::string> reasons;                  ///< distinct messages; the first is empty
+  std::vector<double> residual;                      ///< scaled, 1/s
+  std::vector<double> spectral_abscissa;             ///< 1/s
+  std::vector<double> damping;                       ///< least damping ratio
+  std::vector<double> state, input;                  ///< [point * states + i]
   std::vector<double> eigenvalue_re, eigenvalue_im;  ///< [point * modes + mode], 1/s
-  std::vector<std::uint8_t> confidence;     ///< of the link to the point before, 255 is certain
-  std::vector<std::int8_t> second_branch;   ///< 1: a second equilibrium was met; see second
+  std::vector<std::uint8_t> confidence;    ///< of the link to the point before, 255 is certain
+  std::vector<std::int8_t> second_branch;  ///< 1: a second equilibrium was met; see second
   SecondBranch second;
   std::vector<AxisCrossing> crossings;
   std::vector<AxisInterval> intervals;

@@ -3,7 +3,6 @@
 
 #include <Eigen/Core>
 #include <complex>
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -18,32 +17,44 @@ struct Link {
 };
 
 struct TrackOptions {
-  double trusted = 0.5;  ///< a link below it is refined between the two points
-  int max_depth = 12;    ///< halvings of a step; what is not trusted then stays at its confidence
+  double trusted = 0.5;   ///< a link below it is refined between the two points
+  int max_depth = 12;     ///< halvings of a step; what is not trusted then stays at its confidence
+  int max_between = 256;  ///< matrices between the two points; the same holds when they are used up
 };
 
 /// By position alone, where that leaves no doubt: every eigenvalue is nearer to its predicted
-/// place than a third of the way to any other. False if it does leave doubt; `to` and `confidence`
-/// are then unspecified. No allocation: it runs once for each point of a map.
+/// place than a third of the way to any other, real ones stay real and the members of a pair stay
+/// on their side of the real axis. False if it does leave doubt; `to` and `confidence` are then
+/// unspecified. No allocation: it runs once for each point of a map. Throws std::invalid_argument
+/// if the sizes differ.
 bool link_by_position(std::span<const std::complex<double>> predicted,
+                      std::span<const std::complex<double>> next, std::span<int> to,
+                      std::span<double> confidence);
+
+/// The same, and false as well where two modes pass each other, or turn about each other by more
+/// than 60°, on their way from `last`: there position cannot tell a crossing from a veering.
+bool link_by_position(std::span<const std::complex<double>> last,
+                      std::span<const std::complex<double>> predicted,
                       std::span<const std::complex<double>> next, std::span<int> to,
                       std::span<double> confidence);
 
 /// By eigenvector correlation and predicted position together, one to one, at least total cost
 /// (the assignment problem). Pairs that merge into two real eigenvalues, or two that join into a
-/// pair, are linked as a pair. `last` are the eigenvalues of A in the modes' order, `predicted`
-/// where the last steps point to (equal to `last` at a first step), `next` those of B.
-Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
-          std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
-          std::span<const std::complex<double>> next);
+/// pair, are linked as a pair: the member with the positive imaginary part is the larger real one.
+/// `last` are the eigenvalues of A in the modes' order, `predicted` where the last steps point to
+/// (equal to `last` at a first step), `next` those of B, all in 1/s. Throws std::invalid_argument
+/// if sizes differ, something is not finite or `last` or `next` are not in conjugate pairs.
+[[nodiscard]] Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
+                        std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
+                        std::span<const std::complex<double>> next);
 
 /// The same with refinement: where a link is not trusted the step is halved, between(share) being
 /// the matrix at that share of the way (nothing where there is none), and the halves' links are
 /// joined: the confidence of a chain is that of its weakest link.
-Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
-          std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
-          std::span<const std::complex<double>> next,
-          const std::function<std::optional<Eigen::MatrixXd>(double share)>& between,
-          const TrackOptions& options = {});
+[[nodiscard]] Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
+                        std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
+                        std::span<const std::complex<double>> next,
+                        const std::function<std::optional<Eigen::MatrixXd>(double share)>& between,
+                        const TrackOptions& options = {});
 
 }  // namespace tiltrim

@@ -1,1 +1,605 @@
+#include "sweep/track.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <random>
+
 #include "check.hpp"
+#include "linearize/modes.hpp"
+
+using namespace tiltrim;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Complex = std::complex<double>;
+using Spectrum = std::vector<Complex>;
+using Random = std::mt19937_64;
+using Matrices = std::function<MatrixXd(double)>;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double trusted = TrackOptions{}.trusted;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution(low, high)(random);
+}
+
+VectorXd uniform(Random& random, Index n, double low, double high) {
+  return VectorXd::NullaryExpr(n, [&] { return uniform(random, low, high); });
+}
+
+MatrixXd dense(Random& random, Index n, double size) {
+  return MatrixXd::NullaryExpr(n, n, [&] { return uniform(random, -size, size); });
+}
+
+// A well-conditioned basis of states whose units are up to 1e8 apart.
+MatrixXd similarity(Random& random, Index n) {
+  MatrixXd T = Eigen::HouseholderQR<MatrixXd>(dense(random, n, 1)).householderQ();
+  T += dense(random, n, 0.3);
+  for (Index i = 0; i < n; ++i) T.row(i) *= std::pow(10, uniform(random, -4, 4));
+  return T;
+}
+
+MatrixXd block_diagonal(const std::vector<MatrixXd>& blocks) {
+  Index n = 0;
+  for (const MatrixXd& b : blocks) n += b.rows();
+  MatrixXd A = MatrixXd::Zero(n, n);
+  Index at = 0;
+  for (const MatrixXd& b : blocks) {
+    A.block(at, at, b.rows(), b.cols()) = b;
+    at += b.rows();
+  }
+  return A;
+}
+
+MatrixXd number(double value) { return MatrixXd::Constant(1, 1, value); }
+
+MatrixXd pair(double re, double im, double shape = 1) {  // the shape moves the eigenvectors alone
+  return (MatrixXd(2, 2) << re, im * shape, -im / shape, re).finished();
+}
+
+MatrixXd in_basis(const MatrixXd& T, const MatrixXd& D) {
+  return T * D * T.partialPivLu().inverse();
+}
+
+Spectrum spectrum(const MatrixXd& A) {
+  const Eigen::VectorXcd lambda = eigenvalues(A);
+  return {lambda.begin(), lambda.end()};
+}
+
+// Where planted values are among computed ones: the nearest two first, each once.
+std::vector<int> find(const Spectrum& planted, const Spectrum& in) {
+  std::vector<int> at(planted.size(), -1);
+  std::vector<char> taken(in.size(), false);
+  for (std::size_t round = 0; round < planted.size(); ++round) {
+    double least = infinity;
+    std::size_t best_i = 0, best_j = 0;
+    for (std::size_t i = 0; i < planted.size(); ++i)
+      for (std::size_t j = 0; j < in.size(); ++j) {
+        const double miss = std::abs(planted[i] - in[j]);
+        if (at[i] >= 0 || taken[j] || miss >= least) continue;
+        least = miss;
+        best_i = i;
+        best_j = j;
+      }
+    at[best_i] = int(best_j);
+    taken[best_j] = true;
+  }
+  return at;
+}
+
+Spectrum ordered(const Spectrum& values, const std::vector<int>& order) {
+  Spectrum in_order;
+  for (const int i : order) in_order.push_back(values[std::size_t(i)]);
+  return in_order;
+}
+
+Spectrum reals(const VectorXd& v) { return {v.begin(), v.end()}; }
+
+double weakest(const Link& link) { return *std::ranges::min_element(link.confidence); }
+
+// How links of known truth came out.
+struct Score {
+  int links = 0, low = 0, wrong = 0, wrong_trusted = 0;
+
+  void count(const Link& link, const std::vector<int>& truth) {
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      ++links;
+      low += link.confidence[i] < trusted;
+      wrong += link.to[i] != truth[i];
+      wrong_trusted += link.to[i] != truth[i] && link.confidence[i] >= trusted;
+    }
+  }
+};
+
+// The two ends of a path whose eigenvalues are planted: the modes are numbered as planted.
+struct Planted {
+  Matrices A;  // of the share of the way, 0 .. 1
+  Spectrum last, next;
+  std::vector<int> truth;
+
+  Planted(Matrices path, const Spectrum& from, const Spectrum& to)
+      : A(std::move(path)), last(spectrum(A(0))), next(spectrum(A(1))), truth(find(to, next)) {
+    last = ordered(last, find(from, last));
+  }
+  Link once() const { return link(A(0), last, last, A(1), next); }
+  Link refined(const TrackOptions& options = {}) const {
+    return link(
+        A(0), last, last, A(1), next, [&](double s) { return A(s); }, options);
+  }
+};
+
+// sI - A's adjugate in partial fractions: P_i = prod (A - l_k I)/(l_i - l_k), no eigenvectors used.
+Eigen::MatrixXcd projector(const MatrixXd& A, const Spectrum& lambda, std::size_t i) {
+  const Eigen::MatrixXcd I = Eigen::MatrixXcd::Identity(A.rows(), A.cols());
+  Eigen::MatrixXcd P = I;
+  for (std::size_t k = 0; k < lambda.size(); ++k)
+    if (k != i) P = (P * (A - lambda[k] * I) / (lambda[i] - lambda[k])).eval();
+  return P;
+}
+
+// Pairs keep their side; the larger of two real ones belongs to the positive imaginary part.
+void by_convention(const Spectrum& at, const Spectrum& next, std::vector<int>& to) {
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      const Complex a = next[std::size_t(to[i])], b = next[std::size_t(to[k])];
+      const bool was_pair = at[i].imag() > 0 && at[k] == std::conj(at[i]);
+      const bool is_pair = a.imag() > 0 && b == std::conj(a);
+      const bool flips = was_pair && a.imag() < 0 && b == std::conj(a);
+      const bool splits = was_pair && a.imag() == 0 && b.imag() == 0 && a.real() < b.real();
+      const bool joins =
+          is_pair && at[i].imag() == 0 && at[k].imag() == 0 && at[i].real() < at[k].real();
+      if (flips || splits || joins) std::swap(to[i], to[k]);
+    }
+}
+
+// Truth by small steps alone: from `first`, the nearest at each.
+Spectrum walked(const Matrices& A, Spectrum first, int steps) {
+  for (int k = 1; k <= steps; ++k) {
+    const Spectrum next = spectrum(A(double(k) / steps));
+    std::vector<int> to = find(first, next);
+    by_convention(first, next, to);
+    first = ordered(next, to);
+  }
+  return first;
+}
+
+std::vector<int> identity(std::size_t n) {
+  std::vector<int> order(n);
+  std::iota(order.begin(), order.end(), 0);
+  return order;
+}
+
+}  // namespace
+
+TEST_CASE("position: confidence is 1 - 3 d/s") {
+  const Spectrum predicted = {-1.0, {-2, 3}, {-2, -3}, -5.0};
+  const Spectrum next = {-5.5, {-2, -3.5}, {-2, 3.5}, -1.2};
+  std::vector<int> to(4);
+  std::vector<double> confidence(4);
+  REQUIRE(link_by_position(predicted, next, to, confidence));
+  CHECK(to == std::vector<int>{3, 2, 1, 0});
+  CHECK_NEAR(confidence[0], 1 - 3 * 0.2 / std::hypot(1, 3.5), 1e-15);
+  CHECK_NEAR(confidence[1], 1 - 3 * 0.5 / std::hypot(0.8, 3), 1e-15);
+  CHECK_NEAR(confidence[2], confidence[1], 0);
+  CHECK_NEAR(confidence[3], 1 - 3 * 0.5 / 3.8, 1e-15);
+}
+
+TEST_CASE("position: what leaves doubt is refused") {
+  std::vector<int> to(2);
+  std::vector<double> confidence(2);
+  const auto sure = [&](const Spectrum& predicted, const Spectrum& next) {
+    return link_by_position(predicted, next, to, confidence);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK(sure({0.0, 3.0}, {0.99, 3.0}));
+  CHECK_FALSE(sure({0.0, 3.0}, {1.0, 3.0}));          // a third of the way, no nearer
+  CHECK_FALSE(sure({0.0, 0.5}, {0.2, 9.0}));          // one place for two
+  CHECK_FALSE(sure({1.0, 1.0}, {1.0, 1.0}));          // which is which
+  CHECK_FALSE(sure({{0, 1}, {0, -1}}, {0.0, 9.0}));   // a pair stays a pair,
+  CHECK_FALSE(sure({0.0, 9.0}, {{0, 1}, {0, -1}}));   // a real one real,
+  CHECK_FALSE(sure({0.1, 9.0}, {{0.1, 1e-9}, 9.0}));  // however near
+  CHECK_FALSE(sure({nan, 1.0}, {0.0, 1.0}));
+  CHECK_FALSE(sure({0.0, 1.0}, {0.0, nan}));
+  CHECK_FALSE(sure({0.0, infinity}, {0.0, infinity}));
+  CHECK_THROWS_AS(sure({0.0}, {0.0}), std::invalid_argument);
+}
+
+TEST_CASE("position: a crossing that was predicted is no certainty") {
+  const Spectrum last = {-1.0, 1.0, {-5, 1}, {-5, -1}}, predicted = {1.0, -1.0, {-5, 2}, {-5, -2}};
+  std::vector<int> to(4);
+  std::vector<double> confidence(4);
+  CHECK(link_by_position(predicted, predicted, to, confidence));
+  CHECK_FALSE(link_by_position(last, predicted, predicted, to, confidence));
+  const Spectrum shifted = {2.0, 4.0, {-5, 2}, {-5, -2}};  // two that go together
+  CHECK(link_by_position(last, shifted, shifted, to, confidence));
+  CHECK_THROWS_AS(link_by_position(Spectrum{1.0}, last, last, to, confidence),
+                  std::invalid_argument);
+}
+
+TEST_CASE("no mode and one mode") {
+  CHECK(link_by_position({}, {}, {}, {}));
+  CHECK(link(MatrixXd(0, 0), {}, {}, MatrixXd(0, 0), {}).to.empty());
+  const Spectrum a = {-1.0}, b = {70.0};
+  const Link one = link(number(-1), a, a, number(70), b);
+  CHECK(one.to == std::vector<int>{0});
+  CHECK_NEAR(one.confidence[0], 1.0, 0);
+}
+
+TEST_CASE("the assignment has the least total cost of all permutations") {
+  Random random(5);
+  for (int t = 0; t < trials(100); ++t) {
+    const MatrixXd T = dense(random, 5, 1) + 2 * MatrixXd::Identity(5, 5);
+    const VectorXd p = uniform(random, 5, -3, 0), q = uniform(random, 5, -3, 0);
+    const MatrixXd A = in_basis(T, MatrixXd(p.asDiagonal()));
+    const MatrixXd B = in_basis(T + dense(random, 5, 0.7), MatrixXd(q.asDiagonal()));
+    const Spectrum a = reals(p), b = reals(q);
+    const auto cost = [&](std::size_t i, std::size_t j) {
+      double gap = infinity;
+      for (std::size_t k = 0; k < 5; ++k)
+        if (k != i) gap = std::min(gap, std::abs(a[i] - a[k]));
+      const double d = std::abs(a[i] - b[j]);
+      const double alike = (projector(A, a, i) * projector(B, b, j)).trace().real();
+      return 1 - std::clamp(alike, 0.0, 1.0) + d / (d + gap);
+    };
+    MatrixXd costs(5, 5);
+    for (std::size_t i = 0; i < 5; ++i)
+      for (std::size_t j = 0; j < 5; ++j) costs(Index(i), Index(j)) = cost(i, j);
+    const auto total = [&](const std::vector<int>& to) {
+      double sum = 0.0;
+      for (Index i = 0; i < 5; ++i) sum += costs(i, to[std::size_t(i)]);
+      return sum;
+    };
+    double least = infinity;
+    std::vector<int> to = identity(5);
+    do least = std::min(least, total(to));
+    while (std::ranges::next_permutation(to).found);
+    CHECK_NEAR(total(link(A, a, a, B, b).to), least, 1e-8);
+  }
+}
+
+TEST_CASE("uncoupled modes cross in one coarse step, in any units") {
+  Random random(1);
+  Score score;
+  for (int t = 0; t < trials(2000); ++t) {
+    const bool two_pairs = t % 2;
+    const MatrixXd T = similarity(random, 6);
+    const auto build = [&](const VectorXd& p) {
+      const MatrixXd last =
+          two_pairs ? pair(p[1], p[6]) : block_diagonal({number(p[1]), number(p[2])});
+      return in_basis(T,
+                      block_diagonal({pair(p[0], p[5], p[7]), number(p[3]), number(p[4]), last}));
+    };
+    const auto values = [&](const VectorXd& p) -> Spectrum {
+      if (two_pairs) return {{p[0], p[5]}, {p[0], -p[5]}, p[3], p[4], {p[1], p[6]}, {p[1], -p[6]}};
+      return {{p[0], p[5]}, {p[0], -p[5]}, p[3], p[4], p[1], p[2]};
+    };
+    VectorXd p(8), q(8);
+    p << uniform(random, 5, -3, 0), uniform(random, 3, 0.3, 2);
+    q << uniform(random, 5, -3, 0), uniform(random, 3, 0.3, 2);
+    const Planted path([&](double s) { return build((1 - s) * p + s * q); }, values(p), values(q));
+    score.count(path.once(), path.truth);
+  }
+  CHECK(score.wrong == 0);
+  CHECK(score.low == 0);
+}
+
+TEST_CASE("crossings while the eigenvectors turn: flagged in one step, resolved by halving") {
+  Random random(2);
+  for (const double size : {0.1, 0.5}) {
+    Score once, refined;
+    for (int t = 0; t < trials(300); ++t) {
+      const MatrixXd T = similarity(random, 6), K = dense(random, 6, size),
+                     I = MatrixXd::Identity(6, 6);
+      const MatrixXd skew = 0.5 * (K - K.transpose());
+      const VectorXd p = uniform(random, 6, -3, 0), q = uniform(random, 6, -3, 0);
+      const Matrices A = [&](double s) {  // turned by Cayley's rotation
+        const MatrixXd R = (I - s * skew).inverse() * (I + s * skew);
+        return in_basis(T * R, MatrixXd(((1 - s) * p + s * q).asDiagonal()));
+      };
+      const Planted path(A, reals(p), reals(q));
+      once.count(path.once(), path.truth);
+      refined.count(path.refined(), path.truth);
+    }
+    CHECK(once.wrong_trusted == 0);
+    CHECK(once.low > once.links / 2);
+    CHECK(refined.wrong == 0);
+    CHECK(refined.low == 0);
+  }
+}
+
+TEST_CASE("veering keeps the branch where halving resolves the gap, else it is a crossing") {
+  Random random(3);
+  const auto modes_veering = [&](Index n, double gap, bool crosses) {
+    const MatrixXd T = similarity(random, n);
+    const double start = uniform(random, -1.2, -0.8);
+    const auto radius = [=](double s) { return std::hypot(start + 2 * s, gap); };
+    const Matrices A = [=](double s) {
+      const double x = start + 2 * s;
+      std::vector<MatrixXd> blocks = {(MatrixXd(2, 2) << x, gap, gap, -x).finished()};
+      if (n > 2) blocks.push_back(pair(-1, 1 + s));
+      if (n > 4) blocks.push_back(block_diagonal({number(-2), number(-3 + s / 2)}));
+      return in_basis(T, block_diagonal(blocks));
+    };
+    Spectrum from = {-radius(0), radius(0)}, to = {-radius(1), radius(1)};
+    if (crosses) std::swap(to[0], to[1]);
+    if (n > 2)
+      from.insert(from.end(), {{-1, 1}, {-1, -1}}), to.insert(to.end(), {{-1, 2}, {-1, -2}});
+    if (n > 4) from.insert(from.end(), {-2, -3}), to.insert(to.end(), {-2, -2.5});
+    return Planted(A, from, to);
+  };
+  for (const Index n : {2, 4, 6})
+    for (const double gap : {0.3, 0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-7, 0.0}) {
+      CAPTURE(n);
+      CAPTURE(gap);
+      Score score;
+      for (int t = 0; t < trials(50); ++t) {
+        const Planted path = modes_veering(n, gap, gap < 5e-4);
+        score.count(path.refined(), path.truth);
+      }
+      CHECK(score.wrong == 0);
+      CHECK(score.low == 0);
+    }
+  // without the points between, a veering this wide is not trusted to be a crossing
+  CHECK(weakest(modes_veering(6, 1e-2, false).once()) < trusted);
+}
+
+TEST_CASE("any path: what is trusted is what small steps find") {
+  Random random(4);
+  Score once, refined;
+  for (const double size : {0.3, 2.0})
+    for (int t = 0; t < trials(50); ++t) {
+      const MatrixXd A0 = dense(random, 6, 1), K = dense(random, 6, size);
+      const Matrices A = [&](double s) -> MatrixXd { return A0 + s * K; };
+      const Spectrum first = spectrum(A0);
+      const Planted path(A, first, walked(A, first, 1000));
+      once.count(path.once(), path.truth);
+      refined.count(path.refined(), path.truth);
+    }
+  CHECK(once.wrong_trusted == 0);
+  CHECK(once.wrong > once.links / 10);  // the steps are coarse
+  CHECK(refined.wrong_trusted == 0);
+  CHECK(refined.low < refined.links / 50);
+}
+
+TEST_CASE("one to one, and conjugates stay together, however far apart the matrices are") {
+  Random random(11);
+  for (int t = 0; t < trials(300); ++t) {
+    const Index n = 1 + t % 16;
+    const MatrixXd A = dense(random, n, 1), B = dense(random, n, 1);
+    const Spectrum a = spectrum(A), b = spectrum(B);
+    const Link one = link(A, a, a, B, b);
+    CHECK(one.to == link(A, a, a, B, b).to);
+    std::vector<int> taken = one.to;
+    std::ranges::sort(taken);
+    CHECK(taken == identity(a.size()));
+    std::vector<int> kept = one.to;
+    by_convention(a, b, kept);
+    CHECK(kept == one.to);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      CHECK(one.confidence[i] >= 0);
+      CHECK(one.confidence[i] <= 1);
+      for (std::size_t k = 0; k < a.size(); ++k) {
+        if (a[i].imag() == 0 || a[k] != std::conj(a[i])) continue;
+        const Complex plus = b[std::size_t(one.to[i])], minus = b[std::size_t(one.to[k])];
+        CHECK((minus == std::conj(plus) || (plus.imag() == 0 && minus.imag() == 0)));
+        CHECK_NEAR(one.confidence[i], one.confidence[k], 0);
+      }
+    }
+  }
+}
+
+TEST_CASE("pairs merge and split, reals join") {
+  // [0 1; c 0] has ±√c
+  Random random(6);
+  for (int t = 0; t < trials(300); ++t) {
+    const MatrixXd T = similarity(random, 6);
+    const double c0 = uniform(random, -1, -0.01), c1 = uniform(random, 0.01, 1);
+    const Matrices A = [&](double s) {
+      const double c = (1 - s) * c0 + s * c1;
+      const MatrixXd merging = (MatrixXd(2, 2) << 0, 1, c, 0).finished();
+      return in_basis(
+          T, block_diagonal({merging, pair(-1, 0.5 + s), number(-0.1 + 0.2 * s), number(2)}));
+    };
+    const double w = std::sqrt(-c0), r = std::sqrt(c1);
+    const Spectrum a = {{0, w}, {0, -w}, {-1, 0.5}, {-1, -0.5}, -0.1, 2};
+    const Spectrum b = {r, -r, {-1, 1.5}, {-1, -1.5}, 0.1, 2};
+    for (const bool back : {false, true}) {
+      const Planted path([&](double s) { return A(back ? 1 - s : s); }, back ? b : a, back ? a : b);
+      for (const Link& link : {path.once(), path.refined()}) {
+        CHECK(link.to == path.truth);
+        CHECK(weakest(link) >= trusted);
+      }
+    }
+  }
+}
+
+TEST_CASE("merged and split again, a pair is itself") {
+  Random random(7);
+  const MatrixXd T = similarity(random, 4);
+  const Matrices A = [&](double s) {
+    const double c = std::cos(2 * std::numbers::pi * s);
+    return in_basis(T, block_diagonal({(MatrixXd(2, 2) << 0, 1, c, 0).finished(), pair(-1, 1)}));
+  };
+  const Spectrum a = {1, -1, {-1, 1}, {-1, -1}};
+  const Planted path(A, a, a);
+  for (const int halvings : {1, 3, 12}) {
+    Spectrum at = path.last;
+    const int steps = 1 << halvings;
+    double least = 1.0;
+    for (int k = 0; k < steps; ++k) {
+      const MatrixXd from = A(double(k) / steps), to = A(double(k + 1) / steps);
+      const Spectrum next = spectrum(to);
+      const Link one = link(from, at, at, to, next);
+      least = std::min(least, weakest(one));
+      at = ordered(next, one.to);
+    }
+    CHECK(find(at, path.last) == identity(4));
+    CHECK(least >= trusted);
+  }
+}
+
+TEST_CASE("once around an exceptional point two pairs change places, beside it they do not") {
+  // [c 1; z c] has c ± √z; as a real matrix, with the conjugates
+  Random random(8);
+  for (int t = 0; t < trials(100); ++t) {
+    const MatrixXd T = similarity(random, 4);
+    const bool around = t % 2;
+    const double radius = uniform(random, 0.1, 0.5), phase = uniform(random, 0, 6),
+                 turn = t % 4 < 2 ? 1 : -1;
+    const Complex c(-1, 2), centre = around ? 0.0 : 2 * radius;
+    const auto z = [&](double s) {
+      return centre + std::polar(radius, phase + turn * 2 * std::numbers::pi * s);
+    };
+    const Matrices A = [&](double s) {
+      const Eigen::Matrix2cd C = (Eigen::Matrix2cd() << c, 1, z(s), c).finished();
+      MatrixXd real(4, 4);
+      real << C.real(), -C.imag(), C.imag(), C.real();
+      return in_basis(T, real);
+    };
+    const Complex plus = c + std::sqrt(z(0)), minus = c - std::sqrt(z(0));
+    const Spectrum start = {plus, minus, std::conj(plus), std::conj(minus)};
+    const int steps = 3;
+    std::vector<int> now = identity(4);
+    Spectrum at = start;
+    double least = 1.0;
+    for (int k = 0; k < steps; ++k) {
+      const auto share = [&](double s) { return (k + s) / steps; };
+      const MatrixXd from = A(share(0)), to = A(share(1));
+      const Spectrum next = spectrum(to);
+      const Link one = link(from, at, at, to, next, [&](double s) { return A(share(s)); });
+      least = std::min(least, weakest(one));
+      at = ordered(next, one.to);
+    }
+    CHECK(least >= trusted);
+    CHECK(find(at, start) == (around ? std::vector<int>{1, 0, 3, 2} : identity(4)));
+  }
+}
+
+TEST_CASE("units and order do not matter") {
+  Random random(9);
+  for (int t = 0; t < trials(100); ++t) {
+    const MatrixXd A = dense(random, 5, 1), B = A + dense(random, 5, 0.2);
+    const VectorXd unit =
+        uniform(random, 5, -6, 6).unaryExpr([](double x) { return std::pow(10, x); });
+    const auto in_units = [&](const MatrixXd& M) -> MatrixXd {
+      return unit.asDiagonal() * M * unit.cwiseInverse().asDiagonal();
+    };
+    const Spectrum a = spectrum(A), b = spectrum(B);
+    const Link one = link(A, a, a, B, b), scaled = link(in_units(A), a, a, in_units(B), b);
+    CHECK(scaled.to == one.to);
+    std::vector<int> order = identity(5);
+    std::ranges::shuffle(order, random);
+    const Spectrum mixed = ordered(b, order), modes = ordered(a, order);
+    const Link to_mixed = link(A, a, a, B, mixed), of_mixed = link(A, modes, modes, B, b);
+    for (std::size_t i = 0; i < 5; ++i) {
+      CHECK_NEAR(scaled.confidence[i], one.confidence[i], 1e-9);
+      CHECK(order[std::size_t(to_mixed.to[i])] == one.to[i]);
+      CHECK(of_mixed.to[i] == one.to[std::size_t(order[i])]);
+      CHECK_NEAR(of_mixed.confidence[i], one.confidence[std::size_t(order[i])], 1e-9);
+    }
+  }
+}
+
+TEST_CASE("equal eigenvalues go on by index, and as one where they stay equal") {
+  const MatrixXd I = MatrixXd::Identity(3, 3);
+  const Spectrum ones(3, 1.0);
+  const Link same = link(I, ones, ones, I, ones);
+  CHECK(same.to == identity(3));
+  CHECK_NEAR(weakest(same), 1.0, 0);
+  // two integrators in a row stay defective all the way
+  const auto integrators = [](double pole) {
+    MatrixXd A = MatrixXd::Zero(3, 3);
+    A(0, 1) = A(1, 2) = 1;
+    A(2, 2) = pole;
+    return A;
+  };
+  const Spectrum a = {0.0, 0.0, -1.0}, b = {-1.1, 0.0, 0.0};
+  const Link chain = link(integrators(-1), a, a, integrators(-1.1), b);
+  CHECK(chain.to == std::vector<int>{1, 2, 0});
+  CHECK(weakest(chain) >= trusted);
+}
+
+TEST_CASE("at an exactly defective point the pair is known, its members are not") {
+  const auto block = [](double c) { return (MatrixXd(2, 2) << 0, 1, c, 0).finished(); };
+  const Spectrum zero = {0.0, 0.0}, split = {-0.1, 0.1}, complex = {{0, -0.1}, {0, 0.1}};
+  CHECK(link(block(-0.01), complex, complex, block(0), zero).confidence[0] == 1.0);
+  CHECK(link(block(0), zero, zero, block(-0.01), complex).confidence[0] == 1.0);
+  CHECK(weakest(link(block(0), zero, zero, block(0.01), split)) < trusted);
+  CHECK(weakest(link(block(0.01), split, split, block(0), zero)) < trusted);
+}
+
+TEST_CASE("refinement keeps to its limits, and to what there is between") {
+  Random random(10);
+  const MatrixXd A = dense(random, 6, 1), B = A + dense(random, 6, 2);
+  const Spectrum a = spectrum(A), b = spectrum(B);
+  const Link direct = link(A, a, a, B, b);
+  REQUIRE(weakest(direct) < trusted);
+  int calls = 0;
+  const auto count = [&](const std::function<std::optional<MatrixXd>(double)>& path,
+                         const TrackOptions& options) {
+    calls = 0;
+    const auto between = [&](double s) {
+      CHECK(s > 0);
+      CHECK(s < 1);
+      ++calls;
+      return path(s);
+    };
+    return link(A, a, a, B, b, between, options);
+  };
+  const auto straight = [&](double s) { return std::optional<MatrixXd>(A + s * (B - A)); };
+  const auto kept = [&](const Link& link) {
+    return link.to == direct.to && link.confidence == direct.confidence;
+  };
+  SUBCASE("trusted where it can be halved") {
+    CHECK(weakest(count(straight, {})) >= trusted);
+    CHECK(calls > 2);
+  }
+  SUBCASE("no depth") {
+    CHECK(kept(count(straight, {.max_depth = 0})));
+    CHECK(calls == 0);
+  }
+  SUBCASE("few matrices") {
+    static_cast<void>(count(straight, {.max_between = 2}));
+    CHECK(calls == 2);
+  }
+  SUBCASE("no depth is trusted more than it can be") {
+    const Link strict = count(straight, {.trusted = 2, .max_depth = 3});
+    CHECK(calls == 7);
+    CHECK(weakest(strict) < trusted);
+  }
+  SUBCASE("nothing between") {
+    CHECK(kept(count([](double) { return std::optional<MatrixXd>(); }, {})));
+    CHECK(calls == 1);
+    CHECK(kept(link(A, a, a, B, b, {}, {})));
+  }
+  SUBCASE("not finite between") {
+    CHECK(kept(count([](double) { return MatrixXd::Constant(6, 6, infinity).eval(); }, {})));
+  }
+  SUBCASE("another size between") {
+    CHECK_THROWS_AS(count([](double) { return MatrixXd::Zero(5, 5).eval(); }, {}),
+                    std::invalid_argument);
+  }
+}
+
+TEST_CASE("the caller's mistakes") {
+  const MatrixXd A = pair(-1, 1), row = MatrixXd::Zero(1, 2), three = MatrixXd::Zero(3, 3);
+  const Spectrum a = {{-1, -1}, {-1, 1}}, one = {-1.0}, alone = {{-1, 1}, -1.0},
+                 off = {infinity, 1.0};
+  CHECK_THROWS_AS(static_cast<void>(link(row, a, a, A, a)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, a, a, three, a)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, one, a, A, a)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, a, one, A, a)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, a, a, A, one)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, alone, a, A, a)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, a, a, A, alone)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(A, a, off, A, a)), std::invalid_argument);
+  CHECK_THROWS_AS(static_cast<void>(link(infinity * A, a, a, A, a)), std::invalid_argument);
+}

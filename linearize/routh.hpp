@@ -1,0 +1,50 @@
+/// Kernels of Routh's test across lanes, compiled once for each instruction set.
+/// Internal to linearize/.
+#pragma once
+
+#include <cstddef>
+
+namespace tiltrim {
+
+/// What a kernel says of one matrix or point; a Verdict in one byte.
+enum class RouthVerdict : unsigned char { stable, unstable, undecided };
+
+/// Matrices first .. last - 1 of a batch, entries as in MatrixBatch.
+struct MatrixTask {
+  const double* entries;
+  std::size_t n, count, first, last;
+  double entry_error;     ///< relative, of every entry
+  bool balanced;          ///< scale and balance first; without, norms must be near one
+  RouthVerdict* verdict;  ///< of matrix first, first + 1, ...
+};
+
+/// Polynomials sⁿ + Σ cₖ sⁿ⁻ᵏ, cₖ = pₖ + b qₖ within p_errorₖ + |b| q_errorₖ, at each b: k = 1 ..
+/// n.
+struct LineTask {
+  const double *p, *q, *p_error, *q_error;
+  std::size_t n;
+  const double* b;
+  std::size_t count;
+  RouthVerdict* verdict;
+};
+
+namespace lanes_scalar {
+void routh_of_matrices(const MatrixTask& task);
+void routh_of_line(const LineTask& task);
+}  // namespace lanes_scalar
+namespace lanes_baseline {
+void routh_of_matrices(const MatrixTask& task);
+void routh_of_line(const LineTask& task);
+}  // namespace lanes_baseline
+#ifdef TILTRIM_X86
+namespace lanes_avx2 {
+void routh_of_matrices(const MatrixTask& task);
+void routh_of_line(const LineTask& task);
+}  // namespace lanes_avx2
+namespace lanes_avx512 {
+void routh_of_matrices(const MatrixTask& task);
+void routh_of_line(const LineTask& task);
+}  // namespace lanes_avx512
+#endif  // elsewhere dispatch.hpp makes these names of lanes_baseline
+
+}  // namespace tiltrim

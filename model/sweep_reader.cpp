@@ -1,0 +1,198 @@
+#include "model/sweep_reader.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace tiltrim::reading {
+
+namespace {
+
+constexpr double most_points = 2e7;      // of the whole grid: some 5 GB
+constexpr double most_of_an_axis = 1e6;  // its own points
+
+// h [m] is not a number of the models: it sets the three of the corridor (16).
+Key axis_key(const Section& section) {
+  const std::string name = section.text("key");
+  if (name == "h") return {"h", "", "m", {-1e6, 1e6}};
+  try {
+    return study_key(name);
+  } catch (const std::invalid_argument& e) {
+    section.refuse(*section.find("key"),
+                   fmt::format("{}; or h, the height along corridor (16)", e.what()));
+  }
+}
+
+std::vector<double> listed(const Section& section, const Entry& list, const Accepted& accepted) {
+  if (list.kind != Entry::Kind::array || list.entries.empty())
+    section.refuse(list,
+                   fmt::format("{} is no list of numbers; expected [a, b, ...], each {}",
+                               list.kind == Entry::Kind::array ? "an empty array" : describe(list),
+                               describe(accepted)));
+  std::vector<double> values;
+  for (const Entry& entry : list.entries) {
+    Entry named = entry;  // says which key it stands in
+    named.key = list.key;
+    (void)section.number(named, accepted);
+    values.push_back(entry.number);
+  }
+  return values;
+}
+
+// count values from the first to the last, both exactly.
+std::vector<double> spaced(double from, double to, std::size_t count, bool logarithmic) {
+  std::vector<double> values(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double share = double(i) / double(count - 1);
+    values[i] = logarithmic ? from * std::pow(to / from, share) : from + share * (to - from);
+  }
+  values.front() = from;
+  values.back() = to;
+  return values;
+}
+
+std::size_t read_count(const Section& section) {
+  const Entry& entry = section.require("count", "a whole number of points, or values = [...]");
+  const double count = section.number(entry, {2, most_of_an_axis});
+  if (count != std::floor(count))
+    section.refuse(entry, fmt::format("{} is not a whole number", describe(entry)));
+  return std::size_t(count);
+}
+
+// The column's values in its own unit. `count` is known for keys that move with another.
+std::vector<double> read_values(const Section& section, const Accepted& accepted,
+                                std::optional<std::size_t> count) {
+  if (const Entry* list = section.find("values")) {
+    for (const char* other : {"from", "to", "count", "spacing"})
+      if (const Entry* entry = section.find(other))
+        section.refuse(*entry, "stands beside values; expected one or the other");
+    return listed(section, *list, accepted);
+  }
+  const bool logarithmic = section.choice("spacing", {"linear", "log"}) == 1;
+  (void)section.number("from", accepted);
+  (void)section.number("to", accepted);
+  const double from = section.find("from")->number, to = section.find("to")->number;
+  if (logarithmic && !(from * to > 0))
+    section.refuse(
+        *section.find("spacing"),
+        fmt::format("log from {} to {} passes zero; expected both of one sign", from, to));
+  return spaced(from, to, count ? *count : read_count(section), logarithmic);
+}
+
+SweepAxis::Column read_column(const Section& section, std::optional<std::size_t> count) {
+  const Key key = axis_key(section);
+  const Accepted accepted{key.accepted.lower, key.accepted.upper, key.unit};
+  SweepAxis::Column column{
+      key.name, key.unit, key.signal, read_values(section, accepted, count), {}};
+  for (const double value : column.values) column.si.push_back(key.in_si(value));
+  return column;
+}
+
+void check_monotone(const Section& section, const SweepAxis::Column& column) {
+  const Entry* list = section.find("values");
+  const Entry& named = list ? *list : *section.find("to");
+  const bool up = column.values.back() > column.values.front();
+  for (std::size_t i = 1; i < column.values.size(); ++i) {
+    const double before = column.values[i - 1], here = column.values[i];
+    if (up ? here > before : here < before) continue;
+    section.refuse(named, fmt::format("{} after {} does not go on in one direction; expected "
+                                      "rising or falling values, each once",
+                                      here, before));
+  }
+}
+
+// What the corridor (16) sets at each height.
+void add_corridor(SweepAxis& axis) {
+  SweepAxis::Column V{"V", "m/s", "V", {}, {}}, gamma{"gamma_deg", "degrees", "gamma", {}, {}},
+      eta{"eta_deg", "degrees", "eta", {}, {}};
+  const auto add = [](SweepAxis::Column& column, double si) {
+    column.si.push_back(si);
+    column.values.push_back(si / in_si(1.0, column.unit));
+  };
+  for (const double h : axis.columns.front().values) {
+    const Command command = corridor(h);
+    add(V, command.V);
+    add(gamma, command.gamma);
+    add(eta, command.eta);
+  }
+  axis.columns.insert(axis.columns.end(), {V, gamma, eta});
+}
+
+void read_coupled(const Section& section, const std::filesystem::path& file, SweepAxis& axis) {
+  const Entry* list = section.find("with");
+  if (!list) return;
+  constexpr std::string_view expected = "expected [{key = \"V\", from = 5, to = 15}, ...]";
+  if (list->kind != Entry::Kind::array || list->entries.empty())
+    section.refuse(*list, fmt::format("{} is no list of keys; {}", describe(*list), expected));
+  for (const Entry& entry : list->entries) {
+    if (entry.kind != Entry::Kind::table)
+      refuse(file, entry.place,
+             fmt::format("sweep.axis.with: {} is not a table; {}", describe(entry), expected));
+    const Section with(file, entry, "in with", "sweep.axis.with.");
+    with.allow_only({"key", "from", "to", "spacing", "values"},
+                    {{"count", "the axis has the count"}});
+    axis.columns.push_back(read_column(with, axis.size()));
+    if (axis.columns.back().values.size() != axis.size())
+      with.refuse(*with.find("values"),
+                  fmt::format("{} values beside an axis of {}; expected as many",
+                              axis.columns.back().values.size(), axis.size()));
+    if (axis.columns.back().name == "h")
+      with.refuse(*with.find("key"), "h sets V, gamma and eta; expected it as an axis's own key");
+  }
+}
+
+SweepAxis read_axis(const Section& section, const std::filesystem::path& file) {
+  section.allow_only({"key", "from", "to", "count", "spacing", "values", "with"});
+  section.require("key", "a number of the study in quotes, as \"eta_deg\" or \"gains.K_Lp\"");
+  SweepAxis axis;
+  axis.columns.push_back(read_column(section, {}));
+  const std::string& name = axis.columns.front().name;
+  axis.name = name.substr(name.rfind('.') + 1);
+  check_monotone(section, axis.columns.front());
+  if (name == "h") add_corridor(axis);
+  read_coupled(section, file, axis);
+  return axis;
+}
+
+// Every number is set by one axis, once.
+void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) {
+  std::set<std::string> set;
+  for (const SweepAxis& axis : axes)
+    for (const SweepAxis::Column& column : axis.columns)
+      if (!set.insert(column.name).second)
+        section.refuse(*section.find("axis"),
+                       fmt::format("{} is set twice; expected each key once (h sets V, gamma_deg "
+                                   "and eta_deg)",
+                                   column.name));
+}
+
+}  // namespace
+
+SweepTable read_sweep(const Section& section, const std::filesystem::path& file) {
+  constexpr std::string_view expected = "expected [[sweep.axis]] tables";
+  section.allow_only({"axis", "crossings"});
+  SweepTable sweep;
+  if (section.find("crossings"))
+    sweep.crossings = section.choice("crossings", {"locate", "skip"}) == 0;
+  const Entry& list = section.require("axis", "[[sweep.axis]] tables");
+  if (list.kind != Entry::Kind::array || list.entries.empty())
+    section.refuse(list, fmt::format("{} is no list of tables; {}", describe(list), expected));
+  double points = 1;
+  for (const Entry& entry : list.entries) {
+    if (entry.kind != Entry::Kind::table)
+      refuse(file, entry.place,
+             fmt::format("sweep.axis: {} is not a table; {}", describe(entry), expected));
+    sweep.axes.push_back(read_axis(Section(file, entry, "in [[sweep.axis]]", "sweep.axis."), file));
+    points *= double(sweep.axes.back().size());
+  }
+  check_distinct(section, sweep.axes);
+  if (points > most_points)
+    section.refuse(list, fmt::format("the grid has {:.3g} points; expected at most {:.0f}", points,
+                                     most_points));
+  return sweep;
+}
+
+}  // namespace tiltrim::reading

@@ -1,0 +1,13 @@
+/// [sweep] and its axes.
+/// Internal to model/.
+#pragma once
+
+#include "model/section.hpp"
+#include "model/study.hpp"
+
+namespace tiltrim::reading {
+
+/// Reads [sweep]; throws StudyError.
+SweepTable read_sweep(const Section& section, const std::filesystem::path& file);
+
+}  // namespace tiltrim::reading

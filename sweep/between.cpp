@@ -1,0 +1,203 @@
+// Where eigenvalues cross the imaginary axis on a line of matrices.
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+
+#include "linearize/balance.hpp"
+#include "sweep/boundary.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double safety = 4.0;      // on what a second difference says of the curve between
+constexpr double jump_size = 1e-6;  // nominal sizes that no step as short as `least` explains
+constexpr int most_pieces = 4000;   // of one step of the grid
+
+// A(t) in the eigenvectors of the middle, at the piece's ends, less the middle's eigenvalues.
+struct Piece {
+  Eigen::VectorXcd lambda;  // of the middle
+  MatrixXcd at_a, at_b;     // X⁻¹ (A(a) - A(m)) X, the same at b
+};
+
+std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sample& b) {
+  const Balanced balanced = balance(m.A);
+  const Index n = m.A.rows();
+  const auto alike = [&](const MatrixXd& A) {
+    MatrixXd B(n, n);
+    for (Index i = 0; i < n; ++i)
+      for (Index j = 0; j < n; ++j)
+        B(i, j) = A(balanced.order[std::size_t(i)], balanced.order[std::size_t(j)]) *
+                  (balanced.scale[j] / balanced.scale[i]);
+    return B;
+  };
+  const Eigen::EigenSolver<MatrixXd> solver(balanced.B);
+  if (solver.info() != Eigen::Success) return {};
+  const MatrixXcd X = solver.eigenvectors();
+  const Eigen::PartialPivLU<MatrixXcd> lu(X);
+  Piece piece{solver.eigenvalues(), lu.solve(alike(a.A - m.A) * X), lu.solve(alike(b.A - m.A) * X)};
+  if (!piece.at_a.allFinite() || !piece.at_b.allFinite()) return {};  // defective in the middle
+  return piece;
+}
+
+struct Judged {
+  std::vector<Index> unclear;  // eigenvalues of the middle whose discs may reach the axis
+  bool monotone = false;       // the unclear ones are one, or one pair, with a monotone real part
+};
+
+Judged judge(const Piece& p) {
+  const Index n = p.lambda.size();
+  const MatrixXcd bend = p.at_a + p.at_b;  // A(a) - 2 A(m) + A(b)
+  // A smooth curve leaves the polygon's halves by bend/8 at most.
+  const VectorXd off = safety / 8 * bend.cwiseAbs().rowwise().sum();
+  const auto reach = [&](const MatrixXcd& E, Index i) {
+    const VectorXd row = E.row(i).cwiseAbs();
+    return std::abs(E(i, i).real()) + row.sum() - row[i] + off[i];
+  };
+  Judged j;
+  for (Index i = 0; i < n; ++i)
+    if (!(std::abs(p.lambda[i].real()) > std::max(reach(p.at_a, i), reach(p.at_b, i))))
+      j.unclear.push_back(i);
+  if (j.unclear.empty() || j.unclear.size() > 2) return j;
+  const Index i = j.unclear.front();
+  const bool pair = j.unclear.size() == 2;
+  if (pair && p.lambda[j.unclear[1]] != std::conj(p.lambda[i])) return j;
+  if (!pair && p.lambda[i].imag() != 0) return j;
+  // dλ/dτ = B'ᵢᵢ,  |d²λ/dτ²| <= |B''ᵢᵢ| + 2 Σ |B'ᵢⱼ B'ⱼᵢ| / |λᵢ - λⱼ|, τ = -1 .. 1.         [26]
+  const MatrixXcd slope = 0.5 * (p.at_b - p.at_a);
+  double curvature = std::abs(bend(i, i)), gap = std::numeric_limits<double>::infinity();
+  for (Index k = 0; k < n; ++k) {
+    if (k == i) continue;
+    gap = std::min(gap, std::abs(p.lambda[i] - p.lambda[k]));
+    curvature += 2 * std::abs(slope(i, k) * slope(k, i)) / std::abs(p.lambda[i] - p.lambda[k]);
+  }
+  const double moved = std::max(reach(p.at_a, i), reach(p.at_b, i));
+  j.monotone = gap > safety * moved && std::abs(slope(i, i).real()) > safety * curvature;
+  return j;
+}
+
+// Whether the three may lie on one curve: a jump between two of them is all of the bend.
+bool continuous(const MatrixLine& line, const Sample& a, const Sample& m, const Sample& b) {
+  const double left = line.apart(a, m), right = line.apart(m, b), whole = line.apart(a, b);
+  const double most = std::max(left, right);
+  if (most <= jump_size) return true;
+  constexpr double all = 0.9;  // a parabola from its vertex bends by two thirds
+  return std::min(left, right) >= (1 - all) * most || whole <= most * (1 - all);
+}
+
+// The real part that changes sign where the count goes from one number to another.
+double watched(const Sample& s, int before, int after) {
+  const Index k = s.eigenvalues.size() - 1 - std::min(before, after);
+  return s.eigenvalues[k].real();
+}
+
+class Search {
+ public:
+  Search(const MatrixLine& line, double least, std::vector<LineEvent>& events,
+         std::vector<Sample>& seen)
+      : line_(line), least_(least), events_(events), seen_(seen) {}
+
+  void look(double from, const std::optional<Sample>& a, double to,
+            const std::optional<Sample>& b) {
+    if (!a && !b) return;
+    if (std::abs(to - from) <= least_ || ++pieces_ > most_pieces) return ended(from, a, to, b);
+    const double middle = 0.5 * (from + to);
+    std::optional<Sample> m = line_.sample(middle, a ? *a : *b);
+    if (!m && a && b) m = line_.sample(middle, *b);
+    if (m) seen_.push_back(*m);
+    if (a && m && b && continuous(line_, *a, *m, *b)) {
+      if (const auto piece = in_eigenvectors(*a, *m, *b)) {
+        const Judged judged = judge(*piece);
+        if (judged.unclear.empty()) return;
+        if (judged.monotone && (a->unstable() == b->unstable() || locate(*a, *b))) return;
+      }
+    }
+    look(from, a, middle, m);
+    look(middle, m, to, b);
+  }
+
+ private:
+  // What is left when a piece can be halved no more.
+  void ended(double from, const std::optional<Sample>& a, double to,
+             const std::optional<Sample>& b) {
+    LineEvent e{from, to, CrossingKind::touch};
+    e.before = a ? a->unstable() : -1;
+    e.after = b ? b->unstable() : -1;
+    if (a && b) {
+      const bool jumps = line_.apart(*a, *b) > jump_size;
+      const Index changed = a->eigenvalues.size() - 1 - std::min(e.before, e.after);
+      const double frequency = std::abs(a->eigenvalues[std::max<Index>(changed, 0)].imag());
+      if (jumps)
+        e.kind = CrossingKind::jump;
+      else if (e.before != e.after)
+        e.kind = frequency > 0 ? CrossingKind::hopf : CrossingKind::zero;
+      if (e.kind == CrossingKind::hopf) e.frequency = frequency;
+    }
+    events_.push_back(e);
+  }
+
+  // The one crossing between a and b; false if it cannot be bracketed.
+  bool locate(const Sample& a, const Sample& b) {
+    const int before = a.unstable(), after = b.unstable();
+    std::optional<Sample> at;
+    bool lost = false;
+    const auto real_part = [&](double t) {
+      at = line_.sample(t, a);
+      if (!at) at = line_.sample(t, b);
+      lost = lost || !at;
+      return at ? watched(*at, before, after) : 0.0;
+    };
+    boost::uintmax_t most = 60;
+    const double at_a = watched(a, before, after), at_b = watched(b, before, after);
+    if (!(at_a * at_b < 0)) return false;
+    const auto [low, high] = boost::math::tools::toms748_solve(
+        real_part, std::min(a.t, b.t), std::max(a.t, b.t), a.t < b.t ? at_a : at_b,
+        a.t < b.t ? at_b : at_a, boost::math::tools::eps_tolerance<double>(52), most);
+    const double t = 0.5 * (low + high);
+    (void)real_part(t);
+    if (lost || !at) return false;
+    seen_.push_back(*at);
+    const Index k = at->eigenvalues.size() - 1 - std::min(before, after);
+    const double frequency = std::abs(at->eigenvalues[k].imag());
+    // Round-off of the eigenvalue over its slope, beside the bracket.
+    const double slope = std::abs((at_b - at_a) / (b.t - a.t));
+    const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm() / slope;
+    const double error = (high - low) + rounding;
+    events_.push_back({t - error, t + error,
+                       frequency > 0 ? CrossingKind::hopf : CrossingKind::zero, before, after,
+                       frequency});
+    return true;
+  }
+
+  const MatrixLine& line_;
+  double least_;
+  std::vector<LineEvent>& events_;
+  std::vector<Sample>& seen_;
+  int pieces_ = 0;
+};
+
+}  // namespace
+
+int Sample::unstable() const {
+  return int(std::ranges::count_if(eigenvalues, [](const auto& z) { return z.real() > 0; }));
+}
+
+double Sample::abscissa() const {
+  return eigenvalues.size() > 0 ? eigenvalues[eigenvalues.size() - 1].real()
+                                : -std::numeric_limits<double>::infinity();
+}
+
+void events_between(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
+                    const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
+                    std::vector<Sample>& seen) {
+  Search(line, least, events, seen).look(from, a, to, b);
+}
+
+}  // namespace tiltrim

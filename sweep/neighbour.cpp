@@ -1,0 +1,357 @@
+#include "sweep/neighbour.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "model/differentiate.hpp"
+#include "trim/verdict.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr int max_steps = 12;       // of Newton: quadratic, a neighbour is near
+constexpr double at_rest = 1e-12;   // of a step, scaled: round-off is reached
+constexpr double same_trim = 1e-6;  // unknowns apart by less, scaled, are one equilibrium
+
+// Bounds with equal ends on variables that an axis moves say only what the guess has said.
+TrimSpec free_of(TrimSpec spec, const Model& model, const std::vector<SweepAxis>& axes) {
+  for (const SweepAxis& axis : axes)
+    for (const SweepAxis::Column& column : axis.columns) {
+      if (column.signal.empty()) continue;
+      if (std::ranges::find(spec.free, column.signal) != spec.free.end())
+        throw std::invalid_argument(
+            fmt::format("{} is free in this trim; expected a number that is given", column.name));
+      const auto at = spec.bounds.find(column.signal);
+      if (at != spec.bounds.end() && at->second.lower == at->second.upper) spec.bounds.erase(at);
+      (void)variable(model, column.signal);
+    }
+  return spec;
+}
+
+const Model::Affine* structure_of(const Model& model, const SweepAxis& axis) {
+  const Model::Affine* found = nullptr;
+  for (const SweepAxis::Column& column : axis.columns) {
+    if (column.signal.empty()) continue;
+    const auto at = std::ranges::find(model.affine, column.signal, &Model::Affine::parameter);
+    if (found || at == model.affine.end()) return nullptr;  // one parameter, and that one affine
+    found = &*at;
+  }
+  return found;
+}
+
+}  // namespace
+
+Prepared::Prepared(const SweepRequest& r, const std::vector<SweepAxis>& a, const TrimOptions& t)
+    : request(r),
+      axes(a),
+      trimming(t),
+      problem(make_problem(r.model, free_of(r.spec, r.model, a), r.guess)) {
+  const Model& m = r.model;
+  for (Index i = 0; i < states(); ++i) along.push_back(i);
+  for (const Index j : problem.unknowns) {
+    const auto known = std::ranges::find(along, j);
+    unknowns.push_back(known - along.begin());
+    if (known == along.end()) along.push_back(j);
+  }
+  const auto is_output = [&](Index row) { return row >= states(); };
+  output_equations = std::ranges::any_of(problem.equations, is_output);
+  for (const SweepAxis& axis : a) {
+    moved.emplace_back();
+    for (const SweepAxis::Column& column : axis.columns)
+      moved.back().push_back(column.signal.empty() ? -1 : variable(m, column.signal));
+    const bool plain =
+        problem.square() && std::ssize(along) == states() &&
+        std::ranges::all_of(problem.equations, [&](Index row) { return row < states(); });
+    affine.push_back(plain ? structure_of(m, axis) : nullptr);
+  }
+  const Index nu = std::ssize(m.inputs);
+  for (const std::string& name : r.inputs) {
+    const Index input = find(m.inputs, name);
+    inputs.push_back(input >= 0 ? input : nu + index_of(m.outputs, name, "output"));
+  }
+}
+
+double coordinate(const SweepAxis& axis, double position) {
+  const std::vector<double>& values = axis.columns.front().values;
+  const auto k = std::min(std::size_t(position), values.size() - 1);
+  const double share = position - double(k);
+  return share == 0 ? values[k] : values[k] + share * (values[k + 1] - values[k]);
+}
+
+void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at) {
+  const std::vector<SweepAxis::Column>& columns = sweep.axes[axis].columns;
+  const auto k = std::min(std::size_t(position), columns.front().si.size() - 1);
+  const double share = position - double(k);
+  const bool along_corridor = columns.front().signal.empty() && share != 0;
+  const Command scheduled =
+      along_corridor ? corridor(coordinate(sweep.axes[axis], position)) : Command{};
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const Index j = sweep.moved[axis][c];
+    if (j < 0) continue;
+    const std::vector<double>& si = columns[c].si;
+    double value = share == 0 ? si[k] : si[k] + share * (si[k + 1] - si[k]);
+    if (along_corridor && columns[c].signal == "V") value = scheduled.V;
+    if (along_corridor && columns[c].signal == "gamma") value = scheduled.gamma;
+    if (along_corridor && columns[c].signal == "eta") value = scheduled.eta;
+    set_value(at, j, value);
+  }
+}
+
+OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place) {
+  OperatingPoint at = sweep.request.guess;
+  for (std::size_t axis = 0; axis < place.size(); ++axis) move_to(sweep, axis, place[axis], at);
+  return at;
+}
+
+namespace {
+
+// Residuals of the trim's equations, scaled; `outputs` are filled where an equation has one.
+VectorXd residuals(const Prepared& s, const VectorXd& rates, const VectorXd& outputs) {
+  const Problem& p = s.problem;
+  VectorXd r(p.m());
+  for (Index i = 0; i < p.m(); ++i) {
+    const Index row = p.equations[std::size_t(i)];
+    const double y = row < s.states() ? rates[row] : outputs[row - s.states()];
+    r[i] = (y - p.held[i]) / p.row_nominal[row];
+  }
+  return r;
+}
+
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, 16>;
+using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 16, 1>;
+
+// The Newton step in nominal sizes, from the slopes along states and unknowns; empty if singular.
+template <class Matrix, class Vector>
+Vector newton_step(const Prepared& s, const MatrixXd& slopes, const VectorXd& r) {
+  const Problem& p = s.problem;
+  Matrix J(p.m(), p.n());
+  for (Index i = 0; i < p.m(); ++i)
+    for (Index k = 0; k < p.n(); ++k) {
+      const Index row = p.equations[std::size_t(i)];
+      J(i, k) = slopes(row, s.unknowns[std::size_t(k)]) * p.nominal[k] / p.row_nominal[row];
+    }
+  const Eigen::PartialPivLU<Matrix> lu(J);
+  const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+  constexpr double singular = 1e-11;  // left to the trim from nothing, which judges it
+  if (!(pivots.minCoeff() > singular * pivots.maxCoeff())) return {};
+  return lu.solve(-Vector(r));
+}
+
+VectorXd step(const Prepared& s, const MatrixXd& slopes, const VectorXd& r) {
+  constexpr Index small = 16;
+  if (s.problem.n() <= small) return newton_step<Square, Column>(s, slopes, r);
+  return newton_step<MatrixXd, VectorXd>(s, slopes, r);
+}
+
+void add(const Prepared& s, const VectorXd& dz, OperatingPoint& at) {
+  for (Index k = 0; k < dz.size(); ++k) {
+    const Index j = s.problem.unknowns[std::size_t(k)];
+    set_value(at, j, value_of(at, j) + dz[k] * s.problem.nominal[k]);
+  }
+}
+
+std::string outside_in_words(const std::string& name, const std::string& unit, double value,
+                             double lower, double upper) {
+  const bool above = value > upper;
+  return fmt::format("{} would be {} its {} limit {:.6g}{}{}", name, above ? "above" : "below",
+                     above ? "upper" : "lower", above ? upper : lower, unit.empty() ? "" : " ",
+                     unit);
+}
+
+// Limits and implied rates at a point whose equations hold.
+bool keeps_limits(const Prepared& s, const VectorXd& rates, Equilibrium& e) {
+  const Problem& p = s.problem;
+  for (Index k = 0; k < p.n(); ++k) {
+    const Index j = p.unknowns[std::size_t(k)];
+    const double z = value_of(e.at, j) / p.nominal[k];
+    if (z >= p.lower[k] - bound_slack && z <= p.upper[k] + bound_slack) continue;
+    const Signal& signal = signal_of(s.model(), j);
+    e.message = outside_in_words(signal.name, signal.unit, z * p.nominal[k],
+                                 p.lower[k] * p.nominal[k], p.upper[k] * p.nominal[k]);
+    return false;
+  }
+  for (std::size_t i = 0; i < p.limited.size(); ++i) {
+    const Index row = p.limited[i];
+    const double size = p.row_nominal[row];
+    const double y = (row < s.states() ? rates[row] : e.outputs[row - s.states()]) / size;
+    const double lower = p.limited_lower[Index(i)], upper = p.limited_upper[Index(i)];
+    if (y >= lower - bound_slack && y <= upper + bound_slack) continue;
+    e.message = outside_in_words(row_name(s.model(), row), row_unit(s.model(), row), y * size,
+                                 lower * size, upper * size);
+    return false;
+  }
+  for (const Index row : p.implied)
+    if (!(std::abs(rates[row]) <= s.trimming.tolerance * p.row_nominal[row])) {
+      e.message = fmt::format("{} does not vanish", row_name(s.model(), row));
+      return false;
+    }
+  return true;
+}
+
+VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
+  return m.h ? m.h(at.x, at.u, at.p) : VectorXd();
+}
+
+bool newton(const Prepared& s, Equilibrium& e) {
+  const Model& m = s.model();
+  double before = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < max_steps; ++i) {
+    const VectorXd rates = m.f(e.at.x, e.at.u, e.at.p);
+    if (s.output_equations) e.outputs = outputs_of(m, e.at);
+    const VectorXd r = residuals(s, rates, e.outputs);
+    e.residual = r.lpNorm<Eigen::Infinity>();
+    e.slopes = jacobian(m, e.at, s.along);
+    const VectorXd dz = step(s, e.slopes, r);
+    if (dz.size() != s.problem.n() || !dz.allFinite()) return false;
+    const double size = dz.lpNorm<Eigen::Infinity>();
+    const bool small = e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance;
+    if (small && (size <= at_rest || size >= 0.5 * before)) {
+      e.status = TrimStatus::converged;
+      e.outputs = outputs_of(m, e.at);
+      return rates.allFinite() && e.outputs.allFinite() && keeps_limits(s, rates, e);
+    }
+    constexpr double diverging = 1e3;  // nominal sizes: no neighbour
+    if (!(size < diverging)) return false;
+    before = size;
+    add(s, dz, e.at);
+  }
+  return false;
+}
+
+}  // namespace
+
+bool settle(const Prepared& s, Equilibrium& e) {
+  e.message = "Newton from the neighbour finds no equilibrium";
+  e.status = TrimStatus::not_found;
+  if (!s.problem.square()) return false;
+  bool found = false;
+  try {
+    found = newton(s, e);
+  } catch (const std::exception& thrown) {
+    e.message = thrown.what();
+  }
+  if (found) e.message.clear();
+  if (!found) e.status = TrimStatus::not_found;
+  return found;
+}
+
+std::optional<Equilibrium> settle(const Prepared& s, const GridPlace& place,
+                                  const OperatingPoint& from) {
+  Equilibrium e;
+  e.at = numbers_at(s, place);
+  for (const Index j : s.problem.unknowns) set_value(e.at, j, value_of(from, j));
+  if (!settle(s, e)) return {};
+  return e;
+}
+
+Equilibrium equilibrium_at(const Prepared& s, const OperatingPoint& at) {
+  Equilibrium e;
+  e.at = at;
+  e.status = TrimStatus::converged;
+  e.outputs = outputs_of(s.model(), at);
+  e.slopes = jacobian(s.model(), at, s.along);
+  return e;
+}
+
+Equilibrium from_nothing(const Prepared& s, const GridPlace& place) {
+  static std::mutex one_at_a_time;
+  const OperatingPoint at = numbers_at(s, place);
+  TrimResult found;
+  {
+    const std::lock_guard<std::mutex> lock(one_at_a_time);
+    found = s.request.cold
+                ? s.request.cold(at, s.trimming)
+                : trim(s.model(), free_of(s.request.spec, s.model(), s.axes), at, s.trimming);
+  }
+  Equilibrium e;
+  e.at = found.point;
+  if (found.status <= TrimStatus::not_optimal) e = equilibrium_at(s, found.point);
+  e.status = found.status;
+  e.message = found.message;
+  e.residual = found.residual;
+  return e;
+}
+
+double apart(const Prepared& s, const OperatingPoint& a, const OperatingPoint& b) {
+  double most = 0.0;
+  for (Index k = 0; k < s.problem.n(); ++k) {
+    const Index j = s.problem.unknowns[std::size_t(k)];
+    most = std::max(most, std::abs(value_of(a, j) - value_of(b, j)) / s.problem.nominal[k]);
+  }
+  return most;
+}
+
+double effort_at(const Prepared& s, const OperatingPoint& at) {
+  Problem problem = s.problem;
+  problem.base = at;
+  return values(problem, unknowns_of(problem, at)).effort;
+}
+
+double input_at(const Prepared& s, const Equilibrium& e, std::size_t i) {
+  const Index at = s.inputs[i], nu = std::ssize(s.model().inputs);
+  return at < nu ? e.at.u[at] : e.outputs[at - nu];
+}
+
+// Longest Newton step, in nominal sizes, that residuals of one can ask for.
+static double inverse_size(const Prepared& s, const MatrixXd& A) {
+  const Index m = s.problem.m();
+  VectorXd sum = VectorXd::Zero(s.problem.n());
+  for (Index i = 0; i < m; ++i) {
+    const VectorXd column = step(s, A, VectorXd::Unit(m, i));
+    if (column.size() != sum.size()) return std::numeric_limits<double>::infinity();
+    sum += column.cwiseAbs();
+  }
+  return sum.size() > 0 ? sum.maxCoeff() : 0.0;
+}
+
+std::optional<AffineLine> affine_line(const Prepared& s, GridPlace place, std::size_t axis,
+                                      const Equilibrium& start) {
+  const Model::Affine* structure = s.affine[axis];
+  if (!structure) return {};
+  const auto phi = structure->phi(start.at.p);
+  const double last = double(s.axes[axis].size() - 1);
+  place[axis] = place[axis] == last ? 0.0 : last;
+  const auto end = settle(s, place, start.at);
+  if (!phi || !end) return {};
+  const auto phi_end = structure->phi(end->at.p);
+  if (!phi_end || *phi_end == *phi) return {};
+  const VectorXd size = nominals(s.model().outputs);
+  if (!((end->outputs - start.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() <= same_trim))
+    return {};
+  const MatrixXd A = start.A(s), A_end = end->A(s);
+  constexpr double margin = 100;  // for what lies between the ends
+  const double inverse = margin * std::max(inverse_size(s, A), inverse_size(s, A_end));
+  return AffineLine{structure, *phi, A, (A_end - A) / (*phi_end - *phi), inverse};
+}
+
+bool settle(const Prepared& s, const AffineLine& line, Equilibrium& e, MatrixXd& A) {
+  constexpr int few = 4;  // the integrals are linear in the law's gains, or nearly
+  A = line.at(e.at.p);
+  for (int i = 0; i < few; ++i) {
+    const VectorXd rates = s.model().f(e.at.x, e.at.u, e.at.p);
+    const VectorXd r = residuals(s, rates, e.outputs);
+    e.residual = r.lpNorm<Eigen::Infinity>();
+    if (e.residual <= s.trimming.tolerance &&
+        e.residual * line.inverse <= s.trimming.step_tolerance)
+      return keeps_limits(s, rates, e);
+    const VectorXd dz = step(s, A, r);
+    if (dz.size() != s.problem.n()) return false;
+    const double size = dz.lpNorm<Eigen::Infinity>();
+    if (e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance)
+      return keeps_limits(s, rates, e);
+    if (!(size < 1e6)) return false;
+    add(s, dz, e.at);
+  }
+  return false;
+}
+
+}  // namespace tiltrim

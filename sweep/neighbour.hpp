@@ -1,0 +1,103 @@
+/// A trim moved from point to point of the grid by Newton. Internal to sweep/.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sweep/sweep.hpp"
+#include "trim/problem.hpp"
+
+namespace tiltrim {
+
+/// A request made ready: positions instead of names.
+struct Prepared {
+  Prepared(const SweepRequest& request, const std::vector<SweepAxis>& axes,
+           const TrimOptions& trimming);
+
+  const SweepRequest& request;
+  const std::vector<SweepAxis>& axes;
+  TrimOptions trimming;
+  Problem problem;                     ///< its structure; each caller of its functions has a copy
+  std::vector<Eigen::Index> along;     ///< variables to differentiate along: states, other unknowns
+  std::vector<Eigen::Index> unknowns;  ///< positions in `along`
+  std::vector<std::vector<Eigen::Index>> moved;  ///< [axis][column]: variable, -1: none
+  std::vector<const Model::Affine*> affine;      ///< [axis]: its structure, if that is all it moves
+  std::vector<Eigen::Index> inputs;  ///< kept beside the state: input i, or inputs + output i
+
+  bool output_equations = false;  ///< some equation is an output's
+
+  const Model& model() const { return request.model; }
+  Eigen::Index states() const { return std::ssize(request.model.states); }
+};
+
+/// A place in the grid: along each axis a position from 0 to size - 1, whole at the grid's points.
+using GridPlace = std::vector<double>;
+
+/// The coordinate of the axis itself at a position, in the study's unit. Between two points of the
+/// grid all columns go straight, but for h, whose columns follow the corridor (16).
+double coordinate(const SweepAxis& axis, double position);
+/// Sets the variables that the axis moves.
+void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at);
+/// The guess with all axes' numbers set.
+OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place);
+
+/// A verified equilibrium, or why there is none.
+struct Equilibrium {
+  TrimStatus status = TrimStatus::not_found;
+  std::string message;
+  OperatingPoint at;
+  Eigen::VectorXd outputs;
+  Eigen::MatrixXd slopes;  ///< ∂[f; h]/∂along
+  double residual = 0.0;   ///< scaled
+
+  bool valid() const { return status <= TrimStatus::not_optimal; }
+  Eigen::MatrixXd A(const Prepared& sweep) const {
+    return slopes.topLeftCorner(sweep.states(), sweep.states());
+  }
+};
+
+/// Newton from the unknowns that `e.at` has, its other numbers given. Without damping: what
+/// does not come to rest within limits is not this neighbour's. False: no equilibrium reached, and
+/// `e.message` says in short why.
+bool settle(const Prepared& sweep, Equilibrium& e);
+
+/// The same at the numbers of `place`, from the unknowns of `from`.
+std::optional<Equilibrium> settle(const Prepared& sweep, const GridPlace& place,
+                                  const OperatingPoint& from);
+
+/// From nothing: the request's own trim, one at a time in this process (Ipopt's MUMPS keeps
+/// global state).
+Equilibrium from_nothing(const Prepared& sweep, const GridPlace& place);
+
+/// Derivatives and outputs at an equilibrium known before.
+Equilibrium equilibrium_at(const Prepared& sweep, const OperatingPoint& at);
+
+/// Largest difference of the unknowns over their nominal sizes.
+double apart(const Prepared& sweep, const OperatingPoint& a, const OperatingPoint& b);
+
+/// The control effort at a point, by which the point's own equilibrium is chosen.
+double effort_at(const Prepared& sweep, const OperatingPoint& at);
+
+/// Value i of those kept beside the state.
+double input_at(const Prepared& sweep, const Equilibrium& e, std::size_t i);
+
+/// A line along an axis on which ∂f/∂x is affine in φ: from two points of it, all others.
+struct AffineLine {
+  const Model::Affine* structure = nullptr;
+  double phi = 0.0;              ///< at the first point
+  Eigen::MatrixXd first, slope;  ///< A = first + (φ - phi) slope
+  double inverse = 0.0;          ///< bound of a Newton step over its residual, both scaled
+
+  /// A at these numbers.
+  auto at(const Eigen::VectorXd& p) const { return first + (*structure->phi(p) - phi) * slope; }
+};
+
+/// The structure of the line through `start` along `axis`, if it has one: the equilibria at both
+/// its ends are settled, differentiated, and their outputs agree.
+std::optional<AffineLine> affine_line(const Prepared& sweep, GridPlace place, std::size_t axis,
+                                      const Equilibrium& start);
+
+/// Newton with the line's Jacobian: true if the equilibrium is there, with A and outputs kept.
+bool settle(const Prepared& sweep, const AffineLine& line, Equilibrium& e, Eigen::MatrixXd& A);
+
+}  // namespace tiltrim

@@ -1,0 +1,447 @@
+#include "sweep/sweep.hpp"
+
+#include <fmt/core.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <thread>
+
+#include "linearize/batch.hpp"
+#include "linearize/modes.hpp"
+#include "sweep/boundary.hpp"
+#include "sweep/line.hpp"
+#include "sweep/log.hpp"
+#include "sweep/ranks.hpp"
+#include "sweep/record.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+
+namespace {
+
+// Numbers of lines along the last axis, and the lines next to one along the slower axes.
+struct Lines {
+  const std::vector<SweepAxis>& axes;
+
+  std::size_t count() const {
+    std::size_t all = 1;
+    for (std::size_t a = 0; a + 1 < axes.size(); ++a) all *= axes[a].size();
+    return all;
+  }
+  GridPlace place(std::size_t line) const {
+    GridPlace place(axes.size(), 0.0);
+    for (std::size_t a = axes.size() - 1; a-- > 0; line /= axes[a].size())
+      place[a] = double(line % axes[a].size());
+    return place;
+  }
+  // The line before (or after), along the fastest of the slower axes that has one.
+  std::optional<std::size_t> next_to(std::size_t line, bool before) const {
+    std::size_t stride = 1;
+    for (std::size_t a = axes.size() - 1; a-- > 0; stride *= axes[a].size()) {
+      const std::size_t at = line / stride % axes[a].size();
+      if (before && at > 0) return line - stride;
+      if (!before && at + 1 < axes[a].size()) return line + stride;
+    }
+    return {};
+  }
+};
+
+struct Named {
+  Reference reference;
+  std::vector<std::string> names;
+};
+
+// The modes in the order and by the names of modes(), at the first equilibrium of a condition.
+Named named_modes(const Prepared& sweep, const Equilibrium& e) {
+  Named named;
+  named.reference.A = e.A(sweep);
+  for (const Mode& m : modes(named.reference.A, {}, names(sweep.model().states)).modes) {
+    named.reference.modes.push_back(m.eigenvalue);
+    named.names.push_back(m.name);
+  }
+  return named;
+}
+
+// The first points of all lines, each from the line before it.
+void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,
+                        std::vector<std::string>& mode_names) {
+  const std::size_t n = std::size_t(sweep.states());
+  std::vector<std::optional<OperatingPoint>> last(starts.size());
+  for (std::size_t l = 0; l < starts.size(); ++l) {
+    LineStart& s = starts[l];
+    s.place = lines.place(l);
+    s.confidence.assign(n, 0);
+    const auto before = lines.next_to(l, true);
+    if (before) {
+      last[l] = last[*before];
+      s.reference = starts[*before].reference;
+    }
+    std::optional<Equilibrium> e;
+    if (last[l]) e = settle(sweep, s.place, *last[l]);
+    s.first = e ? *e : from_nothing(sweep, s.place);
+    if (!s.first.valid()) continue;
+    last[l] = s.first.at;
+    const Eigen::MatrixXd A = s.first.A(sweep);
+    const Eigenvalues lambda = eigenvalues_of(A);
+    if (lambda.size() != n) continue;
+    if (mode_names.empty()) {
+      Named named = named_modes(sweep, s.first);
+      if (named.reference.modes.size() != n) continue;
+      mode_names = named.names;
+      s.reference = named.reference;
+      s.confidence.assign(n, 255);
+    } else if (s.reference) {
+      const Ordered ordered = in_order(
+          *s.reference, s.reference->modes, A, lambda,
+          before ? trims_between(sweep, lines.place(*before), s.place, s.first.at) : nullptr);
+      s.reference = Reference{A, ordered.modes};
+      s.confidence = ordered.confidence;
+    }
+  }
+}
+
+// The last points, each from the line after it.
+void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts) {
+  for (std::size_t l = starts.size(); l-- > 0;) {
+    GridPlace place = starts[l].place;
+    place.back() = double(sweep.axes.back().size() - 1);
+    const auto after = lines.next_to(l, false);
+    std::optional<Equilibrium> e;
+    if (after && starts[*after].last) {
+      e = settle(sweep, place, *starts[*after].last);
+    } else if (Equilibrium own = from_nothing(sweep, place); own.valid()) {
+      e = own;
+    }
+    if (e) {
+      starts[l].last = e->at;
+    } else if (after &&
+               starts[*after].last) {  // its numbers are this line's, its unknowns the other's
+      OperatingPoint at = numbers_at(sweep, place);
+      for (const Index j : sweep.problem.unknowns)
+        set_value(at, j, value_of(*starts[*after].last, j));
+      starts[l].last = at;
+    }
+  }
+}
+
+SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
+                   const std::vector<SweepAxis>& axes) {
+  SweepMap map;
+  map.axes = axes;
+  const Prepared& first = *conditions.front();
+  map.states = first.model().states;
+  for (const std::string& name : first.request.inputs) {
+    const Index i = find(first.model().inputs, name);
+    map.inputs.push_back(
+        i >= 0
+            ? first.model().inputs[std::size_t(i)]
+            : first.model().outputs[std::size_t(index_of(first.model().outputs, name, "output"))]);
+  }
+  for (const auto& c : conditions) {
+    map.conditions.push_back(c->request.name);
+    if (names(c->model().states) != names(map.states))
+      throw std::invalid_argument(fmt::format(
+          "condition '{}' has other states than '{}'; expected conditions of one formulation",
+          c->request.name, first.request.name));
+  }
+  map.instruction_set = instruction_set();
+  map.mode_names.resize(conditions.size());
+  map.reasons = {""};
+  const std::size_t points = map.points(), n = map.modes(), m = map.inputs.size();
+  map.status.assign(points, -1);
+  map.verdict.assign(points, -1);
+  map.reason.resize(points);
+  map.residual.resize(points);
+  map.spectral_abscissa.resize(points);
+  map.damping.resize(points);
+  map.second_branch.resize(points);
+  map.state.resize(points * n);
+  map.input.resize(points * m);
+  map.eigenvalue_re.resize(points * n);
+  map.eigenvalue_im.resize(points * n);
+  map.confidence.resize(points * n);
+  return map;
+}
+
+void place(const LinePoints& line, std::size_t first, SweepMap& map) {
+  const auto copy = [](const auto& from, auto& to, std::size_t at) {
+    std::ranges::copy(from, to.begin() + std::ptrdiff_t(at));
+  };
+  const std::size_t n = map.modes(), m = map.inputs.size();
+  copy(line.status, map.status, first);
+  copy(line.verdict, map.verdict, first);
+  copy(line.second_branch, map.second_branch, first);
+  copy(line.residual, map.residual, first);
+  copy(line.spectral_abscissa, map.spectral_abscissa, first);
+  copy(line.damping, map.damping, first);
+  copy(line.state, map.state, first * n);
+  copy(line.input, map.input, first * m);
+  copy(line.eigenvalue_re, map.eigenvalue_re, first * n);
+  copy(line.eigenvalue_im, map.eigenvalue_im, first * n);
+  copy(line.confidence, map.confidence, first * n);
+}
+
+// Second branches and reasons, whose places depend on all lines before.
+void append(const LinePoints& line, std::size_t first, SweepMap& map) {
+  SecondBranch& all = map.second;
+  std::vector<std::size_t> order(line.second.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::sort(order, {}, [&](std::size_t i) { return line.second[i]; });
+  const auto part = [](const auto& from, std::size_t i, std::size_t size, auto& to) {
+    const auto at = from.begin() + std::ptrdiff_t(i * size);
+    to.insert(to.end(), at, at + std::ptrdiff_t(size));
+  };
+  for (const std::size_t i : order) {
+    all.points.push_back(first + line.second[i]);
+    part(line.second_state, i, map.modes(), all.state);
+    part(line.second_input, i, map.inputs.size(), all.input);
+    part(line.second_re, i, map.modes(), all.eigenvalue_re);
+    part(line.second_im, i, map.modes(), all.eigenvalue_im);
+    part(line.second_verdict, i, 1, all.verdict);
+  }
+  constexpr std::size_t most = 30'000;  // what a short counts
+  std::vector<std::int16_t> number;
+  for (const std::string& reason : line.reasons) {
+    auto known = std::ranges::find(map.reasons, reason);
+    if (known == map.reasons.end() && map.reasons.size() < most) {
+      map.reasons.push_back(reason);
+      known = map.reasons.end() - 1;
+    }
+    number.push_back(known == map.reasons.end() ? std::int16_t(most - 1)
+                                                : std::int16_t(known - map.reasons.begin()));
+  }
+  for (std::size_t k = 0; k < line.reason.size(); ++k)
+    map.reason[first + k] = number[std::size_t(line.reason[k])];
+}
+
+// The work at hand: units that threads and ranks share, finished ones by number.
+struct Work {
+  const SweepOptions& options;
+  Log* log;  // rank 0's, if any
+  std::map<std::uint64_t, Bytes> recovered;
+  SweepProgress progress{};
+};
+
+// What one rank has not, it is told: numbers and bytes of finished units.
+Bytes packed(const std::vector<std::pair<std::uint64_t, Bytes>>& units) {
+  Bytes all;
+  const auto add = [&all](const void* from, std::size_t size) {
+    const auto* bytes = static_cast<const std::byte*>(from);
+    all.insert(all.end(), bytes, bytes + size);
+  };
+  for (const auto& [number, bytes] : units) {
+    const std::uint64_t size = bytes.size();
+    add(&number, sizeof number);
+    add(&size, sizeof size);
+    add(bytes.data(), bytes.size());
+  }
+  return all;
+}
+
+void unpack(const Bytes& all, const auto& take) {
+  for (std::size_t at = 0; at < all.size();) {
+    std::uint64_t number = 0, size = 0;
+    std::memcpy(&number, all.data() + at, sizeof number);
+    std::memcpy(&size, all.data() + at + sizeof number, sizeof size);
+    at += sizeof number + sizeof size;
+    take(number, Bytes(all.begin() + std::ptrdiff_t(at), all.begin() + std::ptrdiff_t(at + size)));
+    at += size;
+  }
+}
+
+bool stopped(const Work& work) {
+  if (ranks() == 1) return work.options.stop.stop_requested();
+  const Bytes own{std::byte(work.options.stop.stop_requested())};
+  return std::ranges::any_of(gather(own), [](const Bytes& b) { return b != Bytes{std::byte(0)}; });
+}
+
+// Computes units first .. first + count - 1 in blocks that grow until one takes a tenth of a
+// second: compute(i) -> result and store(i, result), spread over ranks and threads; append(i,
+// result) in the units' order.
+template <class Result>
+void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute,
+         const auto& as_result, const auto& store, const auto& append) {
+  using clock = std::chrono::steady_clock;
+  const auto seconds = [](auto d) { return std::chrono::duration<double>(d).count(); };
+  const bool bytes_needed = work.log || ranks() > 1;
+  std::size_t block = 1;
+  auto written = clock::now();
+  std::vector<std::pair<std::uint64_t, Bytes>> unwritten;
+  const auto write = [&] {
+    for (const auto& [number, bytes] : unwritten) work.log->append(number, bytes);
+    if (!unwritten.empty()) work.log->sync();
+    unwritten.clear();
+    written = clock::now();
+  };
+  for (std::size_t from = 0; from < count;) {
+    const std::size_t to = std::min(count, from + block);
+    const auto begun = clock::now();
+    std::vector<Result> results(to - from);
+    std::vector<Bytes> bytes(to - from);
+    tbb::parallel_for(from, to, [&](std::size_t i) {
+      if (work.recovered.contains(first + i) || i % std::size_t(ranks()) != std::size_t(rank()))
+        return;
+      if (work.options.stop.stop_requested()) return;
+      results[i - from] = compute(i);
+      if (bytes_needed) bytes[i - from] = as_bytes(results[i - from]);
+    });
+    if (stopped(work)) {
+      if (work.log) write();
+      throw SweepInterrupted("interrupted");
+    }
+    if (ranks() > 1) {
+      std::vector<std::pair<std::uint64_t, Bytes>> own;
+      for (std::size_t i = from; i < to; ++i)
+        if (!bytes[i - from].empty()) own.emplace_back(i, bytes[i - from]);
+      for (const Bytes& part : gather(packed(own)))
+        unpack(part, [&](std::uint64_t i, Bytes b) { bytes[i - from] = std::move(b); });
+    }
+    tbb::parallel_for(from, to, [&](std::size_t i) {
+      const auto known = work.recovered.find(first + i);
+      if (known != work.recovered.end())
+        results[i - from] = as_result(known->second);
+      else if (ranks() > 1)
+        results[i - from] = as_result(bytes[i - from]);
+      store(i, results[i - from]);
+    });
+    for (std::size_t i = from; i < to; ++i) {
+      append(i, results[i - from]);
+      if (work.log && !work.recovered.contains(first + i))
+        unwritten.emplace_back(first + i, std::move(bytes[i - from]));
+    }
+    if (work.log && seconds(clock::now() - written) >= work.options.checkpoint) write();
+    if (work.options.observe) work.options.observe(work.progress);
+    constexpr double long_enough = 0.1;  // s
+    if (ranks() > 1 ? block < 256 : seconds(clock::now() - begun) < long_enough) block *= 2;
+    from = to;
+  }
+  if (work.log && work.options.checkpoint == 0) write();
+}
+
+void count_verdicts(const LinePoints& line, SweepProgress& p) {
+  p.done += line.verdict.size();
+  p.stable += std::size_t(std::ranges::count(line.verdict, std::int8_t(Verdict::stable)));
+  p.unstable += std::size_t(std::ranges::count(line.verdict, std::int8_t(Verdict::unstable)));
+  p.undecided += std::size_t(std::ranges::count(line.verdict, std::int8_t(Verdict::undecided)));
+  p.no_trim += std::size_t(std::ranges::count(line.verdict, std::int8_t(-1)));
+}
+
+// The first points of the lines along one axis, over all conditions.
+struct AxisLine {
+  int condition;
+  std::size_t axis;
+  GridPlace place;
+};
+
+std::vector<AxisLine> lines_along_axes(std::size_t conditions, const std::vector<SweepAxis>& axes) {
+  std::vector<AxisLine> all;
+  for (std::size_t c = 0; c < conditions; ++c)
+    for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+      std::size_t count = 1;
+      for (std::size_t a = 0; a < axes.size(); ++a)
+        if (a != axis) count *= axes[a].size();
+      for (std::size_t number = 0; number < count; ++number) {
+        GridPlace place(axes.size(), 0.0);
+        std::size_t rest = number;
+        for (std::size_t a = axes.size(); a-- > 0;) {
+          if (a == axis) continue;
+          place[a] = double(rest % axes[a].size());
+          rest /= axes[a].size();
+        }
+        all.push_back({int(c), axis, place});
+      }
+    }
+  return all;
+}
+
+void recover(Work& work) {
+  std::vector<std::pair<std::uint64_t, Bytes>> found;
+  if (work.log)
+    for (const Record& record : work.log->recovered())
+      found.emplace_back(record.tile, record.bytes);
+  unpack(broadcast(packed(found)), [&](std::uint64_t number, Bytes bytes) {
+    work.recovered.emplace(number, std::move(bytes));
+  });
+}
+
+SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
+               const std::vector<SweepAxis>& axes, Work& work) {
+  SweepMap map = empty_map(conditions, axes);
+  const Lines lines{axes};
+  const std::size_t per_condition = lines.count(), length = axes.back().size();
+  std::vector<std::vector<LineStart>> starts(conditions.size(),
+                                             std::vector<LineStart>(per_condition));
+  tbb::parallel_for(std::size_t{0}, conditions.size(), [&](std::size_t c) {
+    start_first_points(*conditions[c], lines, starts[c], map.mode_names[c]);
+    start_last_points(*conditions[c], lines, starts[c]);
+    map.mode_names[c].resize(map.modes());
+  });
+
+  const std::size_t count = conditions.size() * per_condition;
+  work.progress = {"points", 0, count * length};
+  run<LinePoints>(
+      work, 0, count,
+      [&](std::size_t i) {
+        return walk_line(*conditions[i / per_condition],
+                         starts[i / per_condition][i % per_condition]);
+      },
+      points_from, [&](std::size_t i, const LinePoints& line) { place(line, i * length, map); },
+      [&](std::size_t i, const LinePoints& line) {
+        append(line, i * length, map);
+        count_verdicts(line, work.progress);
+      });
+  if (!work.options.crossings) return map;
+
+  const std::vector<AxisLine> between = lines_along_axes(conditions.size(), axes);
+  work.progress.what = "lines";
+  work.progress.done = 0;
+  work.progress.total = between.size();
+  run<LineVerdicts>(
+      work, count, between.size(),
+      [&](std::size_t i) {
+        const AxisLine& l = between[i];
+        return look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis,
+                            l.place);
+      },
+      verdicts_from, [](std::size_t, const LineVerdicts&) {},
+      [&](std::size_t, const LineVerdicts& line) {
+        map.crossings.insert(map.crossings.end(), line.crossings.begin(), line.crossings.end());
+        map.intervals.insert(map.intervals.end(), line.intervals.begin(), line.intervals.end());
+        ++work.progress.done;
+      });
+  return map;
+}
+
+}  // namespace
+
+bool first_of_ranks() { return rank() == 0; }
+
+SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
+               const SweepOptions& options) {
+  if (requests.empty()) throw std::invalid_argument("no condition to sweep");
+  if (axes.empty()) throw std::invalid_argument("no axis to sweep along");
+  std::vector<std::unique_ptr<Prepared>> conditions;
+  for (const SweepRequest& r : requests)
+    conditions.push_back(std::make_unique<Prepared>(r, axes, options.trimming));
+  std::unique_ptr<Log> log;
+  if (!options.log.empty() && rank() == 0)
+    log = std::make_unique<Log>(options.log, options.identity + "\n" + instruction_set());
+  Work work{options, log.get(), {}, {}};
+  recover(work);
+  const int most = int(std::max(1U, std::thread::hardware_concurrency()));
+  tbb::task_arena arena(options.threads > 0 ? options.threads : most);
+  SweepMap map;
+  const tbb::global_control workers(tbb::global_control::max_allowed_parallelism,
+                                    std::size_t(std::max(options.threads, most)));
+  arena.execute([&] { map = swept(conditions, axes, work); });
+  return map;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,88 @@
+/// Files read and written as a whole: a file on the disk is the old one or the new one.
+#pragma once
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <initializer_list>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace tiltrim::filing {
+
+[[noreturn]] inline void refuse(const std::filesystem::path& file, const std::string& why) {
+  throw std::runtime_error(fmt::format("{}: {}", file.string(), why));
+}
+
+[[noreturn]] inline void refuse(const std::filesystem::path& file, int error) {
+  refuse(file, std::strerror(error));
+}
+
+/// 0, or the errno of the write that failed.
+inline int write_all(int fd, std::span<const std::byte> bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return n < 0 ? errno : EIO;
+    done += std::size_t(n);
+  }
+  return 0;
+}
+
+/// Writes the pieces, one after another, beside `file`, syncs and renames. On any error the old
+/// file is there as it was and nothing else. Throws std::runtime_error "path: why".
+inline void write_whole(const std::filesystem::path& file,
+                        std::initializer_list<std::span<const std::byte>> pieces) {
+  if (std::filesystem::is_directory(file)) refuse(file, EISDIR);
+  std::string beside = file.string() + ".XXXXXX";
+  const int fd = ::mkstemp(beside.data());
+  if (fd < 0) refuse(file, errno);
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  ::fchmod(fd, 0666 & ~mask);
+  int error = 0;
+  for (const auto piece : pieces)
+    if (error == 0) error = write_all(fd, piece);
+  if (error == 0 && ::fsync(fd) != 0 && errno != EINVAL && errno != EROFS) error = errno;
+  if (::close(fd) != 0 && error == 0) error = errno;
+  if (error == 0 && ::rename(beside.c_str(), file.c_str()) != 0) error = errno;
+  if (error != 0) {
+    ::unlink(beside.c_str());
+    refuse(file, error);
+  }
+  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;  // written and renamed; only the folder's own sync is not to be had
+  ::fsync(folder);
+  ::close(folder);
+}
+
+/// All bytes of a regular file. Throws std::runtime_error "path: why".
+inline std::vector<std::byte> read_whole(const std::filesystem::path& file) {
+  const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) refuse(file, errno);
+  struct stat opened {};
+  int error = ::fstat(fd, &opened) == 0 ? 0 : errno;
+  if (error == 0 && S_ISDIR(opened.st_mode)) error = EISDIR;
+  if (error == 0 && !S_ISREG(opened.st_mode)) error = EINVAL;
+  std::vector<std::byte> bytes(error == 0 ? std::size_t(opened.st_size) : 0);
+  for (std::size_t done = 0; error == 0 && done < bytes.size();) {
+    const ssize_t n = ::read(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) error = errno;
+    if (n == 0) bytes.resize(done);
+    if (n > 0) done += std::size_t(n);
+  }
+  ::close(fd);
+  if (error != 0) refuse(file, error);
+  return bytes;
+}
+
+}  // namespace tiltrim::filing
