@@ -191,45 +191,61 @@ template <int N>
 
 // --- Hessenberg form.
 
-// A reflector I + u wᵀ, w = c u, that turns x on its first component; none where x is zero.
+// A reflector I + c u uᵀ, u = (1, x₂ scale, x₃ scale, ...), that turns x onto its first component;
+// the identity where x is zero or `where` is not set.                         [11, alg. 5.1.1]
 struct Turn {
-  Real c;      // -2/uᵀu
+  Real c, scale;
   Real first;  // what the first component becomes
 };
 [[gnu::always_inline]] inline Turn turn(const Real& first, const Real& squares, const Mask& where) {
   const Real length = sqrt(squares);
-  const Real c = Real(-1.0) / multiply_add(abs(first), length, squares);
-  return {choose(where && Real(least_square) < squares, c, Real(0.0)),
-          choose(first < 0.0, length, -length)};
+  const Real turned = choose(first < 0.0, length, -length);
+  const Real u = first - turned;
+  const Real q = choose(where && Real(least_square) < squares, Real(1.0) / (u * turned), Real(0.0));
+  return {u * u * q, turned * q, turned};
 }
 
 template <int N>
-[[gnu::noinline]] void hessenberg(Matrix<N>& A) {
+[[gnu::always_inline]] inline void reduce_column(Matrix<N>& A, int k) {
   const int n = A.n();
+  Real u[Matrix<N>::rows];
+  Real below = 0.0;
+#pragma GCC unroll 8
+  for (int i = k + 2; i < n; ++i) below = multiply_add(A(i, k), A(i, k), below);
+  const Real x = A(k + 1, k);
+  const Mask some = Real(least_square) < below;
+  const Turn t = turn(x, multiply_add(x, x, below), some);
+  A(k + 1, k) = choose(some, t.first, x);
+#pragma GCC unroll 8
+  for (int i = k + 2; i < n; ++i) {
+    u[i] = A(i, k) * t.scale;
+    A(i, k) = 0.0;
+  }
+#pragma GCC unroll 8
+  for (int j = k + 1; j < n; ++j) {
+    Real sum = A(k + 1, j);
+    for (int i = k + 2; i < n; ++i) sum = multiply_add(u[i], A(i, j), sum);
+    sum = sum * t.c;
+    A(k + 1, j) = A(k + 1, j) + sum;
+    for (int i = k + 2; i < n; ++i) A(i, j) = multiply_add(sum, u[i], A(i, j));
+  }
+#pragma GCC unroll 8
+  for (int i = 0; i < n; ++i) {
+    Real sum = A(i, k + 1);
+    for (int j = k + 2; j < n; ++j) sum = multiply_add(u[j], A(i, j), sum);
+    sum = sum * t.c;
+    A(i, k + 1) = A(i, k + 1) + sum;
+    for (int j = k + 2; j < n; ++j) A(i, j) = multiply_add(sum, u[j], A(i, j));
+  }
+}
+
+template <int N>
+[[gnu::noinline]] void hessenberg(Matrix<N>* A) {
+  const int n = A->n();
+#pragma GCC unroll 8
   for (int k = 0; k + 2 < n; ++k) {
-    Real u[Matrix<N>::rows], w[Matrix<N>::rows];
-    Real below = 0.0;
-    for (int i = k + 2; i < n; ++i) {
-      u[i] = A(i, k);
-      below = multiply_add(u[i], u[i], below);
-    }
-    const Real x = A(k + 1, k);
-    const Mask some = Real(least_square) < below;
-    const Turn t = turn(x, multiply_add(x, x, below), some);
-    u[k + 1] = x - t.first;
-    A(k + 1, k) = choose(some, t.first, x);
-    for (int i = k + 1; i < n; ++i) w[i] = t.c * u[i];
-    for (int i = k + 2; i < n; ++i) A(i, k) = 0.0;
-    for (int j = k + 1; j < n; ++j) {
-      Real sum = w[k + 1] * A(k + 1, j);
-      for (int i = k + 2; i < n; ++i) sum = multiply_add(w[i], A(i, j), sum);
-      for (int i = k + 1; i < n; ++i) A(i, j) = multiply_add(sum, u[i], A(i, j));
-    }
-    for (int i = 0; i < n; ++i) {
-      Real sum = u[k + 1] * A(i, k + 1);
-      for (int j = k + 2; j < n; ++j) sum = multiply_add(u[j], A(i, j), sum);
-      for (int j = k + 1; j < n; ++j) A(i, j) = multiply_add(sum, w[j], A(i, j));
-    }
+#pragma GCC unroll 4
+    for (int g = 0; g < groups; ++g) reduce_column(A[g], k);
   }
 }
 
@@ -310,124 +326,111 @@ template <int N>
           h21 * h32};
 }
 
-// Rows or columns k .. k + 2 as I + u wᵀ turns them.
+// One register's matrices while a sweep goes down through them: the reflector of rows or columns
+// k .. k + 2, I + c u uᵀ with u = (1, y, z), and what the bulge holds of column k beside the
+// Hessenberg form.
 struct Reflector {
-  Real ux, uy, uz, wx, wy, wz;
+  Real c, y, z;
 };
-
-// One register's matrices while a sweep goes down through them, and what the bulge holds of column
-// k beside the Hessenberg form.
 struct Bulge {
   Start begin;
   Real x, y, z;  // rows k + 1, k + 2, k + 3
   Real fill;     // row k + 3 of column k + 1
-  Reflector turn;
 };
 
-template <int N>
-[[gnu::always_inline]] inline void turn_column(Matrix<N>& H, const Reflector& t, int k, int j) {
-  const Real sum = multiply_add(t.wz, H(k + 2, j), multiply_add(t.wy, H(k + 1, j), t.wx * H(k, j)));
-  H(k, j) = multiply_add(sum, t.ux, H(k, j));
-  H(k + 1, j) = multiply_add(sum, t.uy, H(k + 1, j));
-  H(k + 2, j) = multiply_add(sum, t.uz, H(k + 2, j));
+[[gnu::always_inline]] inline void apply(const Reflector& t, Real& a, Real& b, Real& c) {
+  const Real sum = t.c * multiply_add(t.z, c, multiply_add(t.y, b, a));
+  a = a + sum;
+  b = multiply_add(sum, t.y, b);
+  c = multiply_add(sum, t.z, c);
 }
 
-template <int N>
-[[gnu::always_inline]] inline void turn_row(Matrix<N>& H, const Reflector& t, int k, int i) {
-  const Real sum = multiply_add(t.uz, H(i, k + 2), multiply_add(t.uy, H(i, k + 1), t.ux * H(i, k)));
-  H(i, k) = multiply_add(sum, t.wx, H(i, k));
-  H(i, k + 1) = multiply_add(sum, t.wy, H(i, k + 1));
-  H(i, k + 2) = multiply_add(sum, t.wz, H(i, k + 2));
+[[gnu::always_inline]] inline void apply(const Reflector& t, Real& a, Real& b) {
+  const Real sum = t.c * multiply_add(t.y, b, a);
+  a = a + sum;
+  b = multiply_add(sum, t.y, b);
 }
 
 // The reflector of step k, from the bulge or, where a lane's window begins, from its shifts.
 template <int N>
-[[gnu::always_inline]] inline void prepare(Matrix<N>& H, const Lane& lane, Bulge& b, int k) {
+[[gnu::always_inline]] inline Reflector prepare(Matrix<N>& H, const Lane& lane, const Bulge& b,
+                                                int k) {
   const Mask inside = lane.low <= double(k) && Real(double(k)) < lane.high;
   const Mask first = lane.low == double(k);
-  const Real x = choose(first, b.begin.x, b.x);
-  Reflector& t = b.turn;
-  t.uy = choose(first, b.begin.y, b.y);
-  t.uz = choose(first, b.begin.z, b.z);
-  const Turn turned = turn(x, multiply_add(t.uz, t.uz, multiply_add(t.uy, t.uy, x * x)), inside);
-  if (k > 0) H(k, k - 1) = choose(inside && !first, turned.first, b.x);
-  t.ux = x - turned.first;
-  t.wx = turned.c * t.ux;
-  t.wy = turned.c * t.uy;
-  t.wz = turned.c * t.uz;
+  const Real x = choose(first, b.begin.x, b.x), y = choose(first, b.begin.y, b.y),
+             z = choose(first, b.begin.z, b.z);
+  const Turn t = turn(x, multiply_add(z, z, multiply_add(y, y, x * x)), inside);
+  if (k > 0) H(k, k - 1) = choose(inside && !first, t.first, b.x);
+  return {t.c, y * t.scale, z * t.scale};
 }
 
 // What the next reflector waits for: the block in which rows and columns of this one meet, and the
 // row below.
 template <int N>
-[[gnu::always_inline]] inline void turn_block(Matrix<N>& H, Bulge& b, int k, int top) {
-  const Reflector t = b.turn;
+[[gnu::always_inline]] inline void turn_block(Matrix<N>& H, const Reflector& t, Bulge& b, int k,
+                                              int top) {
   H(k + 2, k) = b.fill;
 #pragma GCC unroll 3
-  for (int j = k; j <= k + 2; ++j) turn_column(H, t, k, j);
+  for (int j = k; j <= k + 2; ++j) apply(t, H(k, j), H(k + 1, j), H(k + 2, j));
 #pragma GCC unroll 3
-  for (int i = k + 2; i >= k; --i) turn_row(H, t, k, i);
+  for (int i = k + 2; i >= k; --i) apply(t, H(i, k), H(i, k + 1), H(i, k + 2));
   b.x = H(k + 1, k);
   b.y = H(k + 2, k);
-  if (k + 3 > top) return;
-  const Real sum = t.uz * H(k + 3, k + 2);
-  b.z = sum * t.wx;
-  b.fill = sum * t.wy;
-  H(k + 3, k + 2) = multiply_add(sum, t.wz, H(k + 3, k + 2));
+  if (k + 3 > top) {  // the last reflector is of two rows
+    b.z = b.begin.z = 0.0;
+    return;
+  }
+  b.z = t.c * (t.z * H(k + 3, k + 2));
+  b.fill = b.z * t.y;
+  H(k + 3, k + 2) = multiply_add(b.z, t.z, H(k + 3, k + 2));
 }
 
 template <int N>
-[[gnu::always_inline]] inline void turn_others(Matrix<N>& H, const Bulge& b, int k, int top) {
-  const Reflector t = b.turn;
+[[gnu::always_inline]] inline void turn_others(Matrix<N>& H, const Reflector& t, int k, int top) {
 #pragma GCC unroll 8
-  for (int j = k + 3; j <= top; ++j) turn_column(H, t, k, j);
+  for (int j = k + 3; j <= top; ++j) apply(t, H(k, j), H(k + 1, j), H(k + 2, j));
 #pragma GCC unroll 8
-  for (int i = 0; i < k; ++i) turn_row(H, t, k, i);
+  for (int i = 0; i < k; ++i) apply(t, H(i, k), H(i, k + 1), H(i, k + 2));
 }
 
 // The last reflector, of rows k and k + 1.
 template <int N>
-[[gnu::always_inline]] inline void last_step(Matrix<N>& H, const Lane& lane, Bulge& b, int k) {
-  b.begin.z = b.z = 0.0;
-  prepare(H, lane, b, k);
-  const Reflector t = b.turn;
+[[gnu::always_inline]] inline void turn_last(Matrix<N>& H, const Reflector& t, int k) {
 #pragma GCC unroll 2
-  for (int j = k; j <= k + 1; ++j) {
-    const Real sum = multiply_add(t.wy, H(k + 1, j), t.wx * H(k, j));
-    H(k, j) = multiply_add(sum, t.ux, H(k, j));
-    H(k + 1, j) = multiply_add(sum, t.uy, H(k + 1, j));
-  }
+  for (int j = k; j <= k + 1; ++j) apply(t, H(k, j), H(k + 1, j));
 #pragma GCC unroll 8
-  for (int i = 0; i <= k + 1; ++i) {
-    const Real sum = multiply_add(t.uy, H(i, k + 1), t.ux * H(i, k));
-    H(i, k) = multiply_add(sum, t.wx, H(i, k));
-    H(i, k + 1) = multiply_add(sum, t.wy, H(i, k + 1));
-  }
+  for (int i = 0; i <= k + 1; ++i) apply(t, H(i, k), H(i, k + 1));
 }
 
 // A double-shift sweep over rows 0 .. top, a constant of the program where `fixed` > 0: in straight
-// code registers hold what loops would store. The groups take turns: while one waits for its
-// reflector's square root and quotient, another is being turned.
+// code registers hold what loops would store. A step waits for its reflector's square root and
+// quotient, so these stand before what can be done meanwhile, and the groups take turns.
 template <int N, int fixed>
 [[gnu::noinline]] void sweep_rows(Matrix<N>* H, const Lane* lane, int rows_to) {
   const int top = fixed > 0 ? fixed : rows_to;
   Bulge b[groups];
+  Reflector turn[groups];
 #pragma GCC unroll 4
   for (int g = 0; g < groups; ++g) {
     b[g].begin = start(H[g], lane[g], top);
     b[g].x = b[g].y = b[g].z = b[g].fill = 0.0;
+    turn[g] = prepare(H[g], lane[g], b[g], 0);
   }
 #pragma GCC unroll 8
   for (int k = 0; k + 1 < top; ++k) {
 #pragma GCC unroll 4
-    for (int g = 0; g < groups; ++g) prepare(H[g], lane[g], b[g], k);
+    for (int g = 0; g < groups; ++g) turn_block(H[g], turn[g], b[g], k, top);
+    Reflector next[groups];
 #pragma GCC unroll 4
-    for (int g = 0; g < groups; ++g) turn_block(H[g], b[g], k, top);
+    for (int g = 0; g < groups; ++g) next[g] = prepare(H[g], lane[g], b[g], k + 1);
 #pragma GCC unroll 4
-    for (int g = 0; g < groups; ++g) turn_others(H[g], b[g], k, top);
+    for (int g = 0; g < groups; ++g) {
+      turn_others(H[g], turn[g], k, top);
+      turn[g] = next[g];
+    }
   }
 #pragma GCC unroll 4
-  for (int g = 0; g < groups; ++g) last_step(H[g], lane[g], b[g], top - 1);
+  for (int g = 0; g < groups; ++g) turn_last(H[g], turn[g], top - 1);
 }
 
 template <int N, int top = N - 1>
@@ -530,8 +533,8 @@ template <int N>
     A[g].size_ = n;
     load(entries + g * lane_count, stride, A[g], lane[g]);
     balance(A[g], lane[g]);
-    hessenberg(A[g]);
   }
+  hessenberg(A);
   iterate(A, lane, max_iterations);
   for (int g = 0; g < groups; ++g) {
     finish(A[g], lane[g], re + g * lane_count, im + g * lane_count, out);

@@ -165,20 +165,8 @@ void balance(Square<N>& A) {
 
 // --- The characteristic polynomial.
 
-// ‖A‖ of Frobenius.
-template <class N>
-Real norm(const Square<N>& A) {
-  const N n = A.n;
-  Real sum = 0.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    Real of_row = 0.0;
-    for (std::size_t j = 0; j < n; ++j) of_row = fused(A(i, j), A(i, j), of_row);
-    sum = sum + of_row;
-  }
-  return sqrt(sum);
-}
-
-// A -> P A P, P = I - β v vᵀ, with v such that column k becomes zero below k + 1.  [11, sec. 7.4.3]
+// A -> P A P, P = I - β v vᵀ, with v such that column k becomes zero below k + 1: those zeros are
+// not written.                                                                [11, sec. 7.4.3]
 template <class N>
 [[gnu::always_inline]] inline void reflect(Square<N>& A, std::size_t k) {
   const N n = A.n;
@@ -196,7 +184,6 @@ template <class N>
   const Real signed_length = choose(head < Real(0.0), -length, length);
   v[first] = head + signed_length;
   A(first, k) = -signed_length;
-  for (std::size_t i = first + 1; i < n; ++i) A(i, k) = 0.0;
   for (std::size_t j = first; j < n; ++j) {
     Real dot = 0.0;
     for (std::size_t i = first; i < n; ++i) dot = fused(v[i], A(i, j), dot);
@@ -219,11 +206,13 @@ void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
   Real p[N::capacity + 1][N::capacity + 1];
   p[0][0] = 1.0;
   for (std::size_t i = 1; i <= n; ++i) {
-    for (std::size_t k = 0; k < i; ++k) p[i][k] = p[i - 1][k];
-    p[i][i] = 0.0;
+    const Real here = -H(i - 1, i - 1);
+    p[i][0] = 1.0;
+    for (std::size_t k = 1; k < i; ++k) p[i][k] = fused(here, p[i - 1][k - 1], p[i - 1][k]);
+    p[i][i] = here * p[i - 1][i - 1];
     Real below = -1.0;  // -(hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁)
-    for (std::size_t m = 0; m < i; ++m) {
-      if (m > 0) below = below * H(i - m, i - m - 1);
+    for (std::size_t m = 1; m < i; ++m) {
+      below = below * H(i - m, i - m - 1);
       const Real factor = below * H(i - m - 1, i - 1);
       for (std::size_t k = m + 1; k <= i; ++k)
         p[i][k] = fused(factor, p[i - m - 1][k - m - 1], p[i][k]);
@@ -232,21 +221,31 @@ void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
   for (std::size_t k = 0; k <= n; ++k) c[k] = p[n][k];
 }
 
-// Bounds of the coefficients' errors, of a Hessenberg matrix within `distance` of one similar to A:
-//   |δcₖ| <= ½ n (n + 1) u eₖ + √(n - k + 1) distance eₖ₋₁
+// Bounds of the coefficients' errors: H is within distance = relative ‖H‖ of one similar to A, and
+//   |δcₖ| <= ½ n (n + 3) u eₖ + √(n - k + 1) distance eₖ₋₁
 // where eₖ are the elementary symmetric functions of its columns' sums and `distance`.   [36]
 template <class N>
-void coefficient_errors(const Square<N>& H, const Real& distance, Real (&error)[N::capacity + 1]) {
+void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[N::capacity + 1]) {
   const N n = H.n;
-  Real e[N::capacity + 1];
-  e[0] = 1.0;
-  for (std::size_t k = 1; k <= n; ++k) e[k] = 0.0;
+  Real sum[N::capacity], e[N::capacity + 1];
+  Real squares = 0.0;
   for (std::size_t j = 0; j < n; ++j) {
-    Real sum = distance;
-    for (std::size_t i = 0; i <= j + 1 && i < n; ++i) sum = sum + abs(H(i, j));
-    for (std::size_t k = j + 1; k > 0; --k) e[k] = fused(sum, e[k - 1], e[k]);
+    Real of_column = 0.0;
+    sum[j] = 0.0;
+    for (std::size_t i = 0; i <= j + 1 && i < n; ++i) {
+      of_column = fused(H(i, j), H(i, j), of_column);
+      sum[j] = sum[j] + abs(H(i, j));
+    }
+    squares = squares + of_column;
   }
-  const Real roundings = inflated * u * double(n * (n + 1)) / 2;
+  const Real distance = fused(sqrt(squares), relative, Real(underflow));
+  e[0] = 1.0;
+  for (std::size_t j = 0; j < n; ++j) {
+    const Real column = sum[j] + distance;
+    e[j + 1] = column * e[j];
+    for (std::size_t k = j; k > 0; --k) e[k] = fused(column, e[k - 1], e[k]);
+  }
+  const Real roundings = inflated * u * double(n * (n + 3)) / 2;
   error[0] = 0.0;
   for (std::size_t k = 1; k <= n; ++k) {
     const Real moved = distance * Real(inflated * __builtin_sqrt(double(n - k + 1)));
@@ -264,9 +263,10 @@ template <class N>
   const Real u_of_step = inflated * 4 * u, least = underflow_of_step, zero = 0.0;
   Mask positive = zero < Real(1.0), unstable = p.c[1] + p.error[1] < zero;
   for (std::size_t k = 2; k <= n; ++k) unstable = unstable || p.c[k] + p.error[k] < zero;
-  for (std::size_t i = 1; i < n; ++i) {
+  for (std::size_t i = 1; i <= n; ++i) {
     unstable = unstable || (positive && p.c[i] + p.error[i] < zero);
     positive = positive && p.error[i] + p.error[i] < p.c[i];
+    if (i + 1 >= n) continue;  // the last two rows stand as they are
     // Row i + 1 = row i - 1 less `ratio` times row i; 1/(1 - t) <= 1 + 2t for t <= ½
     const Real inverse = Real(1.0) / p.c[i], t = p.error[i] * inverse, ratio = p.c[i - 1] * inverse;
     const Real apart = fused(ratio, p.error[i], p.error[i - 1]) * inverse;
@@ -279,8 +279,6 @@ template <class N>
           fused(abs(p.c[j]), u_of_step, least);
     }
   }
-  unstable = unstable || (positive && p.c[n] + p.error[n] < zero);
-  positive = positive && p.error[n] < p.c[n];
   return {positive, unstable};
 }
 
@@ -305,11 +303,10 @@ void routh_of(N n, const MatrixTask& task) {
       scale(A);
       for (int sweep = 0; sweep < 2; ++sweep) balance(A);
     }
-    const Real distance = fused(norm(A), relative, Real(underflow));
     for (std::size_t k = 0; k + 2 < n; ++k) reflect(A, k);
     Polynomial<N> p;
     characteristic(A, p.c);
-    coefficient_errors(A, distance, p.error);
+    coefficient_errors(A, relative, p.error);
     store(routh(n, p), task.verdict + (at - task.first), left);
   }
 }

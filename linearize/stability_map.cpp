@@ -74,7 +74,16 @@ struct Frame {
     balanced.B /= second;
     unit = first * second;
   }
-  MatrixXd of(const MatrixXd& A) const { return balanced.same(A / unit); }
+  // In one step, so that nothing is lost that is not far below rounding of the whole.
+  Sizes of(const MatrixXd& A) const {
+    Sizes B(A.rows(), A.cols());
+    const int down = std::ilogb(unit);
+    for (Index i = 0; i < B.rows(); ++i)
+      for (Index j = 0; j < B.cols(); ++j)
+        B(i, j) = std::scalbn(A(balanced.order[std::size_t(i)], balanced.order[std::size_t(j)]),
+                              std::ilogb(balanced.scale[j]) - std::ilogb(balanced.scale[i]) - down);
+    return B;
+  }
 };
 
 // u vᵀ, and what of the matrix it leaves over.
@@ -83,7 +92,7 @@ struct RankOne {
   Sizes left_over;
 };
 
-RankOne rank_one(const MatrixXd& A, const char* name) {
+RankOne rank_one(const Sizes& A, const char* name) {
   const Index n = A.rows();
   RankOne r{WideVector::Zero(n), WideVector::Zero(n), Sizes::Zero(n, n)};
   Index i = 0, j = 0;
@@ -95,7 +104,6 @@ RankOne rank_one(const MatrixXd& A, const char* name) {
   r.left_over = (A.cast<Wide>() - product).cwiseAbs().cast<double>();
   if (!(r.left_over.norm() <= rank_tolerance * A.norm()))
     throw std::invalid_argument(fmt::format("stability map: {} is not of rank one", name));
-  // A column or row without a remainder is exact: the others carry the division's rounding.
   r.left_over = inflated * (r.left_over + 2 * wide_u * size);
   return r;
 }
@@ -126,30 +134,30 @@ Pencil pencil(const WideMatrix& A, const Sizes& A_error, const WideVector& right
               const WideVector& left) {
   const Index n = A.rows();
   const double rounding = inflated * double(n + 2) * wide_u;
-  const Sizes size = A.cwiseAbs().cast<double>();
-  const auto right_size = right.cwiseAbs().cast<double>().eval();
-  const auto left_size = left.cwiseAbs().cast<double>().eval();
+  const Sizes size = A.cwiseAbs().cast<double>(), own = A_error + rounding * size;
+  const Sizes whole = size + A_error, right_size = right.cwiseAbs().cast<double>(),
+              left_size = left.transpose().cwiseAbs().cast<double>();
   Pencil result;
   result.p[0].value = 1;
   WideMatrix B = WideMatrix::Identity(n, n), next(n, n);
-  Sizes B_error = Sizes::Zero(n, n), B_size(n, n), next_error(n, n);
+  Sizes error = Sizes::Zero(n, n), B_size(n, n), next_error(n, n);
   for (Index k = 1; k <= n; ++k) {
     B_size = B.cwiseAbs().cast<double>();
-    result.q[std::size_t(k)] = {
-        -left.dot(B * right),
-        inflated * left_size.dot((B_error + 2 * rounding * B_size) * right_size)};
+    const Sizes off = (error + 2 * rounding * B_size).lazyProduct(right_size);
+    result.q[std::size_t(k)] = {-left.dot(B.lazyProduct(right).eval()),
+                                inflated * left_size.lazyProduct(off).value()};
     next.noalias() = A.lazyProduct(B);
-    next_error.noalias() = (size + A_error).lazyProduct(B_error);
-    next_error += (A_error + rounding * size).lazyProduct(B_size);
+    next_error.noalias() = whole.lazyProduct(error) + own.lazyProduct(B_size);
     Bounded& c = result.p[std::size_t(k)];
-    c.value = -next.trace() / Wide(k);
-    c.error =
-        inflated * ((next_error.trace() + rounding * double(next.cwiseAbs().trace())) / double(k)) +
-        wide_u * double(std::abs(c.value));
-    B = next;
+    const Wide trace = next.trace();
+    const double sizes = double(next.diagonal().cwiseAbs().sum());
+    c.value = -trace / Wide(k);
+    c.error = inflated * (next_error.trace() + rounding * sizes) / double(k) +
+              wide_u * double(std::abs(c.value));
+    B.swap(next);
     B.diagonal().array() += c.value;
-    B_error = next_error;
-    B_error.diagonal().array() += c.error + wide_u * B.diagonal().cwiseAbs().cast<double>().array();
+    error.swap(next_error);
+    error.diagonal().array() += c.error + wide_u * B.diagonal().cwiseAbs().cast<double>().array();
   }
   return result;
 }
@@ -454,30 +462,46 @@ struct Stretch {
   double middle, half, unit;
 };
 
+// What A1 is off rank one by counts at the ends of the stretch, not in its middle.
 Stretch stretch(const MatrixXd& A0, const MatrixXd& A1, double from, double to) {
   const double middle = from + 0.5 * (to - from), half = 0.5 * (to - from);
   const double most = std::max(std::abs(from), std::abs(to));
   const Frame frame(A0.cwiseAbs() + most * A1.cwiseAbs());
   const RankOne one = rank_one(frame.of(A1), "A1");
   const WideMatrix first = frame.of(A0).cast<Wide>();
-  const WideMatrix step = Wide(middle) * (one.u * one.v.transpose());
+  const WideMatrix step = Wide(middle) * frame.of(A1).cast<Wide>();
   const Sizes rounding = 4 * wide_u * (step.cwiseAbs() + first.cwiseAbs()).cast<double>();
   Pencil p = pencil(first + step, rounding, Wide(half) * one.u, one.v);
-  const double over = inflated * most * one.left_over.norm();
+  const double over = inflated * half * one.left_over.norm();
   const auto left_over = perturbation(frame.balanced.B, over);
   for (std::size_t k = 1; k <= std::size_t(A0.rows()); ++k) p.p[k].error += left_over[k];
   return {OnAxis(p, std::size_t(A0.rows())), middle, half, frame.unit};
 }
 
-// Adds the crossing at ω² = x if it lies on the line; false if that cannot be told.
-bool add(LineCrossings& answer, const Stretch& line, Wide x, double x_error) {
-  const Place at = place(line.axis, x, x_error);
-  if (at.where != Place::on) return at.where == Place::off;
-  if (!(double(std::abs(at.tau)) <= 1 + at.error)) return true;
+Series on_axis(const OnAxis& axis) {
+  return difference_of_products(axis.O0, axis.E1, axis.E0, axis.O1);
+}
+
+// The crossing at ω² = x if it lies on the line, within what is known of it.
+std::optional<LineCrossing> crossing(const Stretch& line, const Place& at, Wide x) {
+  if (at.where != Place::on || !(double(std::abs(at.tau)) <= 1 + at.error)) return std::nullopt;
   const double t = line.middle + line.half * double(std::clamp(at.tau, Wide(-1), Wide(1)));
-  answer.crossings.push_back({t, line.unit * double(std::sqrt(x)),
-                              line.half * at.error + 2 * u * (std::abs(t) + line.half)});
-  return true;
+  return LineCrossing{t, line.unit * double(std::sqrt(x)),
+                      line.half * at.error + 2 * u * (std::abs(t) + line.half)};
+}
+
+// The same crossing from a stretch about it that is hardly longer than its error.
+LineCrossing refined(const LineCrossing& rough, const MatrixXd& A0, const MatrixXd& A1) {
+  const double around = 4 * rough.error;
+  const Stretch line = stretch(A0, A1, rough.t - around, rough.t + around);
+  const Series g = on_axis(line.axis);
+  Wide x = std::pow(Wide(rough.frequency) / Wide(line.unit), Wide(2));
+  constexpr int steps = 4;  // Newton's, from half the digits at least
+  for (int i = 0; i < steps && x > 0; ++i) x -= g.value(x) / g.slope(x);
+  const std::optional<double> x_error = rough.frequency > 0 ? root_error(g, x) : 0.0;
+  if (!x_error) return rough;
+  const std::optional<LineCrossing> fine = crossing(line, place(line.axis, x, *x_error), x);
+  return fine && fine->error < rough.error ? *fine : rough;
 }
 
 bool vanishes(const Series& s) {
@@ -509,16 +533,29 @@ LineCrossings line_crossings(const MatrixXd& A0, const MatrixXd& A1, double from
     answer.complete = clear_of_axis(A0 + line.middle * A1);
     return answer;
   }
-  const Series g = difference_of_products(axis.O0, axis.E1, axis.E0, axis.O1);
-  answer.complete = add(answer, line, 0, 0) && !vanishes(g);
+  const Series g = on_axis(axis);
+  const auto keep = [&](const LineCrossing& found) {
+    constexpr double good_enough = 1e-12;
+    const bool good = found.error <= good_enough * (to - from);
+    answer.crossings.push_back(good ? found : refined(found, A0, A1));
+    double& t = answer.crossings.back().t;
+    t = std::clamp(t, from, to);
+  };
+  const Place at_rest = place(axis, 0, 0);
+  if (const auto found = crossing(line, at_rest, 0)) keep(*found);
+  answer.complete = at_rest.where != Place::unknown && !vanishes(g);
   constexpr double most = 4.1;  // the frame's matrices have norms below 2, and so eigenvalues
-  const Roots found = roots(g, most);
-  for (const Wide x : found.certain) {
+  const Roots turns = roots(g, most);
+  for (const Wide x : turns.certain) {
     const std::optional<double> error = root_error(g, x);
-    const bool told = add(answer, line, x, error.value_or(0.5 * double(x)));
-    answer.complete = answer.complete && told && error.has_value();
+    const Place at = place(axis, x, error.value_or(0.5 * double(x)));
+    answer.complete = answer.complete && at.where != Place::unknown;
+    const std::optional<LineCrossing> found = crossing(line, at, x);
+    if (!found) continue;
+    answer.complete = answer.complete && error.has_value();
+    keep(*found);
   }
-  for (const Wide x : found.doubtful)
+  for (const Wide x : turns.doubtful)
     answer.complete = answer.complete && place(axis, x, 0).where == Place::off;
   std::ranges::sort(answer.crossings, {}, &LineCrossing::t);
   return answer;

@@ -194,7 +194,7 @@ std::string map_text(const SweepMap& map, const TextStyle& style) {
         text += "  " + lines_in_words(map, c, a) + "\n";
       continue;
     }
-    text += wrapped(line_in_words(map, c, 0), 2, style.width) + "\n\n";
+    text += wrapped(line_in_words(map, c, 0), 2, style.width) + "\n";
     text += as_text(intervals_sheet(map, c, 0), style);
   }
   return text;

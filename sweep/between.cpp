@@ -170,7 +170,7 @@ class Search {
     const double slope = std::abs((at_b - at_a) / (b.t - a.t));
     const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm() / slope;
     const double error = (high - low) + rounding;
-    events_.push_back({t - error, t + error,
+    events_.push_back({t - std::copysign(error, b.t - a.t), t + std::copysign(error, b.t - a.t),
                        frequency > 0 ? CrossingKind::hopf : CrossingKind::zero, before, after,
                        frequency});
     return true;

@@ -62,7 +62,7 @@ std::optional<Sample> as_sample(double t, const OperatingPoint& at, const Matrix
 
 std::optional<Sample> grid_sample(const GridLine& line, std::size_t k) {
   if (!line.valid(k)) return {};
-  const Equilibrium e = equilibrium_at(line.sweep, operating_point(line, k));
+  const Settled e = equilibrium_at(line.sweep, operating_point(line, k));
   return as_sample(double(k), e.at, e.A(line.sweep));
 }
 
@@ -105,7 +105,7 @@ std::optional<Sample> beyond_switch(const GridLine& line, const MatrixLine& matr
                                     const std::optional<Sample>& near) {
   if (near)
     if (auto sample = matrices.sample(t, *near)) return sample;
-  const Equilibrium e = from_nothing(line.sweep, line.at(t));
+  const Settled e = from_nothing(line.sweep, line.at(t));
   if (!e.valid()) return {};
   return as_sample(t, e.at, e.A(line.sweep));
 }
@@ -149,46 +149,78 @@ double position_of(const GridLine& line, const Model::Affine& structure, double 
   return 0.5 * (low + high);
 }
 
-// Along an axis in whose φ the matrices are affine, all crossings are roots of one polynomial.
-// False if the line has no such structure, or rounding leaves doubt.
+// The matrices first + x slope for x from 0 to length.
+struct AffineStretch {
+  const AffineLine& line;
+  double length;
+
+  MatrixXd at(double x) const { return line.first + x * line.slope; }
+  int unstable(double x) const { return Sample{x, {}, {}, eigenvalues(at(x))}.unstable(); }
+};
+
+// All crossings at once, the roots of one polynomial; false if rounding leaves doubt, or the slope
+// is not of rank one.
+bool roots(const AffineStretch& stretch, std::vector<LineEvent>& events) {
+  const double length = stretch.length;
+  LineCrossings found;
+  try {
+    found = line_crossings(stretch.line.first, stretch.line.slope, std::min(0.0, length),
+                           std::max(0.0, length));
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+  if (!found.complete) return false;
+  if (length < 0) std::ranges::reverse(found.crossings);
+  std::vector<double> ends{0.0};
+  for (const LineCrossing& c : found.crossings) ends.push_back(c.t);
+  ends.push_back(length);
+  const auto between = [&](std::size_t i) {
+    return stretch.unstable(0.5 * (ends[i] + ends[i + 1]));
+  };
+  int before = between(0);
+  for (std::size_t i = 0; i < found.crossings.size(); ++i) {
+    const LineCrossing& c = found.crossings[i];
+    const int after = between(i + 1);
+    const CrossingKind kind = before == after   ? CrossingKind::touch
+                              : c.frequency > 0 ? CrossingKind::hopf
+                                                : CrossingKind::zero;
+    const double error = std::copysign(c.error, length);
+    events.push_back({c.t - error, c.t + error, kind, before, after, c.frequency});
+    before = after;
+  }
+  return true;
+}
+
+// The same by halving: pieces of a straight line have no bend, however long they are.
+void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
+  std::vector<Sample> seen;
+  const MatrixLine matrices{
+      [&](double x, const Sample&) { return as_sample(x, {}, stretch.at(x)); },
+      [](const Sample&, const Sample&) { return 0.0; }};
+  const double length = stretch.length;
+  events_between(matrices, 0.0, as_sample(0.0, {}, stretch.at(0.0)), length,
+                 as_sample(length, {}, stretch.at(length)), finest * std::abs(length), events,
+                 seen);
+}
+
+// Along an axis in whose φ the matrices are affine. False if the line has no such structure.
 bool solve(const GridLine& line, std::vector<LineEvent>& events) {
   const Model::Affine* structure = line.sweep.affine[line.axis];
   if (!structure) return false;
   for (std::size_t k = 0; k < line.size(); ++k)
     if (!line.valid(k)) return false;
-  const Equilibrium first = equilibrium_at(line.sweep, operating_point(line, 0));
+  const Settled first = equilibrium_at(line.sweep, operating_point(line, 0));
   const auto affine = affine_line(line.sweep, line.place, line.axis, first);
   if (!affine) return false;
   const double last = *structure->phi(numbers_at(line.sweep, line.at(double(line.size() - 1))).p);
-  const double from = std::min(0.0, last - affine->phi), to = std::max(0.0, last - affine->phi);
-  LineCrossings found;
-  try {
-    found = line_crossings(affine->first, affine->slope, from, to);
-  } catch (const std::invalid_argument&) {
-    return false;  // not of rank one
+  const AffineStretch stretch{*affine, last - affine->phi};
+  if (!roots(stretch, events)) {
+    events.clear();
+    halve(stretch, events);
   }
-  if (!found.complete) return false;
-  if (last < affine->phi) std::ranges::reverse(found.crossings);
-  std::vector<double> ends{affine->phi};
-  for (const LineCrossing& c : found.crossings) ends.push_back(affine->phi + c.t);
-  ends.push_back(last);
-  const auto unstable = [&](std::size_t i) {  // between crossing i - 1 and crossing i
-    const double middle = 0.5 * (ends[i] + ends[i + 1]);
-    const Sample s{0, {}, {}, eigenvalues(affine->first + (middle - affine->phi) * affine->slope)};
-    return s.unstable();
-  };
-  int before = unstable(0);
-  for (std::size_t i = 0; i < found.crossings.size(); ++i) {
-    const LineCrossing& c = found.crossings[i];
-    const int after = unstable(i + 1);
-    const double t = position_of(line, *structure, affine->phi + c.t);
-    const double span = std::abs(last - affine->phi);
-    const CrossingKind kind = before == after   ? CrossingKind::touch
-                              : c.frequency > 0 ? CrossingKind::hopf
-                                                : CrossingKind::zero;
-    const double error = c.error / span * double(line.size() - 1);
-    events.push_back({t - error, t + error, kind, before, after, c.frequency});
-    before = after;
+  for (LineEvent& e : events) {
+    e.left = position_of(line, *structure, affine->phi + e.left);
+    e.right = position_of(line, *structure, affine->phi + e.right);
   }
   return true;
 }
@@ -201,7 +233,7 @@ void name_mode(const GridLine& line, const LineEvent& event, AxisCrossing& cross
   if (!line.valid(k)) return;
   const std::size_t n = std::size_t(line.sweep.states()), p = line.point(k);
   Reference from;
-  const Equilibrium e = equilibrium_at(line.sweep, operating_point(line, k));
+  const Settled e = equilibrium_at(line.sweep, operating_point(line, k));
   from.A = e.A(line.sweep);
   for (std::size_t i = 0; i < n; ++i)
     from.modes.emplace_back(line.map.eigenvalue_re[p * n + i], line.map.eigenvalue_im[p * n + i]);

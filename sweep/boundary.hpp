@@ -36,7 +36,7 @@ struct LineEvent {
   int before = 0, after = 0;  ///< unstable eigenvalues; -1: no equilibrium
   double frequency = 0.0;
 
-  double at() const { return 0.5 * (left + right); }
+  double at() const { return left + 0.5 * (right - left); }
 };
 
 /// Finds all that happens between two places of a line, either of which may be without equilibrium,

@@ -58,7 +58,7 @@ void keep_matrix(Walk& w, std::size_t k, const MatrixXd& slopes) {
     for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = slopes(i, j);
 }
 
-void keep(Walk& w, std::size_t k, const Equilibrium& e) {
+void keep(Walk& w, std::size_t k, const Settled& e) {
   LinePoints& p = w.points;
   p.status[k] = std::int8_t(e.status);
   p.reason[k] = e.message.empty() ? std::int16_t(0) : reason_number(p, e.message);
@@ -123,8 +123,8 @@ int known_beside(const Walk& w, std::size_t k, int side, std::array<std::size_t,
 }
 
 // From the equilibria before by Newton, from nothing where that fails.
-Equilibrium next_forward(const Walk& w, std::size_t k) {
-  Equilibrium e;
+Settled next_forward(const Walk& w, std::size_t k) {
+  Settled e;
   std::array<std::size_t, 3> near{};
   if (const int known = known_beside(w, k, -1, near)) {
     for (const int count : {known, 1}) {  // past a kink the polynomial leads astray
@@ -145,7 +145,7 @@ Equilibrium next_forward(const Walk& w, std::size_t k) {
 
 void walk_forward(Walk& w, const LineStart& start) {
   for (std::size_t k = 0; k < w.count; ++k) {
-    const Equilibrium e = k == 0 ? start.first : next_forward(w, k);
+    const Settled e = k == 0 ? start.first : next_forward(w, k);
     keep(w, k, e);
     if (e.valid()) keep_matrix(w, k, e.slopes);
   }
@@ -156,7 +156,7 @@ void walk_forward(Walk& w, const LineStart& start) {
 bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line) {
   keep(w, 0, start.first);
   keep_matrix(w, 0, line.first);
-  Equilibrium e = start.first;
+  Settled e = start.first;
   MatrixXd A;
   for (std::size_t k = 1; k < w.count; ++k) {
     move_to(w.sweep, w.axis, double(k), e.at);
@@ -169,7 +169,7 @@ bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line) {
 }
 
 void add_second(Walk& w, std::size_t k, const OperatingPoint& at) {
-  const Equilibrium e = equilibrium_at(w.sweep, at);
+  const Settled e = equilibrium_at(w.sweep, at);
   const MatrixXd A = e.A(w.sweep);
   const Eigenvalues lambda = eigenvalues_of(A);
   LinePoints& p = w.points;
@@ -197,7 +197,7 @@ bool near_point(const Walk& w, std::size_t k, const OperatingPoint& at, double w
 }
 
 // Two equilibria of one point: the one of less effort stays, the other is its second branch.
-void settle_between(Walk& w, std::size_t k, const Equilibrium& other) {
+void settle_between(Walk& w, std::size_t k, const Settled& other) {
   const bool first = !w.valid[k];
   const OperatingPoint here = first ? other.at : w.at(k);
   if (!first && apart(w.sweep, here, other.at) <= other_branch) return;
@@ -218,7 +218,7 @@ void walk_backward(Walk& w, const LineStart& start) {
     last.reset();
   std::array<std::size_t, 3> near{};
   for (std::size_t k = w.count; k-- > 0;) {
-    Equilibrium e;
+    Settled e;
     if (last) {
       e.at = *last;
       move_to(w.sweep, w.axis, double(k), e.at);
@@ -287,7 +287,7 @@ void follow_modes(Walk& w, const LineStart& start, const BatchEigenvalues& all) 
     const double ratio = before.empty() ? 0.0 : (v[k] - v[last]) / (v[last] - v[last_but_one]);
     for (std::size_t i = 0; i < n; ++i)
       predicted[i] = from->modes[i] + (before.empty() ? 0.0 : ratio * (from->modes[i] - before[i]));
-    if (link_by_position(predicted, lambda, to, sure)) {
+    if (link_by_position(from->modes, predicted, lambda, to, sure)) {
       for (std::size_t i = 0; i < n; ++i) {
         ordered[i] = lambda[std::size_t(to[i])];
         confidence[i] = as_byte(sure[i]);
@@ -325,7 +325,7 @@ Ordered in_order(const Reference& from, const Eigenvalues& predicted, const Matr
                  const Eigenvalues& lambda,
                  const std::function<std::optional<MatrixXd>(double)>& between) {
   Link found{std::vector<int>(lambda.size()), std::vector<double>(lambda.size())};
-  if (!link_by_position(predicted, lambda, found.to, found.confidence))
+  if (!link_by_position(from.modes, predicted, lambda, found.to, found.confidence))
     found = link(from.A, from.modes, predicted, B, lambda, between);
   Ordered ordered;
   for (std::size_t i = 0; i < lambda.size(); ++i) {

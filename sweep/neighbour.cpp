@@ -168,7 +168,7 @@ std::string outside_in_words(const std::string& name, const std::string& unit, d
 }
 
 // Limits and implied rates at a point whose equations hold.
-bool keeps_limits(const Prepared& s, const VectorXd& rates, Equilibrium& e) {
+bool keeps_limits(const Prepared& s, const VectorXd& rates, Settled& e) {
   const Problem& p = s.problem;
   for (Index k = 0; k < p.n(); ++k) {
     const Index j = p.unknowns[std::size_t(k)];
@@ -201,7 +201,7 @@ VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
   return m.h ? m.h(at.x, at.u, at.p) : VectorXd();
 }
 
-bool newton(const Prepared& s, Equilibrium& e) {
+bool newton(const Prepared& s, Settled& e) {
   const Model& m = s.model();
   double before = std::numeric_limits<double>::infinity();
   for (int i = 0; i < max_steps; ++i) {
@@ -229,7 +229,7 @@ bool newton(const Prepared& s, Equilibrium& e) {
 
 }  // namespace
 
-bool settle(const Prepared& s, Equilibrium& e) {
+bool settle(const Prepared& s, Settled& e) {
   e.message = "Newton from the neighbour finds no equilibrium";
   e.status = TrimStatus::not_found;
   if (!s.problem.square()) return false;
@@ -244,17 +244,17 @@ bool settle(const Prepared& s, Equilibrium& e) {
   return found;
 }
 
-std::optional<Equilibrium> settle(const Prepared& s, const GridPlace& place,
-                                  const OperatingPoint& from) {
-  Equilibrium e;
+std::optional<Settled> settle(const Prepared& s, const GridPlace& place,
+                              const OperatingPoint& from) {
+  Settled e;
   e.at = numbers_at(s, place);
   for (const Index j : s.problem.unknowns) set_value(e.at, j, value_of(from, j));
   if (!settle(s, e)) return {};
   return e;
 }
 
-Equilibrium equilibrium_at(const Prepared& s, const OperatingPoint& at) {
-  Equilibrium e;
+Settled equilibrium_at(const Prepared& s, const OperatingPoint& at) {
+  Settled e;
   e.at = at;
   e.status = TrimStatus::converged;
   e.outputs = outputs_of(s.model(), at);
@@ -262,7 +262,7 @@ Equilibrium equilibrium_at(const Prepared& s, const OperatingPoint& at) {
   return e;
 }
 
-Equilibrium from_nothing(const Prepared& s, const GridPlace& place) {
+Settled from_nothing(const Prepared& s, const GridPlace& place) {
   static std::mutex one_at_a_time;
   const OperatingPoint at = numbers_at(s, place);
   TrimResult found;
@@ -272,7 +272,7 @@ Equilibrium from_nothing(const Prepared& s, const GridPlace& place) {
                 ? s.request.cold(at, s.trimming)
                 : trim(s.model(), free_of(s.request.spec, s.model(), s.axes), at, s.trimming);
   }
-  Equilibrium e;
+  Settled e;
   e.at = found.point;
   if (found.status <= TrimStatus::not_optimal) e = equilibrium_at(s, found.point);
   e.status = found.status;
@@ -296,7 +296,7 @@ double effort_at(const Prepared& s, const OperatingPoint& at) {
   return values(problem, unknowns_of(problem, at)).effort;
 }
 
-double input_at(const Prepared& s, const Equilibrium& e, std::size_t i) {
+double input_at(const Prepared& s, const Settled& e, std::size_t i) {
   const Index at = s.inputs[i], nu = std::ssize(s.model().inputs);
   return at < nu ? e.at.u[at] : e.outputs[at - nu];
 }
@@ -314,7 +314,7 @@ static double inverse_size(const Prepared& s, const MatrixXd& A) {
 }
 
 std::optional<AffineLine> affine_line(const Prepared& s, GridPlace place, std::size_t axis,
-                                      const Equilibrium& start) {
+                                      const Settled& start) {
   const Model::Affine* structure = s.affine[axis];
   if (!structure) return {};
   const auto phi = structure->phi(start.at.p);
@@ -333,7 +333,7 @@ std::optional<AffineLine> affine_line(const Prepared& s, GridPlace place, std::s
   return AffineLine{structure, *phi, A, (A_end - A) / (*phi_end - *phi), inverse};
 }
 
-bool settle(const Prepared& s, const AffineLine& line, Equilibrium& e, MatrixXd& A) {
+bool settle(const Prepared& s, const AffineLine& line, Settled& e, MatrixXd& A) {
   constexpr int few = 4;  // the integrals are linear in the law's gains, or nearly
   A = line.at(e.at.p);
   for (int i = 0; i < few; ++i) {

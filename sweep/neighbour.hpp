@@ -42,7 +42,7 @@ void move_to(const Prepared& sweep, std::size_t axis, double position, Operating
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place);
 
 /// A verified equilibrium, or why there is none.
-struct Equilibrium {
+struct Settled {
   TrimStatus status = TrimStatus::not_found;
   std::string message;
   OperatingPoint at;
@@ -59,18 +59,18 @@ struct Equilibrium {
 /// Newton from the unknowns that `e.at` has, its other numbers given. Without damping: what
 /// does not come to rest within limits is not this neighbour's. False: no equilibrium reached, and
 /// `e.message` says in short why.
-bool settle(const Prepared& sweep, Equilibrium& e);
+bool settle(const Prepared& sweep, Settled& e);
 
 /// The same at the numbers of `place`, from the unknowns of `from`.
-std::optional<Equilibrium> settle(const Prepared& sweep, const GridPlace& place,
-                                  const OperatingPoint& from);
+std::optional<Settled> settle(const Prepared& sweep, const GridPlace& place,
+                              const OperatingPoint& from);
 
 /// From nothing: the request's own trim, one at a time in this process (Ipopt's MUMPS keeps
 /// global state).
-Equilibrium from_nothing(const Prepared& sweep, const GridPlace& place);
+Settled from_nothing(const Prepared& sweep, const GridPlace& place);
 
 /// Derivatives and outputs at an equilibrium known before.
-Equilibrium equilibrium_at(const Prepared& sweep, const OperatingPoint& at);
+Settled equilibrium_at(const Prepared& sweep, const OperatingPoint& at);
 
 /// Largest difference of the unknowns over their nominal sizes.
 double apart(const Prepared& sweep, const OperatingPoint& a, const OperatingPoint& b);
@@ -79,7 +79,7 @@ double apart(const Prepared& sweep, const OperatingPoint& a, const OperatingPoin
 double effort_at(const Prepared& sweep, const OperatingPoint& at);
 
 /// Value i of those kept beside the state.
-double input_at(const Prepared& sweep, const Equilibrium& e, std::size_t i);
+double input_at(const Prepared& sweep, const Settled& e, std::size_t i);
 
 /// A line along an axis on which ∂f/∂x is affine in φ: from two points of it, all others.
 struct AffineLine {
@@ -95,9 +95,9 @@ struct AffineLine {
 /// The structure of the line through `start` along `axis`, if it has one: the equilibria at both
 /// its ends are settled, differentiated, and their outputs agree.
 std::optional<AffineLine> affine_line(const Prepared& sweep, GridPlace place, std::size_t axis,
-                                      const Equilibrium& start);
+                                      const Settled& start);
 
 /// Newton with the line's Jacobian: true if the equilibrium is there, with A and outputs kept.
-bool settle(const Prepared& sweep, const AffineLine& line, Equilibrium& e, Eigen::MatrixXd& A);
+bool settle(const Prepared& sweep, const AffineLine& line, Settled& e, Eigen::MatrixXd& A);
 
 }  // namespace tiltrim

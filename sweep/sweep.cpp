@@ -59,7 +59,7 @@ struct Named {
 };
 
 // The modes in the order and by the names of modes(), at the first equilibrium of a condition.
-Named named_modes(const Prepared& sweep, const Equilibrium& e) {
+Named named_modes(const Prepared& sweep, const Settled& e) {
   Named named;
   named.reference.A = e.A(sweep);
   for (const Mode& m : modes(named.reference.A, {}, names(sweep.model().states)).modes) {
@@ -83,7 +83,7 @@ void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<L
       last[l] = last[*before];
       s.reference = starts[*before].reference;
     }
-    std::optional<Equilibrium> e;
+    std::optional<Settled> e;
     if (last[l]) e = settle(sweep, s.place, *last[l]);
     s.first = e ? *e : from_nothing(sweep, s.place);
     if (!s.first.valid()) continue;
@@ -113,10 +113,10 @@ void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<Li
     GridPlace place = starts[l].place;
     place.back() = double(sweep.axes.back().size() - 1);
     const auto after = lines.next_to(l, false);
-    std::optional<Equilibrium> e;
+    std::optional<Settled> e;
     if (after && starts[*after].last) {
       e = settle(sweep, place, *starts[*after].last);
-    } else if (Equilibrium own = from_nothing(sweep, place); own.valid()) {
+    } else if (Settled own = from_nothing(sweep, place); own.valid()) {
       e = own;
     }
     if (e) {

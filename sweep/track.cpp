@@ -53,6 +53,8 @@ bool link_by_position(Spectrum predicted, Spectrum next, std::span<int> to,
   const std::size_t n = predicted.size();
   if (next.size() != n || to.size() != n || confidence.size() != n)
     throw std::invalid_argument("link_by_position: the spans are not of one size");
+  // Each within a third of its row's next nearest, and no column twice: then each is nearest to its
+  // column's mode as well, by 1.5.
   for (std::size_t i = 0; i < n; ++i) {
     double least = infinity, other = infinity;
     std::size_t nearest = 0;
@@ -319,6 +321,10 @@ struct Judge {
     return 1 - 2 * others / rank[g];
   }
 
+  double mixing(int g, int h) const {
+    return std::max(std::abs(trace(g, h)), std::abs(trace(h, g))) / std::min(rank[g], rank[h]);
+  }
+
   // 1 - 3 d/s, as link_by_position(), a group's own members apart; of the worst, as there: one that
   // is out of place leaves its place to another.
   double position(Spectrum from) const {
@@ -343,9 +349,7 @@ struct Judge {
         if (group[i] != g || h == g ||
             !turned(a.lambda[i] - a.lambda[k], b.lambda[to[i]] - b.lambda[to[k]]))
           continue;
-        const double mixing = std::max(std::abs(trace(g, h)), std::abs(trace(h, g)));
-        worst =
-            std::min(worst, 1 - 0.5 * std::sqrt(mixing / std::min(rank[g], rank[h])) / crossing);
+        worst = std::min(worst, 1 - 0.5 * std::sqrt(mixing(g, h)) / crossing);
       }
     return worst;
   }
@@ -367,7 +371,13 @@ std::vector<double> confidence(const MatrixXcd& M, const Basis& a, Spectrum pred
     sure[i] =
         std::clamp(std::min(std::max(place, judge.character(g)), judge.exchange(g)), 0.0, 1.0);
   }
-  return sure;
+  // Who is linked wrongly has another's place: doubt of one is doubt of those it mixes with.
+  std::vector<double> together = sure;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < n; ++k)
+      if (group[i] != group[k] && sure[k] < together[i])
+        together[i] = std::clamp(1 - 4 * judge.mixing(group[i], group[k]), sure[k], together[i]);
+  return together;
 }
 
 Link link_once(const Basis& a, Spectrum predicted, const Basis& b) {

@@ -260,6 +260,19 @@ Text what_differs(const SweepMap& a, const SweepMap& b) {
   return differ;
 }
 
+// The bytes with the mark and the CRC-64/XZ behind them, bit by bit as its definition says.
+Text sealed(Text bytes) {
+  bytes += "tiltmap\n";
+  std::uint64_t crc = ~0ull;
+  for (const char c : bytes) {
+    crc ^= static_cast<unsigned char>(c);
+    for (int bit = 0; bit < 8; ++bit) crc = (crc >> 1) ^ ((crc & 1) * 0xC96C5795D7870F42);
+  }
+  crc = ~crc;
+  for (int byte = 0; byte < 8; ++byte) bytes += char(crc >> (8 * byte));
+  return bytes;
+}
+
 // What stands in a map after it was written and read.
 SweepMap through_a_file(const SweepMap& map) {
   const Folder folder;
@@ -462,6 +475,27 @@ TEST_CASE("what is no map is refused with the path and the reason") {
   CHECK(why(file) == file.string() + ": is not a NetCDF-4 file");
   set_contents(file, "\x89HDF\r\n\x1a\n and nothing more");
   CHECK(contains(why(file), "is not a map as it was written"));
+}
+
+TEST_CASE("whole, but not what is expected: what is missing is named") {
+  const Folder folder;
+  const fs::path file = folder.path / "map.nc";
+  write_netcdf(planted_map(), file);
+  const Text whole = contents(file);
+  const auto why = [&](const Text& old_name, const Text& name) {
+    Text bytes = whole;
+    for (auto at = bytes.find(old_name); at != Text::npos; at = bytes.find(old_name, at + 1))
+      bytes.replace(at, old_name.size(), name);
+    set_contents(file, sealed(bytes.substr(0, bytes.size() - 16)));
+    return refusal([&] { (void)read_netcdf(file); });
+  };
+  CHECK(why("nothing by this name", "") == "");
+  CHECK(why("crossing_frequency", "crossing_frequencz") ==
+        file.string() + ": crossing_frequency: NetCDF: Variable not found");
+  CHECK(why("format_version", "format_versiom") ==
+        file.string() + ": format_version: NetCDF: Attribute not found");
+  set_contents(file, sealed("\x89HDF\r\n\x1a\n and nothing more"));
+  CHECK(contains(refusal([&] { (void)read_netcdf(file); }), ": contents: NetCDF: "));
 }
 
 TEST_CASE("where it cannot be written the system's words say why, and nothing is left behind") {

@@ -347,7 +347,6 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
   check_refused("[limits]\na1s = [0, 1]\n" + one_condition, "2:1", {"did you mean 'a1s_deg'?"});
   check_refused("[gain]\n" + one_condition, "1:2", {"'gain' at the top level", "'gains'"});
   check_refused("[simulate]\n" + one_condition, "1:2", {"'simulate'", "valid keys: equations"});
-  check_refused("[[sweep.axis]]\n" + one_condition, "1:3", {"'sweep'"});
   check_refused("[tune]\n" + one_condition, "1:2", {"'tune'"});
   check_refused(one_condition + "eta = 3\n", "6:1", {"'eta'", "did you mean 'eta_deg'?"});
   check_refused(one_condition + "alpha_deg = 3\n", "6:1",
@@ -673,4 +672,53 @@ TEST_CASE("a study with bytes changed, lost or doubled loads or is refused") {
       if (!loads_or_is_refused(changed)) FAIL("neither loaded nor refused");
     }
   }
+}
+
+static const std::string axis = one_condition + "[[sweep.axis]]\n";
+
+TEST_CASE("sweeps: the axes' values, and what moves with them") {
+  const Study study = parse_study(
+      axis +
+          "key = 'eta_deg'\nfrom = 0\nto = 90\ncount = 4\n"
+          "with = [{key = 'V', values = [15, 10, 5, 2]}]\n"
+          "[[sweep.axis]]\nkey = 'gains.K_Lp'\nfrom = 0.1\nto = 10\ncount = 3\nspacing = 'log'\n",
+      "study.toml");
+  REQUIRE(study.sweep);
+  REQUIRE(study.sweep->axes.size() == 2);
+  const SweepAxis &tilt = study.sweep->axes[0], &gain = study.sweep->axes[1];
+  CHECK(tilt.name == "eta_deg");
+  CHECK(tilt.columns[0].values == std::vector<double>{0, 30, 60, 90});
+  CHECK_NEAR(tilt.columns[0].si[2], std::numbers::pi / 3, 1e-15);
+  CHECK(tilt.columns[1].signal == "V");
+  CHECK(tilt.columns[1].si == std::vector<double>{15, 10, 5, 2});
+  CHECK(gain.name == "K_Lp");
+  CHECK(gain.columns[0].values.front() == 0.1);
+  CHECK_NEAR(gain.columns[0].values[1], 1.0, 1e-15);
+  CHECK(gain.columns[0].values.back() == 10.0);
+}
+
+TEST_CASE("sweeps: h sets the three of the corridor") {
+  const Study study = parse_study(axis + "key = 'h'\nvalues = [0, 60, 120]\n", "study.toml");
+  const SweepAxis& h = study.sweep->axes.at(0);
+  REQUIRE(h.columns.size() == 4);
+  CHECK(h.columns[0].signal.empty());
+  CHECK(h.columns[1].values == std::vector<double>{2, corridor(60).V, 15});
+  CHECK_NEAR(h.columns[2].values[1], 45, 1e-12);  // (16) is odd about its middle
+  CHECK_NEAR(h.columns[3].si[0], std::numbers::pi / 2, 1e-15);
+}
+
+TEST_CASE("sweeps that cannot be are refused at their line") {
+  check_refused(axis + "key = 'gains.K_lp'\nvalues = [1]\n", "7:7", {"did you mean 'gains.K_Lp'?"});
+  check_refused(axis + "key = 'eta'\nvalues = [1]\n", "7:7", {"did you mean 'eta_deg'?"});
+  check_refused(axis + "key = 'V'\nvalues = []\n", "8:10", {"an empty array"});
+  check_refused(axis + "key = 'V'\nvalues = [1, 3, 2]\n", "8:10", {"2 after 3", "one direction"});
+  check_refused(axis + "key = 'V'\nvalues = [1, 1]\n", "8:10", {"1 after 1"});
+  check_refused(axis + "key = 'V'\nvalues = [1, nan]\n", "8:14", {"not finite"});
+  check_refused(axis + "key = 'V'\nfrom = 1\nto = 2\ncount = 1e12\n", "10:9", {"out of range"});
+  check_refused(axis + "key = 'V'\nfrom = 1\nto = 2\ncount = 2.5\n", "10:9", {"whole number"});
+  check_refused(axis + "key = 'V'\nfrom = 0\nto = 2\ncount = 3\nspacing = 'log'\n", "11:11",
+                {"passes zero"});
+  check_refused(axis + "key = 'V'\nvalues = [1]\ncount = 3\n", "9:9", {"beside values"});
+  check_refused(axis + "key = 'h'\nvalues = [1]\n[[sweep.axis]]\nkey = 'V'\nvalues = [1]\n", "6:3",
+                {"V is set twice"});
 }

@@ -1,0 +1,1200 @@
+// Sweeps against planted truth: closed-form eigenvalues and equilibria, roots, re-trims.
+#include "sweep/sweep.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <complex>
+#include <cstring>
+#include <map>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "linearize/batch.hpp"
+#include "linearize/linearize.hpp"
+#include "linearize/modes.hpp"
+#include "sweep/log.hpp"
+#include "sweep/record.hpp"
+#include "tests/check.hpp"
+#include "trim/conditions.hpp"
+
+using namespace tiltrim;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double located = 1e-8;  // of a crossing, in the axis's unit
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double pi = std::numbers::pi;
+
+using Random = std::mt19937_64;
+using Complex = std::complex<double>;
+
+double uniform(Random& random, double low, double high) {
+  return std::uniform_real_distribution(low, high)(random);
+}
+
+VectorXd vec(std::initializer_list<double> values) {
+  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
+}
+
+// ---- planted models: x' = A(p) (x - x0(p)) ----
+
+using Spectrum = std::vector<Complex>;  // real eigenvalues, and of each pair the upper one
+using Matrices = std::function<MatrixXd(const VectorXd& p)>;
+
+MatrixXd blocks(const Spectrum& spectrum) {
+  Index n = 0, at = 0;
+  for (const Complex& z : spectrum) n += z.imag() == 0 ? 1 : 2;
+  MatrixXd A = MatrixXd::Zero(n, n);
+  for (const Complex& z : spectrum) {
+    const Index size = z.imag() == 0 ? 1 : 2;
+    A.block(at, at, size, size).diagonal().setConstant(z.real());
+    if (size == 2) A(at, at + 1) = z.imag(), A(at + 1, at) = -z.imag();
+    at += size;
+  }
+  return A;
+}
+
+// Of singular values 0.5 .. 2: a change of coordinates that costs no digits.
+MatrixXd change_of_coordinates(Random& random, Index n) {
+  const auto orthogonal = [&] {
+    const MatrixXd raw = MatrixXd::NullaryExpr(n, n, [&] { return uniform(random, -1, 1); });
+    return MatrixXd(Eigen::HouseholderQR<MatrixXd>(raw).householderQ());
+  };
+  const VectorXd sizes =
+      VectorXd::NullaryExpr(n, [&] { return std::exp2(uniform(random, -1, 1)); });
+  return orthogonal() * sizes.asDiagonal() * orthogonal();
+}
+
+Matrices in_other_coordinates(Random& random, Index n, const Matrices& A) {
+  const MatrixXd T = change_of_coordinates(random, n);
+  return [A, T, inverse = MatrixXd(T.inverse())](const VectorXd& p) -> MatrixXd {
+    return T * A(p) * inverse;
+  };
+}
+
+VectorXd equilibrium(Index n, const VectorXd& p) {
+  return VectorXd::NullaryExpr(n, [&](Index i) { return 0.3 * std::sin(double(i) + p.sum()); });
+}
+
+Model planted(const std::vector<std::string>& parameters, const Matrices& A) {
+  Model m;
+  m.name = "planted";
+  const Index n = A(VectorXd::Ones(std::ssize(parameters))).rows();
+  for (Index i = 0; i < n; ++i) m.states.push_back({fmt::format("x{}", i), "", 1.0});
+  for (const std::string& name : parameters) m.parameters.push_back({name, "", 1.0});
+  m.f = [A](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
+    return A(p) * (x - equilibrium(x.size(), p));
+  };
+  m.derivatives = [A](const OperatingPoint& at, const std::vector<Index>& variables) -> MatrixXd {
+    return A(at.p)(Eigen::all, variables);
+  };
+  return m;
+}
+
+// One state, x' = rate(x, p).
+Model scalar(const std::function<double(double x, double p)>& rate,
+             const std::function<double(double x, double p)>& slope) {
+  Model m;
+  m.states = {{"x", "", 1.0}};
+  m.parameters = {{"p", "", 1.0}};
+  m.f = [rate](const VectorXd& x, const VectorXd&, const VectorXd& p) {
+    return vec({rate(x[0], p[0])});
+  };
+  m.derivatives = [slope](const OperatingPoint& at, const std::vector<Index>&) -> MatrixXd {
+    return MatrixXd::Constant(1, 1, slope(at.x[0], at.p[0]));
+  };
+  return m;
+}
+
+// All states free and still.
+SweepRequest request(const Model& m, const std::string& name = "planted") {
+  const std::vector<std::string> states = names(m.states);
+  const OperatingPoint guess{
+      VectorXd::Zero(std::ssize(states)), {}, VectorXd::Ones(std::ssize(m.parameters))};
+  return {name, m, {.free = states, .still = states}, guess, {}};
+}
+
+SweepRequest with_spectrum(const std::function<Spectrum(double p)>& spectrum) {
+  return request(planted({"p"}, [=](const VectorXd& p) { return blocks(spectrum(p[0])); }));
+}
+
+SweepAxis axis(const std::string& name, const std::vector<double>& values) {
+  return {name, {{name, "", name, values, values}}};
+}
+
+std::vector<double> spaced(double from, double to, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i) values.push_back(from + (to - from) * i / (count - 1));
+  return values;
+}
+
+// Planted models ask for nothing but Newton.
+SweepOptions newton_only() {
+  SweepOptions options;
+  options.trimming.method = TrimMethod::newton;
+  return options;
+}
+
+SweepMap swept(const SweepRequest& r, const std::vector<SweepAxis>& axes) {
+  return sweep({r}, axes, newton_only());
+}
+
+// ---- what is expected of a line ----
+
+struct Event {
+  double at;
+  CrossingKind kind;
+  int before, after;
+  double frequency = 0.0;
+};
+
+std::vector<AxisCrossing> crossings_of(const SweepMap& map, int condition, int axis = 0) {
+  std::vector<AxisCrossing> own;
+  for (const AxisCrossing& c : map.crossings)
+    if (c.condition == condition && c.axis == axis) own.push_back(c);
+  return own;
+}
+
+void check_crossings(const SweepMap& map, const std::vector<Event>& expected, int condition = 0,
+                     int axis = 0) {
+  const std::vector<AxisCrossing> found = crossings_of(map, condition, axis);
+  REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double at = found[i].at[std::size_t(axis)];
+    CHECK_NEAR(at, expected[i].at, located);
+    CHECK_NEAR(at, expected[i].at, found[i].error);
+    CHECK(to_string(found[i].kind) == to_string(expected[i].kind));
+    CHECK(found[i].unstable_before == expected[i].before);
+    CHECK(found[i].unstable_after == expected[i].after);
+    CHECK_NEAR(found[i].frequency, expected[i].frequency, located);
+  }
+}
+
+struct Stretch {
+  double from, to;
+  IntervalVerdict verdict;
+  int unstable = 0;
+};
+
+void check_intervals(const SweepMap& map, const std::vector<Stretch>& expected) {
+  REQUIRE(map.intervals.size() == expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const AxisInterval& found = map.intervals[i];
+    CHECK_NEAR(found.from, expected[i].from, located);
+    CHECK_NEAR(found.to, expected[i].to, located);
+    CHECK(to_string(found.verdict) == to_string(expected[i].verdict));
+    CHECK(found.unstable == expected[i].unstable);
+    if (expected[i].verdict == IntervalVerdict::stable) CHECK(found.abscissa <= 0);
+    if (expected[i].verdict == IntervalVerdict::unstable) CHECK(found.abscissa > 0);
+  }
+}
+
+double bisected(double low, double high, const std::function<bool(double)>& as_at_low) {
+  for (int i = 0; i < 50; ++i) {
+    const double middle = 0.5 * (low + high);
+    (as_at_low(middle) ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+// ---- studies ----
+
+Study study(const std::string& text) { return parse_study(text, "sweep_test.toml"); }
+
+SweepMap swept(const Study& s, const SweepOptions& options = {}) {
+  return sweep(sweep_requests(s, s.conditions, s.sweep->axes), s.sweep->axes, options);
+}
+
+// By the road of one point: trim from nothing, linearize, modes.
+Eigen::VectorXcd spectrum_of(const Vehicle& vehicle, const Command& command) {
+  const TrimResult level = trim_closed_loop(vehicle, command);
+  REQUIRE(level);
+  const Modes found = modes(linearize(closed_loop(vehicle), level.point));
+  return Eigen::VectorXcd::NullaryExpr(
+      std::ssize(found.modes), [&](Index i) { return found.modes[std::size_t(i)].eigenvalue; });
+}
+
+int unstable(const Eigen::VectorXcd& spectrum) {
+  return int(std::ranges::count_if(spectrum, [](const Complex& z) { return z.real() > 0; }));
+}
+
+Spectrum spectrum_at(const SweepMap& map, std::size_t point) {
+  Spectrum all;
+  for (std::size_t i = point * map.modes(); i < (point + 1) * map.modes(); ++i)
+    all.emplace_back(map.eigenvalue_re[i], map.eigenvalue_im[i]);
+  return all;
+}
+
+// Largest relative distance of two spectra, each eigenvalue to the nearest that is left.
+double relative_distance(Spectrum a, const Eigen::VectorXcd& b) {
+  double most = 0.0;
+  for (const Complex& z : b) {
+    const auto nearest =
+        std::ranges::min_element(a, {}, [&](const Complex& y) { return std::abs(y - z); });
+    most = std::max(most, std::abs(*nearest - z) / std::abs(z));
+    a.erase(nearest);
+  }
+  return most;
+}
+
+// ---- the same bits ----
+
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+void check_same(const SweepMap& a, const SweepMap& b) {
+  CHECK(a.conditions == b.conditions);
+  CHECK(a.mode_names == b.mode_names);
+  CHECK(a.reasons == b.reasons);
+  CHECK(same_bits(a.status, b.status));
+  CHECK(same_bits(a.verdict, b.verdict));
+  CHECK(same_bits(a.reason, b.reason));
+  CHECK(same_bits(a.residual, b.residual));
+  CHECK(same_bits(a.spectral_abscissa, b.spectral_abscissa));
+  CHECK(same_bits(a.damping, b.damping));
+  CHECK(same_bits(a.state, b.state));
+  CHECK(same_bits(a.input, b.input));
+  CHECK(same_bits(a.eigenvalue_re, b.eigenvalue_re));
+  CHECK(same_bits(a.eigenvalue_im, b.eigenvalue_im));
+  CHECK(same_bits(a.confidence, b.confidence));
+  CHECK(same_bits(a.second_branch, b.second_branch));
+  CHECK(same_bits(a.second.points, b.second.points));
+  CHECK(same_bits(a.second.state, b.second.state));
+  CHECK(same_bits(a.second.input, b.second.input));
+  CHECK(same_bits(a.second.eigenvalue_re, b.second.eigenvalue_re));
+  CHECK(same_bits(a.second.eigenvalue_im, b.second.eigenvalue_im));
+  CHECK(same_bits(a.second.verdict, b.second.verdict));
+  CHECK(as_bytes(LineVerdicts{a.crossings, a.intervals}) ==
+        as_bytes(LineVerdicts{b.crossings, b.intervals}));
+}
+
+// A folder that goes away with the test.
+struct Folder {
+  fs::path path;
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "sweep_test.XXXXXX").string();
+    path = ::mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path); }
+};
+
+template <class Error>
+std::string refusal(const auto& act) {
+  try {
+    act();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return {};
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::string reason_at(const SweepMap& map, std::size_t point) {
+  return map.reasons[std::size_t(map.reason[point])];
+}
+
+}  // namespace
+
+// ---- 1. crossings along an axis ----
+
+namespace {
+
+// Crosses at r (real, leaving) and at s (a pair of frequency 3 + p, entering).
+struct Crossing {
+  double r, s;
+
+  Spectrum operator()(double p) const {
+    return {p - r, Complex(2 * (s - p), 3 + p), -1 - p, Complex(-0.5, 1)};
+  }
+  int unstable(double p) const { return (p > r) + 2 * (p < s); }
+  std::vector<Event> expected(bool rising) const {
+    const double step = rising ? 1e-7 : -1e-7;
+    std::vector<Event> events{
+        {r, CrossingKind::zero, unstable(r - step), unstable(r + step)},
+        {s, CrossingKind::hopf, unstable(s - step), unstable(s + step), 3 + s}};
+    std::ranges::sort(events, {}, [&](const Event& e) { return rising ? e.at : -e.at; });
+    return events;
+  }
+};
+
+SweepRequest crossing_request(Random& random, const Crossing& c) {
+  const auto A = [c](const VectorXd& p) { return blocks(c(p[0])); };
+  return request(planted({"p"}, in_other_coordinates(random, 6, A)));
+}
+
+}  // namespace
+
+TEST_CASE("real and Hopf crossings are located on linear, log, listed and falling axes") {
+  Random random(1);
+  std::vector<double> logarithmic;
+  for (int i = 0; i <= 8; ++i) logarithmic.push_back(0.01 * std::pow(100.0, i / 8.0));
+  for (const std::vector<double>& values :
+       {spaced(0.01, 1, 11), logarithmic, {0.01, 0.05, 0.3, 0.31, 0.7, 1.0}, spaced(1, 0.01, 7)}) {
+    for (int i = 0; i < trials(20); ++i) {
+      const Crossing c{uniform(random, 0.02, 0.99), uniform(random, 0.02, 0.99)};
+      const SweepMap map = swept(crossing_request(random, c), {axis("p", values)});
+      check_crossings(map, c.expected(values.front() < values.back()));
+      const bool rising = values.front() < values.back();
+      for (const AxisInterval& v : map.intervals)
+        CHECK(v.unstable == c.unstable(0.5 * (v.from + v.to)));
+      CHECK(map.intervals.size() == 3);
+      CHECK((rising ? map.intervals.front().from : map.intervals.back().to) == 0.01);
+    }
+  }
+}
+
+TEST_CASE("a crossing says which mode it is") {
+  const Crossing c{0.33, 0.61};
+  const SweepMap map = swept(with_spectrum(c), {axis("p", spaced(0, 1, 6))});
+  check_crossings(map, c.expected(true));
+  REQUIRE(map.crossings.size() == 2);
+  CHECK(map.crossings[0].mode_name == "x0");
+  CHECK(map.crossings[1].mode_name == "x1+x2");
+  for (const AxisCrossing& found : map.crossings) {
+    REQUIRE(found.mode >= 0);
+    CHECK(map.mode_names[0][std::size_t(found.mode)] == found.mode_name);
+    const Complex start = spectrum_at(map, 0)[std::size_t(found.mode)];
+    CHECK_NEAR(start.real(), found.frequency > 0 ? 2 * c.s : -c.r, 1e-12);
+  }
+}
+
+TEST_CASE("a crossing at a grid point, at the first and at the last") {
+  Random random(2);
+  for (const bool transformed : {false, true})
+    for (const double r : {0.25, 0.5}) {
+      const Crossing c{r, 0.75};
+      const SweepRequest q = transformed ? crossing_request(random, c) : with_spectrum(c);
+      check_crossings(swept(q, {axis("p", spaced(0, 1, 9))}), c.expected(true));
+    }
+  // At an end of the axis there is at most one event, and the interval inside is as planted.
+  for (const double end : {0.0, 1.0})
+    for (const double sign : {-1.0, 1.0}) {
+      const auto spectrum = [=](double p) { return Spectrum{sign * (p - end), -1.0}; };
+      const SweepMap map = swept(with_spectrum(spectrum), {axis("p", spaced(0, 1, 9))});
+      const bool left = sign * (0.5 - end) < 0;
+      CHECK(map.crossings.size() <= 1);
+      for (const AxisCrossing& x : map.crossings) CHECK_NEAR(x.at[0], end, located);
+      double longest = 0.0;
+      for (const AxisInterval& v : map.intervals)
+        if (v.to - v.from > 0.5) {
+          longest = v.to - v.from;
+          CHECK(v.verdict == (left ? IntervalVerdict::stable : IntervalVerdict::unstable));
+        }
+      CHECK_NEAR(longest, 1.0, located);
+    }
+}
+
+TEST_CASE("coupled columns move together, between the points too") {
+  const auto A = [](const VectorXd& p) {
+    return blocks({p[0] + p[1] - 2.9, Complex(p[0] * p[1] - 1.7, 2), -1.0});
+  };
+  SweepAxis both = axis("p", spaced(0, 1, 5));
+  both.columns.push_back({"q", "", "q", spaced(2, 3, 5), spaced(2, 3, 5)});
+  const double r = 0.45, s = -1 + std::sqrt(1 + 1.7);  // p (p + 2) = 1.7
+  check_crossings(swept(request(planted({"p", "q"}, A)), {both}),
+                  {{r, CrossingKind::zero, 0, 1}, {s, CrossingKind::hopf, 1, 3, 2}});
+}
+
+TEST_CASE("along h the corridor holds between the points") {
+  const auto A = [](const VectorXd& p) {
+    return blocks({p[0] - 7.3, Complex(0.5 - p[2], 2), p[1] - 10});
+  };
+  const Study s = study(R"([[condition]]
+name = "any"
+V = 5
+gamma_deg = 0
+eta_deg = 0
+[[sweep.axis]]
+key = "h"
+from = 0
+to = 120
+count = 9)");
+  const double V = bisected(0, 120, [](double h) { return corridor(h).V < 7.3; });
+  const double eta = bisected(0, 120, [](double h) { return corridor(h).eta > 0.5; });
+  check_crossings(swept(request(planted({"V", "gamma", "eta"}, A)), s.sweep->axes),
+                  {{V, CrossingKind::zero, 0, 1}, {eta, CrossingKind::hopf, 1, 3, 2}});
+}
+
+// ---- 2. windows narrower than the grid ----
+
+namespace {
+
+// The real part c ((p - middle)² + bend) of one eigenvalue or a pair, among others that stay left.
+struct Window {
+  double middle, c, bend;
+  bool pair;
+  int others;
+
+  Spectrum operator()(double p) const {
+    const double d = p - middle;
+    const double re = c * (d * d + bend);
+    Spectrum all{pair ? Complex(re, 2 + p) : Complex(re)};
+    for (int i = 0; i < others; ++i)
+      all.push_back(i % 2 ? Complex(-0.7 * i, 1.3 * i) : Complex(-1.0 - i));
+    return all;
+  }
+};
+
+std::vector<SweepRequest> window_requests(Random& random, const std::vector<Window>& windows) {
+  std::vector<SweepRequest> all;
+  for (const Window& w : windows) {
+    const auto A = [w](const VectorXd& p) { return blocks(w(p[0])); };
+    const Index n = A(vec({0})).rows();
+    all.push_back(request(planted({"p"}, in_other_coordinates(random, n, A))));
+    // Conditions of one map have the same states.
+    REQUIRE(n == all.front().model.states.size());
+  }
+  return all;
+}
+
+Window random_window(Random& random, double bend_sign) {
+  constexpr double step = 0.1;
+  const double width = step * std::pow(10.0, uniform(random, -3, -1));
+  Window w{uniform(random, 0.01, 0.99), 0, bend_sign * width * width / 4, random() % 2 == 0, 3};
+  w.c = uniform(random, 0.3, 3) * (random() % 2 ? 1 : -1);
+  if (w.pair) w.others = 2;  // five states each: 2 + 1 + 2 or 1 + 1 + 2 + 1
+  return w;
+}
+
+}  // namespace
+
+TEST_CASE("windows from a tenth to a thousandth of a grid step are found, both ends") {
+  Random random(3);
+  std::vector<Window> windows;
+  for (int i = 0; i < trials(500); ++i) windows.push_back(random_window(random, -1));
+  const SweepMap map =
+      sweep(window_requests(random, windows), {axis("p", spaced(0, 1, 11))}, newton_only());
+  int missed = 0, invented = 0, beyond_error = 0;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < windows.size(); ++i) {
+    const Window& w = windows[i];
+    const std::vector<AxisCrossing> found = crossings_of(map, int(i));
+    missed += found.size() < 2;
+    invented += found.size() > 2;
+    for (std::size_t k = 0; k < found.size() && found.size() == 2; ++k) {
+      const double end = w.middle + (k ? 1 : -1) * std::sqrt(-w.bend);
+      const double miss = std::abs(found[k].at[0] - end);
+      worst = std::max(worst, miss);
+      beyond_error += miss > found[k].error;
+      CHECK(found[k].kind == (w.pair ? CrossingKind::hopf : CrossingKind::zero));
+      CHECK(std::abs(found[k].unstable_after - found[k].unstable_before) == (w.pair ? 2 : 1));
+    }
+  }
+  CHECK(missed == 0);
+  CHECK(invented == 0);
+  CHECK(worst <= located);
+  CHECK(beyond_error == 0);
+}
+
+TEST_CASE("curves that just miss the axis do not cross it") {
+  Random random(4);
+  std::vector<Window> windows;
+  for (int i = 0; i < trials(200); ++i) windows.push_back(random_window(random, 1));
+  const SweepMap map =
+      sweep(window_requests(random, windows), {axis("p", spaced(0, 1, 11))}, newton_only());
+  CHECK(map.crossings.empty());
+  CHECK(map.intervals.size() == windows.size());
+}
+
+TEST_CASE("a curve that touches the axis is a touch") {
+  Random random(5);
+  for (int i = 0; i < trials(20); ++i) {
+    Window w = random_window(random, 1);
+    w.bend = 0;
+    const SweepMap map =
+        sweep(window_requests(random, {w}), {axis("p", spaced(0, 1, 11))}, newton_only());
+    for (const AxisCrossing& c : map.crossings) {
+      CHECK_NEAR(c.at[0], w.middle, 1e-6);  // rounding of 1e-13 / c, and the root of it
+      CHECK(c.kind == CrossingKind::touch);
+    }
+    CHECK(!map.crossings.empty());
+    CHECK(map.crossings.size() < 10);
+  }
+}
+
+// ---- 3. mode identity ----
+
+namespace {
+
+// Three pieces: two real modes that veer at a gap (or cross), a pair that comes and goes as two
+// real ones, a real one that passes through. Labels continue where the path is continuous.
+struct Paths {
+  double a, gap, at;      // a ± √((p - at)² + gap²)
+  double b, merge, part;  // b ± √(4 (p - merge)(p - part))
+  double c;               // c - p
+
+  MatrixXd matrix(double p) const {
+    MatrixXd A = MatrixXd::Zero(5, 5);
+    A(0, 0) = a + (p - at), A(1, 1) = a - (p - at), A(0, 1) = A(1, 0) = gap;
+    A(2, 2) = A(3, 3) = b, A(2, 3) = 1, A(3, 2) = discriminant(p);
+    A(4, 4) = c - p;
+    return A;
+  }
+  double discriminant(double p) const { return 4 * (p - merge) * (p - part); }
+  Spectrum labels(double p) const {
+    const double d = gap > 0 ? std::hypot(p - at, gap) : p - at;
+    const Complex root = std::sqrt(Complex(discriminant(p)));
+    return {a + d, a - d, b + root, b - root, c - p};
+  }
+};
+
+Paths random_paths(Random& random) {
+  Paths paths{};
+  paths.a = uniform(random, -3, -2);
+  paths.gap = random() % 3 == 0 ? 0.0 : std::pow(10.0, uniform(random, -2.5, -0.5));
+  paths.at = uniform(random, 0.1, 0.9);
+  paths.b = uniform(random, -7, -6);
+  paths.merge = uniform(random, 0.1, 0.4), paths.part = uniform(random, 0.6, 0.9);
+  paths.c = uniform(random, -2.8, -1.2);
+  return paths;
+}
+
+// The label nearest to an eigenvalue; -1 where two are too near to tell.
+int label_of(const Spectrum& labels, const Complex& z) {
+  int nearest = 0, close = 0;
+  for (int i = 0; i < std::ssize(labels); ++i) {
+    if (std::abs(labels[std::size_t(i)] - z) < std::abs(labels[std::size_t(nearest)] - z))
+      nearest = i;
+    close += std::abs(labels[std::size_t(i)] - z) < 1e-6;
+  }
+  CHECK(close >= 1);
+  return close == 1 ? nearest : -1;
+}
+
+}  // namespace
+
+TEST_CASE("modes keep their places through veerings, crossings, merging pairs") {
+  Random random(6);
+  const std::vector<double> values = spaced(0, 1, 21);
+  int links = 0, trusted = 0, swapped = 0;
+  std::vector<SweepRequest> requests;
+  std::vector<Paths> all;
+  for (int i = 0; i < trials(300); ++i) {
+    all.push_back(random_paths(random));
+    const auto A = [paths = all.back()](const VectorXd& p) { return paths.matrix(p[0]); };
+    requests.push_back(request(planted({"p"}, in_other_coordinates(random, 5, A))));
+  }
+  SweepOptions options = newton_only();
+  options.crossings = false;
+  const SweepMap map = sweep(requests, {axis("p", values)}, options);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    for (std::size_t k = 1; k < values.size(); ++k)
+      for (std::size_t mode = 0; mode < 5; ++mode) {
+        const std::size_t here = i * values.size() + k;
+        const int before = label_of(all[i].labels(values[k - 1]), spectrum_at(map, here - 1)[mode]);
+        const int after = label_of(all[i].labels(values[k]), spectrum_at(map, here)[mode]);
+        if (before < 0 || after < 0) continue;
+        ++links;
+        if (map.confidence[here * 5 + mode] < 128) continue;
+        ++trusted;
+        swapped += before != after;
+      }
+  CHECK(swapped == 0);
+  CHECK(double(trusted) / double(links) > 0.99);
+}
+
+// ---- 4. jumps ----
+
+namespace {
+
+constexpr double jump_at = 0.43219876543;
+
+// One eigenvalue jumps from `before` to `after`; the equilibrium does if `moves`.
+Model jumping(double before, double after, bool moves, bool declared) {
+  const auto A = [=](const VectorXd& p) {
+    return blocks({p[0] < jump_at ? before : after, Complex(-1, 2)});
+  };
+  Model m = planted({"p"}, A);
+  if (moves)
+    m.f = [A](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
+      const double shift = p[0] < jump_at ? 0.0 : 0.2;
+      return A(p) * (x - equilibrium(3, p) - VectorXd::Constant(3, shift));
+    };
+  if (declared)
+    m.switches = {{"p = jump", [](const OperatingPoint& at) { return at.p[0] - jump_at; }}};
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("a jump across the axis is located, declared or not") {
+  for (const bool declared : {true, false})
+    for (const bool moves : {false, true}) {
+      const std::string which = fmt::format("declared {}, moves {}", declared, moves);
+      INFO(which);
+      const SweepMap map =
+          swept(request(jumping(-1, 0.5, moves, declared)), {axis("p", spaced(0, 1, 6))});
+      REQUIRE(map.crossings.size() == 1);
+      const AxisCrossing& c = map.crossings[0];
+      CHECK_NEAR(c.at[0], jump_at, located);
+      CHECK_NEAR(c.at[0], jump_at, c.error);
+      if (declared || moves) CHECK(c.kind == CrossingKind::jump);
+      CHECK((c.unstable_before == 0 && c.unstable_after == 1));
+      check_intervals(
+          map, {{0, jump_at, IntervalVerdict::stable}, {jump_at, 1, IntervalVerdict::unstable, 1}});
+    }
+}
+
+TEST_CASE("an undeclared jump of the matrix alone is a jump") {
+  const SweepMap map = swept(request(jumping(-1, 0.5, false, false)), {axis("p", spaced(0, 1, 6))});
+  REQUIRE(map.crossings.size() == 1);
+  CHECK(map.crossings[0].kind == CrossingKind::jump);
+}
+
+TEST_CASE("a jump on one side of the axis changes no verdict") {
+  for (const bool declared : {true, false}) {
+    const SweepMap map =
+        swept(request(jumping(-3, -0.5, true, declared)), {axis("p", spaced(0, 1, 6))});
+    for (const AxisCrossing& c : map.crossings) {
+      CHECK_NEAR(c.at[0], jump_at, located);
+      CHECK(c.unstable_before == c.unstable_after);
+    }
+    CHECK(std::ranges::all_of(
+        map.intervals, [](const AxisInterval& i) { return i.verdict == IntervalVerdict::stable; }));
+  }
+}
+
+// ---- 5. existence ----
+
+namespace {
+
+// x' = p - fold - x², the stable root from x = 1.
+SweepRequest fold_request(double fold) {
+  SweepRequest r = request(scalar([fold](double x, double p) { return p - fold - x * x; },
+                                  [](double x, double) { return -2 * x; }));
+  r.spec.bounds = {{"x", {-0.1, 5}}};
+  r.guess.x[0] = 1.0;
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("a fold ends the interval with trims, and every point says so") {
+  Random random(7);
+  for (int i = 0; i < trials(20); ++i) {
+    const double fold = uniform(random, 0.02, 0.98);
+    const std::vector<double> values = spaced(0, 1, 11);
+    const SweepMap map = swept(fold_request(fold), {axis("p", values)});
+    check_intervals(map, {{0, fold, IntervalVerdict::no_trim}, {fold, 1, IntervalVerdict::stable}});
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const bool there = values[k] > fold;
+      CHECK((TrimStatus(map.status[k]) == TrimStatus::converged) == there);
+      CHECK((map.verdict[k] == (there ? int(Verdict::stable) : -1)));
+      CHECK(reason_at(map, k).empty() == there);
+      if (there) CHECK_NEAR(map.state[k], std::sqrt(values[k] - fold), 1e-9);
+      if (there) CHECK_NEAR(map.eigenvalue_re[k], -2 * std::sqrt(values[k] - fold), 2e-9);
+      if (!there) CHECK((std::isnan(map.state[k]) && std::isnan(map.eigenvalue_re[k])));
+    }
+  }
+}
+
+TEST_CASE("a fold just beside a place that halving visits") {
+  for (const double beside : {1e-3, 1e-5, 1e-7, 1e-9, -1e-9, -1e-7, -1e-5}) {
+    const double fold = 0.55 + beside;  // the middle of a step
+    const SweepMap map = swept(fold_request(fold), {axis("p", spaced(0, 1, 11))});
+    INFO("beside by " << beside);
+    check_intervals(map, {{0, fold, IntervalVerdict::no_trim}, {fold, 1, IntervalVerdict::stable}});
+  }
+}
+
+TEST_CASE("a limit ends the interval, on a state, an output and along a falling axis") {
+  constexpr double limit = 0.7313;
+  Model m = scalar([](double x, double p) { return p - x; }, [](double, double) { return -1.0; });
+  m.outputs = {{"y", "kg", 1.0}};
+  m.h = [](const VectorXd& x, const VectorXd&, const VectorXd&) { return vec({2 * x[0]}); };
+  m.derivatives = {};
+  for (const bool output : {false, true})
+    for (const bool falling : {false, true}) {
+      SweepRequest r = request(m);
+      r.spec.bounds = {{output ? "y" : "x", {-10, (output ? 2 : 1) * limit}}};
+      r.guess.x[0] = 0.5;
+      std::vector<double> values = spaced(0, 1, 6);
+      if (falling) std::ranges::reverse(values);
+      const SweepMap map = swept(r, {axis("p", values)});
+      const Stretch with{falling ? limit : 0, falling ? 0 : limit, IntervalVerdict::stable};
+      const Stretch without{falling ? 1 : limit, falling ? limit : 1, IntervalVerdict::no_trim};
+      if (falling) check_intervals(map, {without, with});
+      if (!falling) check_intervals(map, {with, without});
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        const bool there = values[k] < limit;
+        CHECK((TrimStatus(map.status[k]) == TrimStatus::converged) == there);
+        CHECK(reason_at(map, k).empty() == there);
+      }
+    }
+}
+
+// ---- 6. second branch ----
+
+namespace {
+
+// x' = p + x - x³ in states of effort x²: between the folds the branch nearer to zero is the
+// point's.
+SweepRequest hysteresis() {
+  SweepRequest r = request(scalar([](double x, double p) { return p + x - x * x * x; },
+                                  [](double x, double) { return 1 - 3 * x * x; }));
+  r.spec.effort = {{"x", 1.0, 0.0}};
+  r.spec.bounds = {{"x", {-4, 4}}};
+  r.guess.x[0] = -1;
+  return r;
+}
+
+// Roots of x³ - x = p that are stable: rising.                                    [Vieta, by
+// cosine]
+std::vector<double> stable_roots(double p) {
+  std::vector<double> roots;
+  const double c = 1.5 * std::sqrt(3.0) * p;
+  if (std::abs(c) > 1) {
+    const double d = std::sqrt(p * p / 4 - 1.0 / 27);
+    return {std::cbrt(p / 2 + d) + std::cbrt(p / 2 - d)};
+  }
+  for (const double turn : {2 * pi / 3, 0.0})
+    roots.push_back(2 / std::sqrt(3.0) * std::cos(std::acos(c) / 3 + turn));
+  return roots;
+}
+
+}  // namespace
+
+TEST_CASE("two branches are flagged between the folds and nowhere else") {
+  for (const bool falling : {false, true}) {
+    std::vector<double> values = spaced(-1, 1, 60);
+    if (falling) std::ranges::reverse(values);
+    const SweepMap map = swept(hysteresis(), {axis("p", values)});
+    const double fold = 2 / (3 * std::sqrt(3.0));
+    std::size_t seconds = 0;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const bool two = std::abs(values[k]) < fold;
+      CHECK(bool(map.second_branch[k]) == two);
+      std::vector<double> roots = stable_roots(values[k]);
+      REQUIRE(roots.size() == (two ? 2U : 1U));
+      std::ranges::sort(roots, {}, [](double x) { return std::abs(x); });
+      CHECK_NEAR(map.state[k], roots[0], 1e-9);
+      CHECK_NEAR(map.eigenvalue_re[k], 1 - 3 * roots[0] * roots[0], 1e-8);
+      if (!two || !map.second_branch[k]) continue;
+      REQUIRE(seconds < map.second.points.size());
+      CHECK(map.second.points[seconds] == k);
+      CHECK_NEAR(map.second.state[seconds], roots[1], 1e-9);
+      CHECK_NEAR(map.second.eigenvalue_re[seconds], 1 - 3 * roots[1] * roots[1], 1e-8);
+      CHECK(map.second.verdict[seconds] == int(Verdict::stable));
+      ++seconds;
+    }
+    CHECK(map.second.points.size() == seconds);
+  }
+}
+
+// ---- 7. the tiltrotor ----
+
+TEST_CASE("the corridor is unstable in two intervals of height, by two roads") {
+  const Study s = study(R"([[condition]]
+name = "corridor"
+V = 2
+gamma_deg = 90
+eta_deg = 90
+[[sweep.axis]]
+key = "h"
+from = 0
+to = 120
+count = 61)");
+  const Vehicle vehicle = reference_vehicle();
+  const auto count_at = [&](double h) { return unstable(spectrum_of(vehicle, corridor(h))); };
+  const auto end = [&](double low, double high, int at_low) {
+    return bisected(low, high, [&](double h) { return (count_at(h) > 0) == (at_low > 0); });
+  };
+  const double over = bisected(46, 47, [](double h) { return corridor(h).eta > pi / 3; });
+  const double first = end(51, 51.2, 1), second = end(51.5, 51.7, 0), third = end(53.6, 53.8, 1);
+  CHECK_NEAR(over, 46.4355771726, printed_to("46.4355771726"));
+  CHECK_NEAR(first, 51.0964218661, 2 * located);
+  const SweepMap map = swept(s);
+  check_intervals(map, {{0, over, IntervalVerdict::stable},
+                        {over, first, IntervalVerdict::unstable, count_at(over + 1)},
+                        {first, second, IntervalVerdict::stable},
+                        {second, third, IntervalVerdict::unstable, count_at(53)},
+                        {third, 120, IntervalVerdict::stable}});
+  REQUIRE(map.crossings.size() == 4);
+  CHECK(map.crossings[0].kind == CrossingKind::jump);
+  for (std::size_t k = 0; k < map.points(); ++k)
+    CHECK(relative_distance(spectrum_at(map, k), spectrum_of(vehicle, corridor(2.0 * double(k)))) <=
+          1e-9);
+}
+
+namespace {
+
+struct Flight {
+  std::string name;
+  double V, angle, blend;  // path and tilt are one in the corridor
+};
+const Flight helicopter{"helicopter", 2, 90, 0}, airplane{"airplane", 15, 0, 0},
+    hand_over{"hand-over", 4.3, 60, 20};
+
+std::string flight_text(const Flight& f) {
+  return fmt::format(
+      "[aircraft]\ncyclic_blend_deg = {}\n[[condition]]\nname = \"{}\"\nV = {}\ngamma_deg = "
+      "{}\neta_deg = {}\n",
+      f.blend, f.name, f.V, f.angle, f.angle);
+}
+
+std::string axis_text(const std::string& gain, double from, double to, int count) {
+  return fmt::format("[[sweep.axis]]\nkey = \"{}\"\nfrom = {}\nto = {}\ncount = {}\n", gain, from,
+                     to, count);
+}
+
+// The vehicle of the study at a point of its map.
+Vehicle vehicle_at(const Study& s, const SweepMap& map, std::size_t point) {
+  Vehicle vehicle = s.vehicle;
+  const std::vector<std::size_t> position = map.position(point);
+  for (std::size_t a = 0; a < map.axes.size(); ++a)
+    gain_value(vehicle.gains, std::size_t(find(gain_signals(), map.axes[a].columns[0].signal))) =
+        map.axes[a].columns[0].si[position[a + 1]];
+  return vehicle;
+}
+
+}  // namespace
+
+TEST_CASE("along every gain each point is what trim, linearize and modes say") {
+  SweepOptions options;
+  options.crossings = false;
+  const Gains reference;
+  for (const Flight& flight : {helicopter, airplane, hand_over})
+    for (std::size_t g = 0; g < gain_signals().size(); ++g) {
+      Gains gains = reference;
+      const double middle = gain_value(gains, g);
+      const std::string name = gain_signals()[g].name;
+      INFO(flight.name << ", " << name);
+      const Study s = study(flight_text(flight) + axis_text(name, 0.4 * middle, 2 * middle, 4));
+      const SweepMap map = swept(s, options);
+      for (std::size_t k = 0; k < map.points(); ++k) {
+        REQUIRE(map.verdict[k] >= 0);
+        const Eigen::VectorXcd expected =
+            spectrum_of(vehicle_at(s, map, k), s.conditions[0].command);
+        CHECK(relative_distance(spectrum_at(map, k), expected) <= 1e-9);
+      }
+    }
+}
+
+TEST_CASE("crossings along gains are those of bisection") {
+  const std::vector<std::tuple<Flight, std::string, double, double>> lines{
+      {airplane, "gains.k_pe", 0.01, 1},   {airplane, "gains.k_de", 0.01, 10},
+      {airplane, "gains.K_Lp", 0.05, 8},   {airplane, "gains.K_Li", 0.01, 3},
+      {helicopter, "gains.K_Ei", 0.1, 60}, {helicopter, "gains.K_Ep", 0.1, 20},
+      {helicopter, "gains.k_pa", 0.1, 20}, {helicopter, "gains.K_Li", 0.01, 5},
+      {hand_over, "gains.K_Lp", 0.05, 4},  {helicopter, "gains.k_V", 0.5, 60}};
+  int crossings = 0;
+  for (const auto& [flight, gain, from, to] : lines) {
+    INFO(flight.name << ", " << gain);
+    const Study s = study(flight_text(flight) + axis_text(gain, from, to, 9));
+    const SweepMap map = swept(s);
+    const auto count_at = [&, signal = gain](double value) {
+      Vehicle vehicle = s.vehicle;
+      gain_value(vehicle.gains, std::size_t(find(gain_signals(), signal))) = value;
+      return unstable(spectrum_of(vehicle, s.conditions[0].command));
+    };
+    for (const AxisCrossing& c : map.crossings) {
+      const double around = 1e-4 * (to - from), at = c.at[0];
+      CHECK(count_at(at - around) == c.unstable_before);
+      CHECK(count_at(at + around) == c.unstable_after);
+      const double by_bisection = bisected(at - around, at + around, [&](double value) {
+        return count_at(value) == c.unstable_before;
+      });
+      CHECK_NEAR(at, by_bisection, std::max(located, c.error));
+      ++crossings;
+    }
+    for (const AxisInterval& i : map.intervals)
+      for (const double share : {0.1, 0.5, 0.9})
+        CHECK(count_at(i.from + share * (i.to - i.from)) == i.unstable);
+  }
+  CHECK(crossings >= 6);
+}
+
+// ---- 8. the same bits ----
+
+namespace {
+
+// x' = p + q x - x³ beside a pair and a real mode: second branches, folds, crossings.
+SweepRequest cusp() {
+  Model m;
+  m.states = {{"x", "", 1.0}, {"y", "", 1.0}, {"z", "", 1.0}};
+  m.parameters = {{"p", "", 1.0}, {"q", "", 1.0}};
+  m.f = [](const VectorXd& x, const VectorXd&, const VectorXd& p) {
+    const double damped = p[0] - 0.3 * p[1];
+    return vec({p[0] + p[1] * x[0] - std::pow(x[0], 3), damped * x[1] + x[2] - x[0],
+                -x[1] + damped * x[2]});
+  };
+  SweepRequest r = request(m, "cusp");
+  r.spec.effort = {{"x", 1.0, 0.0}};
+  r.guess.x[0] = -1;
+  return r;
+}
+
+std::vector<SweepAxis> cusp_axes() {
+  return {axis("q", spaced(0.5, 1.5, 7)), axis("p", spaced(-1, 1, 19))};
+}
+
+// Swept with a log, interrupted at random moments until it is done.
+SweepMap with_interruptions(Random& random, const std::vector<SweepRequest>& requests,
+                            const std::vector<SweepAxis>& axes, SweepOptions options, int& times) {
+  for (times = 0; times < 100; ++times) {
+    std::stop_source stop;
+    options.stop = stop.get_token();
+    options.observe = [&](const SweepProgress&) {
+      if (random() % 3 == 0) stop.request_stop();
+    };
+    try {
+      return sweep(requests, axes, options);
+    } catch (const SweepInterrupted&) {
+    }
+  }
+  FAIL("no progress");
+  return {};
+}
+
+}  // namespace
+
+TEST_CASE("the same bits on 1, 2, 3 and 8 threads, and taken up again") {
+  Random random(8);
+  SweepOptions options = newton_only();
+  options.threads = 1;
+  const SweepMap alone = sweep({cusp()}, cusp_axes(), options);
+  CHECK(!alone.second.points.empty());
+  CHECK(alone.crossings.size() > 10);
+  for (const int threads : {2, 3, 8}) {
+    options.threads = threads;
+    check_same(alone, sweep({cusp()}, cusp_axes(), options));
+  }
+  int interruptions = 0;
+  for (int i = 0; i < trials(20); ++i) {
+    const Folder folder;
+    options.threads = 1 + i % 4;
+    options.log = folder.path / "log";
+    options.checkpoint = 0;
+    options.identity = "cusp";
+    int times = 0;
+    check_same(alone, with_interruptions(random, {cusp()}, cusp_axes(), options, times));
+    interruptions += times;
+  }
+  CHECK(interruptions > trials(20));
+}
+
+TEST_CASE("the same bits of the tiltrotor, two gains, two threads and one") {
+  const Study s = study(flight_text(airplane) + axis_text("gains.K_Lp", 0.1, 4, 5) +
+                        axis_text("gains.k_de", 0.1, 8, 5));
+  SweepOptions options;
+  options.threads = 1;
+  const SweepMap alone = swept(s, options);
+  options.threads = 2;
+  check_same(alone, swept(s, options));
+}
+
+TEST_CASE("a log of other work, or of another instruction set, is refused") {
+  const Folder folder;
+  SweepOptions options = newton_only();
+  options.log = folder.path / "log";
+  options.identity = "this study";
+  (void)sweep({cusp()}, cusp_axes(), options);
+  options.identity = "another study";
+  CHECK(contains(refusal<LogError>([&] { (void)sweep({cusp()}, cusp_axes(), options); }),
+                 "another study"));
+  options.log = folder.path / "other";
+  { Log(options.log, options.identity + "\nof a machine to come"); }
+  CHECK(contains(refusal<LogError>([&] { (void)sweep({cusp()}, cusp_axes(), options); }),
+                 instruction_set()));
+}
+
+// ---- 9. mistakes and models that fail ----
+
+TEST_CASE("the caller's mistakes are named") {
+  const SweepRequest r = cusp();
+  const auto said = [&](const std::vector<SweepRequest>& requests,
+                        const std::vector<SweepAxis>& axes) {
+    return refusal<std::invalid_argument>([&] { (void)sweep(requests, axes, newton_only()); });
+  };
+  const SweepAxis p = axis("p", spaced(0, 1, 3));
+  CHECK(contains(said({}, {p}), "no condition"));
+  CHECK(contains(said({r}, {}), "no axis"));
+  CHECK(contains(said({r}, {axis("pp", {0, 1})}), "pp"));
+  CHECK(contains(said({r}, {axis("x", {0, 1})}), "x is free in this trim"));
+  CHECK(contains(said({r, fold_request(0)}, {p}), "other states than 'cusp'"));
+  SweepRequest unknown_input = r;
+  unknown_input.inputs = {"rudder"};
+  CHECK(contains(said({unknown_input}, {p}), "rudder"));
+  const Study s = study(flight_text(airplane) + axis_text("gains.K_Lp", 1, 2, 2));
+  Condition table = s.conditions[0];
+  table.formulation = Formulation::table;
+  CHECK(contains(
+      refusal<std::invalid_argument>([&] { (void)sweep_requests(s, {table}, s.sweep->axes); }),
+      "condition 'airplane'"));
+  CHECK(contains(refusal<std::invalid_argument>([&] {
+                   (void)sweep_requests(s, s.conditions, {axis("theta0", {0, 1})});
+                 }),
+                 "theta0"));
+}
+
+TEST_CASE("points where the model throws or answers NaN have a status and a reason") {
+  Model m = scalar([](double x, double p) { return p - x; }, [](double, double) { return -1.0; });
+  m.derivatives = {};
+  m.f = [](const VectorXd& x, const VectorXd&, const VectorXd& p) {
+    if (p[0] > 0.6) throw std::runtime_error("the table ends at 0.6");
+    return vec({p[0] < 0.3 ? not_a_number : p[0] - x[0]});
+  };
+  SweepRequest r = request(m);
+  r.guess.p[0] = 0.5;
+  const std::vector<double> values = spaced(0, 1, 21);
+  const SweepMap map = swept(r, {axis("p", values)});
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const TrimStatus status{map.status[k]};
+    const bool there = values[k] >= 0.3 && values[k] <= 0.6;
+    CHECK((map.verdict[k] >= 0) == there);
+    CHECK(reason_at(map, k).empty() == there);
+    if (there) CHECK_NEAR(map.state[k], values[k], 1e-10);
+    if (values[k] < 0.3) CHECK(status == TrimStatus::not_finite);
+    if (values[k] > 0.6) CHECK(status == TrimStatus::model_threw);
+    if (values[k] > 0.6) CHECK(contains(reason_at(map, k), "the table ends at 0.6"));
+  }
+  check_intervals(map, {{0, 0.3, IntervalVerdict::no_trim},
+                        {0.3, 0.6, IntervalVerdict::stable},
+                        {0.6, 1, IntervalVerdict::no_trim}});
+}
+
+// ---- 10. sizes ----
+
+TEST_CASE("three axes: every point is its own, lines cross where planted") {
+  const auto A = [](const VectorXd& p) {
+    return blocks({p[0] + 2 * p[1] - 3 * p[2] - 0.55, Complex(-1 - p[0], 2 + p[1])});
+  };
+  const SweepMap map =
+      swept(request(planted({"a", "b", "c"}, A)),
+            {axis("a", spaced(0, 1, 3)), axis("b", spaced(0, 1, 4)), axis("c", spaced(0, 1, 5))});
+  REQUIRE(map.points() == 60);
+  for (std::size_t k = 0; k < map.points(); ++k) {
+    const std::vector<std::size_t> at = map.position(k);
+    const VectorXd p = vec({double(at[1]) / 2, double(at[2]) / 3, double(at[3]) / 4});
+    CHECK(relative_distance(spectrum_at(map, k), eigenvalues(A(p))) <= 1e-12);
+    CHECK_NEAR(map.eigenvalue_re[k * 3], A(p)(0, 0), 1e-12);  // the same mode everywhere
+    for (Index i = 0; i < 3; ++i)
+      CHECK_NEAR(map.state[k * 3 + std::size_t(i)], equilibrium(3, p)[i], 1e-9);
+  }
+  std::size_t lines = 0;
+  for (const AxisCrossing& c : map.crossings) {
+    CHECK_NEAR(c.at[0] + 2 * c.at[1] - 3 * c.at[2], 0.55, 3 * located);
+    lines += c.axis == 2;
+  }
+  CHECK(lines == 9);  // of 12 along c: where 0 < a + 2 b - 0.55 < 3
+}
+
+TEST_CASE("axes of one point, grids of one, one state") {
+  const Crossing c{0.3, 0.6};
+  const SweepMap point = swept(with_spectrum(c), {axis("p", {0.4})});
+  CHECK(point.points() == 1);
+  CHECK(relative_distance(spectrum_at(point, 0), eigenvalues(blocks(c(0.4)))) <= 1e-12);
+  const auto A = [](const VectorXd& p) { return blocks({p[0] - 0.4 * p[1]}); };
+  const SweepRequest one_state = request(planted({"p", "q"}, A));
+  const SweepMap square = swept(one_state, {axis("p", {0.5}), axis("q", {1})});
+  CHECK(square.points() == 1);
+  CHECK_NEAR(square.eigenvalue_re[0], 0.1, 1e-15);
+  CHECK(square.verdict[0] == int(Verdict::unstable));
+  const SweepMap column = swept(one_state, {axis("p", spaced(0, 1, 3)), axis("q", {1})});
+  check_crossings(column, {{0.4, CrossingKind::zero, 0, 1}});
+  const SweepMap row = swept(one_state, {axis("p", {0.4}), axis("q", spaced(0.1, 2, 4))});
+  check_crossings(row, {{1.0, CrossingKind::zero, 1, 0}}, 0, 1);
+}
+
+TEST_CASE("17 states are more than the batch takes: refused in words, before the work") {
+  int calls = 0;
+  const auto A = [&calls](const VectorXd& p) -> MatrixXd {
+    ++calls;
+    return (VectorXd::LinSpaced(17, -17, -1) * (1 + p[0])).asDiagonal();
+  };
+  const SweepRequest r = request(planted({"p"}, A));
+  calls = 0;
+  const std::string words =
+      refusal<std::invalid_argument>([&] { (void)swept(r, {axis("p", spaced(0, 1, 3))}); });
+  CHECK(contains(words, "17"));
+  CHECK(contains(words, "16"));
+}
+
+// ---- 11. more unknowns than equations ----
+
+namespace {
+
+// x' = u1 + u2 + p - a x, least u1² + 2 u2²: u = -p (2/3, 1/3) at x = 0; the eigenvalue is p - 0.4.
+SweepRequest allocation() {
+  Model m;
+  m.states = {{"x", "", 1.0}};
+  m.inputs = {{"u1", "", 1.0}, {"u2", "", 1.0}};
+  m.parameters = {{"p", "", 1.0}};
+  m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+    return vec({u[0] + u[1] + p[0] + (p[0] - 0.4) * x[0]});
+  };
+  SweepRequest r{"allocation", m, {.free = {"u1", "u2"}, .still = {"x"}}, {}, {"u1", "u2"}};
+  r.spec.effort = {{"u1", 1.0}, {"u2", std::sqrt(0.5)}};
+  r.guess = {VectorXd::Zero(1), VectorXd::Zero(2), VectorXd::Zero(1)};
+  return r;
+}
+
+}  // namespace
+
+TEST_CASE("least effort: point by point") {
+  const std::vector<double> values = spaced(0, 1, 6);
+  const SweepMap map = sweep({allocation()}, {axis("p", values)});
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    CHECK(map.verdict[k] >= 0);
+    CHECK_NEAR(map.input[2 * k], -2 * values[k] / 3, 1e-7);
+    CHECK_NEAR(map.input[2 * k + 1], -values[k] / 3, 1e-7);
+    CHECK_NEAR(map.eigenvalue_re[k], values[k] - 0.4, 1e-9);
+  }
+}
+
+TEST_CASE("least effort: nothing is invented between the points") {
+  const SweepMap map = sweep({allocation()}, {axis("p", {0.5, 0.7, 1.0})});
+  for (const AxisInterval& i : map.intervals) CHECK(i.verdict != IntervalVerdict::no_trim);
+  CHECK(map.crossings.empty());
+}
+
+TEST_CASE("free inputs and parameters that are not kept are found again between the points") {
+  Model m;
+  m.states = {{"x", "", 1.0}, {"y", "", 1.0}};
+  m.inputs = {{"u", "", 1.0}};
+  m.parameters = {{"p", "", 1.0}, {"c", "", 1.0}};
+  // At rest u = p and c = u²; ∂y'/∂y = c - 0.3.
+  m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+    return vec({u[0] - p[0] - x[0], p[1] - u[0] * u[0] + (p[1] - 0.3) * x[1]});
+  };
+  SweepRequest r{"free", m, {.free = {"u", "c"}, .still = {"x", "y"}}, {}, {}};
+  r.guess = {VectorXd::Zero(2), vec({0.4}), vec({0.4, 0.2})};
+  check_crossings(swept(r, {axis("p", spaced(0.2, 1, 5))}),
+                  {{std::sqrt(0.3), CrossingKind::zero, 0, 1}});
+}
+
+TEST_CASE("the airframe with more unknowns than equations, along V") {
+  const Study s = study(R"([[condition]]
+name = "free"
+formulation = "airframe"
+V = 15
+eta_deg = 20
+[[sweep.axis]]
+key = "V"
+from = 12
+to = 16
+count = 3)");
+  const std::vector<SweepRequest> requests = sweep_requests(s, s.conditions, s.sweep->axes);
+  const SweepMap map = sweep(requests, s.sweep->axes, {.crossings = false});
+  for (std::size_t k = 0; k < map.points(); ++k) {
+    AirframeCondition condition{.values = s.conditions[0].values};
+    condition.values["V"] = {s.sweep->axes[0].columns[0].si[k], s.sweep->axes[0].columns[0].si[k]};
+    const TrimProblem own = airframe_problem(s.vehicle, condition);
+    const TrimResult level = trim(own.model, own.spec, own.guess);
+    REQUIRE(level);
+    CHECK(TrimStatus(map.status[k]) == level.status);
+    for (std::size_t i = 0; i < map.inputs.size(); ++i)
+      CHECK_NEAR(map.input[k * map.inputs.size() + i], level.point.u[Index(i)], 1e-6);
+  }
+}
