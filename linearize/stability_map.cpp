@@ -390,18 +390,13 @@ Roots roots(const Series& s, Wide most) {
 
 // p0 and p1 at s = iω, by x = ω²: E + iω O.
 struct OnAxis {
-  std::size_t n;
-  Polynomial p0, p1;
   Series E0, O0, E1, O1;
 
-  OnAxis(const Pencil& pencil, std::size_t size)
-      : n(size),
-        p0(pencil.p),
-        p1(pencil.q),
-        E0(part(p0, n, 0)),
-        O0(part(p0, n, 1)),
-        E1(part(p1, n, 0)),
-        O1(part(p1, n, 1)) {}
+  OnAxis(const Pencil& pencil, std::size_t n)
+      : E0(part(pencil.p, n, 0)),
+        O0(part(pencil.p, n, 1)),
+        E1(part(pencil.q, n, 0)),
+        O1(part(pencil.q, n, 1)) {}
 };
 
 // Where on the line iω is an eigenvalue, if it is; |τ| <= 1 is on it.

@@ -124,19 +124,17 @@ int known_beside(const Walk& w, std::size_t k, int side, std::array<std::size_t,
 
 // From the equilibria before by Newton, from nothing where that fails.
 Settled next_forward(const Walk& w, std::size_t k) {
+  GridPlace place = w.place;
+  place[w.axis] = double(k);
   Settled e;
   std::array<std::size_t, 3> near{};
   if (const int known = known_beside(w, k, -1, near)) {
-    for (const int count : {known, 1}) {  // past a kink the polynomial leads astray
-      e.at = w.base;
-      move_to(w.sweep, w.axis, double(k), e.at);
-      extrapolate(w, k, near, count, e.at);
-      if (settle(w.sweep, e)) return e;
-      if (known == 1) break;
-    }
+    e.at = w.base;
+    move_to(w.sweep, w.axis, double(k), e.at);
+    extrapolate(w, k, near, known, e.at);
+    if (settle(w.sweep, e)) return e;
+    if (const auto beside = settle(w.sweep, place, w.at(k - 1))) return *beside;
   }
-  GridPlace place = w.place;
-  place[w.axis] = double(k);
   const std::string neighbour = e.message;
   e = from_nothing(w.sweep, place);
   if (!e.valid() && e.message.empty()) e.message = neighbour;
@@ -161,7 +159,13 @@ bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line) {
   for (std::size_t k = 1; k < w.count; ++k) {
     move_to(w.sweep, w.axis, double(k), e.at);
     extrapolate(w, k, {k - 1, k < 2 ? 0 : k - 2}, k < 2 ? 1 : 2, e.at);
-    if (!settle(w.sweep, line, e, A)) return false;
+    if (!settle(w.sweep, line, e, A)) {
+      GridPlace place = w.place;
+      place[w.axis] = double(k);
+      const auto beside = settle(w.sweep, place, w.at(k - 1));
+      if (!beside) return false;
+      e = *beside;
+    }
     keep(w, k, e);
     keep_matrix(w, k, A);
   }

@@ -20,6 +20,7 @@ namespace {
 
 constexpr int max_steps = 12;       // of Newton: quadratic, a neighbour is near
 constexpr double at_rest = 1e-12;   // of a step, scaled: round-off is reached
+constexpr double diverging = 1e6;   // nominal sizes: an integral of a small gain is far, not lost
 constexpr double same_trim = 1e-6;  // unknowns apart by less, scaled, are one equilibrium
 
 // Bounds with equal ends on variables that an axis moves say only what the guess has said.
@@ -219,7 +220,6 @@ bool newton(const Prepared& s, Settled& e) {
       e.outputs = outputs_of(m, e.at);
       return rates.allFinite() && e.outputs.allFinite() && keeps_limits(s, rates, e);
     }
-    constexpr double diverging = 1e3;  // nominal sizes: no neighbour
     if (!(size < diverging)) return false;
     before = size;
     add(s, dz, e.at);
@@ -244,11 +244,42 @@ bool settle(const Prepared& s, Settled& e) {
   return found;
 }
 
+namespace {
+
+// Moves the unknowns so that the outputs are again what they were: actuators know less of a gain
+// than integrals do. Least squares in nominal sizes; false where that cannot be had.
+bool keep_outputs(const Prepared& s, const VectorXd& outputs, OperatingPoint& at) {
+  const Index ny = outputs.size(), nx = s.states();
+  if (ny == 0) return false;
+  const VectorXd size = nominals(s.model().outputs);
+  const MatrixXd slopes = jacobian(s.model(), at, s.along);
+  MatrixXd C(ny, s.problem.n());
+  for (Index k = 0; k < C.cols(); ++k)
+    C.col(k) = slopes.col(s.unknowns[std::size_t(k)]).segment(nx, ny).cwiseQuotient(size) *
+               s.problem.nominal[k];
+  const VectorXd miss = (outputs - outputs_of(s.model(), at)).cwiseQuotient(size);
+  const VectorXd dz = C.completeOrthogonalDecomposition().solve(miss);
+  if (!dz.allFinite()) return false;
+  add(s, dz, at);
+  return true;
+}
+
+}  // namespace
+
 std::optional<Settled> settle(const Prepared& s, const GridPlace& place,
                               const OperatingPoint& from) {
   Settled e;
   e.at = numbers_at(s, place);
   for (const Index j : s.problem.unknowns) set_value(e.at, j, value_of(from, j));
+  const OperatingPoint here = e.at;
+  if (settle(s, e)) return e;
+  if (!s.problem.square()) return {};
+  try {
+    e.at = here;
+    if (!keep_outputs(s, outputs_of(s.model(), from), e.at)) return {};
+  } catch (const std::exception&) {  // settle() has kept its words
+    return {};
+  }
   if (!settle(s, e)) return {};
   return e;
 }
@@ -348,7 +379,7 @@ bool settle(const Prepared& s, const AffineLine& line, Settled& e, MatrixXd& A) 
     const double size = dz.lpNorm<Eigen::Infinity>();
     if (e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance)
       return keeps_limits(s, rates, e);
-    if (!(size < 1e6)) return false;
+    if (!(size < diverging)) return false;
     add(s, dz, e.at);
   }
   return false;

@@ -61,7 +61,8 @@ struct Settled {
 /// `e.message` says in short why.
 bool settle(const Prepared& sweep, Settled& e);
 
-/// The same at the numbers of `place`, from the unknowns of `from`.
+/// The same at the numbers of `place`, from the unknowns of `from`; if that fails, from unknowns
+/// that give the outputs of `from` there.
 std::optional<Settled> settle(const Prepared& sweep, const GridPlace& place,
                               const OperatingPoint& from);
 

@@ -580,6 +580,323 @@ TEST_CASE("bad arguments and bad places: exit 2, the path or the option named") 
 // CLI::Range lets it pass, and no comparison with it is true: nothing is ever logged.
 TEST_CASE("--checkpoint nan is refused" * doctest::should_fail()) {
   const Scratch scratch("sweep-nan");
-  scratch.write("s.toml", level + three);
+  scratch.write("s.toml", level + axis("V", 12, 15, 3));
   check_refused(scratch, "sweep s.toml --checkpoint nan", {"--checkpoint"});
+}
+
+namespace {
+
+// Some without trim; a name that CSV has to quote; a key that moves with an axis.
+const std::string mixed = condition("flat, level", 15, 0, 0) + condition("climb", 15, 8, 0) +
+                          axis("eta_deg", 90, 0, 4) +
+                          "with = [{ key = \"V\", from = 3.0, to = 60.0 }]\n" +
+                          "[[sweep.axis]]\nkey = \"gains.K_Lp\"\nvalues = [0.05, 0.5, 5.0]\n";
+
+// Cells of a row by the names of their columns.
+using Cells = std::map<std::string, std::string>;
+
+std::vector<Cells> cells_of(const std::string& csv) {
+  const std::vector<Row> rows = csv_of(csv);
+  std::vector<Cells> all;
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    REQUIRE(rows[r].size() == rows[0].size());
+    Cells& cells = all.emplace_back();
+    for (std::size_t k = 0; k < rows[r].size(); ++k) cells[rows[0][k]] = rows[r][k];
+  }
+  return all;
+}
+
+// Every digit; an empty cell is a number that is not there.
+void check_same(const std::string& cell, const json& number) {
+  if (cell.empty())
+    CHECK(number.is_null());
+  else
+    CHECK(std::stod(cell) == number.get<double>());
+}
+
+void check_point(const Cells& row, const json& point) {
+  CHECK(row.at("condition") == point["condition"]);
+  for (const char* key : {"eta_deg", "V", "gains.K_Lp"}) check_same(row.at(key), point[key]);
+  CHECK(row.at("status") == point["status"]);
+  CHECK(row.at("reason") == point["message"]);
+  if (point["verdict"].is_null()) {
+    for (const char* key : {"verdict", "residual", "spectral_abscissa", "theta", "theta0",
+                            "eigenvalue_re_0", "eigenvalue_im_5"})
+      CHECK(row.at(key).empty());
+    CHECK_FALSE(row.at("reason").empty());
+    CHECK_FALSE(point.contains("modes"));
+    return;
+  }
+  CHECK(row.at("verdict") == point["verdict"]);
+  for (const char* key : {"residual", "spectral_abscissa", "damping"})
+    check_same(row.at(key), point[key]);
+  CHECK((row.at("second_branch") == "1") == point["second_branch"].get<bool>());
+  for (const char* list : {"state", "input"})
+    for (const auto& [name, value] : point[list].items()) check_same(row.at(name), value);
+  CHECK(point["state"].size() == 6);
+  CHECK(point["input"].size() == 3);
+  REQUIRE(point["modes"].size() == 6);
+  for (std::size_t i = 0; i < 6; ++i) {
+    check_same(row.at(fmt::format("eigenvalue_re_{}", i)), point["modes"][i]["re"]);
+    check_same(row.at(fmt::format("eigenvalue_im_{}", i)), point["modes"][i]["im"]);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("CSV has a row for each point and every column; JSON says the same to every digit") {
+  const Scratch scratch("sweep-formats");
+  scratch.write("s.toml", mixed);
+  const Ran csv = run(scratch, "sweep s.toml -f csv"), text = run(scratch, "sweep s.toml");
+  CHECK(csv.exit_code == 1);  // points without trim
+  CHECK(csv.err.empty());
+  const std::vector<Row> rows = csv_of(csv.out);
+  std::string header;
+  for (const std::string& name : rows.at(0)) header += name + " ";
+  std::string expected =
+      "condition eta_deg V gains.K_Lp status verdict reason residual spectral_abscissa damping "
+      "second_branch V_err gamma_err theta q energy_integral distribution_integral theta0 a1s "
+      "delta_e ";
+  for (int i = 0; i < 6; ++i) expected += fmt::format("eigenvalue_re_{0} eigenvalue_im_{0} ", i);
+  CHECK(header == expected);
+
+  const std::vector<Cells> points = cells_of(csv.out);
+  const json all = json::parse(run(scratch, "sweep s.toml -f json").out);
+  REQUIRE(points.size() == 2 * 4 * 3);
+  REQUIRE(all["points"].size() == points.size());
+  std::map<std::string, int> counts;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    CAPTURE(p);
+    check_point(points[p], all["points"][p]);
+    CHECK(points[p].at("condition") == (p < 12 ? "flat, level" : "climb"));
+    CHECK(std::stod(points[p].at("eta_deg")) == 90 - 30.0 * double(p / 3 % 4));
+    CHECK_NEAR(std::stod(points[p].at("V")), 3 + 19.0 * double(p / 3 % 4), 1e-13);
+    ++counts[points[p].at("condition") + points[p].at("verdict")];
+  }
+  for (const std::string c : {"flat, level", "climb"})
+    CHECK(says(text.out, fmt::format("{} stable, {} unstable, 0 undecided, {} without trim",
+                                     counts[c + "stable"], counts[c + "unstable"], counts[c])));
+  CHECK(counts["flat, level"] > 0);
+  CHECK(counts["flat, levelunstable"] > 0);
+
+  // To a file the same; --only leaves the other out and changes nothing else.
+  CHECK(run(scratch, "sweep s.toml -o map.csv -f csv").out.empty());
+  CHECK(slurp(scratch.path / "map.csv") == csv.out);
+  const Ran only = run(scratch, "sweep s.toml --only climb -f csv");
+  CHECK(only.exit_code == 0);
+  CHECK(csv.out ==
+        csv.out.substr(0, csv.out.find("climb,")) + only.out.substr(only.out.find('\n') + 1));
+  CHECK(scratch.files() == std::set<std::string>{"map.csv", "s.toml"});
+}
+
+// The numbers by another road: a branch followed along V, and the conditions on both sides.
+TEST_CASE("one axis: the text has its intervals; the crossing is where the branch has it") {
+  const Scratch scratch("sweep-one");
+  const std::string flat = condition("level", 20, 0, 0);
+  scratch.write("s.toml",
+                flat + axis("V", 20, 9.5, 22) + "[follow]\nparameter = \"V\"\nto = 5.0\n");
+  const auto interval = [](const json& i) {
+    return std::regex(fmt::format(R"(\n +{:.9g} +{:.9g} +{} +{} +{:.6g} )", i["from"].get<double>(),
+                                  i["to"].get<double>(), i["verdict"].get<std::string>(),
+                                  i["unstable"].get<int>(), i["abscissa"].get<double>()));
+  };
+  const Ran stable = run(scratch, "sweep s.toml");
+  CHECK(stable.exit_code == 0);
+  CHECK(says(stable.out, "22 stable, 0 unstable, 0 undecided, 0 without trim"));
+  CHECK(says(stable.out, "stable on all of [20, 9.5] m/s"));
+
+  scratch.write("s.toml",
+                flat + axis("V", 20, 9.151, 22) + "[follow]\nparameter = \"V\"\nto = 5.0\n");
+  const Ran text = run(scratch, "sweep s.toml");
+  const json all = json::parse(run(scratch, "sweep s.toml -f json").out);
+  const json hopf =
+      json::parse(run(scratch, "follow s.toml -f json").out)["branches"][0]["events"][0];
+  REQUIRE(hopf["kind"] == "hopf");
+  REQUIRE(all["crossings"].size() == 1);
+  const json& crossing = all["crossings"][0];
+  CHECK(crossing["kind"] == "hopf");
+  CHECK(crossing["unstable_before"] == 0);
+  CHECK(crossing["unstable_after"] == 2);
+  const double V = crossing["at"]["V"].get<double>();
+  CHECK_NEAR(V, hopf["V"].get<double>(), 1e-8);
+  CHECK_NEAR(crossing["frequency"].get<double>(), hopf["eigenvalue"]["im"].get<double>(), 1e-6);
+  REQUIRE(all["intervals"].size() == 2);
+  CHECK(all["intervals"][0]["to"] == V);
+  CHECK(all["intervals"][1]["from"] == V);
+  CHECK(all["intervals"][1]["to"] == 9.151);
+  CHECK(all["intervals"][1]["verdict"] == "unstable");
+  for (const json& i : all["intervals"]) {
+    CAPTURE(text.out);
+    CHECK(std::regex_search(text.out, interval(i)));
+  }
+  CHECK(says(text.out, "21 stable, 1 unstable, 0 undecided, 0 without trim"));
+  CHECK(says(text.out, "not stable on all of [20, 9.151] m/s: unstable on 1 stretch of it"));
+  for (const double side : {1e-7, -1e-7}) {
+    scratch.write("side.toml", condition("a", V + side, 0, 0));
+    CHECK(
+        json::parse(run(scratch, "linearize side.toml -f json").out)["conditions"][0]["verdict"] ==
+        (side > 0 ? "stable" : "unstable"));
+  }
+}
+
+// Samples of a line that is affine in its gain have no point to settle from: it crashes.
+TEST_CASE("one axis, a gain: the crossing lies between stable and unstable" *
+          doctest::should_fail()) {
+  const Scratch scratch("sweep-gain");
+  const auto at_gain = [&](double K_Lp) {
+    scratch.write("side.toml",
+                  fmt::format("[gains]\nK_Lp = {:.17g}\n", K_Lp) + condition("hover", 3, 0, 90));
+    return json::parse(run(scratch, "linearize side.toml -f json").out)["conditions"][0];
+  };
+  scratch.write("s.toml", condition("hover", 3, 0, 90) + axis("gains.K_Lp", 0.05, 5, 12));
+  const Ran ran = run(scratch, "sweep s.toml -f json");
+  REQUIRE(ran.exit_code == 0);
+  const json all = json::parse(ran.out);
+  REQUIRE(all["crossings"].size() == 1);
+  const double K_Lp = all["crossings"][0]["at"]["gains.K_Lp"].get<double>();
+  CHECK(at_gain(K_Lp - 1e-7)["verdict"] == "unstable");
+  CHECK(at_gain(K_Lp + 1e-7)["verdict"] == "stable");
+  CHECK(says(run(scratch, "sweep s.toml").out, fmt::format("{:.9g}", K_Lp)));
+}
+
+TEST_CASE("diff: a map and itself; two maps whose one gain is another, against their CSV") {
+  const Scratch scratch("sweep-diff");
+  scratch.write("a.toml", mixed);
+  scratch.write("b.toml", "[gains]\nk_V = 14.0\n" + mixed);
+  for (const std::string name : {"a", "b"})
+    CHECK(run(scratch, fmt::format("sweep {0}.toml -o {0}.nc", name)).exit_code == 1);
+  const Ran same = run(scratch, "diff a.nc a.nc");
+  CHECK(same.exit_code == 0);
+  CHECK(same.out.starts_with("0 of 24 points changed status or stability\n"));
+  CHECK(says(same.out, "crossings: 0 moved, 0 appeared, 0 vanished\n"));
+  CHECK(csv_of(run(scratch, "diff a.nc a.nc -f csv").out).size() == 1);
+
+  const std::vector<Cells> before = cells_of(run(scratch, "sweep a.toml -f csv").out);
+  const std::vector<Cells> after = cells_of(run(scratch, "sweep b.toml -f csv").out);
+  const Ran text = run(scratch, "diff a.nc b.nc"), csv = run(scratch, "diff a.nc b.nc -f csv");
+  const std::vector<Cells> changed = cells_of(csv.out);
+  const json all = json::parse(run(scratch, "diff a.nc b.nc -f json").out);
+  CHECK(text.exit_code == 1);
+  CHECK(text.err.empty());
+  std::size_t k = 0;
+  double largest = 0;
+  for (std::size_t p = 0; p < before.size(); ++p) {
+    const Cells &a = before[p], &b = after[p];
+    if (!a.at("verdict").empty() && !b.at("verdict").empty())
+      largest = std::max(largest, std::abs(std::stod(b.at("spectral_abscissa")) -
+                                           std::stod(a.at("spectral_abscissa"))));
+    if (a.at("status") == b.at("status") && a.at("verdict") == b.at("verdict")) continue;
+    REQUIRE(k < changed.size());
+    for (const char* key : {"condition", "eta_deg", "gains.K_Lp"})
+      CHECK(changed[k].at(key) == a.at(key));
+    for (const std::string key : {"status", "verdict"}) {
+      CHECK(changed[k].at(key + "_before") == a.at(key));
+      CHECK(changed[k].at(key + "_after") == b.at(key));
+    }
+    CHECK(changed[k].at("abscissa_before") == a.at("spectral_abscissa"));
+    CHECK(changed[k].at("abscissa_after") == b.at("spectral_abscissa"));
+    check_same(a.at("gains.K_Lp"), all["changed"][k]["gains.K_Lp"]);
+    check_same(b.at("spectral_abscissa"), all["changed"][k]["spectral_abscissa"][1]);
+    ++k;
+  }
+  CHECK(k > 0);
+  CHECK(k == changed.size());
+  CHECK(k == all["changed"].size());
+  CHECK(all["largest_abscissa_change"] == largest);
+  CHECK(text.out.starts_with(fmt::format("{} of 24 points changed status or stability\n", k)));
+  CHECK(says(text.out, fmt::format("largest real part: {:.6g} 1/s", largest)));
+}
+
+TEST_CASE("diff: maps that cannot be compared, and what is no map: exit 2") {
+  const Scratch scratch("sweep-no-diff");
+  scratch.write("a.toml", mixed);
+  scratch.write("b.toml", condition("climb", 15, 8, 0) + axis("V", 10, 20, 3));
+  REQUIRE(run(scratch, "sweep a.toml -o a.nc").exit_code == 1);
+  REQUIRE(run(scratch, "sweep b.toml -o b.nc").exit_code == 0);
+  REQUIRE(run(scratch, "sweep a.toml --only climb -o c.nc").exit_code == 0);
+  const std::string bytes = slurp(scratch.path / "a.nc");
+  scratch.write("cut.nc", bytes.substr(0, bytes.size() / 2));
+  scratch.write("empty.nc", "");
+  fs::create_directory(scratch.path / "folder");
+  check_refused(scratch, "diff a.nc c.nc", {"cannot be compared: conditions [flat, level, climb]"});
+  check_refused(scratch, "diff c.nc b.nc", {"cannot be compared: axes"});
+  for (const std::string file : {"cut.nc", "empty.nc", "a.toml", "folder", "none.nc"})
+    check_refused(scratch, "diff a.nc " + file, {"tiltrim: " + file + ": "});
+}
+
+TEST_CASE("standard output that is full or closed, standard error that is closed") {
+  const Scratch scratch("sweep-streams");
+  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("V", 12, 15, 3));
+  const std::string whole = run(scratch, "sweep s.toml").out;
+  const Ran full = run(scratch, "sweep s.toml >/dev/full");
+  CHECK(full.exit_code == 2);
+  CHECK(full.err == "tiltrim: standard output: No space left on device\n");
+  const Ran closed = run(scratch, "sweep s.toml >&-");
+  CHECK(closed.exit_code == 2);
+  CHECK(closed.err == "tiltrim: standard output: Bad file descriptor\n");
+  REQUIRE(run(scratch, "sweep s.toml -o map.nc").exit_code == 0);
+  const std::string map = slurp(scratch.path / "map.nc");
+  for (const char* closing : {">&-", "2>&-", "<&- >&- 2>&-"}) {
+    CAPTURE(closing);
+    fs::remove(scratch.path / "map.nc");
+    (void)run(scratch, fmt::format("sweep s.toml -o map.nc --checkpoint 0 {}", closing));
+    const bool right = slurp(scratch.path / "map.nc") == map;
+    CHECK(right);
+    CHECK(scratch.files() == std::set<std::string>{"map.nc", "s.toml"});
+  }
+  CHECK(run(scratch, "sweep s.toml").out == whole);
+}
+
+namespace {
+
+// What a run on a terminal of its own prints until the pattern is met, whereupon Ctrl-C is typed.
+Ran on_terminal(const Scratch& scratch, const std::string& arguments, const std::regex& pattern) {
+  Ran ran;
+  int terminal = -1;
+  const pid_t pid = ::forkpty(&terminal, nullptr, nullptr, nullptr);
+  if (pid == 0) {
+    const std::string command =
+        fmt::format("cd '{}' && exec {} {}", scratch.path.string(), TILTRIM_PROGRAM, arguments);
+    ::execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+    ::_exit(127);
+  }
+  bool typed = false;
+  constexpr int most = 100'000;  // pieces
+  for (int i = 0; i < most; ++i) {
+    pollfd ready{terminal, POLLIN, 0};
+    char piece[4096];
+    const ssize_t n = ::poll(&ready, 1, 60'000) == 1 ? ::read(terminal, piece, sizeof piece) : 0;
+    if (n <= 0) break;  // EIO: the other side is closed
+    ran.out.append(piece, std::size_t(n));
+    if (typed || !std::regex_search(ran.out, pattern)) continue;
+    typed = ::write(terminal, "\x03", 1) == 1;
+  }
+  ::kill(pid, SIGKILL);  // nothing to one that has ended
+  int status = 0;
+  ::waitpid(pid, &status, 0);
+  ::close(terminal);
+  ran.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return ran;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "a terminal is told how far it is and how long it takes; Ctrl-C; a pipe is told nothing") {
+  const Scratch scratch("sweep-terminal");
+  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 600) +
+                              axis("gains.K_Lp", 0.05, 5.0, 600));
+  const std::regex progress(
+      R"(\r\x1b\[K([0-9]+) of 360000 points: ([0-9]+) stable, ([0-9]+) unstable, )"
+      R"(([0-9]+) undecided, ([0-9]+) without trim, [0-9]+ s left)");
+  const Ran ran = on_terminal(scratch, sweep_command, progress);
+  CAPTURE(ran.out);
+  CHECK(ran.exit_code == 128 + SIGINT);
+  std::smatch told;
+  REQUIRE(std::regex_search(ran.out, told, progress));
+  int counted = 0;
+  for (std::size_t i = 2; i < 6; ++i) counted += std::stoi(told[i]);
+  CHECK(counted == std::stoi(told[1]));
+  CHECK(says(ran.out, "stopped; what is done is in map.nc.log"));
+  CHECK(scratch.files() == interrupted_files);
 }
