@@ -55,6 +55,8 @@ std::string corridor_study() {
          axis("gains.K_Lp", 0.05, 5.0, sanitized ? 12 : 70) + "spacing = \"log\"\n";
 }
 
+const std::set<std::string> interrupted_files{"map.nc.log", "s.toml"};
+
 const std::string sweep_command = "sweep s.toml -o map.nc ";
 
 struct Uninterrupted {
@@ -214,19 +216,29 @@ TEST_CASE("a rank is killed; the sweep goes on with another number of ranks") {
   CHECK_FALSE(fs::exists(log));
 }
 
-TEST_CASE("what one rank meets ends all: a study without sweep, a folder without room") {
+TEST_CASE("what only the first rank meets ends all of them: a full disk, a log in use") {
   if (without_mpi()) return;
   const Scratch scratch("sweep-ranks-refuse");
   scratch.write("s.toml", corridor_study());
-  scratch.write("none.toml", condition("a", 15, 0, 0));
-  const Ran none = run(scratch, "sweep none.toml", on_ranks(2));
-  CHECK(none.exit_code == 2);
-  CHECK(says(none.err, "no [[sweep.axis]]"));
-  Surroundings small = on_ranks(2);
-  small.before = "ulimit -f 200; trap '' XFSZ;";
-  const Ran full = run(scratch, sweep_command + "--checkpoint 0", small);
+  std::ofstream(scratch.said / "limited.sh")
+      << "ulimit -f 100\ntrap '' XFSZ\nexec " << mpi_program << " \"$@\"\n";
+  Surroundings limited = on_ranks(2);
+  limited.program = std::regex_replace(limited.program, std::regex(mpi_program),
+                                       "sh " + (scratch.said / "limited.sh").string());
+  const Ran full = run(scratch, sweep_command + "--checkpoint 0", limited);
   CHECK(full.exit_code == 2);
   CHECK(says(full.err, "map.nc.log: File too large"));
+  CHECK(scratch.files() == interrupted_files);
+
+  const Running first = start(scratch, sweep_command + "--checkpoint 0");
+  CHECK(holds_soon([&] { return size_of(scratch.path / "map.nc.log") > 120'000; }));
+  ::kill(first.pid, SIGSTOP);
+  const Ran second = run(scratch, sweep_command, on_ranks(2));
+  ::kill(first.pid, SIGCONT);
+  CHECK(second.exit_code == 2);
+  CHECK(says(second.err, "map.nc.log: another process is at work on it"));
+  CHECK(finish(first).exit_code == 0);
+  CHECK(is_whole(scratch.path / "map.nc"));
 }
 
 namespace {
@@ -237,8 +249,6 @@ Running under_way(const Scratch& scratch) {
   CHECK(holds_soon([&] { return size_of(scratch.path / "map.nc.log") > 30'000; }));
   return sweep;
 }
-
-const std::set<std::string> interrupted_files{"map.nc.log", "s.toml"};
 
 }  // namespace
 
