@@ -6,6 +6,8 @@
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SOURCES = $(wildcard $(foreach d,model trim linearize follow simulate sweep tune tables report cli tests \
             tests/install bench,$(d)/*.cpp $(d)/*.hpp))
+# The program for MPI runs is built and tested where there is an MPI.
+MPI = $(if $(shell command -v mpicxx 2>/dev/null),ON,OFF)
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 
@@ -24,7 +26,7 @@ demo: packages release
 	build/bin/tiltrim tables
 
 test: packages
-	cmake --preset release
+	cmake --preset release -D TILTRIM_MPI=$(MPI)
 	cmake --build --preset release -j $(JOBS)
 	ctest --preset release -j $(JOBS)
 

@@ -203,11 +203,11 @@ class Ratios final : public benchmark::ConsoleReporter {
     if (ipopt == seconds_.end()) return;
     fmt::print("\nCPU time of one cold Ipopt trim over that of:\n");
     for (const auto& [name, by_condition] : seconds_) {
-      fmt::print("  {:34}", name);
+      std::string ratios;  // none of benchmarks that are of no one condition
       for (const auto& [condition, time] : by_condition)
         if (const auto at = ipopt->second.find(condition); at != ipopt->second.end())
-          fmt::print(" {:10.4g}", at->second / time);
-      fmt::print("\n");
+          ratios += fmt::format(" {:10.4g}", at->second / time);
+      if (!ratios.empty()) fmt::print("  {:34}{}\n", name, ratios);
     }
     const double level = ipopt->second.rbegin()->second;  // the airplane
     fmt::print("\nCPU time of Ipopt, cold, at each point over that of the whole:\n");

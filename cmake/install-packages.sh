@@ -1,14 +1,16 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only those.
 #   cmake/install-packages.sh        what building, testing and benchmarks need
-#   cmake/install-packages.sh dev    and the formatter and the linter
+#   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
+#                                    MPI, Python's netCDF4, LAPACK
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config
   libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
-  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev doctest-dev libbenchmark-dev
-  libtbb-dev libnetcdf-dev netcdf-bin python3-netcdf4"
-[ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy"
+  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev liblapack-dev libtbb-dev libnetcdf-dev
+  doctest-dev libbenchmark-dev"
+[ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy
+  libopenmpi-dev openmpi-bin python3-netcdf4 liblapack-dev"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2

@@ -127,7 +127,7 @@ class Search {
   // What is left when a piece can be halved no more.
   void ended(double from, const std::optional<Sample>& a, double to,
              const std::optional<Sample>& b) {
-    LineEvent e{from, to, CrossingKind::touch};
+    LineEvent e{from, to, a && b ? CrossingKind::touch : CrossingKind::end};
     e.before = a ? a->unstable() : -1;
     e.after = b ? b->unstable() : -1;
     if (a && b) {

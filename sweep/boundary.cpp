@@ -124,7 +124,8 @@ void search(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sa
       events_between(matrices, from, a, s.before, left, finest, events, seen);
       const int before = left ? left->unstable() : -1, after = right ? right->unstable() : -1;
       if (before != after)
-        events.push_back({s.before, s.after, CrossingKind::jump, before, after, 0.0});
+        events.push_back({s.before, s.after, left && right ? CrossingKind::jump : CrossingKind::end,
+                          before, after, 0.0});
       for (const auto& sample : {left, right})
         if (sample) seen.push_back(*sample);
       a = right;
@@ -343,8 +344,8 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
     unstable = grid_sample(line, 0) ? grid_sample(line, 0)->unstable() : -1;
   double from = 0.0;
   for (const LineEvent& e : events) {  // what holds before it, at it, after it
-    const bool jump = e.kind == CrossingKind::jump || e.before < 0 || e.after < 0;
-    const bool wide = e.kind == CrossingKind::touch && e.right - e.left > 2 * finest && !jump;
+    const bool jump = e.kind == CrossingKind::jump || e.kind == CrossingKind::end;
+    const bool wide = e.kind == CrossingKind::touch && std::abs(e.right - e.left) > 2 * finest;
     add(from, jump || wide ? e.left : e.at(), e.before, true);
     if (wide) add(e.left, e.right, std::max(e.before, e.after), false);
     from = jump || wide ? e.right : e.at();

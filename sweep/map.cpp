@@ -12,6 +12,8 @@ std::string to_string(CrossingKind kind) {
       return "jump";
     case CrossingKind::touch:
       return "touch";
+    case CrossingKind::end:
+      return "end";
   }
   return "unknown";
 }

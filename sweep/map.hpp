@@ -26,6 +26,7 @@ enum class CrossingKind : std::int8_t {
   hopf,   ///< a complex pair crosses the imaginary axis
   jump,   ///< the model or the equilibrium jumps there: eigenvalues cross at once
   touch,  ///< eigenvalues come nearer the axis than can be decided, and do not change sides
+  end,    ///< the equilibrium begins or ends there: a limit, a fold
 };
 std::string to_string(CrossingKind kind);
 
@@ -35,7 +36,7 @@ struct AxisCrossing {
   std::vector<double> at;  ///< one coordinate for each axis, in the study's units
   double error = 0.0;      ///< of the located coordinate, in its unit
   CrossingKind kind = CrossingKind::zero;
-  int unstable_before = 0, unstable_after = 0;  ///< numbers of unstable eigenvalues
+  int unstable_before = 0, unstable_after = 0;  ///< unstable eigenvalues; -1: no equilibrium
   double frequency = 0.0;                       ///< rad/s; 0 for a real one
   int mode = -1;                                ///< which crosses; -1 where that is not known
   std::string mode_name{};

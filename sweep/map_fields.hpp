@@ -111,7 +111,7 @@ void each_of_second(Map& map, const Visit& visit) {
 template <class L, class Visit>
 void each_of_crossings(L& lists, const Visit& visit) {
   const Strings one{"crossing"};
-  const auto kinds = meanings<CrossingKind>(int(CrossingKind::touch) + 1);
+  const auto kinds = meanings<CrossingKind>(int(CrossingKind::end) + 1);
   auto& c = lists.crossing;
   visit(Field{"crossing_condition", one, "position of the condition"}, c.condition);
   visit(Field{"crossing_axis", one, "position of the axis along which it was located"}, c.axis);

@@ -359,7 +359,7 @@ std::optional<AffineLine> affine_line(const Prepared& s, GridPlace place, std::s
   if (!((end->outputs - start.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() <= same_trim))
     return {};
   const MatrixXd A = start.A(s), A_end = end->A(s);
-  constexpr double margin = 100;  // for what lies between the ends
+  constexpr double margin = 10;  // for what lies between the ends
   const double inverse = margin * std::max(inverse_size(s, A), inverse_size(s, A_end));
   return AffineLine{structure, *phi, A, (A_end - A) / (*phi_end - *phi), inverse};
 }

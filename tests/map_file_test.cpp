@@ -175,7 +175,7 @@ SweepMap random_map(unsigned seed) {
   map.second.input = doubles(second * map.inputs.size());
   for (std::size_t k = below(4); k > 0; --k)
     map.crossings.push_back({int(random()), int(random()), doubles(axes), number(),
-                             CrossingKind(below(4)), int(random()), int(random()), number(),
+                             CrossingKind(below(5)), int(random()), int(random()), number(),
                              int(random()), word()});
   for (std::size_t k = below(4); k > 0; --k)
     map.intervals.push_back({int(random()), int(random()), doubles(axes), number(), number(),
@@ -298,6 +298,7 @@ TEST_CASE("words of the enumerators") {
   CHECK(to_string(CrossingKind::hopf) == "hopf");
   CHECK(to_string(CrossingKind::jump) == "jump");
   CHECK(to_string(CrossingKind::touch) == "touch");
+  CHECK(to_string(CrossingKind::end) == "end");
   CHECK(to_string(IntervalVerdict::stable) == "stable");
   CHECK(to_string(IntervalVerdict::unstable) == "unstable");
   CHECK(to_string(IntervalVerdict::no_trim) == "no_trim");

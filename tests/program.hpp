@@ -89,10 +89,10 @@ inline Running start(const Scratch& scratch, const std::string& arguments,
   return run;
 }
 
-/// Waits for its end; ends it after two minutes, which is then its signal.
-inline Ran finish(const Running& run) {
+/// Waits for its end; ends it when patience is over, which is then its signal.
+inline Ran finish(const Running& run, std::chrono::seconds patience = std::chrono::seconds(120)) {
   using clock = std::chrono::steady_clock;
-  const auto patience = std::chrono::seconds(120), grace = std::chrono::seconds(10);
+  const auto grace = std::chrono::seconds(10);
   const auto begun = clock::now();
   int status = 0, asked = 0;
   while (::waitpid(run.pid, &status, WNOHANG) == 0) {

@@ -551,6 +551,52 @@ std::vector<double> by_brute_force(const MatrixXd& A0, const MatrixXd& A1, int p
   return found;
 }
 
+// s³ + (1 + t) s² + (1 + σt) s + 1 + (1 + σ)t - δ: Routh's a₁a₂ - a₃ is σt² + δ, on the axis ω² =
+// 1 + σt. At t = 0 a pair comes to the axis at ±i, from the left if σ = 1 and from the right if σ =
+// -1, and turns back at the real part -δ/4.
+struct Turning {
+  double side, gap;  // σ, and δ as it is in A0
+  MatrixXd A0, A1;
+};
+
+Turning turning(double side, double gap) {
+  const double last = 1 - gap;
+  return {side, 1 - last, MatrixXd{{0, 1, 0}, {0, 0, 1}, {-last, -1, -1}},
+          MatrixXd{{0, 0, 0}, {0, 0, 0}, {-1 - side, -side, -1}}};
+}
+
+// Three stable states more, behind a similarity of integers: with a gap of few bits all is exact.
+Turning hidden(Random& random, const Turning& pair) {
+  const auto unitriangular = [&] {
+    return MatrixXd::NullaryExpr(6, 6, [&](Index i, Index j) {
+      return i == j ? 1.0 : i > j ? double(int(random() % 3)) - 1 : 0.0;
+    });
+  };
+  const MatrixXd rest{{-1, 2, -1}, {0, -3, 1}, {0, 0, -2}};
+  const MatrixXd L = unitriangular(), U = unitriangular().transpose(), I = MatrixXd::Identity(6, 6);
+  const MatrixXd back = U.triangularView<Eigen::UnitUpper>().solve(
+      L.triangularView<Eigen::UnitLower>().solve(I).eval());
+  const auto moved = [&](const MatrixXd& A) { return MatrixXd(L * U * A * back); };
+  return {pair.side, pair.gap, moved(block(pair.A0, rest)),
+          moved(block(pair.A1, MatrixXd::Zero(3, 3)))};
+}
+
+// What is complete must be right; what is not may be any crossings close to t = 0.
+bool found_completely(const Turning& pair) {
+  const LineCrossings found = line_crossings(pair.A0, pair.A1, -0.4, 0.9);
+  const double off = std::sqrt(std::abs(pair.gap));
+  for (const LineCrossing& c : found.crossings) {
+    const bool doubtful = !found.complete;
+    CHECK_NEAR(std::abs(c.t), off, doubtful ? 1e-6 : c.error + epsilon);
+    CHECK_NEAR(c.frequency, std::sqrt(1 + pair.side * c.t), doubtful ? 1e-6 : 1e-14 + c.error);
+  }
+  if (!found.complete) return false;
+  const bool pierced = pair.side * pair.gap < 0;
+  REQUIRE(found.crossings.size() == (pierced ? 2 : 0));
+  if (pierced) CHECK(found.crossings[0].t * found.crossings[1].t < 0);
+  return true;
+}
+
 }  // namespace
 
 TEST_CASE("crossings: Routh's boundary of the cubic is met where it is known to be") {
@@ -649,13 +695,41 @@ TEST_CASE("crossings: the tiltrotor's loop along a gain") {
   }
 }
 
+TEST_CASE("crossings: a pair that turns back just left of the axis, just right of it, or on it") {
+  Random random(14);
+  for (const double side : {1.0, -1.0}) {
+    for (const double distance : {1e-6, -1e-6, 1e-9, -1e-9}) {
+      CAPTURE(distance);
+      const Turning pair = turning(side, 4 * distance);
+      CHECK_NEAR(abscissa(pair.A0), -distance, 1e-14 + distance * distance);
+      CHECK(found_completely(pair));
+    }
+    for (int bits = 4; bits <= 53; ++bits)
+      for (const double sign : {1.0, -1.0}) {
+        CAPTURE(bits);
+        const Turning pair = turning(side, sign * std::ldexp(1.0, -bits));
+        const bool complete = found_completely(pair);
+        if (bits <= 32) CHECK(complete);
+      }
+    for (int bits = 4; bits <= 32; ++bits)
+      for (int k = 0; k < trials(100); ++k) {
+        CAPTURE(bits);
+        const double sign = k % 2 == 0 ? 1.0 : -1.0;
+        const Turning pair = hidden(random, turning(side, sign * std::ldexp(1.0, -bits)));
+        CHECK(found_completely(pair));
+      }
+    CHECK_FALSE(found_completely(turning(side, 0)));
+    for (int k = 0; k < trials(100); ++k)
+      CHECK_FALSE(found_completely(hidden(random, turning(side, 0))));
+  }
+}
+
 TEST_CASE("crossings: what rounding leaves in doubt is said") {
-  SUBCASE("a pair touches the axis and turns back") {
-    // s² + (t - 1)² s + 1 has t twice; of rank one: s⁴ + ... with Im = (ω² - 1)²
+  SUBCASE("a pair stays on the axis") {
     const MatrixXd A0 = block(MatrixXd{{0, 1}, {-1, 0}}, MatrixXd{{0, 1}, {-2, -3}});
     MatrixXd A1 = MatrixXd::Zero(4, 4);
     A1(3, 2) = -1;
-    CHECK_FALSE(line_crossings(A0, A1, 0, 1).complete);  // the first block stays where it is
+    CHECK_FALSE(line_crossings(A0, A1, 0, 1).complete);
   }
   SUBCASE("an eigenvalue stays at zero") {
     const MatrixXd A0 = block(MatrixXd{{0}}, MatrixXd{{-1}}),

@@ -1,0 +1,89 @@
+// What a point of a map costs, before it is written.
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <string>
+
+#include "model/study.hpp"
+#include "sweep/sweep.hpp"
+
+using namespace tiltrim;
+
+namespace {
+
+Study study_of(const std::string& condition, const std::string& axes) {
+  return parse_study("[[condition]]\nname = \"c\"\n" + condition + axes, "bench.toml");
+}
+
+std::string axis(const std::string& key, double from, double to, int count,
+                 const std::string& spacing) {
+  return "[[sweep.axis]]\nkey = \"" + key + "\"\nfrom = " + std::to_string(from) +
+         "\nto = " + std::to_string(to) + "\ncount = " + std::to_string(count) + "\nspacing = \"" +
+         spacing + "\"\n";
+}
+
+const std::string airplane = "V = 8.0\ngamma_deg = 30.0\neta_deg = 30.0\n";
+const std::string level = "V = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n";
+
+Study two_gains() {
+  return study_of(airplane, axis("gains.K_Lp", 0.02, 10, 1000, "log") +
+                                axis("gains.k_de", 0.05, 20, 1000, "log"));
+}
+
+// The height fastest: no two neighbours have the same equilibrium.
+Study gain_over_corridor() {
+  return study_of(level,
+                  axis("gains.K_Lp", 0.05, 5, 101, "log") + axis("h", 0, 120, 961, "linear"));
+}
+
+std::size_t run(const Study& study, int threads) {
+  SweepOptions options;
+  options.threads = threads;
+  options.crossings = false;
+  const SweepMap map =
+      sweep(sweep_requests(study, study.conditions, study.sweep->axes), study.sweep->axes, options);
+  benchmark::DoNotOptimize(map.spectral_abscissa.data());
+  return map.points();
+}
+
+void count_points(benchmark::State& state, std::size_t points) {
+  state.counters["points"] = double(points);
+  state.counters["points_per_s"] =
+      benchmark::Counter(double(points), benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void sweep_two_gains_fixed_trim(benchmark::State& state) {
+  const Study study = two_gains();
+  std::size_t points = 0;
+  for (auto _ : state) points = run(study, 1);
+  count_points(state, points);
+}
+
+void sweep_trimmed_at_every_point(benchmark::State& state) {
+  const Study study = gain_over_corridor();
+  std::size_t points = 0;
+  for (auto _ : state) points = run(study, 1);
+  count_points(state, points);
+}
+
+// Wall time of one thread over that of two, in turns.
+void sweep_two_cores_over_one(benchmark::State& state) {
+  using clock = std::chrono::steady_clock;
+  const Study study = two_gains();
+  double one = 0, two = 0;
+  for (auto _ : state) {
+    const auto begun = clock::now();
+    (void)run(study, 1);
+    const auto between = clock::now();
+    (void)run(study, 2);
+    one += std::chrono::duration<double>(between - begun).count();
+    two += std::chrono::duration<double>(clock::now() - between).count();
+  }
+  state.counters["speedup"] = one / two;
+}
+
+BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond);
+BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond);
+BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond);
+
+}  // namespace
