@@ -89,7 +89,7 @@ std::string reasons_in_words(const SweepMap& map, std::size_t c, const TextStyle
   for (const auto& [times, r] : counts) {
     if (times == 0) continue;
     if (said++ < most)
-      words += wrapped(fmt::format("{} x {}", times, map.reasons[r]), 2, style.width) + "\n";
+      words += wrapped(fmt::format("{} x {}", times, map.reasons[r]), 2, style.width);
     else
       left += times;
   }
@@ -108,10 +108,12 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
                    {"abscissa", "largest Re λ", "1/s", "{:.6g}"},
                    {"abscissa_at", "at", unit_of(own), "{:.7g}"},
                    {"ends", "ends with", ""}};
+  constexpr double rounding = 1e-15;
   for (const AxisInterval& i : map.intervals) {
     if (i.condition != int(condition) || i.axis != int(axis)) continue;
     const auto crossing = std::ranges::find_if(map.crossings, [&](const AxisCrossing& c) {
-      return c.condition == i.condition && c.axis == i.axis && c.at[axis] == i.to;
+      return c.condition == i.condition && c.axis == i.axis &&
+             std::abs(c.at[axis] - i.to) <= c.error + rounding * std::abs(i.to);
     });
     std::string ends;
     if (crossing != map.crossings.end()) {

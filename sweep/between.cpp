@@ -124,23 +124,28 @@ class Search {
   }
 
  private:
-  // What is left when a piece can be halved no more.
+  // What is left when a piece can be halved no more. Such pieces that touch are one event.
   void ended(double from, const std::optional<Sample>& a, double to,
              const std::optional<Sample>& b) {
-    LineEvent e{from, to, a && b ? CrossingKind::touch : CrossingKind::end};
-    e.before = a ? a->unstable() : -1;
-    e.after = b ? b->unstable() : -1;
-    if (a && b) {
-      const bool jumps = line_.apart(*a, *b) > jump_size;
-      const Index changed = a->eigenvalues.size() - 1 - std::min(e.before, e.after);
-      const double frequency = std::abs(a->eigenvalues[std::max<Index>(changed, 0)].imag());
-      if (jumps)
-        e.kind = CrossingKind::jump;
-      else if (e.before != e.after)
-        e.kind = frequency > 0 ? CrossingKind::hopf : CrossingKind::zero;
-      if (e.kind == CrossingKind::hopf) e.frequency = frequency;
+    const bool goes_on = ended_at_ && *ended_at_ == from;
+    if (!goes_on) {
+      events_.push_back({from, to});
+      begin_ = a;
     }
-    events_.push_back(e);
+    ended_at_ = to;
+    LineEvent& e = events_.back();
+    e.right = to;
+    e.before = begin_ ? begin_->unstable() : -1;
+    e.after = b ? b->unstable() : -1;
+    e.kind = CrossingKind::end;
+    if (!begin_ || !b) return;
+    const Index changed = b->eigenvalues.size() - 1 - std::min(e.before, e.after);
+    const double frequency = std::abs(b->eigenvalues[std::max<Index>(changed, 0)].imag());
+    e.kind = line_.apart(*begin_, *b) > jump_size ? CrossingKind::jump
+             : e.before == e.after                ? CrossingKind::touch
+             : frequency > 0                      ? CrossingKind::hopf
+                                                  : CrossingKind::zero;
+    e.frequency = e.kind == CrossingKind::hopf ? frequency : 0.0;
   }
 
   // The one crossing between a and b; false if it cannot be bracketed.
@@ -181,6 +186,8 @@ class Search {
   std::vector<LineEvent>& events_;
   std::vector<Sample>& seen_;
   int pieces_ = 0;
+  std::optional<double> ended_at_;  // the right end of the last piece that was halved no more
+  std::optional<Sample> begin_;     // what is at the left end of those that touch it
 };
 
 }  // namespace

@@ -137,7 +137,7 @@ Settled next_forward(const Walk& w, std::size_t k) {
   }
   const std::string neighbour = e.message;
   e = from_nothing(w.sweep, place);
-  if (!e.valid() && e.message.empty()) e.message = neighbour;
+  if (!e.valid() && !neighbour.empty()) e.message += "; from the point before, " + neighbour;
   return e;
 }
 

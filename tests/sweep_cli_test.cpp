@@ -915,3 +915,15 @@ TEST_CASE(
   CHECK(says(ran.out, "stopped; what is done is in map.nc.log"));
   CHECK(scratch.files() == interrupted_files);
 }
+
+// What one stage has not written at its end is forgotten, however much it is.
+TEST_CASE("stopped between the lines: the points are in the log, too" * doctest::should_fail()) {
+  const Scratch scratch("sweep-stages");
+  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 400) +
+                              axis("gains.K_Lp", 0.05, 5.0, 300));
+  const Ran ran = on_terminal(scratch, sweep_command + "--checkpoint 1000",
+                              std::regex(R"([0-9]+ of 700 lines: )"));
+  REQUIRE(ran.exit_code == 128 + SIGINT);
+  constexpr std::uintmax_t of_a_point = 100;  // bytes: six eigenvalues at least
+  CHECK(size_of(scratch.path / "map.nc.log") > 400 * 300 * of_a_point);
+}
