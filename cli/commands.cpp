@@ -295,12 +295,15 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
         fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
                     "to and count, or values",
                     study.file.string()));
+  if (std::isnan(command.checkpoint))
+    throw std::invalid_argument("--checkpoint: nan is no number of seconds");
   const std::filesystem::path& output = command.common.output;
   const std::filesystem::path log = output.string() + ".log";
   SweepMap map;
   try {
     map = swept(command, study, stop);
-  } catch (const SweepInterrupted&) {
+  } catch (const SweepInterrupted& e) {
+    if (e.failed_elsewhere) return {"", bad_input, true};
     if (!output.empty() && first_of_ranks())
       fmt::print(stderr,
                  "tiltrim: stopped; what is done is in {}: the same command goes on there\n",

@@ -7,7 +7,7 @@ set -eu
 
 packages="build-essential cmake ninja-build pkg-config
   libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
-  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev liblapack-dev libtbb-dev libnetcdf-dev
+  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev
   doctest-dev libbenchmark-dev"
 [ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy
   libopenmpi-dev openmpi-bin python3-netcdf4 liblapack-dev"

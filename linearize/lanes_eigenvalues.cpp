@@ -545,13 +545,24 @@ template <int N>
   }
 }
 
+// Asks for the next matrices' entries, which lie n² ways apart, while these are at work.
+void fetch(const EigenvalueTask& task, std::size_t k) {
+  constexpr std::size_t line = 8;  // doubles
+  if (k + width > task.last) return;
+  for (std::size_t e = 0; e < task.n * task.n; ++e)
+    for (std::size_t l = 0; l < width; l += line)
+      __builtin_prefetch(task.entries + e * task.count + k + l);
+}
+
 template <int N>
 void solve_all(const EigenvalueTask& task) {
   const std::size_t n = task.n, stride = task.count;
   std::size_t k = task.first;
-  for (; k + width <= task.last; k += width)
+  for (; k + width <= task.last; k += width) {
+    fetch(task, k + width);
     solve<N>(int(n), task.entries + k, stride, task.re + k, task.im + k, stride,
              task.max_iterations, task.status + k);
+  }
   const std::size_t left = task.last - k;
   if (left == 0) return;
   double entries[largest * largest * width] = {}, re[largest * width], im[largest * width];

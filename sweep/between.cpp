@@ -25,6 +25,7 @@ constexpr int most_pieces = 4000;   // of one step of the grid
 struct Piece {
   Eigen::VectorXcd lambda;  // of the middle
   MatrixXcd at_a, at_b;     // X⁻¹ (A(a) - A(m)) X, the same at b
+  double rounding;          // of an eigenvalue, in the matrix's own norm
 };
 
 std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sample& b) {
@@ -42,7 +43,9 @@ std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sam
   if (solver.info() != Eigen::Success) return {};
   const MatrixXcd X = solver.eigenvectors();
   const Eigen::PartialPivLU<MatrixXcd> lu(X);
-  Piece piece{solver.eigenvalues(), lu.solve(alike(a.A - m.A) * X), lu.solve(alike(b.A - m.A) * X)};
+  constexpr double units = 64;  // of rounding, that an eigenvalue of a balanced matrix may be off
+  Piece piece{solver.eigenvalues(), lu.solve(alike(a.A - m.A) * X), lu.solve(alike(b.A - m.A) * X),
+              units * std::numeric_limits<double>::epsilon() * balanced.B.norm()};
   if (!piece.at_a.allFinite() || !piece.at_b.allFinite()) return {};  // defective in the middle
   return piece;
 }
@@ -50,6 +53,7 @@ std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sam
 struct Judged {
   std::vector<Index> unclear;  // eigenvalues of the middle whose discs may reach the axis
   bool monotone = false;       // the unclear ones are one, or one pair, with a monotone real part
+  bool rounding = false;       // what they do in the piece is no more than rounding
 };
 
 Judged judge(const Piece& p) {
@@ -62,9 +66,14 @@ Judged judge(const Piece& p) {
     return std::abs(E(i, i).real()) + row.sum() - row[i] + off[i];
   };
   Judged j;
-  for (Index i = 0; i < n; ++i)
-    if (!(std::abs(p.lambda[i].real()) > std::max(reach(p.at_a, i), reach(p.at_b, i))))
-      j.unclear.push_back(i);
+  double most = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    const double moved = std::max(reach(p.at_a, i), reach(p.at_b, i));
+    if (std::abs(p.lambda[i].real()) > moved) continue;
+    j.unclear.push_back(i);
+    most = std::max(most, std::abs(p.lambda[i].real()) + moved);
+  }
+  j.rounding = !j.unclear.empty() && most <= p.rounding;
   if (j.unclear.empty() || j.unclear.size() > 2) return j;
   const Index i = j.unclear.front();
   const bool pair = j.unclear.size() == 2;
@@ -116,6 +125,7 @@ class Search {
       if (const auto piece = in_eigenvectors(*a, *m, *b)) {
         const Judged judged = judge(*piece);
         if (judged.unclear.empty()) return;
+        if (judged.rounding) return ended(from, a, to, b);
         if (judged.monotone && (a->unstable() == b->unstable() || locate(*a, *b))) return;
       }
     }
@@ -141,11 +151,17 @@ class Search {
     if (!begin_ || !b) return;
     const Index changed = b->eigenvalues.size() - 1 - std::min(e.before, e.after);
     const double frequency = std::abs(b->eigenvalues[std::max<Index>(changed, 0)].imag());
-    e.kind = line_.apart(*begin_, *b) > jump_size ? CrossingKind::jump
-             : e.before == e.after                ? CrossingKind::touch
-             : frequency > 0                      ? CrossingKind::hopf
-                                                  : CrossingKind::zero;
+    e.kind = jumps(*begin_, *b)    ? CrossingKind::jump
+             : e.before == e.after ? CrossingKind::touch
+             : frequency > 0       ? CrossingKind::hopf
+                                   : CrossingKind::zero;
     e.frequency = e.kind == CrossingKind::hopf ? frequency : 0.0;
+  }
+
+  // The equilibrium or the matrix is another, as far as so short a piece can tell.
+  bool jumps(const Sample& a, const Sample& b) const {
+    return line_.apart(a, b) > jump_size ||
+           (a.A - b.A).norm() > jump_size * (a.A.norm() + b.A.norm());
   }
 
   // The one crossing between a and b; false if it cannot be bracketed.

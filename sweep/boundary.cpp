@@ -60,10 +60,16 @@ std::optional<Sample> as_sample(double t, const OperatingPoint& at, const Matrix
   return s;
 }
 
-std::optional<Sample> grid_sample(const GridLine& line, std::size_t k) {
+// Settled again, since the map need not keep all that the trim is free to move.
+std::optional<Settled> settled_at(const GridLine& line, std::size_t k) {
   if (!line.valid(k)) return {};
-  const Settled e = equilibrium_at(line.sweep, operating_point(line, k));
-  return as_sample(double(k), e.at, e.A(line.sweep));
+  return settle(line.sweep, line.at(double(k)), operating_point(line, k));
+}
+
+std::optional<Sample> grid_sample(const GridLine& line, std::size_t k) {
+  const auto e = settled_at(line, k);
+  if (!e) return {};
+  return as_sample(double(k), e->at, e->A(line.sweep));
 }
 
 MatrixLine matrices_of(const GridLine& line) {
@@ -210,8 +216,9 @@ bool solve(const GridLine& line, std::vector<LineEvent>& events) {
   if (!structure) return false;
   for (std::size_t k = 0; k < line.size(); ++k)
     if (!line.valid(k)) return false;
-  const Settled first = equilibrium_at(line.sweep, operating_point(line, 0));
-  const auto affine = affine_line(line.sweep, line.place, line.axis, first);
+  const auto first = settled_at(line, 0);
+  if (!first) return false;
+  const auto affine = affine_line(line.sweep, line.place, line.axis, *first);
   if (!affine) return false;
   const double last = *structure->phi(numbers_at(line.sweep, line.at(double(line.size() - 1))).p);
   const AffineStretch stretch{*affine, last - affine->phi};
@@ -231,21 +238,21 @@ void name_mode(const GridLine& line, const LineEvent& event, AxisCrossing& cross
   if (event.kind == CrossingKind::jump || event.before < 0 || event.after < 0) return;
   std::size_t k = std::min(std::size_t(event.at()), line.size() - 2);
   if (event.at() - double(k) > 0.5) ++k;
-  if (!line.valid(k)) return;
   const std::size_t n = std::size_t(line.sweep.states()), p = line.point(k);
   Reference from;
-  const Settled e = equilibrium_at(line.sweep, operating_point(line, k));
-  from.A = e.A(line.sweep);
+  const auto e = settled_at(line, k);
+  if (!e) return;
+  from.A = e->A(line.sweep);
   for (std::size_t i = 0; i < n; ++i)
     from.modes.emplace_back(line.map.eigenvalue_re[p * n + i], line.map.eigenvalue_im[p * n + i]);
-  const auto there = settle(line.sweep, line.at(event.at()), e.at);
+  const auto there = settle(line.sweep, line.at(event.at()), e->at);
   if (!there) return;
   const MatrixXd A = there->A(line.sweep);
   const Eigenvalues lambda = eigenvalues_of(A);
   if (lambda.size() != n) return;
   const Ordered ordered =
       in_order(from, from.modes, A, lambda,
-               trims_between(line.sweep, line.at(double(k)), line.at(event.at()), e.at));
+               trims_between(line.sweep, line.at(double(k)), line.at(event.at()), e->at));
   std::size_t nearest = 0;
   const auto distance = [&](std::size_t i) {
     return std::abs(ordered.modes[i] - std::complex<double>(0, event.frequency));
@@ -288,6 +295,13 @@ void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, dou
   for (const Sample& s : seen)
     if (s.t >= from && s.t <= to) inside.push_back(&s);
   std::ranges::stable_sort(inside, {}, [](const Sample* s) { return s->t; });
+  std::optional<Sample> middle;  // of an interval between two points of the grid
+  if (inside.empty() && !seen.empty()) {
+    const auto nearest =
+        std::ranges::min_element(seen, {}, [&](const Sample& s) { return std::abs(s.t - from); });
+    middle = matrices_of(line).sample(from + 0.5 * (to - from), *nearest);
+    if (middle) inside.push_back(&*middle);
+  }
   if (inside.empty()) return;
   const auto most =
       std::ranges::max_element(inside, {}, [](const Sample* s) { return s->abscissa(); });
@@ -356,6 +370,48 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
   return all;
 }
 
+// Events nearer to each other than `cluster` are one: a crossing at a point of the grid is seen
+// from both sides, a curve that touches the axis crosses it at every rounding, and where a real
+// eigenvalue crosses zero in the trim's own equations there is no trim to be had at the place
+// itself.
+std::vector<LineEvent> in_clusters(const std::vector<LineEvent>& events) {
+  constexpr double cluster = 1e-6;  // of a step of the grid
+  std::vector<LineEvent> all;
+  for (const LineEvent& e : events) {
+    if (all.empty() || e.left - all.back().right > cluster) {
+      all.push_back(e);
+      continue;
+    }
+    LineEvent& one = all.back();
+    const bool through = one.before >= 0 && e.after >= 0;  // trims on both sides
+    const bool jumps = one.kind == CrossingKind::jump || e.kind == CrossingKind::jump;
+    const double frequency = std::max(one.frequency, e.frequency);
+    one.right = e.right;
+    one.after = e.after;
+    one.kind = !through                  ? CrossingKind::end
+               : jumps                   ? CrossingKind::jump
+               : one.before == one.after ? CrossingKind::touch
+               : frequency > 0           ? CrossingKind::hopf
+                                         : CrossingKind::zero;
+    one.frequency = one.kind == CrossingKind::hopf ? frequency : 0.0;
+  }
+  return all;
+}
+
+// Where more unknowns than equations leave an optimum to be found at each point, neighbours do not
+// settle from one another.
+AxisInterval not_looked_at(const GridLine& line) {
+  const std::vector<double>& v = line.sweep.axes[line.axis].columns.front().values;
+  AxisInterval i;
+  i.condition = line.condition;
+  i.axis = int(line.axis);
+  i.at = coordinates(line, 0.0);
+  i.from = v.front();
+  i.to = v.back();
+  i.abscissa = i.abscissa_at = std::numeric_limits<double>::quiet_NaN();
+  return i;
+}
+
 }  // namespace
 
 LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condition,
@@ -364,14 +420,16 @@ LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condit
   std::vector<LineEvent> events;
   std::vector<Sample> seen;
   if (line.size() < 2) return {};
+  if (!sweep.problem.square()) return {{}, {not_looked_at(line)}};
   if (!solve(line, events)) {
     events.clear();
     search(line, events, seen);
   }
+  events = in_clusters(events);
   if (seen.empty())
     for (std::size_t k = 0; k < line.size(); ++k)
       if (line.valid(k)) {
-        Sample s{double(k), {}, {}, {}};
+        Sample s{double(k), operating_point(line, k), {}, {}};
         s.eigenvalues = Eigen::VectorXcd::Constant(1, map.spectral_abscissa[line.point(k)]);
         seen.push_back(s);
       }

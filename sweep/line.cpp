@@ -291,7 +291,8 @@ void follow_modes(Walk& w, const LineStart& start, const BatchEigenvalues& all) 
     const double ratio = before.empty() ? 0.0 : (v[k] - v[last]) / (v[last] - v[last_but_one]);
     for (std::size_t i = 0; i < n; ++i)
       predicted[i] = from->modes[i] + (before.empty() ? 0.0 : ratio * (from->modes[i] - before[i]));
-    if (link_by_position(from->modes, predicted, lambda, to, sure)) {
+    const bool foreseen = !before.empty() || k == 0;  // else nothing says where a mode goes
+    if (foreseen && link_by_position(from->modes, predicted, lambda, to, sure)) {
       for (std::size_t i = 0; i < n; ++i) {
         ordered[i] = lambda[std::size_t(to[i])];
         confidence[i] = as_byte(sure[i]);
@@ -328,9 +329,7 @@ Eigenvalues eigenvalues_of(const MatrixXd& A) {
 Ordered in_order(const Reference& from, const Eigenvalues& predicted, const MatrixXd& B,
                  const Eigenvalues& lambda,
                  const std::function<std::optional<MatrixXd>(double)>& between) {
-  Link found{std::vector<int>(lambda.size()), std::vector<double>(lambda.size())};
-  if (!link_by_position(from.modes, predicted, lambda, found.to, found.confidence))
-    found = link(from.A, from.modes, predicted, B, lambda, between);
+  const Link found = link(from.A, from.modes, predicted, B, lambda, between);
   Ordered ordered;
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     ordered.modes.push_back(lambda[std::size_t(found.to[i])]);

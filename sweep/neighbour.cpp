@@ -7,6 +7,7 @@
 #include <cmath>
 #include <mutex>
 
+#include "linearize/batch.hpp"
 #include "model/differentiate.hpp"
 #include "trim/verdict.hpp"
 
@@ -18,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int max_steps = 12;       // of Newton: quadratic, a neighbour is near
+constexpr int max_steps = 40;       // of Newton: quadratic, but next to a fold
 constexpr double at_rest = 1e-12;   // of a step, scaled: round-off is reached
 constexpr double diverging = 1e6;   // nominal sizes: an integral of a small gain is far, not lost
 constexpr double same_trim = 1e-6;  // unknowns apart by less, scaled, are one equilibrium
@@ -57,6 +58,9 @@ Prepared::Prepared(const SweepRequest& r, const std::vector<SweepAxis>& a, const
       trimming(t),
       problem(make_problem(r.model, free_of(r.spec, r.model, a), r.guess)) {
   const Model& m = r.model;
+  if (states() > largest_batch_matrix)
+    throw std::invalid_argument(fmt::format("a sweep takes up to {} states, the {} has {}",
+                                            largest_batch_matrix, m.name, states()));
   for (Index i = 0; i < states(); ++i) along.push_back(i);
   for (const Index j : problem.unknowns) {
     const auto known = std::ranges::find(along, j);

@@ -34,14 +34,30 @@ double slowest(const Condition& condition, const std::vector<SweepAxis>& axes) {
   return V;
 }
 
+bool moves_V(const std::vector<SweepAxis>& axes) {
+  for (const SweepAxis& axis : axes)
+    for (const SweepAxis::Column& column : axis.columns)
+      if (column.signal == "V") return true;
+  return false;
+}
+
+// In hover, which no axis leaves: without the bounds that hold for one set of gains alone.
+TrimProblem at_rest(const Vehicle& vehicle, const Condition& condition) {
+  TrimProblem problem = closed_loop_problem(vehicle, condition.command, Axes::body);
+  problem.spec.bounds.erase("energy_integral");
+  problem.spec.bounds.erase("distribution_integral");
+  return problem;
+}
+
 SweepRequest closed_loop_request(const Vehicle& vehicle, const Condition& condition,
                                  const std::vector<SweepAxis>& axes) {
   const double V = slowest(condition, axes);
-  const bool slow = V < body_axes_below;
-  if (slow && V == 0)
+  const bool slow = V < body_axes_below, moves = moves_V(axes);
+  if (V == 0 && moves)
     throw std::invalid_argument(
         "V = 0 has no path to follow to its neighbours; expected V above 0 along the axis");
-  const TrimProblem problem = problem_along(vehicle, condition, V);
+  const TrimProblem problem =
+      V == 0 ? at_rest(vehicle, condition) : problem_along(vehicle, condition, V);
   SweepRequest request{
       condition.name, problem.model, problem.spec, problem.guess, {"theta0", "a1s", "delta_e"}};
   request.cold = [vehicle, slow](const OperatingPoint& at, const TrimOptions& options) {

@@ -1,6 +1,6 @@
 #include "sweep/sweep.hpp"
 
-#include <fmt/core.h>
+#include <fmt/ranges.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <map>
 #include <memory>
 #include <thread>
@@ -131,6 +132,31 @@ void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<Li
   }
 }
 
+// What the log's lines are lines of.
+std::string identity_of(const SweepOptions& options,
+                        const std::vector<std::unique_ptr<Prepared>>& conditions,
+                        const std::vector<SweepAxis>& axes) {
+  std::string identity = options.identity + "\n" + instruction_set();
+  for (const auto& c : conditions)
+    identity += fmt::format("\ncondition {}: {}", c->request.name,
+                            fmt::join(names(c->model().states), " "));
+  for (const SweepAxis& axis : axes)
+    for (const SweepAxis::Column& column : axis.columns) {
+      identity += fmt::format("\naxis {}, {}:", axis.name, column.name);
+      for (const double value : column.si) identity += fmt::format(" {:a}", value);
+    }
+  return identity;
+}
+
+void check_alike(const std::vector<std::unique_ptr<Prepared>>& conditions) {
+  const Prepared& first = *conditions.front();
+  for (const auto& c : conditions)
+    if (names(c->model().states) != names(first.model().states))
+      throw std::invalid_argument(fmt::format(
+          "condition '{}' has other states than '{}'; expected conditions of one formulation",
+          c->request.name, first.request.name));
+}
+
 SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
                    const std::vector<SweepAxis>& axes) {
   SweepMap map;
@@ -144,13 +170,7 @@ SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
             ? first.model().inputs[std::size_t(i)]
             : first.model().outputs[std::size_t(index_of(first.model().outputs, name, "output"))]);
   }
-  for (const auto& c : conditions) {
-    map.conditions.push_back(c->request.name);
-    if (names(c->model().states) != names(map.states))
-      throw std::invalid_argument(fmt::format(
-          "condition '{}' has other states than '{}'; expected conditions of one formulation",
-          c->request.name, first.request.name));
-  }
+  for (const auto& c : conditions) map.conditions.push_back(c->request.name);
   map.instruction_set = instruction_set();
   map.mode_names.resize(conditions.size());
   map.reasons = {""};
@@ -221,12 +241,23 @@ void append(const LinePoints& line, std::size_t first, SweepMap& map) {
     map.reason[first + k] = number[std::size_t(line.reason[k])];
 }
 
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point then) {
+  return std::chrono::duration<double>(Clock::now() - then).count();
+}
+
 // The work at hand: units that threads and ranks share, finished ones by number.
 struct Work {
   const SweepOptions& options;
   Log* log;  // rank 0's, if any
-  std::map<std::uint64_t, Bytes> recovered;
+  std::map<std::uint64_t, Bytes> recovered{};
   SweepProgress progress{};
+  std::vector<std::pair<std::uint64_t, Bytes>> unwritten{};
+  Clock::time_point written = Clock::now();
+  std::exception_ptr failure{};  // of this rank, until the others know
+
+  bool known(std::uint64_t unit) const { return recovered.contains(unit); }
 };
 
 // What one rank has not, it is told: numbers and bytes of finished units.
@@ -256,10 +287,54 @@ void unpack(const Bytes& all, const auto& take) {
   }
 }
 
-bool stopped(const Work& work) {
-  if (ranks() == 1) return work.options.stop.stop_requested();
-  const Bytes own{std::byte(work.options.stop.stop_requested())};
-  return std::ranges::any_of(gather(own), [](const Bytes& b) { return b != Bytes{std::byte(0)}; });
+// Writes what is finished and not in the log yet. A disk that is full is said to all ranks by
+// agree().
+void write(Work& work) {
+  if (!work.log || work.failure) return;
+  try {
+    for (const auto& [number, bytes] : work.unwritten) work.log->append(number, bytes);
+    if (!work.unwritten.empty()) work.log->sync();
+  } catch (const LogError&) {
+    work.failure = std::current_exception();
+  }
+  work.unwritten.clear();
+  work.written = Clock::now();
+}
+
+// All ranks go on, or all end.
+void agree(Work& work) {
+  constexpr std::byte go_on{0}, stop{1}, fail{2};
+  const std::byte own = work.failure ? fail : work.options.stop.stop_requested() ? stop : go_on;
+  std::byte most = own;
+  for (const Bytes& other : gather({own})) most = std::max(most, other.at(0));
+  if (most == go_on) return;
+  if (most == stop) write(work);
+  if (work.failure) std::rethrow_exception(work.failure);
+  throw SweepInterrupted("interrupted", most == fail);
+}
+
+// Each rank's units from..to - 1, by its threads; `bytes` are left empty where another rank has it.
+template <class Result>
+void compute_block(const Work& work, std::uint64_t first, std::size_t from, const auto& compute,
+                   std::vector<Result>& results, std::vector<Bytes>& bytes) {
+  const bool bytes_needed = work.log || ranks() > 1;
+  tbb::parallel_for(std::size_t{0}, results.size(), [&](std::size_t k) {
+    const std::size_t unit = from + k;
+    const bool mine = unit % std::size_t(ranks()) == std::size_t(rank());
+    if (!mine || work.known(first + unit) || work.options.stop.stop_requested()) return;
+    results[k] = compute(unit);
+    if (bytes_needed) bytes[k] = as_bytes(results[k]);
+  });
+}
+
+// What the other ranks have computed.
+void exchange(std::size_t from, std::vector<Bytes>& bytes) {
+  if (ranks() == 1) return;
+  std::vector<std::pair<std::uint64_t, Bytes>> own;
+  for (std::size_t k = 0; k < bytes.size(); ++k)
+    if (!bytes[k].empty()) own.emplace_back(from + k, bytes[k]);
+  for (const Bytes& part : gather(packed(own)))
+    unpack(part, [&](std::uint64_t i, Bytes b) { bytes[i - from] = std::move(b); });
 }
 
 // Computes units first .. first + count - 1 in blocks that grow until one takes a tenth of a
@@ -268,61 +343,35 @@ bool stopped(const Work& work) {
 template <class Result>
 void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute,
          const auto& as_result, const auto& store, const auto& append) {
-  using clock = std::chrono::steady_clock;
-  const auto seconds = [](auto d) { return std::chrono::duration<double>(d).count(); };
-  const bool bytes_needed = work.log || ranks() > 1;
+  constexpr double long_enough = 0.1;          // s
+  constexpr std::size_t most_of_a_rank = 256;  // units: what ranks exchange at once
   std::size_t block = 1;
-  auto written = clock::now();
-  std::vector<std::pair<std::uint64_t, Bytes>> unwritten;
-  const auto write = [&] {
-    for (const auto& [number, bytes] : unwritten) work.log->append(number, bytes);
-    if (!unwritten.empty()) work.log->sync();
-    unwritten.clear();
-    written = clock::now();
-  };
   for (std::size_t from = 0; from < count;) {
-    const std::size_t to = std::min(count, from + block);
-    const auto begun = clock::now();
-    std::vector<Result> results(to - from);
-    std::vector<Bytes> bytes(to - from);
-    tbb::parallel_for(from, to, [&](std::size_t i) {
-      if (work.recovered.contains(first + i) || i % std::size_t(ranks()) != std::size_t(rank()))
-        return;
-      if (work.options.stop.stop_requested()) return;
-      results[i - from] = compute(i);
-      if (bytes_needed) bytes[i - from] = as_bytes(results[i - from]);
-    });
-    if (stopped(work)) {
-      if (work.log) write();
-      throw SweepInterrupted("interrupted");
-    }
-    if (ranks() > 1) {
-      std::vector<std::pair<std::uint64_t, Bytes>> own;
-      for (std::size_t i = from; i < to; ++i)
-        if (!bytes[i - from].empty()) own.emplace_back(i, bytes[i - from]);
-      for (const Bytes& part : gather(packed(own)))
-        unpack(part, [&](std::uint64_t i, Bytes b) { bytes[i - from] = std::move(b); });
-    }
-    tbb::parallel_for(from, to, [&](std::size_t i) {
-      const auto known = work.recovered.find(first + i);
-      if (known != work.recovered.end())
-        results[i - from] = as_result(known->second);
+    const std::size_t size = std::min(count - from, block);
+    const Clock::time_point begun = Clock::now();
+    std::vector<Result> results(size);
+    std::vector<Bytes> bytes(size);
+    compute_block(work, first, from, compute, results, bytes);
+    agree(work);
+    exchange(from, bytes);
+    tbb::parallel_for(std::size_t{0}, size, [&](std::size_t k) {
+      if (const auto known = work.recovered.find(first + from + k); known != work.recovered.end())
+        results[k] = as_result(known->second);
       else if (ranks() > 1)
-        results[i - from] = as_result(bytes[i - from]);
-      store(i, results[i - from]);
+        results[k] = as_result(bytes[k]);
+      store(from + k, results[k]);
     });
-    for (std::size_t i = from; i < to; ++i) {
-      append(i, results[i - from]);
-      if (work.log && !work.recovered.contains(first + i))
-        unwritten.emplace_back(first + i, std::move(bytes[i - from]));
+    for (std::size_t k = 0; k < size; ++k) {
+      append(from + k, results[k]);
+      if (work.log && !work.known(first + from + k))
+        work.unwritten.emplace_back(first + from + k, std::move(bytes[k]));
     }
-    if (work.log && seconds(clock::now() - written) >= work.options.checkpoint) write();
+    if (seconds_since(work.written) >= work.options.checkpoint) write(work);
     if (work.options.observe) work.options.observe(work.progress);
-    constexpr double long_enough = 0.1;  // s
-    if (ranks() > 1 ? block < 256 : seconds(clock::now() - begun) < long_enough) block *= 2;
-    from = to;
+    if (ranks() > 1 ? block < most_of_a_rank : seconds_since(begun) < long_enough) block *= 2;
+    from += size;
   }
-  if (work.log && work.options.checkpoint == 0) write();
+  agree(work);
 }
 
 void count_verdicts(const LinePoints& line, SweepProgress& p) {
@@ -371,6 +420,29 @@ void recover(Work& work) {
   });
 }
 
+// Names of a condition whose lines all begin without an equilibrium: those at its first.
+void name_late(const Prepared& sweep, std::size_t condition, SweepMap& map) {
+  std::vector<std::string>& all = map.mode_names[condition];
+  const std::size_t n = map.modes(), count = map.points_per_condition();
+  if (std::ranges::any_of(all, [](const std::string& name) { return !name.empty(); })) return;
+  for (std::size_t p = condition * count; p < (condition + 1) * count; ++p) {
+    if (map.verdict[p] < 0) continue;
+    GridPlace place;
+    const std::vector<std::size_t> position = map.position(p);
+    for (std::size_t a = 1; a < position.size(); ++a) place.push_back(double(position[a]));
+    const Settled e = from_nothing(sweep, place);
+    if (!e.valid()) return;
+    const Named named = named_modes(sweep, e);
+    for (std::size_t i = 0; i < n && i < named.names.size(); ++i) {
+      const std::complex<double> own(map.eigenvalue_re[p * n + i], map.eigenvalue_im[p * n + i]);
+      const auto nearest = std::ranges::min_element(
+          named.reference.modes, {}, [&](const auto& z) { return std::abs(z - own); });
+      all[i] = named.names[std::size_t(nearest - named.reference.modes.begin())];
+    }
+    return;
+  }
+}
+
 SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
                const std::vector<SweepAxis>& axes, Work& work) {
   SweepMap map = empty_map(conditions, axes);
@@ -397,6 +469,7 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
         append(line, i * length, map);
         count_verdicts(line, work.progress);
       });
+  for (std::size_t c = 0; c < conditions.size(); ++c) name_late(*conditions[c], c, map);
   if (!work.options.crossings) return map;
 
   const std::vector<AxisLine> between = lines_along_axes(conditions.size(), axes);
@@ -430,10 +503,18 @@ SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<Swee
   std::vector<std::unique_ptr<Prepared>> conditions;
   for (const SweepRequest& r : requests)
     conditions.push_back(std::make_unique<Prepared>(r, axes, options.trimming));
+  check_alike(conditions);
   std::unique_ptr<Log> log;
-  if (!options.log.empty() && rank() == 0)
-    log = std::make_unique<Log>(options.log, options.identity + "\n" + instruction_set());
-  Work work{options, log.get(), {}, {}};
+  Work work{options, nullptr};
+  if (!options.log.empty() && rank() == 0) {
+    try {
+      log = std::make_unique<Log>(options.log, identity_of(options, conditions, axes));
+    } catch (const LogError&) {
+      work.failure = std::current_exception();
+    }
+    work.log = log.get();
+  }
+  agree(work);
   recover(work);
   const int most = int(std::max(1U, std::thread::hardware_concurrency()));
   tbb::task_arena arena(options.threads > 0 ? options.threads : most);

@@ -46,7 +46,9 @@ struct SweepOptions {
 
 /// The sweep was stopped; what is done is in the log.
 struct SweepInterrupted : std::runtime_error {
-  using std::runtime_error::runtime_error;
+  explicit SweepInterrupted(const char* what, bool elsewhere = false)
+      : std::runtime_error(what), failed_elsewhere(elsewhere) {}
+  bool failed_elsewhere;  ///< another rank of the run failed, and has said so
 };
 
 /// Whether this process is the one that writes: always, but for the other ranks of an MPI run.

@@ -41,12 +41,11 @@ inline int write_all(int fd, std::span<const std::byte> bytes) {
 inline void write_whole(const std::filesystem::path& file,
                         std::initializer_list<std::span<const std::byte>> pieces) {
   if (std::filesystem::is_directory(file)) refuse(file, EISDIR);
-  std::string beside = file.string() + ".XXXXXX";
-  const int fd = ::mkstemp(beside.data());
+  // One name, so that what a killed program leaves the next one takes.
+  const std::string beside = file.string() + ".part";
+  const int fd =
+      ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
   if (fd < 0) refuse(file, errno);
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  ::fchmod(fd, 0666 & ~mask);
   int error = 0;
   for (const auto piece : pieces)
     if (error == 0) error = write_all(fd, piece);
