@@ -121,6 +121,10 @@ Interrupt::~Interrupt() {
 
 void check_writable(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) refuse(file, EISDIR);
+  if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
+    throw std::runtime_error(
+        fmt::format("{}: is no regular file; a file is written beside and renamed, > {} takes text",
+                    file.string(), file.string()));
   const std::filesystem::path folder = folder_of(file);
   if (!std::filesystem::is_directory(folder)) refuse(folder, ENOENT);
   if (::access(folder.c_str(), W_OK | X_OK) != 0) refuse(folder, errno);

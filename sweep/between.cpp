@@ -109,9 +109,9 @@ double watched(const Sample& s, int before, int after) {
 
 class Search {
  public:
-  Search(const MatrixLine& line, double least, std::vector<LineEvent>& events,
+  Search(const MatrixLine& line, double least, double size, std::vector<LineEvent>& events,
          std::vector<Sample>& seen)
-      : line_(line), least_(least), events_(events), seen_(seen) {}
+      : line_(line), least_(least), size_(size), events_(events), seen_(seen) {}
 
   void look(double from, const std::optional<Sample>& a, double to,
             const std::optional<Sample>& b) {
@@ -160,8 +160,7 @@ class Search {
 
   // The equilibrium or the matrix is another, as far as so short a piece can tell.
   bool jumps(const Sample& a, const Sample& b) const {
-    return line_.apart(a, b) > jump_size ||
-           (a.A - b.A).norm() > jump_size * (a.A.norm() + b.A.norm());
+    return line_.apart(a, b) > jump_size || (a.A - b.A).norm() > jump_size * size_;
   }
 
   // The one crossing between a and b; false if it cannot be bracketed.
@@ -198,7 +197,7 @@ class Search {
   }
 
   const MatrixLine& line_;
-  double least_;
+  double least_, size_;  // the shortest piece; of the matrices at the ends
   std::vector<LineEvent>& events_;
   std::vector<Sample>& seen_;
   int pieces_ = 0;
@@ -220,7 +219,8 @@ double Sample::abscissa() const {
 void events_between(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
                     const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
                     std::vector<Sample>& seen) {
-  Search(line, least, events, seen).look(from, a, to, b);
+  const double size = std::max(a ? a->A.norm() : 0.0, b ? b->A.norm() : 0.0);
+  Search(line, least, size, events, seen).look(from, a, to, b);
 }
 
 }  // namespace tiltrim

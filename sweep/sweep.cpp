@@ -301,10 +301,11 @@ void write(Work& work) {
   work.written = Clock::now();
 }
 
-// All ranks go on, or all end.
-void agree(Work& work) {
+// All ranks go on, or all end; a stop that comes after the last unit is none.
+void agree(Work& work, bool last = false) {
   constexpr std::byte go_on{0}, stop{1}, fail{2};
-  const std::byte own = work.failure ? fail : work.options.stop.stop_requested() ? stop : go_on;
+  const bool stops = work.options.stop.stop_requested() && !last;
+  const std::byte own = work.failure ? fail : stops ? stop : go_on;
   std::byte most = own;
   for (const Bytes& other : gather({own})) most = std::max(most, other.at(0));
   if (most == go_on) return;
@@ -371,7 +372,7 @@ void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute
     if (ranks() > 1 ? block < most_of_a_rank : seconds_since(begun) < long_enough) block *= 2;
     from += size;
   }
-  agree(work);
+  agree(work, true);
 }
 
 void count_verdicts(const LinePoints& line, SweepProgress& p) {
