@@ -81,7 +81,7 @@ std::array<double, largest + 1> perturbation(const Sizes& sizes, double phi) {
 }
 
 // By Faddeev's method with running bounds: adj(sI - A) = Σ Bₖ sⁿ⁻¹⁻ᵏ, B₀ = I, Bₖ = A Bₖ₋₁ + cₖ I,
-// cₖ = -tr(A Bₖ₋₁)/k.                                                         [37, vol. 1, ch. 4]
+// cₖ = -tr(A Bₖ₋₁)/k.                                                         [34, vol. 1, ch. 4]
 Pencil pencil(const WideMatrix& A, const Sizes& A_error, const WideVector& right,
               const WideVector& left) {
   const Index n = A.rows();

@@ -1,5 +1,5 @@
 /// Characteristic polynomials of A + t u vᵀ with bounds of their coefficients' errors, and their
-/// values on the imaginary axis. Derivations: docs/stability_map.md. Internal to linearize/.
+/// values on the imaginary axis. Derivations: docs/linearize.md. Internal to linearize/.
 #pragma once
 
 #include <Eigen/Core>
@@ -56,7 +56,7 @@ struct Bounded {
 using Polynomial = std::array<Bounded, largest + 1>;
 
 /// Of a perturbation of Frobenius norm φ and a matrix of columns at most hⱼ long,
-///   |δcₖ| <= √(n - k + 1) φ eₖ₋₁(h + φ)                                                    [36]
+///   |δcₖ| <= √(n - k + 1) φ eₖ₋₁(h + φ)                                                    [33]
 std::array<double, largest + 1> perturbation(const Sizes& sizes, double phi);
 
 /// det(sI - A - t u vᵀ) = p + t q.

@@ -1,6 +1,6 @@
 // Verdicts without eigenvalues: Householder's reduction to Hessenberg form, its characteristic
 // polynomial by La Budde's recursion, Routh's array, each with a bound of its error. The bounds are
-// derived in docs/stability_map.md; u = ε/2 throughout.                          [35, 36, 37, 38]
+// derived in docs/linearize.md; u = ε/2 throughout.                          [32, 33, 34, 35]
 #include <cstddef>
 #include <cstdint>
 
@@ -199,7 +199,7 @@ template <class N>
 }
 
 // det(sI - H) of a Hessenberg matrix from those of its leading blocks:
-//   pᵢ = (s - hᵢᵢ) pᵢ₋₁ - Σₘ hᵢ₋ₘ,ᵢ (hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁) pᵢ₋ₘ₋₁                    [35, sec. 4]
+//   pᵢ = (s - hᵢᵢ) pᵢ₋₁ - Σₘ hᵢ₋ₘ,ᵢ (hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁) pᵢ₋ₘ₋₁                    [32, sec. 4]
 template <class N>
 void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
   const N n = H.n;
@@ -223,7 +223,7 @@ void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
 
 // Bounds of the coefficients' errors: H is within distance = relative ‖H‖ of one similar to A, and
 //   |δcₖ| <= ½ n (n + 3) u eₖ + √(n - k + 1) distance eₖ₋₁
-// where eₖ are the elementary symmetric functions of its columns' sums and `distance`.   [36]
+// where eₖ are the elementary symmetric functions of its columns' sums and `distance`.   [33]
 template <class N>
 void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[N::capacity + 1]) {
   const N n = H.n;
@@ -257,7 +257,7 @@ void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[
 
 // Signs of Routh's first column, every entry within its bound: all positive is stable; one negative
 // with positive ones before it is unstable, whatever follows, and so is a negative coefficient,
-// for a polynomial without a root right of the axis has no negative Hurwitz determinant.   [37]
+// for a polynomial without a root right of the axis has no negative Hurwitz determinant.   [34]
 template <class N>
 [[gnu::always_inline]] inline Signs routh(N n, Polynomial<N>& p) {
   const Real u_of_step = inflated * 4 * u, least = underflow_of_step, zero = 0.0;

@@ -1,5 +1,5 @@
 // Where a line of matrices crosses the stability boundary, by D-decomposition: roots of a
-// polynomial in ω². Derivations and bounds: docs/stability_map.md.                  [36, 37, 39]
+// polynomial in ω². Derivations and bounds: docs/linearize.md.                  [33, 34, 36]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -202,7 +202,7 @@ bool clear_of_axis(const MatrixXd& A) {
 
 }  // namespace
 
-//   Im(p0 conj p1)/ω = O0 E1 - E0 O1 = g(ω²);  at ω = 0  τ = -p0(0)/p1(0)                  [39]
+//   Im(p0 conj p1)/ω = O0 E1 - E0 O1 = g(ω²);  at ω = 0  τ = -p0(0)/p1(0)                  [36]
 LineCrossings line_crossings(const MatrixXd& A0, const MatrixXd& A1, double from, double to) {
   check_square(A0, A0.rows(), "A0");
   check_square(A1, A0.rows(), "A1");

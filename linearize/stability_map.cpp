@@ -1,5 +1,5 @@
 // Verdicts over two gains by polynomials that are affine in each, Routh's test within bounds.
-// Derivations and bounds: docs/stability_map.md.                                  [35, 36, 37]
+// Derivations and bounds: docs/linearize.md.                                  [32, 33, 34]
 #include "linearize/stability_map.hpp"
 
 #include <fmt/core.h>

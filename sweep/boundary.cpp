@@ -333,6 +333,12 @@ IntervalVerdict verdict_of(int unstable) {
                          : IntervalVerdict::unstable;
 }
 
+bool any_trim(const GridLine& line, double from, double to) {
+  for (std::size_t k = std::size_t(std::ceil(from)); double(k) < to; ++k)
+    if (double(k) > from && line.valid(k)) return true;
+  return false;
+}
+
 // From event to event; one that could not be told from a crossing is an interval of its own if
 // wide.
 std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<LineEvent>& events,
@@ -346,7 +352,8 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
     i.at = coordinates(line, from);
     i.from = coordinate(axis, from);
     i.to = coordinate(axis, to);
-    i.verdict = decided ? verdict_of(unstable) : IntervalVerdict::undecided;
+    const bool known = unstable >= 0 || !any_trim(line, from, to);  // else trims without a model
+    i.verdict = decided && known ? verdict_of(unstable) : IntervalVerdict::undecided;
     i.unstable = std::max(unstable, 0);
     i.abscissa = i.abscissa_at = std::numeric_limits<double>::quiet_NaN();
     if (unstable >= 0) largest_abscissa(line, seen, from, to, i);

@@ -8,8 +8,8 @@
 
 namespace tiltrim {
 
-/// Eight tables for eight bytes at a time (slicing, [46]) of the polynomial of [44, annex B], its
-/// bits reflected. [45, ch. 6]
+/// Eight tables for eight bytes at a time (slicing, [42]) of the polynomial of [40, annex B], its
+/// bits reflected. [41, ch. 6]
 consteval std::array<std::array<std::uint64_t, 256>, 8> crc_tables() {
   constexpr std::uint64_t polynomial = 0xC96C5795D7870F42;
   std::array<std::array<std::uint64_t, 256>, 8> table{};

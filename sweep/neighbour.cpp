@@ -233,6 +233,12 @@ bool newton(const Prepared& s, Settled& e) {
 
 }  // namespace
 
+// What to say of an equilibrium that has no linear model, as the rest in body axes.
+static std::string missing_model(const Prepared& s, const Settled& e) {
+  const bool finite = e.slopes.topLeftCorner(s.states(), s.states()).allFinite();
+  return finite ? "" : "an equilibrium without a linear model: a derivative is not finite there";
+}
+
 bool settle(const Prepared& s, Settled& e) {
   e.message = "Newton from the neighbour finds no equilibrium";
   e.status = TrimStatus::not_found;
@@ -243,7 +249,7 @@ bool settle(const Prepared& s, Settled& e) {
   } catch (const std::exception& thrown) {
     e.message = thrown.what();
   }
-  if (found) e.message.clear();
+  if (found) e.message = missing_model(s, e);
   if (!found) e.status = TrimStatus::not_found;
   return found;
 }
@@ -320,7 +326,8 @@ Settled from_nothing(const Prepared& s, const GridPlace& place) {
   e.at = found.point;
   if (found.status <= TrimStatus::not_optimal) e = equilibrium_at(s, found.point);
   e.status = found.status;
-  e.message = in_short(found);
+  e.message = e.valid() ? missing_model(s, e) : std::string();
+  if (e.message.empty()) e.message = in_short(found);
   e.residual = found.residual;
   return e;
 }

@@ -432,7 +432,7 @@ void name_late(const Prepared& sweep, std::size_t condition, SweepMap& map) {
     const std::vector<std::size_t> position = map.position(p);
     for (std::size_t a = 1; a < position.size(); ++a) place.push_back(double(position[a]));
     const Settled e = from_nothing(sweep, place);
-    if (!e.valid()) return;
+    if (!e.valid() || !e.A(sweep).allFinite()) return;
     const Named named = named_modes(sweep, e);
     for (std::size_t i = 0; i < n && i < named.names.size(); ++i) {
       const std::complex<double> own(map.eigenvalue_re[p * n + i], map.eigenvalue_im[p * n + i]);

@@ -122,7 +122,7 @@ Kinds kinds(Spectrum lambda) {
 }
 
 // The permutation p of least Σ cost(i, p(i)). Rows join one by one, each along the shortest path of
-// reduced costs cᵢⱼ - uᵢ - vⱼ >= 0 to a free column. Of equals the first is taken.          [40]
+// reduced costs cᵢⱼ - uᵢ - vⱼ >= 0 to a free column. Of equals the first is taken.          [37]
 std::vector<int> assign(const MatrixXd& cost) {
   const int n = int(cost.rows());
   std::vector<double> u(n, 0.0), v(n + 1, 0.0);
@@ -205,7 +205,7 @@ Basis basis(const MatrixXd& balanced, Spectrum lambda) {
 }
 
 // tr(Pᵢ Qⱼ) of the spectral projectors Pᵢ = vᵢ wᵢᴴ of a and Qⱼ of b: no scaling of eigenvectors or
-// states enters, rows and columns sum to one.                                    [41, 42]
+// states enters, rows and columns sum to one.                                    [38, 39]
 // All ones, which tells nothing, where an eigenvector is missing.
 MatrixXcd correlation(const Basis& a, const Basis& b) {
   const Index n = Index(a.lambda.size());
