@@ -1,9 +1,6 @@
 #include "sweep/sweep.hpp"
 
 #include <fmt/ranges.h>
-#include <oneapi/tbb/global_control.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,7 +8,6 @@
 #include <exception>
 #include <map>
 #include <memory>
-#include <thread>
 
 #include "linearize/batch.hpp"
 #include "linearize/modes.hpp"
@@ -20,6 +16,7 @@
 #include "sweep/log.hpp"
 #include "sweep/ranks.hpp"
 #include "sweep/record.hpp"
+#include "sweep/threads.hpp"
 
 namespace tiltrim {
 
@@ -319,7 +316,7 @@ template <class Result>
 void compute_block(const Work& work, std::uint64_t first, std::size_t from, const auto& compute,
                    std::vector<Result>& results, std::vector<Bytes>& bytes) {
   const bool bytes_needed = work.log || ranks() > 1;
-  tbb::parallel_for(std::size_t{0}, results.size(), [&](std::size_t k) {
+  in_parallel(results.size(), [&](std::size_t k) {
     const std::size_t unit = from + k;
     const bool mine = unit % std::size_t(ranks()) == std::size_t(rank());
     if (!mine || work.known(first + unit) || work.options.stop.stop_requested()) return;
@@ -355,7 +352,7 @@ void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute
     compute_block(work, first, from, compute, results, bytes);
     agree(work);
     exchange(from, bytes);
-    tbb::parallel_for(std::size_t{0}, size, [&](std::size_t k) {
+    in_parallel(size, [&](std::size_t k) {
       if (const auto known = work.recovered.find(first + from + k); known != work.recovered.end())
         results[k] = as_result(known->second);
       else if (ranks() > 1)
@@ -451,7 +448,7 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
   const std::size_t per_condition = lines.count(), length = axes.back().size();
   std::vector<std::vector<LineStart>> starts(conditions.size(),
                                              std::vector<LineStart>(per_condition));
-  tbb::parallel_for(std::size_t{0}, conditions.size(), [&](std::size_t c) {
+  in_parallel(conditions.size(), [&](std::size_t c) {
     start_first_points(*conditions[c], lines, starts[c], map.mode_names[c]);
     start_last_points(*conditions[c], lines, starts[c]);
     map.mode_names[c].resize(map.modes());
@@ -517,12 +514,8 @@ SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<Swee
   }
   agree(work);
   recover(work);
-  const int most = int(std::max(1U, std::thread::hardware_concurrency()));
-  tbb::task_arena arena(options.threads > 0 ? options.threads : most);
   SweepMap map;
-  const tbb::global_control workers(tbb::global_control::max_allowed_parallelism,
-                                    std::size_t(std::max(options.threads, most)));
-  arena.execute([&] { map = swept(conditions, axes, work); });
+  with_threads(options.threads, [&] { map = swept(conditions, axes, work); });
   return map;
 }
 
