@@ -175,15 +175,13 @@ SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
   map.status.assign(points, -1);
   map.verdict.assign(points, -1);
   map.reason.resize(points);
-  map.residual.resize(points);
-  map.spectral_abscissa.resize(points);
-  map.damping.resize(points);
   map.second_branch.resize(points);
-  map.state.resize(points * n);
-  map.input.resize(points * m);
-  map.eigenvalue_re.resize(points * n);
-  map.eigenvalue_im.resize(points * n);
   map.confidence.resize(points * n);
+  const std::vector<std::pair<std::vector<double>*, std::size_t>> numbers{
+      {&map.eigenvalue_re, n}, {&map.eigenvalue_im, n},     {&map.state, n},  {&map.input, m},
+      {&map.residual, 1},      {&map.spectral_abscissa, 1}, {&map.damping, 1}};
+  in_parallel(numbers.size(),  // hundreds of megabytes, which the system clears
+              [&](std::size_t i) { numbers[i].first->resize(points * numbers[i].second); });
   return map;
 }
 
