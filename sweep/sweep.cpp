@@ -3,20 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cstring>
-#include <exception>
-#include <map>
 #include <memory>
 
 #include "linearize/batch.hpp"
 #include "linearize/modes.hpp"
 #include "sweep/boundary.hpp"
 #include "sweep/line.hpp"
-#include "sweep/log.hpp"
-#include "sweep/ranks.hpp"
-#include "sweep/record.hpp"
-#include "sweep/threads.hpp"
+#include "sweep/work.hpp"
 
 namespace tiltrim {
 
@@ -236,140 +229,6 @@ void append(const LinePoints& line, std::size_t first, SweepMap& map) {
     map.reason[first + k] = number[std::size_t(line.reason[k])];
 }
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point then) {
-  return std::chrono::duration<double>(Clock::now() - then).count();
-}
-
-// The work at hand: units that threads and ranks share, finished ones by number.
-struct Work {
-  const SweepOptions& options;
-  Log* log;  // rank 0's, if any
-  std::map<std::uint64_t, Bytes> recovered{};
-  SweepProgress progress{};
-  std::vector<std::pair<std::uint64_t, Bytes>> unwritten{};
-  Clock::time_point written = Clock::now();
-  std::exception_ptr failure{};  // of this rank, until the others know
-
-  bool known(std::uint64_t unit) const { return recovered.contains(unit); }
-};
-
-// What one rank has not, it is told: numbers and bytes of finished units.
-Bytes packed(const std::vector<std::pair<std::uint64_t, Bytes>>& units) {
-  Bytes all;
-  const auto add = [&all](const void* from, std::size_t size) {
-    const auto* bytes = static_cast<const std::byte*>(from);
-    all.insert(all.end(), bytes, bytes + size);
-  };
-  for (const auto& [number, bytes] : units) {
-    const std::uint64_t size = bytes.size();
-    add(&number, sizeof number);
-    add(&size, sizeof size);
-    add(bytes.data(), bytes.size());
-  }
-  return all;
-}
-
-void unpack(const Bytes& all, const auto& take) {
-  for (std::size_t at = 0; at < all.size();) {
-    std::uint64_t number = 0, size = 0;
-    std::memcpy(&number, all.data() + at, sizeof number);
-    std::memcpy(&size, all.data() + at + sizeof number, sizeof size);
-    at += sizeof number + sizeof size;
-    take(number, Bytes(all.begin() + std::ptrdiff_t(at), all.begin() + std::ptrdiff_t(at + size)));
-    at += size;
-  }
-}
-
-// Writes what is finished and not in the log yet. A disk that is full is said to all ranks by
-// agree().
-void write(Work& work) {
-  if (!work.log || work.failure) return;
-  try {
-    for (const auto& [number, bytes] : work.unwritten) work.log->append(number, bytes);
-    if (!work.unwritten.empty()) work.log->sync();
-  } catch (const LogError&) {
-    work.failure = std::current_exception();
-  }
-  work.unwritten.clear();
-  work.written = Clock::now();
-}
-
-// All ranks go on, or all end; a stop that comes after the last unit is none.
-void agree(Work& work, bool last = false) {
-  constexpr std::byte go_on{0}, stop{1}, fail{2};
-  const bool stops = work.options.stop.stop_requested() && !last;
-  const std::byte own = work.failure ? fail : stops ? stop : go_on;
-  std::byte most = own;
-  for (const Bytes& other : gather({own})) most = std::max(most, other.at(0));
-  if (most == go_on) return;
-  if (most == stop) write(work);
-  if (work.failure) std::rethrow_exception(work.failure);
-  throw SweepInterrupted("interrupted", most == fail);
-}
-
-// Each rank's units from..to - 1, by its threads; `bytes` are left empty where another rank has it.
-template <class Result>
-void compute_block(const Work& work, std::uint64_t first, std::size_t from, const auto& compute,
-                   std::vector<Result>& results, std::vector<Bytes>& bytes) {
-  const bool bytes_needed = work.log || ranks() > 1;
-  in_parallel(results.size(), [&](std::size_t k) {
-    const std::size_t unit = from + k;
-    const bool mine = unit % std::size_t(ranks()) == std::size_t(rank());
-    if (!mine || work.known(first + unit) || work.options.stop.stop_requested()) return;
-    results[k] = compute(unit);
-    if (bytes_needed) bytes[k] = as_bytes(results[k]);
-  });
-}
-
-// What the other ranks have computed.
-void exchange(std::size_t from, std::vector<Bytes>& bytes) {
-  if (ranks() == 1) return;
-  std::vector<std::pair<std::uint64_t, Bytes>> own;
-  for (std::size_t k = 0; k < bytes.size(); ++k)
-    if (!bytes[k].empty()) own.emplace_back(from + k, bytes[k]);
-  for (const Bytes& part : gather(packed(own)))
-    unpack(part, [&](std::uint64_t i, Bytes b) { bytes[i - from] = std::move(b); });
-}
-
-// Computes units first .. first + count - 1 in blocks that grow until one takes a tenth of a
-// second: compute(i) -> result and store(i, result), spread over ranks and threads; append(i,
-// result) in the units' order.
-template <class Result>
-void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute,
-         const auto& as_result, const auto& store, const auto& append) {
-  constexpr double long_enough = 0.1;          // s
-  constexpr std::size_t most_of_a_rank = 256;  // units: what ranks exchange at once
-  std::size_t block = 1;
-  for (std::size_t from = 0; from < count;) {
-    const std::size_t size = std::min(count - from, block);
-    const Clock::time_point begun = Clock::now();
-    std::vector<Result> results(size);
-    std::vector<Bytes> bytes(size);
-    compute_block(work, first, from, compute, results, bytes);
-    agree(work);
-    exchange(from, bytes);
-    in_parallel(size, [&](std::size_t k) {
-      if (const auto known = work.recovered.find(first + from + k); known != work.recovered.end())
-        results[k] = as_result(known->second);
-      else if (ranks() > 1)
-        results[k] = as_result(bytes[k]);
-      store(from + k, results[k]);
-    });
-    for (std::size_t k = 0; k < size; ++k) {
-      append(from + k, results[k]);
-      if (work.log && !work.known(first + from + k))
-        work.unwritten.emplace_back(first + from + k, std::move(bytes[k]));
-    }
-    if (seconds_since(work.written) >= work.options.checkpoint) write(work);
-    if (work.options.observe) work.options.observe(work.progress);
-    if (ranks() > 1 ? block < most_of_a_rank : seconds_since(begun) < long_enough) block *= 2;
-    from += size;
-  }
-  agree(work, true);
-}
-
 void count_verdicts(const LinePoints& line, SweepProgress& p) {
   p.done += line.verdict.size();
   p.stable += std::size_t(std::ranges::count(line.verdict, std::int8_t(Verdict::stable)));
@@ -404,16 +263,6 @@ std::vector<AxisLine> lines_along_axes(std::size_t conditions, const std::vector
       }
     }
   return all;
-}
-
-void recover(Work& work) {
-  std::vector<std::pair<std::uint64_t, Bytes>> found;
-  if (work.log)
-    for (const Record& record : work.log->recovered())
-      found.emplace_back(record.tile, record.bytes);
-  unpack(broadcast(packed(found)), [&](std::uint64_t number, Bytes bytes) {
-    work.recovered.emplace(number, std::move(bytes));
-  });
 }
 
 // Names of a condition whose lines all begin without an equilibrium: those at its first.

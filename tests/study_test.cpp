@@ -708,7 +708,7 @@ TEST_CASE("sweeps: h sets the three of the corridor") {
 }
 
 TEST_CASE("sweeps that cannot be are refused at their line") {
-  check_refused(axis + "key = 'gains.K_lp'\nvalues = [1]\n", "7:7", {"did you mean 'gains.K_Lp'?"});
+  check_refused(axis + "key = 'gains.K_Lpp'\nvalues = [1]\n", "7:7", {"did you mean 'gains.K_Lp'?"});
   check_refused(axis + "key = 'eta'\nvalues = [1]\n", "7:7", {"did you mean 'eta_deg'?"});
   check_refused(axis + "key = 'V'\nvalues = []\n", "8:10", {"an empty array"});
   check_refused(axis + "key = 'V'\nvalues = [1, 3, 2]\n", "8:10", {"2 after 3", "one direction"});
@@ -719,6 +719,6 @@ TEST_CASE("sweeps that cannot be are refused at their line") {
   check_refused(axis + "key = 'V'\nfrom = 0\nto = 2\ncount = 3\nspacing = 'log'\n", "11:11",
                 {"passes zero"});
   check_refused(axis + "key = 'V'\nvalues = [1]\ncount = 3\n", "9:9", {"beside values"});
-  check_refused(axis + "key = 'h'\nvalues = [1]\n[[sweep.axis]]\nkey = 'V'\nvalues = [1]\n", "6:3",
+  check_refused(axis + "key = 'h'\nvalues = [1]\n[[sweep.axis]]\nkey = 'V'\nvalues = [1]\n", "6:1",
                 {"V is set twice"});
 }
