@@ -49,8 +49,8 @@ tsan: packages
 
 tidy:
 	cmake/install-packages.sh dev
-	cmake --preset release
-	printf '%s\n' $(filter %.cpp,$(filter-out tests/% bench/%,$(SOURCES))) | \
+	cmake --preset release -D TILTRIM_MPI=$(MPI)
+	printf '%s\n' $(filter %.cpp,$(filter-out tests/% bench/% $(if $(filter OFF,$(MPI)),sweep/ranks_mpi.cpp),$(SOURCES))) | \
 	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p build
 
 format:

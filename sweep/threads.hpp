@@ -22,13 +22,14 @@ void spread(std::size_t count, const std::function<void(std::size_t)>& work);
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
 #if defined(__SANITIZE_THREAD__)
-  char begun = 0, done = 0;
-  __tsan_release(&begun);
-  spread(count, [&](std::size_t i) {
+  static char begun, done;  // not of this call's: to read a capture would be to be too early
+  const std::function<void(std::size_t)> told = [&](std::size_t i) {
     __tsan_acquire(&begun);
     work(i);
     __tsan_release(&done);
-  });
+  };
+  __tsan_release(&begun);
+  spread(count, told);
   __tsan_acquire(&done);
 #else
   spread(count, work);
