@@ -46,8 +46,9 @@ struct Model {
   };
   std::vector<Switch> switches;
 
-  /// Optional structure: at equilibria that differ in these parameters alone, the outputs stay, and ∂f/∂x is affine in each φ(p) with the others held. A sweep then
-  /// differentiates at the ends of a line instead of at every point.
+  /// Optional structure: at equilibria that differ in these parameters alone, the outputs stay, and
+  /// ∂f/∂x is affine in each φ(p) with the others held. A sweep then differentiates at the ends of
+  /// a line instead of at every point.
   struct Affine {
     std::string parameter;
     /// φ at these parameters; nothing where the structure does not hold.

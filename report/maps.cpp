@@ -153,7 +153,8 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
     return fmt::format("stable on all of {}; largest Re λ {:.6g} 1/s at {} = {:.6g}", range,
                        least->abscissa, own.name, least->abscissa_at);
   if (unstable == 0)
-    return fmt::format("stable on {} but for {:.6g}, which is without trim or undecided", range, rest);
+    return fmt::format("stable on {} but for {:.6g}, which is without trim or undecided", range,
+                       rest);
   std::string words = fmt::format(
       "not stable on all of {}: unstable on {} stretch{} of it, {:.6g} "
       "in all",

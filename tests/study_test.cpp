@@ -708,7 +708,8 @@ TEST_CASE("sweeps: h sets the three of the corridor") {
 }
 
 TEST_CASE("sweeps that cannot be are refused at their line") {
-  check_refused(axis + "key = 'gains.K_Lpp'\nvalues = [1]\n", "7:7", {"did you mean 'gains.K_Lp'?"});
+  check_refused(axis + "key = 'gains.K_Lpp'\nvalues = [1]\n", "7:7",
+                {"did you mean 'gains.K_Lp'?"});
   check_refused(axis + "key = 'eta'\nvalues = [1]\n", "7:7", {"did you mean 'eta_deg'?"});
   check_refused(axis + "key = 'V'\nvalues = []\n", "8:10", {"an empty array"});
   check_refused(axis + "key = 'V'\nvalues = [1, 3, 2]\n", "8:10", {"2 after 3", "one direction"});
