@@ -134,14 +134,13 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
 
 // "stable on the whole of it" or what is not, for people who read one line.
 std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
-  double stable = 0, unstable = 0, rest = 0;
+  double unstable = 0, rest = 0;
   std::size_t stretches = 0;
   const AxisInterval* least = nullptr;
   for (const AxisInterval& i : map.intervals) {
     if (i.condition != int(condition) || i.axis != int(axis)) continue;
     const double length = std::abs(i.to - i.from);
     if (std::isfinite(i.abscissa) && (!least || i.abscissa > least->abscissa)) least = &i;
-    if (i.verdict == IntervalVerdict::stable) stable += length;
     if (i.verdict == IntervalVerdict::unstable) unstable += length, ++stretches;
     if (i.verdict != IntervalVerdict::stable && i.verdict != IntervalVerdict::unstable)
       rest += length;
