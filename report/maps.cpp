@@ -36,11 +36,10 @@ std::string unit_of(const SweepAxis::Column& column) {
   return column.unit == "degrees" ? "°" : column.unit;
 }
 
-// "h = 12.5 m, K_Lp = 0.5": the coordinates of a place, one axis left out.
-std::string place_in_words(const SweepMap& map, const std::vector<double>& at, int without) {
+// "h = 12.5 m, K_Lp = 0.5"
+std::string place_in_words(const SweepMap& map, const std::vector<double>& at) {
   std::string words;
   for (std::size_t a = 0; a < at.size(); ++a) {
-    if (int(a) == without) continue;
     const std::string unit = unit_of(map.axes[a].columns.front());
     words += fmt::format("{}{} = {:.6g}{}{}", words.empty() ? "" : ", ", map.axes[a].name, at[a],
                          unit.empty() || unit == "°" ? "" : " ", unit);
@@ -366,7 +365,7 @@ std::string difference_text(const SweepMap& before, const MapDifference& d,
     std::vector<double> where;
     for (std::size_t a = 0; a < before.axes.size(); ++a)
       where.push_back(before.axes[a].columns.front().values[at[a + 1]]);
-    text += fmt::format(", {} at {}", before.conditions[at[0]], place_in_words(before, where, -1));
+    text += fmt::format(", {} at {}", before.conditions[at[0]], place_in_words(before, where));
   }
   text += fmt::format("\ncrossings: {} moved, {} appeared, {} vanished\n", d.moved.size(),
                       d.appeared.size(), d.vanished.size());
