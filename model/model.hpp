@@ -46,9 +46,9 @@ struct Model {
   };
   std::vector<Switch> switches;
 
-  /// Optional structure: at equilibria that differ in these parameters alone, the outputs stay, and
-  /// ∂f/∂x is affine in each φ(p) with the others held. A sweep then differentiates at the ends of
-  /// a line instead of at every point.
+  /// Optional structure: at equilibria that differ in these parameters alone, the outputs stay,
+  /// ∂f/∂x is affine in each φ(p) with the others held, and a state that is an equilibrium for two
+  /// values of φ is one for all between. A sweep then differentiates at three points of a line.
   struct Affine {
     std::string parameter;
     /// φ at these parameters; nothing where the structure does not hold.

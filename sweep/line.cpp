@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "linearize/batch.hpp"
+#include "sweep/spectrum.hpp"
 #include "sweep/track.hpp"
 
 namespace tiltrim {
@@ -16,7 +18,18 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double small_step = 0.9;     // confidence: a fortieth of the way to any other mode
 constexpr double other_branch = 1e-6;  // unknowns apart by more, scaled, are another equilibrium
+
+// What a thread needs for a line, and for its next one again.
+struct Room {
+  std::vector<char> valid;       // there is an equilibrium
+  std::vector<double> unknowns;  // of each point
+  std::vector<double> shares;    // of an affine line's slope
+  MatrixBatch A;
+  BatchEigenvalues eigenvalues;
+  std::vector<Verdict> verdicts;
+};
 
 // A line while it is walked.
 struct Walk {
@@ -24,10 +37,10 @@ struct Walk {
   GridPlace place;
   std::size_t axis, count;
   OperatingPoint base;  // the line's numbers, but for the axis's own
-  LinePoints points;
-  std::vector<char> valid;       // there is an equilibrium
-  std::vector<double> unknowns;  // of each point
-  MatrixBatch A;
+  LinePoints& points;
+  std::vector<char>& valid;
+  std::vector<double>& unknowns;
+  MatrixBatch& A;
 
   std::size_t n_unknowns() const { return sweep.unknowns.size(); }
   const std::vector<double>& coordinates() const { return sweep.axes[axis].columns.front().values; }
@@ -58,6 +71,11 @@ void keep_matrix(Walk& w, std::size_t k, const MatrixXd& slopes) {
     for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = slopes(i, j);
 }
 
+void keep_no_matrix(Walk& w, std::size_t k) {
+  for (Index j = 0; j < w.A.n; ++j)
+    for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = not_a_number;
+}
+
 void keep(Walk& w, std::size_t k, const Settled& e) {
   LinePoints& p = w.points;
   p.status[k] = std::int8_t(e.status);
@@ -72,26 +90,30 @@ void keep(Walk& w, std::size_t k, const Settled& e) {
   for (std::size_t i = 0; i < m; ++i) p.input[k * m + i] = input_at(w.sweep, e, i);
 }
 
-Walk begin(const Prepared& sweep, const LineStart& start) {
+Walk begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& room) {
   const std::size_t axis = sweep.axes.size() - 1, count = sweep.axes[axis].size();
   const std::size_t n = std::size_t(sweep.states()), m = sweep.inputs.size();
-  Walk w{sweep, start.place, axis, count, numbers_at(sweep, start.place), {}, {}, {}, {}};
-  w.A = MatrixBatch(Index(n), Index(count));
-  std::ranges::fill(w.A.entries, not_a_number);
-  w.valid.resize(count);
-  w.unknowns.resize(count * sweep.unknowns.size());
-  LinePoints& p = w.points;
-  p.status.resize(count);
-  p.verdict.resize(count);
-  p.second_branch.resize(count);
-  p.reason.resize(count);
-  p.confidence.resize(count * n);
+  room.A.n = Index(n);
+  room.A.count = Index(count);
+  room.A.entries.resize(n * n * count);
+  room.valid.assign(count, 0);
+  room.unknowns.resize(count * sweep.unknowns.size());
+  for (auto* numbers : {&p.status, &p.verdict, &p.second_branch})
+    numbers->assign(count, 0);
+  p.reason.assign(count, 0);
+  p.reasons.assign(1, "");
+  p.confidence.assign(count * n, 0);
   for (auto* numbers : {&p.residual, &p.spectral_abscissa, &p.damping})
     numbers->assign(count, not_a_number);
   for (auto* numbers : {&p.state, &p.eigenvalue_re, &p.eigenvalue_im})
     numbers->assign(count * n, not_a_number);
   p.input.assign(count * m, not_a_number);
-  return w;
+  for (auto* numbers : {&p.second_state, &p.second_input, &p.second_re, &p.second_im})
+    numbers->clear();
+  p.second_verdict.clear();
+  p.second.clear();
+  return {sweep, start.place, axis,          count, numbers_at(sweep, start.place),
+          p,     room.valid,  room.unknowns, room.A};
 }
 
 // Unknowns at point k from those at up to three points next to it, by the polynomial through them.
@@ -145,30 +167,68 @@ void walk_forward(Walk& w, const LineStart& start) {
   for (std::size_t k = 0; k < w.count; ++k) {
     const Settled e = k == 0 ? start.first : next_forward(w, k);
     keep(w, k, e);
-    if (e.valid()) keep_matrix(w, k, e.slopes);
+    if (e.valid())
+      keep_matrix(w, k, e.slopes);
+    else
+      keep_no_matrix(w, k);
   }
 }
 
-// Along an axis that leaves the airframe's equilibrium alone: A is affine, the rest is verified.
-// False as soon as a point is not.
-bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line) {
-  keep(w, 0, start.first);
-  keep_matrix(w, 0, line.first);
-  Settled e = start.first;
-  MatrixXd A;
-  for (std::size_t k = 1; k < w.count; ++k) {
-    move_to(w.sweep, w.axis, double(k), e.at);
-    extrapolate(w, k, {k - 1, k < 2 ? 0 : k - 2}, k < 2 ? 1 : 2, e.at);
-    if (!settle(w.sweep, line, e, A)) {
-      GridPlace place = w.place;
-      place[w.axis] = double(k);
-      const auto beside = settle(w.sweep, place, w.at(k - 1));
-      if (!beside) return false;
-      e = *beside;
+// The matrices of points whose shares of the line's slope these are.
+void keep_matrices(Walk& w, const AffineLine& line, const std::vector<double>& shares) {
+  for (Index i = 0; i < w.A.n; ++i)
+    for (Index j = 0; j < w.A.n; ++j) {
+      const double first = line.first(i, j), slope = line.slope(i, j);
+      double* const entries = &w.A(i, j, 0);
+      if (slope == 0)
+        std::fill_n(entries, w.count, first);
+      else
+        for (std::size_t k = 0; k < w.count; ++k) entries[k] = first + shares[k] * slope;
     }
-    keep(w, k, e);
-    keep_matrix(w, k, A);
+}
+
+// Of a steady line every point is the first.
+void keep_steady(Walk& w, const Settled& e) {
+  keep(w, 0, e);
+  const auto repeat = [&](auto& values) {
+    const std::size_t width = values.size() / w.count;
+    for (std::size_t known = width; known < values.size(); known *= 2)
+      std::copy_n(values.begin(), std::min(known, values.size() - known),
+                  values.begin() + std::ptrdiff_t(known));
+  };
+  LinePoints& p = w.points;
+  repeat(p.status), repeat(p.reason), repeat(p.residual), repeat(p.state), repeat(p.input);
+  repeat(w.valid), repeat(w.unknowns);
+}
+
+// From the point before, a Newton step or none. False as soon as it is no equilibrium.
+bool next_affine(Walk& w, const AffineLine& line, std::size_t k, Settled& e) {
+  extrapolate(w, k, {k - 1, k < 2 ? 0 : k - 2}, k < 2 ? 1 : 2, e.at);
+  if (settle(w.sweep, line, e)) return true;
+  GridPlace place = w.place;
+  place[w.axis] = double(k);
+  const auto beside = settle(w.sweep, place, w.at(k - 1));
+  if (beside) e = *beside;
+  return beside.has_value();
+}
+
+// Along an axis that leaves the airframe's equilibrium alone.
+bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line,
+                 std::vector<double>& shares) {
+  Settled e = start.first;
+  if (line.steady) {
+    e.residual = line.residual;
+    keep_steady(w, e);
   }
+  shares.assign(w.count, 0.0);
+  for (std::size_t k = 0; k < w.count; ++k) {
+    move_to(w.sweep, w.axis, double(k), e.at);
+    shares[k] = line.share(e.at.p);
+    if (line.steady) continue;
+    if (k > 0 && !next_affine(w, line, k, e)) return false;
+    keep(w, k, e);
+  }
+  keep_matrices(w, line, shares);
   return true;
 }
 
@@ -213,13 +273,15 @@ void settle_between(Walk& w, std::size_t k, const Settled& other) {
   if (!first) add_second(w, k, less ? here : other.at);
 }
 
-// The line walked from its other end. What the first walk found is this walk's too where it lies as
+// The line walked from its other end. Where Newton comes to the same equilibrium at both ends of a
+// steady line there is nothing to walk. What the first walk found is this walk's too where it lies as
 // near to the continuation of the points behind it as Newton needs; else Newton decides.
-void walk_backward(Walk& w, const LineStart& start) {
+void walk_backward(Walk& w, const LineStart& start, bool steady) {
   constexpr double near_enough = 1e-2;              // nominal sizes
   std::optional<OperatingPoint> last = start.last;  // set while this walk is on another branch
   if (last && w.valid[w.count - 1] && apart(w.sweep, *last, w.at(w.count - 1)) <= other_branch)
     last.reset();
+  if (steady && !last) return;
   std::array<std::size_t, 3> near{};
   for (std::size_t k = w.count; k-- > 0;) {
     Settled e;
@@ -245,76 +307,173 @@ void walk_backward(Walk& w, const LineStart& start) {
   }
 }
 
-void add_eigenvalues(Walk& w, const BatchEigenvalues& all, std::size_t k, Eigenvalues& lambda) {
-  const std::size_t n = lambda.size();
-  for (std::size_t i = 0; i < n; ++i)
-    lambda[i] = {all.re[i * w.count + k], all.im[i * w.count + k]};
+// Modes of `length` points from k on, mode by mode: largest real part and least damping with them.
+void keep_modes(Walk& w, std::size_t k, std::size_t length, const double* const* re,
+                const double* const* im) {
+  const std::size_t n = std::size_t(w.sweep.states());
+  std::array<double, IsolatedModes::longest> abscissa, damping;
+  abscissa.fill(-std::numeric_limits<double>::infinity());
+  damping.fill(1.0);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t m = 0; m < length; ++m) {
+      const double x = re[i][m], y = im[i][m], size2 = x * x + y * y;
+      abscissa[m] = std::max(abscissa[m], x);
+      damping[m] = std::min(damping[m], size2 > 0 ? -x * std::abs(x) / size2 : 0.0);
+    }
+    for (std::size_t m = 0; m < length; ++m) {
+      w.points.eigenvalue_re[(k + m) * n + i] = re[i][m];
+      w.points.eigenvalue_im[(k + m) * n + i] = im[i][m];
+    }
+  }
+  for (std::size_t m = 0; m < length; ++m) {
+    w.points.spectral_abscissa[k + m] = abscissa[m];
+    // What is least is ζ |ζ|, which rises with ζ.
+    w.points.damping[k + m] = std::copysign(std::sqrt(std::abs(damping[m])), damping[m]);
+  }
 }
 
 void keep_modes(Walk& w, std::size_t k, const Eigenvalues& modes,
                 const std::vector<std::uint8_t>& confidence) {
-  const std::size_t n = modes.size();
-  double abscissa = -std::numeric_limits<double>::infinity();
-  double damping = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto [re, im] = std::pair(modes[i].real(), modes[i].imag());
-    w.points.eigenvalue_re[k * n + i] = re;
-    w.points.eigenvalue_im[k * n + i] = im;
-    w.points.confidence[k * n + i] = confidence[i];
-    abscissa = std::max(abscissa, re);
-    const double size = std::sqrt(re * re + im * im);
-    damping = std::min(damping, size > 0 ? -re / size : 0.0);
+  std::array<double, largest_batch_matrix> re{}, im{};
+  std::array<const double*, largest_batch_matrix> re_at{}, im_at{};
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    re[i] = modes[i].real();
+    im[i] = modes[i].imag();
+    re_at[i] = &re[i];
+    im_at[i] = &im[i];
   }
-  w.points.spectral_abscissa[k] = abscissa;
-  w.points.damping[k] = damping;
+  keep_modes(w, k, 1, re_at.data(), im_at.data());
+  std::ranges::copy(confidence, w.points.confidence.begin() + std::ptrdiff_t(k * modes.size()));
 }
 
 // The modes' order carried along the line from its first equilibrium.
-void follow_modes(Walk& w, const LineStart& start, const BatchEigenvalues& all) {
-  const std::size_t n = std::size_t(w.sweep.states());
-  const std::vector<double>& v = w.sweep.axes[w.axis].columns.front().values;
-  std::optional<Reference> from = start.reference;
-  Eigenvalues lambda(n), before, predicted(n), ordered(n);
-  std::vector<int> to(n);
-  std::vector<double> sure(n);
-  std::vector<std::uint8_t> confidence(n, 0);
+struct Following {
+  Walk& w;
+  const BatchEigenvalues& all;
+  std::optional<Reference> from;  // the point before
+  Eigenvalues before{};           // and the modes of the one before that
+  Eigenvalues lambda, predicted, ordered;
+  std::vector<int> to{}, to_before{};  // mode i is lambda[to[i]]; empty: linked by vectors
+  std::vector<double> sure;
+  std::vector<std::uint8_t> confidence;
+  IsolatedModes isolated{};
   std::size_t last = 0, last_but_one = 0;
+
+  Following(Walk& walk, const BatchEigenvalues& eigenvalues, const std::optional<Reference>& start,
+            std::size_t n)
+      : w(walk),
+        all(eigenvalues),
+        from(start),
+        lambda(n),
+        predicted(n),
+        ordered(n),
+        sure(n),
+        confidence(n) {}
+
+  std::complex<double> eigenvalue(std::size_t i, std::size_t k) const {
+    return {all.re[i * w.count + k], all.im[i * w.count + k]};
+  }
+  bool known(std::size_t k) const {
+    return w.valid[k] && all.status[k] < LaneStatus::not_converged;
+  }
+  void predict(std::size_t k) {
+    const std::vector<double>& v = w.coordinates();
+    predicted = from->modes;
+    if (before.empty()) return;
+    const double ratio = (v[k] - v[last]) / (v[last] - v[last_but_one]);
+    for (std::size_t i = 0; i < lambda.size(); ++i)
+      if (side(before[i]) == side(from->modes[i]))  // where a pair has parted the way is no line
+        predicted[i] += ratio * (from->modes[i] - before[i]);
+  }
+  bool by_position() {
+    to.resize(lambda.size());
+    if (!link_by_position(from->modes, predicted, lambda, to, sure) &&
+        !link_meeting(from->modes, predicted, lambda, to, sure))
+      return false;
+    for (std::size_t i = 0; i < lambda.size(); ++i) {
+      ordered[i] = lambda[std::size_t(to[i])];
+      confidence[i] = as_byte(sure[i]);
+    }
+    return true;
+  }
+  void by_vectors(std::size_t k) {
+    GridPlace here = w.place, there = w.place;
+    here[w.axis] = double(last);
+    there[w.axis] = double(k);
+    const bool within = w.valid[last] && last < k;  // else the reference is another line's
+    if (within) from->A = w.A.matrix(Index(last));
+    const Ordered linked =
+        in_order(*from, predicted, w.A.matrix(Index(k)), lambda,
+                 within ? trims_between(w.sweep, here, there, w.at(last)) : nullptr);
+    ordered = linked.modes;
+    confidence = linked.confidence;
+    to.clear();
+  }
+  void go_on(std::size_t k) {
+    std::swap(from->modes, ordered);
+    if (k > 0) before.assign(ordered.begin(), ordered.end());
+    to_before = to;
+    last_but_one = std::exchange(last, k);
+  }
+
+  // Many points at once, whose modes stay by themselves; how many.
+  std::size_t run(std::size_t k, std::size_t most) {
+    const bool straight =
+        k >= 2 && last == k - 1 && last_but_one == k - 2 && !to.empty() && to == to_before;
+    if (!straight) return 0;
+    const std::vector<double>& v = w.coordinates();
+    std::array<double, IsolatedModes::longest> ratio{};
+    std::size_t length = 0;
+    for (; length < std::min(most, w.count - k) && known(k + length); ++length) {
+      const double* const at = &v[k + length];
+      ratio[length] = (at[0] - at[-1]) / (at[-1] - at[-2]);
+    }
+    std::array<const double*, largest_batch_matrix> re{}, im{};
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      re[i] = &all.re[std::size_t(to[i]) * w.count + k];
+      im[i] = &all.im[std::size_t(to[i]) * w.count + k];
+    }
+    isolated.assign(from->modes);
+    length = isolated.stay(re.data(), im.data(), std::span(ratio).first(length));
+    if (length == 0) return 0;
+    keep_modes(w, k, length, re.data(), im.data());
+    std::fill_n(&w.points.confidence[k * to.size()], length * to.size(), 255);
+    for (std::size_t m = 0; m < length; ++m)
+      for (std::size_t i = 0; i < to.size() && !isolated.certain(m); ++i)
+        w.points.confidence[(k + m) * to.size() + i] = as_byte(isolated.confidence(i, m));
+    last = k + length - 1;
+    last_but_one = last - 1;
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      before[i] = eigenvalue(std::size_t(to[i]), last_but_one);
+      from->modes[i] = eigenvalue(std::size_t(to[i]), last);
+    }
+    return length;
+  }
+};
+
+void follow_modes(Walk& w, const LineStart& start, const BatchEigenvalues& all) {
+  Following f(w, all, start.reference, std::size_t(w.sweep.states()));
   for (std::size_t k = 0; k < w.count; ++k) {
-    if (!w.valid[k] || all.status[k] >= LaneStatus::not_converged) continue;
-    add_eigenvalues(w, all, k, lambda);
-    if (!from) {  // nothing before it: its own order, named by nothing
-      from = Reference{w.A.matrix(Index(k)), lambda};
-      keep_modes(w, k, lambda, confidence);
-      last = k;
+    std::size_t run = IsolatedModes::longest / 16;
+    while (const std::size_t length = k < w.count ? f.run(k, run) : 0) {
+      k += length;
+      run = length == run ? std::min(2 * run, IsolatedModes::longest) : std::max<std::size_t>(length, 4);
+    }
+    if (k == w.count) break;
+    if (!f.known(k)) continue;
+    for (std::size_t i = 0; i < f.lambda.size(); ++i) f.lambda[i] = f.eigenvalue(i, k);
+    if (!f.from) {  // nothing before it: its own order, named by nothing
+      f.from = Reference{w.A.matrix(Index(k)), f.lambda};
+      keep_modes(w, k, f.lambda, f.confidence);
+      f.last = k;
       continue;
     }
-    const double ratio = before.empty() ? 0.0 : (v[k] - v[last]) / (v[last] - v[last_but_one]);
-    for (std::size_t i = 0; i < n; ++i)
-      predicted[i] = from->modes[i] + (before.empty() ? 0.0 : ratio * (from->modes[i] - before[i]));
-    const bool foreseen = !before.empty() || k == 0;  // else nothing says where a mode goes
-    if (foreseen && link_by_position(from->modes, predicted, lambda, to, sure)) {
-      for (std::size_t i = 0; i < n; ++i) {
-        ordered[i] = lambda[std::size_t(to[i])];
-        confidence[i] = as_byte(sure[i]);
-      }
-    } else {
-      GridPlace here = w.place, there = w.place;
-      here[w.axis] = double(last);
-      there[w.axis] = double(k);
-      const bool within = w.valid[last] && last < k;  // else the reference is another line's
-      if (within) from->A = w.A.matrix(Index(last));
-      Ordered by_vectors =
-          in_order(*from, predicted, w.A.matrix(Index(k)), lambda,
-                   within ? trims_between(w.sweep, here, there, w.at(last)) : nullptr);
-      ordered = by_vectors.modes;
-      confidence = by_vectors.confidence;
-    }
-    if (k == 0) confidence = start.confidence;
-    keep_modes(w, k, ordered, confidence);
-    before = k == 0 ? Eigenvalues{} : from->modes;
-    last_but_one = last;
-    from->modes = ordered;
-    last = k;
+    f.predict(k);
+    const bool foreseen = k == 0 || !f.before.empty();
+    if (!foreseen || !f.by_position()) f.by_vectors(k);
+    if (k == 0) f.confidence = start.confidence;
+    keep_modes(w, k, f.ordered, f.confidence);
+    f.go_on(k);
   }
 }
 
@@ -329,7 +488,12 @@ Eigenvalues eigenvalues_of(const MatrixXd& A) {
 Ordered in_order(const Reference& from, const Eigenvalues& predicted, const MatrixXd& B,
                  const Eigenvalues& lambda,
                  const std::function<std::optional<MatrixXd>(double)>& between) {
-  const Link found = link(from.A, from.modes, predicted, B, lambda, between);
+  Link found;
+  found.to.resize(lambda.size());
+  found.confidence.resize(lambda.size());
+  const bool small = link_by_position(from.modes, from.modes, lambda, found.to, found.confidence) &&
+                     std::ranges::min(found.confidence) >= small_step;
+  if (!small) found = link(from.A, from.modes, predicted, B, lambda, between);
   Ordered ordered;
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     ordered.modes.push_back(lambda[std::size_t(found.to[i])]);
@@ -352,21 +516,19 @@ std::function<std::optional<MatrixXd>(double)> trims_between(const Prepared& swe
   };
 }
 
-LinePoints walk_line(const Prepared& sweep, const LineStart& start) {
-  Walk w = begin(sweep, start);
+void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
+  static thread_local Room room;
+  Walk w = begin(sweep, start, points, room);
   std::optional<AffineLine> line;
   if (start.first.valid()) line = affine_line(sweep, start.place, w.axis, start.first);
-  const bool affine = line && walk_affine(w, start, *line);
+  const bool affine = line && walk_affine(w, start, *line, room.shares);
   if (!affine) walk_forward(w, start);
-  walk_backward(w, start);
-  BatchEigenvalues all;
-  std::vector<Verdict> verdict;
-  eigenvalues(w.A, all);
-  verdicts(w.A, verdict);
+  walk_backward(w, start, affine && line->steady);
+  eigenvalues(w.A, room.eigenvalues);
+  verdicts(w.A, room.verdicts);
   for (std::size_t k = 0; k < w.count; ++k)
-    w.points.verdict[k] = w.valid[k] ? std::int8_t(verdict[k]) : std::int8_t(-1);
-  follow_modes(w, start, all);
-  return w.points;
+    points.verdict[k] = w.valid[k] ? std::int8_t(room.verdicts[k]) : std::int8_t(-1);
+  follow_modes(w, start, room.eigenvalues);
 }
 
 }  // namespace tiltrim

@@ -42,7 +42,8 @@ struct LinePoints {
   std::vector<std::int8_t> second_verdict;
 };
 
-LinePoints walk_line(const Prepared& sweep, const LineStart& start);
+/// Every number of `points` is written anew; their memory is used again.
+void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points);
 
 /// The eigenvalues of B in the order of the modes, and how sure that is, 255 for certain;
 /// `between` as in link().

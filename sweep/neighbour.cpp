@@ -364,29 +364,53 @@ static double inverse_size(const Prepared& s, const MatrixXd& A) {
   return sum.size() > 0 ? sum.maxCoeff() : 0.0;
 }
 
-std::optional<AffineLine> affine_line(const Prepared& s, GridPlace place, std::size_t axis,
+namespace {
+
+double outputs_apart(const Prepared& s, const Settled& a, const Settled& b) {
+  const VectorXd size = nominals(s.model().outputs);
+  return size.size() ? (a.outputs - b.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() : 0.0;
+}
+
+// Whether A at a point of the line is what the line says, to the round-off of the trims.
+bool predicted(const Prepared& s, const AffineLine& line, const Settled& e) {
+  constexpr double same_matrix = 1e-9;
+  const MatrixXd A = e.A(s);
+  const MatrixXd miss = A - (line.first + line.share(e.at.p) * line.slope);
+  return miss.norm() <= same_matrix * A.norm();
+}
+
+}  // namespace
+
+std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place, std::size_t axis,
                                       const Settled& start) {
   const Model::Affine* structure = s.affine[axis];
   if (!structure) return {};
-  const auto phi = structure->phi(start.at.p);
+  const auto settled_at = [&](double position) {
+    GridPlace at = place;
+    at[axis] = position;
+    return settle(s, at, start.at);
+  };
   const double last = double(s.axes[axis].size() - 1);
-  place[axis] = place[axis] == last ? 0.0 : last;
-  const auto end = settle(s, place, start.at);
-  if (!phi || !end) return {};
-  const auto phi_end = structure->phi(end->at.p);
-  if (!phi_end || *phi_end == *phi) return {};
-  const VectorXd size = nominals(s.model().outputs);
-  if (!((end->outputs - start.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() <= same_trim))
+  const auto phi = structure->phi(start.at.p);
+  const auto middle = settled_at(0.5 * last), end = settled_at(last);
+  if (!phi || !middle || !end) return {};
+  const auto phi_end = structure->phi(end->at.p), phi_middle = structure->phi(middle->at.p);
+  if (!phi_end || *phi_end == *phi || !phi_middle) return {};
+  if (!(outputs_apart(s, *end, start) <= same_trim && outputs_apart(s, *middle, start) <= same_trim))
     return {};
   const MatrixXd A = start.A(s), A_end = end->A(s);
   constexpr double margin = 10;  // for what lies between the ends
-  const double inverse = margin * std::max(inverse_size(s, A), inverse_size(s, A_end));
-  return AffineLine{structure, *phi, A, (A_end - A) / (*phi_end - *phi), inverse};
+  AffineLine line{structure, *phi, A, (A_end - A) / (*phi_end - *phi)};
+  line.inverse = margin * std::max(inverse_size(s, A), inverse_size(s, A_end));
+  line.residual = std::max({start.residual, middle->residual, end->residual});
+  line.steady = line.residual * line.inverse <= s.trimming.step_tolerance &&
+                apart(s, start.at, middle->at) <= at_rest && apart(s, start.at, end->at) <= at_rest;
+  if (!predicted(s, line, *middle)) return {};
+  return line;
 }
 
-bool settle(const Prepared& s, const AffineLine& line, Settled& e, MatrixXd& A) {
+bool settle(const Prepared& s, const AffineLine& line, Settled& e) {
   constexpr int few = 4;  // the integrals are linear in the law's gains, or nearly
-  A = line.at(e.at.p);
   for (int i = 0; i < few; ++i) {
     const VectorXd rates = s.model().f(e.at.x, e.at.u, e.at.p);
     const VectorXd r = residuals(s, rates, e.outputs);
@@ -394,7 +418,7 @@ bool settle(const Prepared& s, const AffineLine& line, Settled& e, MatrixXd& A) 
     if (e.residual <= s.trimming.tolerance &&
         e.residual * line.inverse <= s.trimming.step_tolerance)
       return keeps_limits(s, rates, e);
-    const VectorXd dz = step(s, A, r);
+    const VectorXd dz = step(s, line.first + line.share(e.at.p) * line.slope, r);
     if (dz.size() != s.problem.n()) return false;
     const double size = dz.lpNorm<Eigen::Infinity>();
     if (e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance)

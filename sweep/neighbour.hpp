@@ -88,17 +88,19 @@ struct AffineLine {
   double phi = 0.0;              ///< at the first point
   Eigen::MatrixXd first, slope;  ///< A = first + (φ - phi) slope
   double inverse = 0.0;          ///< bound of a Newton step over its residual, both scaled
+  bool steady = false;           ///< every point has the unknowns of the first
+  double residual = 0.0;         ///< scaled, the largest met
 
-  /// A at these numbers.
-  auto at(const Eigen::VectorXd& p) const { return first + (*structure->phi(p) - phi) * slope; }
+  double share(const Eigen::VectorXd& p) const { return *structure->phi(p) - phi; }
 };
 
-/// The structure of the line through `start` along `axis`, if it has one: the equilibria at both
-/// its ends are settled, differentiated, and their outputs agree.
-std::optional<AffineLine> affine_line(const Prepared& sweep, GridPlace place, std::size_t axis,
-                                      const Settled& start);
+/// The structure of the line through `start` along `axis`, if it has one: the equilibria at its
+/// ends and in its middle are settled and differentiated, their outputs agree, and the middle's A
+/// is the one that the ends give it.
+std::optional<AffineLine> affine_line(const Prepared& sweep, const GridPlace& place,
+                                      std::size_t axis, const Settled& start);
 
-/// Newton with the line's Jacobian: true if the equilibrium is there, with A and outputs kept.
-bool settle(const Prepared& sweep, const AffineLine& line, Settled& e, Eigen::MatrixXd& A);
+/// Newton with the line's Jacobian: true if the equilibrium is there, with the outputs kept.
+bool settle(const Prepared& sweep, const AffineLine& line, Settled& e);
 
 }  // namespace tiltrim

@@ -1,6 +1,9 @@
 #include "sweep/sweep.hpp"
 
 #include <fmt/ranges.h>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 #include <algorithm>
 #include <memory>
@@ -147,6 +150,18 @@ void check_alike(const std::vector<std::unique_ptr<Prepared>>& conditions) {
           c->request.name, first.request.name));
 }
 
+// Hundreds of megabytes, which the system clears page by page: in large ones where it has them.
+void resize(std::vector<double>& numbers, std::size_t size) {
+  numbers.reserve(size);
+#ifdef __linux__
+  constexpr std::size_t page = std::size_t{2} << 20;
+  void* begin = numbers.data();
+  std::size_t space = size * sizeof(double);
+  if (std::align(page, page, begin, space)) (void)madvise(begin, space, MADV_HUGEPAGE);
+#endif
+  numbers.resize(size);
+}
+
 SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
                    const std::vector<SweepAxis>& axes) {
   SweepMap map;
@@ -173,8 +188,8 @@ SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
   const std::vector<std::pair<std::vector<double>*, std::size_t>> numbers{
       {&map.eigenvalue_re, n}, {&map.eigenvalue_im, n},     {&map.state, n},  {&map.input, m},
       {&map.residual, 1},      {&map.spectral_abscissa, 1}, {&map.damping, 1}};
-  in_parallel(numbers.size(),  // hundreds of megabytes, which the system clears
-              [&](std::size_t i) { numbers[i].first->resize(points * numbers[i].second); });
+  in_parallel(numbers.size(),
+              [&](std::size_t i) { resize(*numbers[i].first, points * numbers[i].second); });
   return map;
 }
 
@@ -305,9 +320,9 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
   work.progress = {"points", 0, count * length};
   run<LinePoints>(
       work, 0, count,
-      [&](std::size_t i) {
-        return walk_line(*conditions[i / per_condition],
-                         starts[i / per_condition][i % per_condition]);
+      [&](std::size_t i, LinePoints& line) {
+        walk_line(*conditions[i / per_condition], starts[i / per_condition][i % per_condition],
+                  line);
       },
       points_from, [&](std::size_t i, const LinePoints& line) { place(line, i * length, map); },
       [&](std::size_t i, const LinePoints& line) {
@@ -323,9 +338,9 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
   work.progress.total = between.size();
   run<LineVerdicts>(
       work, count, between.size(),
-      [&](std::size_t i) {
+      [&](std::size_t i, LineVerdicts& line) {
         const AxisLine& l = between[i];
-        return look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis,
+        line = look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis,
                             l.place);
       },
       verdicts_from, [](std::size_t, const LineVerdicts&) {},

@@ -13,80 +13,21 @@
 #include <utility>
 
 #include "linearize/balance.hpp"
+#include "sweep/spectrum.hpp"
 
 namespace tiltrim {
 
 using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
-using Complex = std::complex<double>;
-using Spectrum = std::span<const Complex>;
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double nearer = 3.0;  // so many times than to any other is an eigenvalue in its place
 
 // Two modes that change places are said to cross, not to veer, where they mix by less than this:
 // their gap is then below what twelve halvings of the step would resolve.
 constexpr double crossing = 1.0 / 4096;
-
-double square(double x) { return x * x; }
-
-// |a - b|² without the care for overflow of std::abs, which costs more than the rest.
-double distance2(Complex a, Complex b) {
-  return square(a.real() - b.real()) + square(a.imag() - b.imag());
-}
-
-int side(Complex z) { return (z.imag() > 0) - (z.imag() < 0); }
-
-// The difference of two modes turned by more than 60° between a and b.
-bool turned(Complex a, Complex b) {
-  const double dot = a.real() * b.real() + a.imag() * b.imag();
-  return !(dot > 0 && square(dot) > 0.25 * std::norm(a) * std::norm(b));
-}
-
-}  // namespace
-
-bool link_by_position(Spectrum predicted, Spectrum next, std::span<int> to,
-                      std::span<double> confidence) {
-  const std::size_t n = predicted.size();
-  if (next.size() != n || to.size() != n || confidence.size() != n)
-    throw std::invalid_argument("link_by_position: the spans are not of one size");
-  // Each within a third of its row's next nearest, and no column twice: then each is nearest to its
-  // column's mode as well, by 1.5.
-  for (std::size_t i = 0; i < n; ++i) {
-    double least = infinity, other = infinity;
-    std::size_t nearest = 0;
-    for (std::size_t j = 0; j < n; ++j) {
-      const double d2 = distance2(predicted[i], next[j]);
-      nearest = d2 < least ? j : nearest;
-      other = std::min(other, std::max(d2, least));
-      least = std::min(least, d2);
-    }
-    if (!(square(nearer) * least < other) || side(predicted[i]) != side(next[nearest]))
-      return false;
-    for (std::size_t k = 0; k < i; ++k)
-      if (to[k] == int(nearest)) return false;
-    to[i] = int(nearest);
-    confidence[i] = 1 - nearer * std::sqrt(least / other);
-  }
-  return true;
-}
-
-bool link_by_position(Spectrum last, Spectrum predicted, Spectrum next, std::span<int> to,
-                      std::span<double> confidence) {
-  if (last.size() != next.size())
-    throw std::invalid_argument("link_by_position: the spans are not of one size");
-  if (!link_by_position(predicted, next, to, confidence)) return false;
-  for (std::size_t i = 0; i < last.size(); ++i)
-    for (std::size_t k = 0; k < i; ++k)
-      if (turned(last[i] - last[k], next[std::size_t(to[i])] - next[std::size_t(to[k])]))
-        return false;
-  return true;
-}
-
-namespace {
 
 // Which eigenvalues are real, and which are each other's conjugates.
 struct Kinds {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <complex>
 #include <functional>
 #include <optional>
@@ -37,6 +38,37 @@ bool link_by_position(std::span<const std::complex<double>> last,
                       std::span<const std::complex<double>> predicted,
                       std::span<const std::complex<double>> next, std::span<int> to,
                       std::span<double> confidence);
+
+/// The same where a pair is about to part or two real modes have joined into one, far from all
+/// others: the two are linked as a pair, as in link(). False where the others are not six times as
+/// far as the two are from their middle and that from its predicted place.
+bool link_meeting(std::span<const std::complex<double>> last,
+                  std::span<const std::complex<double>> predicted,
+                  std::span<const std::complex<double>> next, std::span<int> to,
+                  std::span<double> confidence);
+
+/// Modes at one place, each with a disc about it: a part of its distance to the nearest other. While
+/// all stay in their discs none can pass another, turn about it by more than 60° or leave the real
+/// axis: n distances at each point where link_by_position() has n².
+struct IsolatedModes {
+  std::vector<std::complex<double>> modes;
+  std::vector<double> gap;  ///< of each to the nearest other
+
+  void assign(std::span<const std::complex<double>> at);
+  static constexpr std::size_t longest = 64;
+  /// How many points of a line, `longest` at most, stay there and follow the straight line through
+  /// the two points before each as link_by_position() asks. Mode i is at re[i][m], im[i][m] at point
+  /// m, from m = -2 on; step_ratio[m] is the step to m over the one before.
+  std::size_t stay(const double* const* re, const double* const* im,
+                   std::span<const double> step_ratio);
+  /// Of mode i at point m then: at most link_by_position()'s.
+  double confidence(std::size_t i, std::size_t m) const;
+  bool certain(std::size_t m) const;  ///< all modes' are 1 to half a 255th
+
+ private:
+  std::vector<double> off;  // squares of the distances from the straight line, over the gaps
+  std::array<double, longest> worst{};
+};
 
 /// By eigenvector correlation and predicted position together, one to one, at least total cost
 /// (the assignment problem). Pairs that merge into two real eigenvalues, or two that join into a

@@ -55,24 +55,25 @@ void compute_block(const Work& work, std::uint64_t first, std::size_t from, cons
     const std::size_t unit = from + k;
     const bool mine = unit % std::size_t(ranks()) == std::size_t(rank());
     if (!mine || work.known(first + unit) || work.options.stop.stop_requested()) return;
-    results[k] = compute(unit);
+    compute(unit, results[k]);
     if (bytes_needed) bytes[k] = as_bytes(results[k]);
   });
 }
 
-/// Computes units first .. first + count - 1 in blocks that grow until one takes a tenth of a
-/// second: compute(i) -> result and store(i, result), spread over ranks and threads; append(i,
-/// result) in the units' order.
+/// Computes units first .. first + count - 1 in blocks that grow until one takes long enough to be
+/// shared out: compute(i, result) and store(i, result), spread over ranks and threads; append(i,
+/// result) in the units' order. A result's memory is used again by the next block's.
 template <class Result>
 void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute,
          const auto& as_result, const auto& store, const auto& append) {
-  constexpr double long_enough = 0.1;          // s
+  constexpr double long_enough = 0.02;         // s
   constexpr std::size_t most_of_a_rank = 256;  // units: what ranks exchange at once
   std::size_t block = 1;
+  std::vector<Result> results;
   for (std::size_t from = 0; from < count;) {
     const std::size_t size = std::min(count - from, block);
     const Clock::time_point begun = Clock::now();
-    std::vector<Result> results(size);
+    results.resize(size);
     std::vector<Bytes> bytes(size);
     compute_block(work, first, from, compute, results, bytes);
     agree(work);
