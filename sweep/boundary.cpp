@@ -323,7 +323,8 @@ void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, dou
       t = best;
     }
   }
-  interval.abscissa = abscissa;
+  const double rounding = 64 * std::numeric_limits<double>::epsilon() * (*most)->A.norm();
+  interval.abscissa = std::abs(abscissa) <= rounding ? 0.0 : abscissa;  // at a crossing itself
   interval.abscissa_at = coordinate(line.sweep.axes[line.axis], t);
 }
 

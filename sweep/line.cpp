@@ -98,8 +98,7 @@ Walk begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& r
   room.A.entries.resize(n * n * count);
   room.valid.assign(count, 0);
   room.unknowns.resize(count * sweep.unknowns.size());
-  for (auto* numbers : {&p.status, &p.verdict, &p.second_branch})
-    numbers->assign(count, 0);
+  for (auto* numbers : {&p.status, &p.verdict, &p.second_branch}) numbers->assign(count, 0);
   p.reason.assign(count, 0);
   p.reasons.assign(1, "");
   p.confidence.assign(count * n, 0);
@@ -116,11 +115,11 @@ Walk begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& r
           p,     room.valid,  room.unknowns, room.A};
 }
 
-// Unknowns at point k from those at up to three points next to it, by the polynomial through them.
-void extrapolate(const Walk& w, std::size_t k, std::array<std::size_t, 3> near, int count,
+// Unknowns at point k from those at up to four points next to it, by the polynomial through them.
+void extrapolate(const Walk& w, std::size_t k, std::array<std::size_t, 4> near, int count,
                  OperatingPoint& at) {
   const std::vector<double>& v = w.coordinates();
-  std::array<double, 3> weight{};
+  std::array<double, 4> weight{};
   for (std::size_t a = 0; a < std::size_t(count); ++a) {
     weight[a] = 1.0;
     for (std::size_t b = 0; b < std::size_t(count); ++b)
@@ -136,10 +135,10 @@ void extrapolate(const Walk& w, std::size_t k, std::array<std::size_t, 3> near, 
 }
 
 // The equilibria next to k on the side where the walk comes from (-1: before it), nearest first.
-int known_beside(const Walk& w, std::size_t k, int side, std::array<std::size_t, 3>& near) {
+int known_beside(const Walk& w, std::size_t k, int side, std::array<std::size_t, 4>& near) {
   int count = 0;
   for (std::ptrdiff_t j = std::ptrdiff_t(k) + side;
-       count < 3 && j >= 0 && j < std::ptrdiff_t(w.count) && w.valid[std::size_t(j)]; j += side)
+       count < 4 && j >= 0 && j < std::ptrdiff_t(w.count) && w.valid[std::size_t(j)]; j += side)
     near[std::size_t(count++)] = std::size_t(j);
   return count;
 }
@@ -149,7 +148,7 @@ Settled next_forward(const Walk& w, std::size_t k) {
   GridPlace place = w.place;
   place[w.axis] = double(k);
   Settled e;
-  std::array<std::size_t, 3> near{};
+  std::array<std::size_t, 4> near{};
   if (const int known = known_beside(w, k, -1, near)) {
     e.at = w.base;
     move_to(w.sweep, w.axis, double(k), e.at);
@@ -274,15 +273,15 @@ void settle_between(Walk& w, std::size_t k, const Settled& other) {
 }
 
 // The line walked from its other end. Where Newton comes to the same equilibrium at both ends of a
-// steady line there is nothing to walk. What the first walk found is this walk's too where it lies as
-// near to the continuation of the points behind it as Newton needs; else Newton decides.
+// steady line there is nothing to walk. What the first walk found is this walk's too where it lies
+// as near to the continuation of the points behind it as Newton needs; else Newton decides.
 void walk_backward(Walk& w, const LineStart& start, bool steady) {
   constexpr double near_enough = 1e-2;              // nominal sizes
   std::optional<OperatingPoint> last = start.last;  // set while this walk is on another branch
   if (last && w.valid[w.count - 1] && apart(w.sweep, *last, w.at(w.count - 1)) <= other_branch)
     last.reset();
   if (steady && !last) return;
-  std::array<std::size_t, 3> near{};
+  std::array<std::size_t, 4> near{};
   for (std::size_t k = w.count; k-- > 0;) {
     Settled e;
     if (last) {
@@ -457,7 +456,8 @@ void follow_modes(Walk& w, const LineStart& start, const BatchEigenvalues& all) 
     std::size_t run = IsolatedModes::longest / 16;
     while (const std::size_t length = k < w.count ? f.run(k, run) : 0) {
       k += length;
-      run = length == run ? std::min(2 * run, IsolatedModes::longest) : std::max<std::size_t>(length, 4);
+      run = length == run ? std::min(2 * run, IsolatedModes::longest)
+                          : std::max<std::size_t>(length, 4);
     }
     if (k == w.count) break;
     if (!f.known(k)) continue;

@@ -120,9 +120,10 @@ OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place) {
 namespace {
 
 // Residuals of the trim's equations, scaled; `outputs` are filled where an equation has one.
-VectorXd residuals(const Prepared& s, const VectorXd& rates, const VectorXd& outputs) {
+template <class Vector = VectorXd>
+Vector residuals(const Prepared& s, const VectorXd& rates, const VectorXd& outputs) {
   const Problem& p = s.problem;
-  VectorXd r(p.m());
+  Vector r(p.m());
   for (Index i = 0; i < p.m(); ++i) {
     const Index row = p.equations[std::size_t(i)];
     const double y = row < s.states() ? rates[row] : outputs[row - s.states()];
@@ -131,33 +132,41 @@ VectorXd residuals(const Prepared& s, const VectorXd& rates, const VectorXd& out
   return r;
 }
 
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, 16>;
-using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 16, 1>;
+// Without allocation.
+constexpr int small_size = 16;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, small_size, small_size>;
+using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, small_size, 1>;
 
-// The Newton step in nominal sizes, from the slopes along states and unknowns; empty if singular.
-template <class Matrix, class Vector>
-Vector newton_step(const Prepared& s, const MatrixXd& slopes, const VectorXd& r) {
+// The equations' Jacobian in nominal sizes, factored, from the slopes along states and unknowns;
+// nothing if it is singular.
+template <class Matrix>
+std::optional<Eigen::PartialPivLU<Matrix>> factored(const Prepared& s, const MatrixXd& slopes) {
   const Problem& p = s.problem;
   Matrix J(p.m(), p.n());
-  for (Index i = 0; i < p.m(); ++i)
-    for (Index k = 0; k < p.n(); ++k) {
+  for (Index k = 0; k < p.n(); ++k)
+    for (Index i = 0; i < p.m(); ++i) {
       const Index row = p.equations[std::size_t(i)];
       J(i, k) = slopes(row, s.unknowns[std::size_t(k)]) * p.nominal[k] / p.row_nominal[row];
     }
-  const Eigen::PartialPivLU<Matrix> lu(J);
-  const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+  std::optional<Eigen::PartialPivLU<Matrix>> lu(J);
+  const auto pivots = lu->matrixLU().diagonal().cwiseAbs();
   constexpr double singular = 1e-11;  // left to the trim from nothing, which judges it
   if (!(pivots.minCoeff() > singular * pivots.maxCoeff())) return {};
-  return lu.solve(-Vector(r));
+  return lu;
 }
 
+// The Newton step in nominal sizes; empty if singular.
 VectorXd step(const Prepared& s, const MatrixXd& slopes, const VectorXd& r) {
-  constexpr Index small = 16;
-  if (s.problem.n() <= small) return newton_step<Square, Column>(s, slopes, r);
-  return newton_step<MatrixXd, VectorXd>(s, slopes, r);
+  if (s.problem.n() <= small_size) {
+    const auto lu = factored<Square>(s, slopes);
+    return lu ? VectorXd(lu->solve(-Column(r))) : VectorXd();
+  }
+  const auto lu = factored<MatrixXd>(s, slopes);
+  return lu ? VectorXd(lu->solve(-r)) : VectorXd();
 }
 
-void add(const Prepared& s, const VectorXd& dz, OperatingPoint& at) {
+template <class Vector>
+void add(const Prepared& s, const Vector& dz, OperatingPoint& at) {
   for (Index k = 0; k < dz.size(); ++k) {
     const Index j = s.problem.unknowns[std::size_t(k)];
     set_value(at, j, value_of(at, j) + dz[k] * s.problem.nominal[k]);
@@ -206,25 +215,40 @@ VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
   return m.h ? m.h(at.x, at.u, at.p) : VectorXd();
 }
 
+// A Jacobian serves for further steps while they are small and shrink a hundredfold.
+template <class Matrix, class Vector>
 bool newton(const Prepared& s, Settled& e) {
+  constexpr double fast = 0.01, near = 1e-3;
   const Model& m = s.model();
   double before = std::numeric_limits<double>::infinity();
+  std::optional<Eigen::PartialPivLU<Matrix>> lu;
   for (int i = 0; i < max_steps; ++i) {
     const VectorXd rates = m.f(e.at.x, e.at.u, e.at.p);
     if (s.output_equations) e.outputs = outputs_of(m, e.at);
-    const VectorXd r = residuals(s, rates, e.outputs);
-    e.residual = r.lpNorm<Eigen::Infinity>();
-    e.slopes = jacobian(m, e.at, s.along);
-    const VectorXd dz = step(s, e.slopes, r);
-    if (dz.size() != s.problem.n() || !dz.allFinite()) return false;
-    const double size = dz.lpNorm<Eigen::Infinity>();
+    const Vector r = residuals<Vector>(s, rates, e.outputs);
+    e.residual = r.template lpNorm<Eigen::Infinity>();
+    Vector dz;
+    if (lu) {
+      dz = lu->solve(-r);
+      if (!(dz.template lpNorm<Eigen::Infinity>() <= fast * before)) lu.reset();
+    }
+    const bool here = !lu;
+    if (here) {
+      e.slopes = jacobian(m, e.at, s.along);
+      lu = factored<Matrix>(s, e.slopes);
+      if (!lu) return false;
+      dz = lu->solve(-r);
+    }
+    const double size = dz.template lpNorm<Eigen::Infinity>();
     const bool small = e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance;
     if (small && (size <= at_rest || size >= 0.5 * before)) {
       e.status = TrimStatus::converged;
+      if (!here) e.slopes = jacobian(m, e.at, s.along);
       e.outputs = outputs_of(m, e.at);
       return rates.allFinite() && e.outputs.allFinite() && keeps_limits(s, rates, e);
     }
     if (!(size < diverging)) return false;
+    if (size > near) lu.reset();
     before = size;
     add(s, dz, e.at);
   }
@@ -240,16 +264,18 @@ static std::string missing_model(const Prepared& s, const Settled& e) {
 }
 
 bool settle(const Prepared& s, Settled& e) {
-  e.message = "Newton from the neighbour finds no equilibrium";
-  e.status = TrimStatus::not_found;
-  if (!s.problem.square()) return false;
+  e.message.clear();
   bool found = false;
   try {
-    found = newton(s, e);
+    found = s.problem.square() && (s.problem.n() <= small_size ? newton<Square, Column>(s, e)
+                                                               : newton<MatrixXd, VectorXd>(s, e));
   } catch (const std::exception& thrown) {
     e.message = thrown.what();
   }
-  if (found) e.message = missing_model(s, e);
+  if (found)
+    e.message = missing_model(s, e);
+  else if (e.message.empty())
+    e.message = "Newton from the neighbour finds no equilibrium";
   if (!found) e.status = TrimStatus::not_found;
   return found;
 }
@@ -396,7 +422,8 @@ std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place,
   if (!phi || !middle || !end) return {};
   const auto phi_end = structure->phi(end->at.p), phi_middle = structure->phi(middle->at.p);
   if (!phi_end || *phi_end == *phi || !phi_middle) return {};
-  if (!(outputs_apart(s, *end, start) <= same_trim && outputs_apart(s, *middle, start) <= same_trim))
+  if (!(outputs_apart(s, *end, start) <= same_trim &&
+        outputs_apart(s, *middle, start) <= same_trim))
     return {};
   const MatrixXd A = start.A(s), A_end = end->A(s);
   constexpr double margin = 10;  // for what lies between the ends

@@ -340,8 +340,8 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
       work, count, between.size(),
       [&](std::size_t i, LineVerdicts& line) {
         const AxisLine& l = between[i];
-        line = look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis,
-                            l.place);
+        line =
+            look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis, l.place);
       },
       verdicts_from, [](std::size_t, const LineVerdicts&) {},
       [&](std::size_t, const LineVerdicts& line) {

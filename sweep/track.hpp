@@ -47,9 +47,9 @@ bool link_meeting(std::span<const std::complex<double>> last,
                   std::span<const std::complex<double>> next, std::span<int> to,
                   std::span<double> confidence);
 
-/// Modes at one place, each with a disc about it: a part of its distance to the nearest other. While
-/// all stay in their discs none can pass another, turn about it by more than 60° or leave the real
-/// axis: n distances at each point where link_by_position() has n².
+/// Modes at one place, each with a disc about it: a part of its distance to the nearest other.
+/// While all stay in their discs none can pass another, turn about it by more than 60° or leave the
+/// real axis: n distances at each point where link_by_position() has n².
 struct IsolatedModes {
   std::vector<std::complex<double>> modes;
   std::vector<double> gap;  ///< of each to the nearest other
@@ -57,8 +57,8 @@ struct IsolatedModes {
   void assign(std::span<const std::complex<double>> at);
   static constexpr std::size_t longest = 64;
   /// How many points of a line, `longest` at most, stay there and follow the straight line through
-  /// the two points before each as link_by_position() asks. Mode i is at re[i][m], im[i][m] at point
-  /// m, from m = -2 on; step_ratio[m] is the step to m over the one before.
+  /// the two points before each as link_by_position() asks. Mode i is at re[i][m], im[i][m] at
+  /// point m, from m = -2 on; step_ratio[m] is the step to m over the one before.
   std::size_t stay(const double* const* re, const double* const* im,
                    std::span<const double> step_ratio);
   /// Of mode i at point m then: at most link_by_position()'s.
