@@ -98,15 +98,14 @@ Walk begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& r
   room.A.entries.resize(n * n * count);
   room.valid.assign(count, 0);
   room.unknowns.resize(count * sweep.unknowns.size());
-  for (auto* numbers : {&p.status, &p.verdict, &p.second_branch}) numbers->assign(count, 0);
-  p.reason.assign(count, 0);
+  for (auto* numbers : {&p.status, &p.verdict}) numbers->resize(count);
+  p.second_branch.assign(count, 0);
+  p.reason.resize(count);
   p.reasons.assign(1, "");
-  p.confidence.assign(count * n, 0);
-  for (auto* numbers : {&p.residual, &p.spectral_abscissa, &p.damping})
-    numbers->assign(count, not_a_number);
-  for (auto* numbers : {&p.state, &p.eigenvalue_re, &p.eigenvalue_im})
-    numbers->assign(count * n, not_a_number);
-  p.input.assign(count * m, not_a_number);
+  p.confidence.resize(count * n);
+  for (auto* numbers : {&p.residual, &p.spectral_abscissa, &p.damping}) numbers->resize(count);
+  for (auto* numbers : {&p.state, &p.eigenvalue_re, &p.eigenvalue_im}) numbers->resize(count * n);
+  p.input.resize(count * m);
   for (auto* numbers : {&p.second_state, &p.second_input, &p.second_re, &p.second_im})
     numbers->clear();
   p.second_verdict.clear();
@@ -516,6 +515,21 @@ std::function<std::optional<MatrixXd>(double)> trims_between(const Prepared& swe
   };
 }
 
+// What a point has not got: without an equilibrium nothing, without eigenvalues none of theirs.
+static void clear(Walk& w, std::size_t k) {
+  LinePoints& p = w.points;
+  const std::size_t n = std::size_t(w.sweep.states()), m = w.sweep.inputs.size();
+  p.spectral_abscissa[k] = p.damping[k] = not_a_number;
+  std::fill_n(&p.eigenvalue_re[k * n], n, not_a_number);
+  std::fill_n(&p.eigenvalue_im[k * n], n, not_a_number);
+  std::fill_n(&p.confidence[k * n], n, std::uint8_t{0});
+  if (w.valid[k]) return;
+  p.verdict[k] = -1;
+  p.residual[k] = not_a_number;
+  std::fill_n(&p.state[k * n], n, not_a_number);
+  if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
+}
+
 void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
   static thread_local Room room;
   Walk w = begin(sweep, start, points, room);
@@ -526,8 +540,10 @@ void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points
   walk_backward(w, start, affine && line->steady);
   eigenvalues(w.A, room.eigenvalues);
   verdicts(w.A, room.verdicts);
-  for (std::size_t k = 0; k < w.count; ++k)
-    points.verdict[k] = w.valid[k] ? std::int8_t(room.verdicts[k]) : std::int8_t(-1);
+  for (std::size_t k = 0; k < w.count; ++k) {
+    points.verdict[k] = std::int8_t(room.verdicts[k]);
+    if (!w.valid[k] || room.eigenvalues.status[k] >= LaneStatus::not_converged) clear(w, k);
+  }
   follow_modes(w, start, room.eigenvalues);
 }
 
