@@ -339,8 +339,11 @@ static std::string in_short(const TrimResult& found) {
 }
 
 Settled from_nothing(const Prepared& s, const GridPlace& place) {
+  return from_nothing(s, numbers_at(s, place));
+}
+
+Settled from_nothing(const Prepared& s, const OperatingPoint& at) {
   static std::mutex one_at_a_time;
-  const OperatingPoint at = numbers_at(s, place);
   TrimResult found;
   {
     const std::lock_guard<std::mutex> lock(one_at_a_time);

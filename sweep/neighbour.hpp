@@ -1,4 +1,4 @@
-/// A trim moved from point to point of the grid by Newton. Internal to sweep/.
+/// A trim moved from point to point of the grid by Newton. Internal to sweep/ and tune/.
 #pragma once
 
 #include <optional>
@@ -69,6 +69,7 @@ std::optional<Settled> settle(const Prepared& sweep, const GridPlace& place,
 /// From nothing: the request's own trim, one at a time in this process (Ipopt's MUMPS keeps
 /// global state).
 Settled from_nothing(const Prepared& sweep, const GridPlace& place);
+Settled from_nothing(const Prepared& sweep, const OperatingPoint& numbers);
 
 /// Derivatives and outputs at an equilibrium known before.
 Settled equilibrium_at(const Prepared& sweep, const OperatingPoint& at);

@@ -244,7 +244,7 @@ std::vector<MatrixXd> hard_matrices(Index n) {
                               kahan(n), jordan(n), clustered_companion(n)};
   if (n == 7) bases.push_back(godunov());
   for (const double decades : {1.0, 5.0, 20.0, 100.0, 150.0, 307.0})
-    for (int k = 0; k < 10; ++k) bases.push_back(huge_range(random, n, decades));
+    for (int k = 0; k < trials(10); ++k) bases.push_back(huge_range(random, n, decades));
   std::vector<MatrixXd> all{MatrixXd::Zero(n, n), -MatrixXd::Identity(n, n),
                             MatrixXd::Constant(n, n, 5e-324), -5e-324 * MatrixXd::Identity(n, n)};
   for (const MatrixXd& A : bases) {

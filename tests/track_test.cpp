@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -602,4 +603,375 @@ TEST_CASE("the caller's mistakes") {
   CHECK_THROWS_AS(static_cast<void>(link(A, a, a, A, alone)), std::invalid_argument);
   CHECK_THROWS_AS(static_cast<void>(link(A, a, off, A, a)), std::invalid_argument);
   CHECK_THROWS_AS(static_cast<void>(link(infinity * A, a, a, A, a)), std::invalid_argument);
+}
+
+// ---- many points at once, and two that meet ----
+
+namespace {
+
+// Modes along a line as a sweep has them, mode by mode; who is who is planted.
+struct Line {
+  std::vector<double> at;
+  std::vector<std::vector<double>> re, im;
+
+  std::size_t size() const { return at.size(); }
+  Spectrum modes(std::size_t k) const {
+    Spectrum z;
+    for (std::size_t i = 0; i < re.size(); ++i) z.emplace_back(re[i][k], im[i][k]);
+    return z;
+  }
+  double ratio(std::size_t k) const { return (at[k] - at[k - 1]) / (at[k - 1] - at[k - 2]); }
+  Spectrum straight_on(std::size_t k) const {
+    const Spectrum last = modes(k - 1), before = modes(k - 2);
+    Spectrum z = last;
+    for (std::size_t i = 0; i < z.size(); ++i) z[i] += ratio(k) * (last[i] - before[i]);
+    return z;
+  }
+  // Of `length` points from k on, how many stay.
+  std::size_t stay(IsolatedModes& isolated, std::size_t k, std::size_t length) const {
+    std::vector<const double*> x, y;
+    for (std::size_t i = 0; i < re.size(); ++i) {
+      x.push_back(&re[i][k]);
+      y.push_back(&im[i][k]);
+    }
+    std::vector<double> ratios;
+    for (std::size_t m = 0; m < length; ++m) ratios.push_back(ratio(k + m));
+    isolated.assign(modes(k - 1));
+    return isolated.stay(x.data(), y.data(), ratios);
+  }
+};
+
+using Branch = std::function<Spectrum(double s)>;  // one mode or two
+
+// A real mode, a pair, or two on the square root of a line or of a hyperbola: they merge and part,
+// veer or cross.
+Branch random_branch(Random& random, std::size_t room) {
+  const double a = uniform(random, -4, 0), b = uniform(random, -1, 1), bend = uniform(random, 1, 9);
+  const double w = uniform(random, 0.1, 3), at = uniform(random, 0, 1);
+  const auto middle = [=](double s) { return a + b * std::sin(bend * s); };
+  const std::size_t kind = random() % 5;
+  if (room == 1 || kind == 0) return [=](double s) { return Spectrum{middle(s)}; };
+  if (kind == 1)
+    return [=](double s) {
+      const Complex z(middle(s), w + 0.5 * w * std::cos(bend * s + w));
+      return Spectrum{z, std::conj(z)};
+    };
+  if (kind == 2)
+    return [=](double s) {
+      const Complex root = std::sqrt(Complex(w * (s - at)));
+      return Spectrum{middle(s) + root, middle(s) - root};
+    };
+  const double gap = kind == 3 ? std::pow(10, uniform(random, -4, -0.5)) : 0.0;
+  return [=](double s) {
+    const double d = gap > 0 ? std::hypot(s - at, gap) : s - at;
+    return Spectrum{middle(s) + w * d, middle(s) - w * d};
+  };
+}
+
+// Steps even, geometric or anything, from coarse to fine.
+std::vector<double> random_coordinates(Random& random, std::size_t count) {
+  const double size = std::pow(10, uniform(random, -4, -1)), factor = uniform(random, 0.9, 1.1);
+  const std::size_t kind = random() % 3;
+  std::vector<double> at{uniform(random, 0, 1)};
+  for (double step = size; at.size() < count;) {
+    at.push_back(at.back() + step);
+    if (kind == 1) step *= factor;
+    if (kind == 2) step = size * uniform(random, 0.2, 2);
+  }
+  return at;
+}
+
+Line random_line(Random& random, std::size_t n, std::size_t count) {
+  Line line{random_coordinates(random, count), {}, {}};
+  while (line.re.size() < n) {
+    const std::size_t first = line.re.size();
+    const Branch branch = random_branch(random, n - first);
+    for (const double s : line.at) {
+      const Spectrum z = branch(s);
+      line.re.resize(first + z.size());
+      line.im.resize(first + z.size());
+      for (std::size_t i = 0; i < z.size(); ++i) {
+        line.re[first + i].push_back(z[i].real());
+        line.im[first + i].push_back(z[i].imag());
+      }
+    }
+  }
+  return line;
+}
+
+// Up to 1 the point k keeps what the chapter asks of it, its line coming from point `from`: each
+// mode within an eighth of its distance to the nearest other, and off the straight line by d with
+// 3 d < 3/4 of that distance - d.
+double strain(const Line& line, std::size_t from, std::size_t k) {
+  const Spectrum centre = line.modes(from), here = line.modes(k), foreseen = line.straight_on(k);
+  double most = 0.0;
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    double gap = infinity;
+    for (std::size_t j = 0; j < here.size(); ++j)
+      if (j != i) gap = std::min(gap, std::abs(centre[i] - centre[j]));
+    most = std::max({most, 8 * std::abs(here[i] - centre[i]) / gap,
+                     16.0 / 3 * std::abs(here[i] - foreseen[i]) / gap});
+  }
+  return most;
+}
+
+bool same_kinds(const Spectrum& a, const Spectrum& b) {
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if ((a[i].imag() == 0) != (b[i].imag() == 0)) return false;
+  return true;
+}
+
+// What stayed, and what link_by_position() says of it.
+struct Stays {
+  int points = 0, refused = 0, swapped = 0, surer = 0, not_certain = 0, too_short = 0, too_long = 0;
+
+  void count(const Line& line, std::size_t k, std::size_t length, IsolatedModes& isolated) {
+    const std::size_t n = line.re.size(), stays = line.stay(isolated, k, length);
+    points += int(stays);
+    too_long += stays > std::min(length, IsolatedModes::longest);
+    for (std::size_t m = 0; m < stays; ++m) {
+      std::vector<int> to(n);
+      std::vector<double> sure(n);
+      refused += !link_by_position(line.modes(k + m - 1), line.straight_on(k + m),
+                                   line.modes(k + m), to, sure);
+      swapped += to != identity(n);
+      too_long += strain(line, k - 1, k + m) > 1 + 1e-9;
+      for (std::size_t i = 0; i < n; ++i) {
+        surer += !(isolated.confidence(i, m) <= sure[i] + 1e-12);
+        not_certain += isolated.certain(m) && !(isolated.confidence(i, m) >= 1 - 0.5 / 255);
+      }
+    }
+    if (stays < std::min(length, IsolatedModes::longest))
+      too_short += strain(line, k - 1, k + stays) < 1 - 1e-9;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("isolated: what stays is what position links, no surer") {
+  Random random(12);
+  for (std::size_t n = 1; n <= 8; ++n) {
+    CAPTURE(n);
+    Stays all;
+    int steps = 0;
+    IsolatedModes isolated;
+    for (int t = 0; t < trials(200); ++t) {
+      const Line line = random_line(random, n, 160);
+      for (std::size_t k = 2; k < line.size(); k += 1 + random() % 30, ++steps) {
+        const std::size_t length = std::min(random() % 100, line.size() - k);
+        if (same_kinds(line.modes(k - 2), line.modes(k - 1))) all.count(line, k, length, isolated);
+      }
+    }
+    CHECK(all.refused == 0);
+    CHECK(all.swapped == 0);
+    CHECK(all.surer == 0);
+    CHECK(all.not_certain == 0);
+    CHECK(all.too_short == 0);
+    CHECK(all.too_long == 0);
+    CHECK(all.points > 2 * steps);
+  }
+}
+
+namespace {
+
+// Modes at rest at these places; `points` of them.
+Line at_rest(const Spectrum& places, std::size_t points) {
+  Line line;
+  for (std::size_t k = 0; k < points; ++k) line.at.push_back(double(k));
+  for (const Complex& z : places) {
+    line.re.emplace_back(points, z.real());
+    line.im.emplace_back(points, z.imag());
+  }
+  return line;
+}
+
+const Spectrum three_modes = {-3.0, {-1, 2}, {-1, -2}};
+
+}  // namespace
+
+TEST_CASE("isolated: it ends where a mode leaves its place or another goes past it") {
+  IsolatedModes isolated;
+  constexpr std::size_t from = 2, bend = 12;
+  const auto stays = [&](std::size_t mode, Complex by) {
+    Line line = at_rest(three_modes, 40);
+    for (std::size_t k = bend; k < line.size(); ++k) {
+      line.re[mode][k] += by.real();
+      line.im[mode][k] += by.imag();
+    }
+    return line.stay(isolated, from, 38);
+  };
+  const double g = std::sqrt(8);  // of the real one to the pair
+  CHECK(stays(0, 0) == 38);
+  CHECK(stays(0, 0.124 * g) == 38);
+  CHECK(stays(0, 0.126 * g) == bend - from);
+  CHECK(stays(1, Complex(0, -0.126 * g)) == bend - from);
+  CHECK(stays(0, 4) == bend - from);  // past the pair
+  Line crossing = at_rest({-3.0, -2.0}, 40);
+  for (std::size_t k = 0; k < 40; ++k) crossing.re[0][k] += 0.01 * double(k * k);
+  const std::size_t kept = crossing.stay(isolated, from, 38);
+  CHECK(kept > 0);
+  CHECK(crossing.re[0][from + kept - 1] < -2);
+  // drifting within its place, but off the straight line
+  Line bent = at_rest(three_modes, 40);
+  for (std::size_t k = 3; k < 40; ++k) bent.re[0][k] += 0.1 * g * (k % 2 ? 1 : -1);
+  CHECK(bent.stay(isolated, from, 38) == 1);
+}
+
+TEST_CASE("isolated: no modes, one, no points, the longest") {
+  IsolatedModes isolated;
+  const auto stays = [&](const Spectrum& modes, std::size_t length) {
+    const std::size_t count = at_rest(modes, 102).stay(isolated, 2, length);
+    for (std::size_t m = 0; m < count; ++m) {
+      CHECK(isolated.certain(m));
+      for (std::size_t i = 0; i < modes.size(); ++i)
+        CHECK_NEAR(isolated.confidence(i, m), 1.0, 0);
+    }
+    return count;
+  };
+  CHECK(stays(three_modes, 0) == 0);
+  CHECK(stays(three_modes, 1) == 1);
+  CHECK(stays({}, 0) == 0);
+  CHECK(stays({-1.0}, 0) == 0);
+  for (const Spectrum& modes : {Spectrum{}, Spectrum{-1.0}, three_modes}) {
+    CHECK(stays(modes, 10) == 10);
+    CHECK(stays(modes, IsolatedModes::longest) == IsolatedModes::longest);
+    CHECK(stays(modes, 100) == IsolatedModes::longest);
+  }
+  CHECK(stays(three_modes, 5) == 5);  // after more modes and after fewer
+  Line alone = at_rest({-1.0}, 40);   // has no other to be mistaken for
+  for (std::size_t k = 0; k < 40; ++k) alone.re[0][k] = k % 2 ? 1e6 : -1e-6;
+  CHECK(alone.stay(isolated, 2, 38) == 38);
+  CHECK_NEAR(isolated.confidence(0, 37), 1.0, 0);
+}
+
+TEST_CASE("isolated: what is no number ends it" * doctest::should_fail()) {
+  IsolatedModes isolated;
+  for (const std::size_t mode : {0, 1, 2})
+    for (const bool real : {false, true}) {
+      Line line = at_rest(three_modes, 40);
+      (real ? line.re : line.im)[mode][12] = std::numeric_limits<double>::quiet_NaN();
+      CHECK(line.stay(isolated, 2, 38) == 10);
+      CHECK(line.stay(isolated, 13, 10) == 0);  // from there nothing is known
+    }
+}
+
+TEST_CASE("isolated: equal modes are no two places" * doctest::should_fail()) {
+  IsolatedModes isolated;
+  const Line line = at_rest({0.0, 0.0, -1.0}, 40);
+  CHECK(line.stay(isolated, 2, 38) == 0);
+}
+
+TEST_CASE("isolated: what has just left a pair is not foreseen to go straight on" *
+          doctest::should_fail()) {
+  const Line parted{{0, 4, 5}, {{-1, -0.9, -0.88}, {-1, -1.1, -1.12}}, {{0.02, 0, 0}, {-0.02, 0, 0}}};
+  std::vector<int> to(2);
+  std::vector<double> sure(2);
+  CHECK_FALSE(link_by_position(parted.modes(1), parted.straight_on(2), parted.modes(2), to, sure));
+  REQUIRE(link_by_position(parted.modes(1), parted.modes(1), parted.modes(2), to, sure));
+  IsolatedModes isolated;
+  if (parted.stay(isolated, 2, 1) == 1) CHECK(isolated.confidence(0, 0) <= sure[0] + 1e-12);
+}
+
+namespace {
+
+// [b 1; c b] has b ± √c, c from below zero to above: a pair that parts or, backwards, two real
+// modes that join. The others are `away` from b, or a little more, and go by up to `way`.
+struct Meeting {
+  Planted path;
+  bool back;
+
+  Meeting(Random& random, std::size_t others, double size, double away, double way)
+      : Meeting(random() % 2, random, others, size, away, way) {}
+  Spectrum foreseen(Random& random, double by) const {
+    Spectrum z = path.last;
+    for (std::size_t i = 2; i < z.size(); ++i) z[i] += by * (path.next[at(i)] - z[i]);
+    const double shift = by * uniform(random, -1, 1);
+    z[0] += shift;
+    z[1] += shift;
+    return z;
+  }
+
+ private:
+  std::size_t at(std::size_t i) const { return std::size_t(path.truth[i]); }
+  Meeting(bool b, Random& random, std::size_t others, double size, double away, double way)
+      : path(planted(b, random, others, size, away, way)), back(b) {}
+
+  static Planted planted(bool back, Random& random, std::size_t others, double size, double away,
+                         double way) {
+    const double b = uniform(random, -1, 1), db = size * uniform(random, -0.3, 0.3);
+    const double w = size * uniform(random, 0.1, 1), r = size * uniform(random, 0.1, 1);
+    Spectrum from = {{b, w}, {b, -w}}, to = {b + db + r, b + db - r};
+    std::vector<std::array<Complex, 2>> kept;
+    while (from.size() < 2 + others) {
+      const bool real = from.size() + 1 == 2 + others || random() % 2;
+      const Complex z = b + std::polar(away * uniform(random, 1, 3), real ? (random() % 2) * std::numbers::pi
+                                                                         : uniform(random, 0.3, 2.8));
+      const Complex next = z + std::polar(way * uniform(random, 0, 1), real ? 0 : uniform(random, 0, 6));
+      kept.push_back({z, next});
+      from.push_back(z), to.push_back(next);
+      if (!real) from.push_back(std::conj(z)), to.push_back(std::conj(next));
+    }
+    const MatrixXd T = similarity(random, Index(from.size()));
+    const Matrices A = [=](double share) {
+      const double s = back ? 1 - share : share;
+      std::vector<MatrixXd> blocks{(MatrixXd(2, 2) << b + s * db, 1, (1 - s) * -w * w + s * r * r, b + s * db).finished()};
+      for (const auto& [z0, z1] : kept) {
+        const Complex z = (1 - s) * z0 + s * z1;
+        blocks.push_back(z.imag() == 0 ? number(z.real()) : pair(z.real(), z.imag()));
+      }
+      return in_basis(T, block_diagonal(blocks));
+    };
+    return {A, back ? to : from, back ? from : to};
+  }
+};
+
+}  // namespace
+
+TEST_CASE("meeting: a pair that parts and two that join go on by the convention") {
+  Random random(13);
+  int missed = 0, wrong = 0, doubted = 0, by_position = 0;
+  for (int t = 0; t < trials(1000); ++t) {
+    const Meeting m(random, std::size_t(t % 7), 0.1, 2, 0.05);
+    const Planted& p = m.path;
+    std::vector<int> to(p.last.size());
+    std::vector<double> sure(p.last.size());
+    const Spectrum foreseen = m.foreseen(random, 0.1);
+    by_position += link_by_position(p.last, foreseen, p.next, to, sure);
+    if (!link_meeting(p.last, foreseen, p.next, to, sure)) {
+      ++missed;
+      continue;
+    }
+    wrong += to != p.truth;
+    const Complex plus = p.next[std::size_t(to[0])], minus = p.next[std::size_t(to[1])];
+    CHECK((m.back ? p.last[0].real() > p.last[1].real() && plus.imag() > 0 && minus.imag() < 0
+                  : p.last[0].imag() > 0 && plus.real() > minus.real()));
+    CHECK(sure[0] == sure[1]);
+    for (const double c : sure) doubted += !(c >= 0.5 && c <= 1);
+  }
+  CHECK(missed == 0);
+  CHECK(wrong == 0);
+  CHECK(doubted == 0);
+  CHECK(by_position == 0);
+}
+
+TEST_CASE("meeting: where it answers, it answers as the eigenvectors do") {
+  Random random(14);
+  int asked = 0, answered = 0, wrong = 0, doubted = 0;
+  for (; answered < trials(1500) && asked < 30'000; ++asked) {
+    const Meeting m(random, std::size_t(asked % 7), 0.3, uniform(random, 0.3, 3), 0.5);
+    const Planted& p = m.path;
+    std::vector<int> to(p.last.size());
+    std::vector<double> sure(p.last.size());
+    const Spectrum foreseen = m.foreseen(random, uniform(random, 0, 0.3));
+    if (!link_meeting(p.last, foreseen, p.next, to, sure)) continue;
+    ++answered;
+    wrong += to != link(p.A(0), p.last, foreseen, p.A(1), p.next).to;
+    for (const double c : sure) doubted += !(c > 0 && c <= 1);
+    doubted += !(sure[0] >= 0.5);
+  }
+  CHECK(answered == trials(1500));
+  CHECK(answered < asked / 2);
+  CHECK(wrong == 0);
+  CHECK(doubted == 0);
+  MESSAGE(answered << " of " << asked);
 }
