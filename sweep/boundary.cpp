@@ -146,7 +146,7 @@ void search(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sa
 // Where φ has the value, on a line along which it is monotone.
 double position_of(const GridLine& line, const Model::Affine& structure, double phi) {
   const auto miss = [&](double t) {
-    return *structure.phi(numbers_at(line.sweep, line.at(t)).p) - phi;
+    return structure.phi(numbers_at(line.sweep, line.at(t)).p).value() - phi;
   };
   const double last = double(line.size() - 1);
   if (miss(0.0) * miss(last) >= 0) return std::abs(miss(0.0)) < std::abs(miss(last)) ? 0.0 : last;
@@ -210,10 +210,27 @@ void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
                  seen);
 }
 
+// φ at every point of the line, rising or falling throughout.
+bool monotone(const GridLine& line, const Model::Affine& structure) {
+  std::optional<double> before;
+  int way = 0;
+  OperatingPoint at = numbers_at(line.sweep, line.place);
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    move_to(line.sweep, line.axis, double(k), at);
+    const auto phi = structure.phi(at.p);
+    if (!phi) return false;
+    const int step = before ? (*phi > *before) - (*phi < *before) : 0;
+    if (before && (step == 0 || step == -way)) return false;
+    if (before) way = step;
+    before = phi;
+  }
+  return true;
+}
+
 // Along an axis in whose φ the matrices are affine. False if the line has no such structure.
 bool solve(const GridLine& line, std::vector<LineEvent>& events) {
   const Model::Affine* structure = line.sweep.affine[line.axis];
-  if (!structure) return false;
+  if (!structure || !monotone(line, *structure)) return false;
   for (std::size_t k = 0; k < line.size(); ++k)
     if (!line.valid(k)) return false;
   const auto first = settled_at(line, 0);
@@ -226,9 +243,14 @@ bool solve(const GridLine& line, std::vector<LineEvent>& events) {
     events.clear();
     halve(stretch, events);
   }
-  for (LineEvent& e : events) {
-    e.left = position_of(line, *structure, affine->phi + e.left);
-    e.right = position_of(line, *structure, affine->phi + e.right);
+  try {
+    for (LineEvent& e : events) {
+      e.left = position_of(line, *structure, affine->phi + e.left);
+      e.right = position_of(line, *structure, affine->phi + e.right);
+    }
+  } catch (const std::bad_optional_access&) {  // between two points there is no φ
+    events.clear();
+    return false;
   }
   return true;
 }

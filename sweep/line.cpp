@@ -18,7 +18,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double small_step = 0.9;     // confidence: a fortieth of the way to any other mode
 constexpr double other_branch = 1e-6;  // unknowns apart by more, scaled, are another equilibrium
 
 // What a thread needs for a line, and for its next one again.
@@ -221,7 +220,9 @@ bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line,
   shares.assign(w.count, 0.0);
   for (std::size_t k = 0; k < w.count; ++k) {
     move_to(w.sweep, w.axis, double(k), e.at);
-    shares[k] = line.share(e.at.p);
+    const auto share = line.share(e.at.p);
+    if (!share) return false;
+    shares[k] = *share;
     if (line.steady) continue;
     if (k > 0 && !next_affine(w, line, k, e)) return false;
     keep(w, k, e);
@@ -487,12 +488,10 @@ Eigenvalues eigenvalues_of(const MatrixXd& A) {
 Ordered in_order(const Reference& from, const Eigenvalues& predicted, const MatrixXd& B,
                  const Eigenvalues& lambda,
                  const std::function<std::optional<MatrixXd>(double)>& between) {
-  Link found;
-  found.to.resize(lambda.size());
-  found.confidence.resize(lambda.size());
-  const bool small = link_by_position(from.modes, from.modes, lambda, found.to, found.confidence) &&
-                     std::ranges::min(found.confidence) >= small_step;
-  if (!small) found = link(from.A, from.modes, predicted, B, lambda, between);
+  Link found{std::vector<int>(lambda.size()), std::vector<double>(lambda.size())};
+  const bool first = predicted == from.modes;  // nothing says where a mode goes
+  if (first || !link_by_position(from.modes, predicted, lambda, found.to, found.confidence))
+    found = link(from.A, from.modes, predicted, B, lambda, between);
   Ordered ordered;
   for (std::size_t i = 0; i < lambda.size(); ++i) {
     ordered.modes.push_back(lambda[std::size_t(found.to[i])]);

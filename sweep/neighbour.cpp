@@ -404,7 +404,9 @@ double outputs_apart(const Prepared& s, const Settled& a, const Settled& b) {
 bool predicted(const Prepared& s, const AffineLine& line, const Settled& e) {
   constexpr double same_matrix = 1e-9;
   const MatrixXd A = e.A(s);
-  const MatrixXd miss = A - (line.first + line.share(e.at.p) * line.slope);
+  const auto share = line.share(e.at.p);
+  if (!share) return false;
+  const MatrixXd miss = A - (line.first + *share * line.slope);
   return miss.norm() <= same_matrix * A.norm();
 }
 
@@ -441,6 +443,8 @@ std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place,
 
 bool settle(const Prepared& s, const AffineLine& line, Settled& e) {
   constexpr int few = 4;  // the integrals are linear in the law's gains, or nearly
+  const auto share = line.share(e.at.p);
+  if (!share) return false;
   for (int i = 0; i < few; ++i) {
     const VectorXd rates = s.model().f(e.at.x, e.at.u, e.at.p);
     const VectorXd r = residuals(s, rates, e.outputs);
@@ -448,7 +452,7 @@ bool settle(const Prepared& s, const AffineLine& line, Settled& e) {
     if (e.residual <= s.trimming.tolerance &&
         e.residual * line.inverse <= s.trimming.step_tolerance)
       return keeps_limits(s, rates, e);
-    const VectorXd dz = step(s, line.first + line.share(e.at.p) * line.slope, r);
+    const VectorXd dz = step(s, line.first + *share * line.slope, r);
     if (dz.size() != s.problem.n()) return false;
     const double size = dz.lpNorm<Eigen::Infinity>();
     if (e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance)

@@ -92,7 +92,11 @@ struct AffineLine {
   bool steady = false;           ///< every point has the unknowns of the first
   double residual = 0.0;         ///< scaled, the largest met
 
-  double share(const Eigen::VectorXd& p) const { return *structure->phi(p) - phi; }
+  /// φ - phi at these numbers; nothing where the structure does not hold.
+  std::optional<double> share(const Eigen::VectorXd& p) const {
+    const auto there = structure->phi(p);
+    return there ? std::optional(*there - phi) : std::nullopt;
+  }
 };
 
 /// The structure of the line through `start` along `axis`, if it has one: the equilibria at its

@@ -71,7 +71,9 @@ std::size_t IsolatedModes::stay(const double* const* re, const double* const* im
                                 std::span<const double> step_ratio) {
   constexpr double radius = 1.0 / 8;
   const std::size_t length = std::min(longest, step_ratio.size());
-  std::array<double, longest> farthest{};  // of the discs' radii, squared
+  std::array<double, longest> left{};             // 1: a disc; NaN too has left it
+  for (std::size_t i = 0; i < modes.size(); ++i)  // a pair has just parted or joined
+    if (side({0.0, im[i][-1]}) != side({0.0, im[i][-2]})) return 0;
   off.resize(modes.size() * longest);
   worst.fill(0.0);
   for (std::size_t i = 0; i < modes.size(); ++i) {
@@ -84,12 +86,13 @@ std::size_t IsolatedModes::stay(const double* const* re, const double* const* im
       const double d2 = scale * (dx * dx + dy * dy);
       off[i * longest + m] = d2;
       worst[m] = std::max(worst[m], d2);
-      farthest[m] = std::max(farthest[m], within * (square(x[0] - x0) + square(y[0] - y0)));
+      const double away = within * (square(x[0] - x0) + square(y[0] - y0));
+      left[m] = away <= 1 ? left[m] : 1.0;
     }
   }
   constexpr double too_far = 0.75 / (1 + nearer);
   std::size_t stays = 0;
-  while (stays < length && farthest[stays] <= 1 && worst[stays] < square(too_far)) ++stays;
+  while (stays < length && left[stays] == 0 && worst[stays] < square(too_far)) ++stays;
   return stays;
 }
 
@@ -106,6 +109,7 @@ namespace {
 // and half their distance.
 struct Two {
   std::size_t first = 0, second = 0;
+  bool real = false;
   double middle = 0, half = infinity;
 };
 
@@ -123,7 +127,7 @@ std::optional<Two> two_at(Spectrum lambda, double middle) {
   if (!real && lambda[a] != std::conj(lambda[b])) return {};
   if (real ? lambda[b].real() > lambda[a].real() : lambda[b].imag() > 0) std::swap(a, b);
   const Complex sum = lambda[a] + lambda[b];
-  return Two{a, b, 0.5 * sum.real(), 0.5 * std::sqrt(distance2(lambda[a], lambda[b]))};
+  return Two{a, b, real, 0.5 * sum.real(), 0.5 * std::sqrt(distance2(lambda[a], lambda[b]))};
 }
 
 struct Step {
@@ -175,13 +179,17 @@ struct Step {
 
 bool link_meeting(Spectrum last, Spectrum predicted, Spectrum next, std::span<int> to,
                   std::span<double> confidence) {
-  if (last.size() < 2) return false;
+  const std::size_t n = last.size();
+  if (predicted.size() != n || next.size() != n || to.size() != n || confidence.size() != n)
+    throw std::invalid_argument("link_meeting: the spans are not of one size");
+  if (n < 2) return false;
   const auto upper = [](Complex z) { return z.imag() > 0; };
   const bool from_pair = std::ranges::count_if(last, upper) >= std::ranges::count_if(next, upper);
   for (const Complex& z : from_pair ? last : next) {
     if (!upper(z)) continue;
     const auto a = two_at(last, z.real()), b = two_at(next, z.real());
-    if (a && b && Step{last, predicted, next, to, confidence}.meet(*a, *b)) return true;
+    if (a && b && !(a->real && b->real) && Step{last, predicted, next, to, confidence}.meet(*a, *b))
+      return true;
   }
   return false;
 }

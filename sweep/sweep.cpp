@@ -12,6 +12,7 @@
 #include "linearize/modes.hpp"
 #include "sweep/boundary.hpp"
 #include "sweep/line.hpp"
+#include "sweep/spectrum.hpp"
 #include "sweep/work.hpp"
 
 namespace tiltrim {
@@ -63,6 +64,26 @@ Named named_modes(const Prepared& sweep, const Settled& e) {
   return named;
 }
 
+// The modes at the first point of a line, straight on from the two before it.
+Eigenvalues foreseen(const Lines& lines, const std::vector<LineStart>& starts, std::size_t line,
+                     std::size_t before) {
+  const Eigenvalues& modes = starts[before].reference->modes;
+  const GridPlace here = lines.place(line), there = lines.place(before);
+  std::size_t axis = 0;
+  while (here[axis] == there[axis]) ++axis;
+  const std::size_t k = std::size_t(here[axis]), stride = line - before;
+  if (k < 2) return modes;
+  const LineStart& earlier = starts[before - stride];
+  if (!earlier.first.valid() || !starts[before].first.valid() || !earlier.reference) return modes;
+  const std::vector<double>& v = lines.axes[axis].columns.front().values;
+  const double ratio = (v[k] - v[k - 1]) / (v[k - 1] - v[k - 2]);
+  Eigenvalues predicted = modes;
+  for (std::size_t i = 0; i < modes.size(); ++i)
+    if (side(earlier.reference->modes[i]) == side(modes[i]))
+      predicted[i] += ratio * (modes[i] - earlier.reference->modes[i]);
+  return predicted;
+}
+
 // The first points of all lines, each from the line before it.
 void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,
                         std::vector<std::string>& mode_names) {
@@ -93,7 +114,8 @@ void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<L
       s.confidence.assign(n, 255);
     } else if (s.reference) {
       const Ordered ordered = in_order(
-          *s.reference, s.reference->modes, A, lambda,
+          *s.reference, before ? foreseen(lines, starts, l, *before) : s.reference->modes, A,
+          lambda,
           before ? trims_between(sweep, lines.place(*before), s.place, s.first.at) : nullptr);
       s.reference = Reference{A, ordered.modes};
       s.confidence = ordered.confidence;

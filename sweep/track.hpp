@@ -58,7 +58,8 @@ struct IsolatedModes {
   static constexpr std::size_t longest = 64;
   /// How many points of a line, `longest` at most, stay there and follow the straight line through
   /// the two points before each as link_by_position() asks. Mode i is at re[i][m], im[i][m] at
-  /// point m, from m = -2 on; step_ratio[m] is the step to m over the one before.
+  /// point m, from m = -2 on; step_ratio[m] is the step to m over the one before. None where a pair
+  /// has just parted or joined.
   std::size_t stay(const double* const* re, const double* const* im,
                    std::span<const double> step_ratio);
   /// Of mode i at point m then: at most link_by_position()'s.

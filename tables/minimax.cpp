@@ -3,97 +3,48 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlopt.hpp>
-#include <stdexcept>
+
+#include "optimize/optimize.hpp"
 
 namespace tiltrim::minimax {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// NLopt ends by exception where it meets rounding or we run out; our own best point stands anyway.
-void run(nlopt::opt& optimizer, std::vector<double>& v) {
-  double value = 0.0;
-  try {
-    optimizer.optimize(v, value);
-  } catch (const nlopt::roundoff_limited&) {
-  } catch (const nlopt::forced_stop&) {
-    throw OutOfEvaluations{};
-  } catch (const std::runtime_error&) {
-  }
-}
-
-// Calls `f`; an exhausted budget stops the optimizer, exceptions do not cross its C frames.
-template <class F>
-double guarded(nlopt::opt& optimizer, F f) {
-  try {
-    return f();
-  } catch (const OutOfEvaluations&) {
-    optimizer.force_stop();
-    return infinity;
-  }
-}
-
-struct GlobalGoal {
-  Search& search;
-  const Box& box;
-  nlopt::opt& optimizer;
-
-  static double value(const std::vector<double>& v, std::vector<double>&, void* self) {
-    auto& goal = *static_cast<GlobalGoal*>(self);
-    return guarded(goal.optimizer, [&] {
-      Pair z = goal.box.lower;
-      for (std::size_t j = 0; j < v.size(); ++j) z[goal.box.free[j]] = v[j];
-      return std::log1p(largest(goal.search.evaluate(z)));  // the misses span five decades
-    });
-  }
-};
-
-// min cost·(y, t) subject to |missᵢ| <= t <= t_max, where z = z0 + scale y: the minimax without
-// kinks.
+// The form without kinks: min cost·(y, t) subject to |missᵢ| <= t, where z = origin + scale y.
 struct LocalGoal {
   Search& search;
   const Box& box;
-  nlopt::opt& optimizer;
   Pair origin, scale;
-  std::vector<double> cost;
 
-  Pair at(const double* v) const {
+  Pair at(const VectorXd& v) const {
     Pair z = origin;
     for (std::size_t j = 0; j < box.free.size(); ++j) {
-      const std::size_t at = box.free[j];
-      z[at] = std::clamp(origin[at] + scale[at] * v[j], box.lower[at], box.upper[at]);
+      const std::size_t k = box.free[j];
+      z[k] = std::clamp(origin[k] + scale[k] * v[Index(j)], box.lower[k], box.upper[k]);
     }
     return z;
   }
 
-  static double value(const std::vector<double>& v, std::vector<double>& slope, void* self) {
-    const auto& cost = static_cast<LocalGoal*>(self)->cost;
-    if (!slope.empty()) slope = cost;
-    double sum = 0.0;
-    for (std::size_t j = 0; j < v.size(); ++j) sum += cost[j] * v[j];
-    return sum;
-  }
-
   // Rows i and i + 6: ±missᵢ - t <= 0
-  static void limits(unsigned, double* result, unsigned n, const double* v, double* slope,
-                     void* self) {
-    auto& goal = *static_cast<LocalGoal*>(self);
-    const auto& free = goal.box.free;
-    guarded(goal.optimizer, [&] {
-      Slopes slopes;
-      const Misses misses = goal.search.evaluate(goal.at(v), &slopes);
-      for (std::size_t i = 0; i < 12; ++i) {
-        const double sign = i < 6 ? 1.0 : -1.0;
-        result[i] = sign * misses[i % 6] - v[free.size()];
-        if (!slope) continue;
-        for (std::size_t j = 0; j < free.size(); ++j)
-          slope[i * n + j] = sign * slopes[i % 6][free[j]] * goal.scale[free[j]];
-        slope[i * n + free.size()] = -1.0;
-      }
-      return 0.0;
-    });
+  void limits(const VectorXd& v, VectorXd& result, MatrixXd* slope) const {
+    const auto& free = box.free;
+    const Index t = std::ssize(free);
+    Slopes slopes;
+    const Misses misses = search.evaluate(at(v), &slopes);
+    for (std::size_t i = 0; i < 12; ++i) {
+      const double sign = i < 6 ? 1.0 : -1.0;
+      result[Index(i)] = sign * misses[i % 6] - v[t];
+      if (!slope) continue;
+      for (std::size_t j = 0; j < free.size(); ++j)
+        (*slope)(Index(i), Index(j)) = sign * slopes[i % 6][free[j]] * scale[free[j]];
+      (*slope)(Index(i), t) = -1.0;
+    }
   }
 };
 
@@ -111,27 +62,32 @@ Pair natural_scale(Search& search, const Pair& z) {
 // `direction` of the cost over Ep and k; with none of them the cost is t itself.
 void descend(Search& search, const Box& box, const Pair& from, const Pair& direction,
              double t_max) {
-  constexpr int evaluations = 300;
-  const std::size_t n = box.free.size();
-  nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(n + 1));
-  LocalGoal goal{search, box, optimizer, from, natural_scale(search, from), {}};
-  std::vector<double> v(n + 1, 0.0), low, high;
-  for (std::size_t j : box.free) {
-    goal.cost.push_back(direction[j]);
-    low.push_back((box.lower[j] - from[j]) / goal.scale[j]);
-    high.push_back((box.upper[j] - from[j]) / goal.scale[j]);
+  const Index n = std::ssize(box.free);
+  const LocalGoal goal{search, box, from, natural_scale(search, from)};
+  VectorXd cost(n + 1);
+  Optimization o;
+  o.start = VectorXd::Zero(n + 1);
+  o.lower = o.upper = VectorXd(n + 1);
+  for (Index j = 0; j < n; ++j) {
+    const std::size_t k = box.free[std::size_t(j)];
+    cost[j] = direction[k];
+    o.lower[j] = (box.lower[k] - from[k]) / goal.scale[k];
+    o.upper[j] = (box.upper[k] - from[k]) / goal.scale[k];
   }
-  goal.cost.push_back(direction == Pair{0.0, 0.0} ? 1.0 : 0.0);
-  low.push_back(0.0);
-  high.push_back(t_max);
-  v[n] = std::min(t_max, largest(search.evaluate(from)));
-  optimizer.set_min_objective(LocalGoal::value, &goal);
-  optimizer.add_inequality_mconstraint(LocalGoal::limits, &goal, std::vector<double>(12, 1e-13));
-  optimizer.set_lower_bounds(low);
-  optimizer.set_upper_bounds(high);
-  optimizer.set_xtol_rel(1e-14);
-  optimizer.set_maxeval(evaluations);
-  run(optimizer, v);
+  cost[n] = direction == Pair{0.0, 0.0} ? 1.0 : 0.0;
+  o.lower[n] = 0.0;
+  o.upper[n] = t_max;
+  o.start[n] = std::min(t_max, largest(search.evaluate(from)));
+  o.objective = [&cost](const VectorXd& v, VectorXd* slope) {
+    if (slope) *slope = cost;
+    return cost.dot(v);
+  };
+  o.inequalities = 12;
+  o.inequality = [&goal](const VectorXd& v, VectorXd& c, MatrixXd* J) { goal.limits(v, c, J); };
+  o.constraint_tolerance = 1e-13;
+  o.step_tolerance = 1e-14;
+  o.evaluations = 300;
+  optimize(o);
 }
 
 }  // namespace
@@ -162,22 +118,26 @@ Box::Box(const Pair& low, const Pair& high) : lower(low), upper(high) {
 }
 
 void search_box(Search& search, const Box& box) {
-  constexpr int evaluations = 4000;
-  std::vector<double> v, low, high;
-  for (std::size_t j : box.free) {
-    low.push_back(box.lower[j]);
-    high.push_back(box.upper[j]);
-    v.push_back(0.5 * (box.lower[j] + box.upper[j]));
+  const Index n = std::ssize(box.free);
+  Optimization o;
+  o.algorithm = Optimizer::direct;
+  o.lower.resize(n);
+  o.upper.resize(n);
+  for (Index j = 0; j < n; ++j) {
+    o.lower[j] = box.lower[box.free[std::size_t(j)]];
+    o.upper[j] = box.upper[box.free[std::size_t(j)]];
   }
+  o.start = 0.5 * (o.lower + o.upper);
   search.evaluate(box.lower);
-  if (v.empty()) return;
-  nlopt::opt optimizer(nlopt::GN_DIRECT_L, static_cast<unsigned>(v.size()));
-  GlobalGoal goal{search, box, optimizer};
-  optimizer.set_min_objective(GlobalGoal::value, &goal);
-  optimizer.set_lower_bounds(low);
-  optimizer.set_upper_bounds(high);
-  optimizer.set_maxeval(evaluations);
-  run(optimizer, v);
+  if (n == 0) return;
+  o.objective = [&](const VectorXd& v, VectorXd*) {
+    Pair z = box.lower;
+    for (Index j = 0; j < n; ++j) z[box.free[std::size_t(j)]] = v[j];
+    return std::log1p(largest(search.evaluate(z)));  // the misses span five decades
+  };
+  o.step_tolerance = 0.0;
+  o.evaluations = 4000;
+  optimize(o);
 }
 
 // Least worst miss in the box, from a start; repeated about the new point until it settles.

@@ -11,6 +11,7 @@
 #include "linearize/batch.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "model/differentiate.hpp"
 #include "sweep/log.hpp"
 #include "sweep/record.hpp"
 #include "tests/check.hpp"
@@ -601,13 +602,14 @@ struct Links {
   int all = 0, trusted = 0, swapped = 0;
 };
 
-Links links_of(std::size_t first, std::size_t last) {
+Links links_of(std::size_t first, std::size_t last, int points = 21, bool crossings = true) {
   Random random(6);
-  const std::vector<double> values = spaced(0, 1, 21);
+  const std::vector<double> values = spaced(0, 1, points);
   std::vector<SweepRequest> requests;
   std::vector<Paths> all;
-  for (int i = 0; i < trials(300); ++i) {
+  for (int i = 0; i < trials(points > 100 ? 60 : 300); ++i) {
     all.push_back(random_paths(random));
+    if (!crossings) all.back().gap = std::max(all.back().gap, 1e-3), all.back().c -= 9;
     const auto A = [paths = all.back()](const VectorXd& p) { return paths.matrix(p[0]); };
     requests.push_back(request(planted({"p"}, in_other_coordinates(random, 5, A))));
   }
@@ -1276,4 +1278,279 @@ count = 3)");
     for (std::size_t i = 0; i < map.inputs.size(); ++i)
       CHECK_NEAR(map.input[k * map.inputs.size() + i], level.point.u[Index(i)], 1e-6);
   }
+}
+
+// ---- 12. lines whose matrices are said to be affine ----
+
+namespace {
+
+using Curve = std::function<double(double p)>;
+
+// x' = A(p) (x - x0(p)) with an output y(p), the states free; the parameter said to be affine.
+struct Claimed {
+  Matrices A;
+  Curve place = [](double) { return 0.3; };
+  Curve output = [](double) { return 1.0; };
+  std::function<std::optional<double>(double p)> phi = [](double p) { return p; };
+
+  SweepRequest request() const {
+    const Index n = A(vec({0})).rows();
+    Model m = planted({"p"}, A);
+    m.inputs.clear();
+    m.outputs = {{"y", "", 1.0}};
+    m.f = [*this, n](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
+      return A(p) * (x - VectorXd::Constant(n, place(p[0])));
+    };
+    m.h = [*this](const VectorXd&, const VectorXd&, const VectorXd& p) {
+      return vec({output(p[0])});
+    };
+    m.derivatives = [*this, n](const OperatingPoint& at, const std::vector<Index>& along) {
+      MatrixXd all = MatrixXd::Zero(n + 1, n);
+      all.topRows(n) = A(at.p);
+      return MatrixXd(all(Eigen::all, along));
+    };
+    m.affine = {{"p", [*this](const VectorXd& p) { return phi(p[0]); }}};
+    SweepRequest r = ::request(m, "claimed");
+    r.inputs = {"y"};
+    return r;
+  }
+};
+
+// A pair that crosses where g is 0.4, another and a real mode: never singular.
+Matrices bent_by(Random& random, const Curve& g) {
+  return in_other_coordinates(random, 5, [g](const VectorXd& p) {
+    const double x = g(p[0]);
+    return blocks({Complex(x - 0.4, 3), Complex(-1, 1 + 0.2 * x), -2 + 0.3 * x});
+  });
+}
+
+SweepRequest unclaimed(SweepRequest r) {
+  r.model.affine.clear();
+  return r;
+}
+
+// How often a sweep asks the model for derivatives.
+int derivatives_of(SweepRequest r, const std::vector<SweepAxis>& axes, SweepOptions options) {
+  int count = 0;
+  r.model.derivatives = [&count, own = r.model.derivatives](const OperatingPoint& at,
+                                                            const std::vector<Index>& along) {
+    ++count;
+    return own(at, along);
+  };
+  options.threads = 1;
+  options.crossings = false;
+  (void)sweep({r}, axes, options);
+  return count;
+}
+
+OperatingPoint point_of(const SweepMap& map, std::size_t k, const SweepRequest& r) {
+  OperatingPoint at = r.guess;
+  const std::vector<std::size_t> position = map.position(k);
+  for (std::size_t a = 0; a < map.axes.size(); ++a) {
+    const SweepAxis::Column& column = map.axes[a].columns[0];
+    at.p[find(r.model.parameters, column.signal)] = column.si[position[a + 1]];
+  }
+  const std::size_t n = map.modes();
+  at.x = Eigen::Map<const VectorXd>(&map.state[k * n], Index(n));
+  return at;
+}
+
+MatrixXd matrix_at(const Model& m, const OperatingPoint& at) {
+  std::vector<Index> states;
+  for (Index i = 0; i < std::ssize(m.states); ++i) states.push_back(i);
+  return jacobian(m, at, states).topRows(std::ssize(m.states));
+}
+
+// The map of a request with its claim is that without, and the model's own.
+void check_claim(const SweepRequest& r, const std::vector<SweepAxis>& axes,
+                 const SweepOptions& options) {
+  const SweepMap map = sweep({r}, axes, options), plain = sweep({unclaimed(r)}, axes, options);
+  const double moved = 2 * options.trimming.step_tolerance;
+  const std::size_t n = map.modes(), m = map.inputs.size();
+  CHECK(same_bits(map.status, plain.status));
+  CHECK(same_bits(map.verdict, plain.verdict));
+  CHECK(same_bits(map.second_branch, plain.second_branch));
+  for (std::size_t k = 0; k < map.points(); ++k) {
+    REQUIRE(TrimStatus(map.status[k]) == TrimStatus::converged);
+    const OperatingPoint at = point_of(map, k, r);
+    const VectorXd rates = r.model.f(at.x, at.u, at.p).cwiseQuotient(nominals(r.model.states));
+    CHECK(rates.lpNorm<Eigen::Infinity>() <= options.trimming.tolerance);
+    CHECK(map.residual[k] <= options.trimming.tolerance);
+    const double size = matrix_at(r.model, at).norm();
+    for (std::size_t i = k * n; i < (k + 1) * n; ++i) {
+      CHECK_NEAR(map.state[i], plain.state[i], moved * map.states[i % n].nominal);
+      CHECK_NEAR(map.eigenvalue_re[i], plain.eigenvalue_re[i], 1e-9 * size);
+      CHECK_NEAR(map.eigenvalue_im[i], plain.eigenvalue_im[i], 1e-9 * size);
+    }
+    for (std::size_t i = k * m; i < (k + 1) * m; ++i)
+      CHECK_NEAR(map.input[i], plain.input[i], moved * map.inputs[i % m].nominal);
+  }
+  REQUIRE(map.crossings.size() == plain.crossings.size());
+  for (std::size_t i = 0; i < map.crossings.size(); ++i) {
+    const AxisCrossing &with = map.crossings[i], &without = plain.crossings[i];
+    CHECK(to_string(with.kind) == to_string(without.kind));
+    CHECK(with.unstable_after == without.unstable_after);
+    const std::size_t a = std::size_t(with.axis);
+    CHECK_NEAR(with.at[a], without.at[a], with.error + without.error + located);
+  }
+}
+
+std::vector<SweepAxis> along_p(double from, double to, int count) {
+  return {axis("p", spaced(from, to, count))};
+}
+
+}  // namespace
+
+TEST_CASE("a claim that is false in the middle of a line spoils nothing") {
+  Random random(9);
+  for (const auto& [from, to] : {std::pair(-1.0, 1.0), std::pair(0.0, 1.0), std::pair(1.2, -0.5)}) {
+    const double middle = 0.5 * (from + to);
+    const auto bump = [=](double height, double width) {
+      return [=](double p) { return p + height * std::exp(-std::pow((p - middle) / width, 2)); };
+    };
+    for (const Curve& g :
+         {Curve([](double p) { return p * p; }), Curve([](double p) { return std::abs(p - 0.1); }),
+          Curve([](double p) { return p < 0.1 ? p : p + 0.2; }), Curve(bump(1, 0.1)),
+          Curve(bump(1e-6, 0.3))})
+      for (const int count : {2, 3, 13}) {
+        CAPTURE(from);
+        CAPTURE(count);
+        const Claimed false_claim{bent_by(random, g)};
+        check_claim(false_claim.request(), along_p(from, to, count), newton_only());
+        const SweepMap map = swept(false_claim.request(), along_p(from, to, count));
+        for (std::size_t k = 0; k < map.points(); ++k) {
+          const VectorXd p = vec({map.axes[0].columns[0].values[k]});
+          CHECK(relative_distance(spectrum_at(map, k), eigenvalues(false_claim.A(p))) <= 1e-9);
+        }
+      }
+  }
+}
+
+TEST_CASE("a claim of which only the matrices keep to it spoils nothing") {
+  Random random(10);
+  const auto straight = [](double p) { return p; };
+  const auto bent = [](double p) { return p * p; };  // from -1 to 1 equal at both ends
+  Claimed place{bent_by(random, straight)}, output = place, no_phi = place;
+  place.place = bent;
+  output.output = bent;
+  no_phi.phi = [](double p) { return p == 0 ? std::nullopt : std::optional(p); };
+  for (const Claimed& claim : {place, output, no_phi})
+    for (const int count : {3, 8, 33})
+      check_claim(claim.request(), along_p(-1, 1, count), newton_only());
+}
+
+TEST_CASE("where a parameter is said not to be affine, between the points of a line") {
+  Random random(11);
+  const auto outside = [](double p) { return p < 0.2 || p > 0.4; };
+  Claimed claim{bent_by(random, [=](double p) { return outside(p) ? p : p + 0.5; })};
+  claim.phi = [=](double p) { return outside(p) ? std::optional(p) : std::nullopt; };
+  const SweepMap map = swept(claim.request(), along_p(0, 1, 21));
+  for (std::size_t k = 0; k < map.points(); ++k)
+    CHECK(relative_distance(spectrum_at(map, k), eigenvalues(claim.A(vec({double(k) / 20})))) <=
+          1e-9);
+}
+
+TEST_CASE("a true claim: three points of a line are differentiated, the map is the same") {
+  Random random(12);
+  const Curve square = [](double p) { return p * p; };
+  Claimed steady{bent_by(random, square)};
+  steady.phi = square;
+  Claimed moving = steady;
+  moving.place = [](double p) { return 1 + 3 * p; };
+  for (const Claimed& claim : {steady, moving})
+    for (const auto& [from, to] : {std::pair(0.0, 1.0), std::pair(1.2, 0.3)}) {
+      for (const int count : {2, 3, 8, 300})
+        check_claim(claim.request(), along_p(from, to, count), newton_only());
+      const int calls = derivatives_of(claim.request(), along_p(from, to, 300), newton_only());
+      CHECK(calls < 100);  // the lines' ends, names, what lies between two points
+      CHECK(derivatives_of(unclaimed(claim.request()), along_p(from, to, 300), newton_only()) >=
+            300);
+    }
+}
+
+TEST_CASE("a true claim whose φ turns on the line: its crossings") {
+  Random random(13);
+  const Curve square = [](double p) { return p * p; };
+  Claimed claim{bent_by(random, square)};
+  claim.phi = square;
+  const double r = std::sqrt(0.4);
+  const std::vector<Event> both{{-r, CrossingKind::hopf, 2, 0, 3},
+                                {r, CrossingKind::hopf, 0, 2, 3}};
+  check_crossings(swept(unclaimed(claim.request()), along_p(-1, 1.1, 22)), both);
+  check_crossings(swept(claim.request(), along_p(-1, 1.1, 22)), both);
+}
+
+TEST_CASE("the tiltrotor's gains: the map with the claim is the map without") {
+  int steady = 0, moving = 0, saved = 0;  // derivatives: most lines need a dozen less
+  for (const Flight& flight : {helicopter, airplane})
+    for (std::size_t g = 0; g < gain_signals().size(); ++g) {
+      const std::string name = gain_signals()[g].name;
+      INFO(flight.name << ", " << name);
+      Gains gains;
+      const double middle = gain_value(gains, g);
+      for (const auto& [low, high] : {std::pair(0.3, 3.0), std::pair(1.5, 0.6)}) {
+        const Study s =
+            study(flight_text(flight) + axis_text(name, low * middle, high * middle, 13));
+        const std::vector<SweepAxis>& axes = s.sweep->axes;
+        const SweepRequest r = sweep_requests(s, s.conditions, axes).at(0);
+        check_claim(r, axes, {});
+        saved += derivatives_of(unclaimed(r), axes, {}) - derivatives_of(r, axes, {});
+        const SweepMap map = sweep({r}, axes, {.crossings = false});
+        double change = 0.0;
+        for (std::size_t i = map.modes(); i < map.state.size(); ++i)
+          change = std::max(change, std::abs(map.state[i] - map.state[i % map.modes()]));
+        (change > 0 ? moving : steady) += 1;
+      }
+    }
+  CHECK(steady >= 4);
+  CHECK(moving >= 4);
+  CHECK(saved > 4 * (steady + moving));
+}
+
+// ---- 13. many points at a time, and real modes beside a pair ----
+
+TEST_CASE("modes that do not cross keep their places, many points at a time") {
+  for (const int count : {200, 1000}) {
+    const Links links = links_of(2, std::size_t(count - 1), count, false);
+    CHECK(links.swapped == 0);
+    CHECK(double(links.trusted) / double(links.all) > 0.99);
+  }
+}
+
+namespace {
+
+// Of two real modes that do not act on each other and cross, and a pair far from them: places
+// where a mode is on the other's branch, and trusted.
+int swapped_beside(double pair, double crossing) {
+  const auto spectrum = [=](double p) {
+    return Spectrum{-1 - 0.1 * (p - crossing), -1 + 0.1 * (p - crossing), Complex(pair, 5)};
+  };
+  const SweepMap map = swept(with_spectrum(spectrum), along_p(0, 1, 18));
+  int swapped = 0;
+  for (std::size_t mode = 0; mode < map.modes(); ++mode) {
+    const Complex first = spectrum_at(map, 0)[mode];
+    if (first.imag() != 0) continue;
+    const double slope = first.real() < -1 ? 0.1 : -0.1;
+    for (std::size_t k = 0; k < map.points(); ++k) {
+      const double branch = first.real() + slope * map.axes[0].columns[0].values[k];
+      const bool trusted = map.confidence[k * map.modes() + mode] >= 128;
+      swapped += trusted && std::abs(spectrum_at(map, k)[mode] - branch) > 1e-9;
+    }
+  }
+  return swapped;
+}
+
+}  // namespace
+
+TEST_CASE("two real modes cross, a pair aside") {
+  for (const double crossing : {0.49, 0.52, 0.55}) CHECK(swapped_beside(-9, crossing) == 0);
+}
+
+TEST_CASE("two real modes cross, a pair above and below them") {
+  for (const double pair : {-1.0, -0.2, -4.0})
+    for (const double crossing : {0.49, 0.52, 0.55}) CHECK(swapped_beside(pair, crossing) == 0);
+}
+
+TEST_CASE("two real modes cross half way between two points") {
+  CHECK(swapped_beside(-9, 0.5) == 0);
 }

@@ -4,7 +4,6 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -737,7 +736,8 @@ struct Stays {
       swapped += to != identity(n);
       too_long += strain(line, k - 1, k + m) > 1 + 1e-9;
       for (std::size_t i = 0; i < n; ++i) {
-        surer += !(isolated.confidence(i, m) <= sure[i] + 1e-12);
+        const double rounding = 1e-12 + 1e-14 / isolated.gap[i];  // of places that are below 8
+        surer += !(isolated.confidence(i, m) <= sure[i] + rounding);
         not_certain += isolated.certain(m) && !(isolated.confidence(i, m) >= 1 - 0.5 / 255);
       }
     }
@@ -814,7 +814,7 @@ TEST_CASE("isolated: it ends where a mode leaves its place or another goes past 
   // drifting within its place, but off the straight line
   Line bent = at_rest(three_modes, 40);
   for (std::size_t k = 3; k < 40; ++k) bent.re[0][k] += 0.1 * g * (k % 2 ? 1 : -1);
-  CHECK(bent.stay(isolated, from, 38) == 1);
+  CHECK(bent.stay(isolated, from, 38) == 2);  // the turn is the third
 }
 
 TEST_CASE("isolated: no modes, one, no points, the longest") {
@@ -823,8 +823,7 @@ TEST_CASE("isolated: no modes, one, no points, the longest") {
     const std::size_t count = at_rest(modes, 102).stay(isolated, 2, length);
     for (std::size_t m = 0; m < count; ++m) {
       CHECK(isolated.certain(m));
-      for (std::size_t i = 0; i < modes.size(); ++i)
-        CHECK_NEAR(isolated.confidence(i, m), 1.0, 0);
+      for (std::size_t i = 0; i < modes.size(); ++i) CHECK_NEAR(isolated.confidence(i, m), 1.0, 0);
     }
     return count;
   };
@@ -844,7 +843,7 @@ TEST_CASE("isolated: no modes, one, no points, the longest") {
   CHECK_NEAR(isolated.confidence(0, 37), 1.0, 0);
 }
 
-TEST_CASE("isolated: what is no number ends it" * doctest::should_fail()) {
+TEST_CASE("isolated: what is no number ends it") {
   IsolatedModes isolated;
   for (const std::size_t mode : {0, 1, 2})
     for (const bool real : {false, true}) {
@@ -855,15 +854,15 @@ TEST_CASE("isolated: what is no number ends it" * doctest::should_fail()) {
     }
 }
 
-TEST_CASE("isolated: equal modes are no two places" * doctest::should_fail()) {
+TEST_CASE("isolated: equal modes are no two places") {
   IsolatedModes isolated;
   const Line line = at_rest({0.0, 0.0, -1.0}, 40);
   CHECK(line.stay(isolated, 2, 38) == 0);
 }
 
-TEST_CASE("isolated: what has just left a pair is not foreseen to go straight on" *
-          doctest::should_fail()) {
-  const Line parted{{0, 4, 5}, {{-1, -0.9, -0.88}, {-1, -1.1, -1.12}}, {{0.02, 0, 0}, {-0.02, 0, 0}}};
+TEST_CASE("isolated: what has just left a pair is not foreseen to go straight on") {
+  const Line parted{
+      {0, 4, 5}, {{-1, -0.9, -0.88}, {-1, -1.1, -1.12}}, {{0.02, 0, 0}, {-0.02, 0, 0}}};
   std::vector<int> to(2);
   std::vector<double> sure(2);
   CHECK_FALSE(link_by_position(parted.modes(1), parted.straight_on(2), parted.modes(2), to, sure));
@@ -874,56 +873,45 @@ TEST_CASE("isolated: what has just left a pair is not foreseen to go straight on
 
 namespace {
 
-// [b 1; c b] has b ± √c, c from below zero to above: a pair that parts or, backwards, two real
-// modes that join. The others are `away` from b, or a little more, and go by up to `way`.
-struct Meeting {
-  Planted path;
-  bool back;
-
-  Meeting(Random& random, std::size_t others, double size, double away, double way)
-      : Meeting(random() % 2, random, others, size, away, way) {}
-  Spectrum foreseen(Random& random, double by) const {
-    Spectrum z = path.last;
-    for (std::size_t i = 2; i < z.size(); ++i) z[i] += by * (path.next[at(i)] - z[i]);
-    const double shift = by * uniform(random, -1, 1);
-    z[0] += shift;
-    z[1] += shift;
-    return z;
+// [b 1; c b] has b ± √c: modes 0 and 1 are a pair that parts or, backwards, two real ones that
+// join, of this size. The others are that far away or farther, and go that far or less.
+Planted meeting(Random& random, bool back, std::size_t n, double size, double away, double way) {
+  const double b0 = uniform(random, -1, 1), b1 = b0 + size * uniform(random, -0.3, 0.3);
+  const double w = size * uniform(random, 0.1, 1), r = size * uniform(random, 0.1, 1);
+  Spectrum pair_end = {{b0, w}, {b0, -w}}, real_end = {b1 + r, b1 - r};
+  while (pair_end.size() < n) {
+    const double far = away * (double(pair_end.size()) - uniform(random, 0.5, 1)),
+                 go = way * uniform(random, -1, 1);
+    const bool real = pair_end.size() + 1 == n || random() % 2;
+    const Complex z = b0 + std::polar(far, real ? 0.0 : uniform(random, 0.3, 2.8));
+    pair_end.push_back(real && random() % 2 ? b0 - far : z);
+    if (!real) pair_end.push_back(std::conj(z));
+    while (real_end.size() < pair_end.size()) real_end.push_back(pair_end[real_end.size()] + go);
   }
-
- private:
-  std::size_t at(std::size_t i) const { return std::size_t(path.truth[i]); }
-  Meeting(bool b, Random& random, std::size_t others, double size, double away, double way)
-      : path(planted(b, random, others, size, away, way)), back(b) {}
-
-  static Planted planted(bool back, Random& random, std::size_t others, double size, double away,
-                         double way) {
-    const double b = uniform(random, -1, 1), db = size * uniform(random, -0.3, 0.3);
-    const double w = size * uniform(random, 0.1, 1), r = size * uniform(random, 0.1, 1);
-    Spectrum from = {{b, w}, {b, -w}}, to = {b + db + r, b + db - r};
-    std::vector<std::array<Complex, 2>> kept;
-    while (from.size() < 2 + others) {
-      const bool real = from.size() + 1 == 2 + others || random() % 2;
-      const Complex z = b + std::polar(away * uniform(random, 1, 3), real ? (random() % 2) * std::numbers::pi
-                                                                         : uniform(random, 0.3, 2.8));
-      const Complex next = z + std::polar(way * uniform(random, 0, 1), real ? 0 : uniform(random, 0, 6));
-      kept.push_back({z, next});
-      from.push_back(z), to.push_back(next);
-      if (!real) from.push_back(std::conj(z)), to.push_back(std::conj(next));
+  const MatrixXd T = similarity(random, Index(n));
+  const Matrices A = [=](double share) {
+    const double s = back ? 1 - share : share, b = b0 + s * (b1 - b0);
+    std::vector<MatrixXd> all{(MatrixXd(2, 2) << b, 1, -(1 - s) * w * w + s * r * r, b).finished()};
+    for (std::size_t i = 2; i < n; ++i) {
+      const Complex z = (1 - s) * pair_end[i] + s * real_end[i];
+      if (z.imag() == 0) all.push_back(number(z.real()));
+      if (z.imag() > 0) all.push_back(pair(z.real(), z.imag()));
     }
-    const MatrixXd T = similarity(random, Index(from.size()));
-    const Matrices A = [=](double share) {
-      const double s = back ? 1 - share : share;
-      std::vector<MatrixXd> blocks{(MatrixXd(2, 2) << b + s * db, 1, (1 - s) * -w * w + s * r * r, b + s * db).finished()};
-      for (const auto& [z0, z1] : kept) {
-        const Complex z = (1 - s) * z0 + s * z1;
-        blocks.push_back(z.imag() == 0 ? number(z.real()) : pair(z.real(), z.imag()));
-      }
-      return in_basis(T, block_diagonal(blocks));
-    };
-    return {A, back ? to : from, back ? from : to};
-  }
-};
+    return in_basis(T, block_diagonal(all));
+  };
+  return {A, back ? real_end : pair_end, back ? pair_end : real_end};
+}
+
+// A share of the way to where they go, the two their middle's, and beside it by up to `miss`.
+Spectrum foreseen(Random& random, const Planted& path, double share, double miss) {
+  Spectrum z = path.last;
+  const auto way = [&](std::size_t i) { return path.next[std::size_t(path.truth[i])] - z[i]; };
+  const Complex middle = 0.5 * (way(0) + way(1)) + uniform(random, -miss, miss);
+  for (std::size_t i = 2; i < z.size(); ++i) z[i] += share * way(i);
+  z[0] += share * middle;
+  z[1] += share * middle;
+  return z;
+}
 
 }  // namespace
 
@@ -931,21 +919,21 @@ TEST_CASE("meeting: a pair that parts and two that join go on by the convention"
   Random random(13);
   int missed = 0, wrong = 0, doubted = 0, by_position = 0;
   for (int t = 0; t < trials(1000); ++t) {
-    const Meeting m(random, std::size_t(t % 7), 0.1, 2, 0.05);
-    const Planted& p = m.path;
-    std::vector<int> to(p.last.size());
-    std::vector<double> sure(p.last.size());
-    const Spectrum foreseen = m.foreseen(random, 0.1);
-    by_position += link_by_position(p.last, foreseen, p.next, to, sure);
-    if (!link_meeting(p.last, foreseen, p.next, to, sure)) {
+    const std::size_t n = 2 + std::size_t(t % 7);
+    const Planted path = meeting(random, t % 2, n, 0.1, 2, 0.05);
+    const Spectrum predicted = foreseen(random, path, uniform(random, 0, 1), 0.02);
+    std::vector<int> to(n);
+    std::vector<double> sure(n);
+    by_position += link_by_position(path.last, predicted, path.next, to, sure);
+    if (!link_meeting(path.last, predicted, path.next, to, sure)) {
       ++missed;
       continue;
     }
-    wrong += to != p.truth;
-    const Complex plus = p.next[std::size_t(to[0])], minus = p.next[std::size_t(to[1])];
-    CHECK((m.back ? p.last[0].real() > p.last[1].real() && plus.imag() > 0 && minus.imag() < 0
-                  : p.last[0].imag() > 0 && plus.real() > minus.real()));
-    CHECK(sure[0] == sure[1]);
+    wrong += to != path.truth;
+    std::vector<int> kept = to;
+    by_convention(path.last, path.next, kept);
+    wrong += kept != to;
+    CHECK_NEAR(sure[0], sure[1], 0);
     for (const double c : sure) doubted += !(c >= 0.5 && c <= 1);
   }
   CHECK(missed == 0);
@@ -958,20 +946,90 @@ TEST_CASE("meeting: where it answers, it answers as the eigenvectors do") {
   Random random(14);
   int asked = 0, answered = 0, wrong = 0, doubted = 0;
   for (; answered < trials(1500) && asked < 30'000; ++asked) {
-    const Meeting m(random, std::size_t(asked % 7), 0.3, uniform(random, 0.3, 3), 0.5);
-    const Planted& p = m.path;
-    std::vector<int> to(p.last.size());
-    std::vector<double> sure(p.last.size());
-    const Spectrum foreseen = m.foreseen(random, uniform(random, 0, 0.3));
-    if (!link_meeting(p.last, foreseen, p.next, to, sure)) continue;
+    const std::size_t n = 2 + std::size_t(asked % 7);
+    const double away = uniform(random, 0.3, 3);
+    const Planted path = meeting(random, asked % 2, n, 0.3, away, 0.2 * away);
+    const Spectrum predicted = foreseen(random, path, uniform(random, 0, 1), 0.3);
+    std::vector<int> to(n);
+    std::vector<double> sure(n);
+    if (!link_meeting(path.last, predicted, path.next, to, sure)) continue;
     ++answered;
-    wrong += to != link(p.A(0), p.last, foreseen, p.A(1), p.next).to;
-    for (const double c : sure) doubted += !(c > 0 && c <= 1);
+    wrong += to != link(path.A(0), path.last, predicted, path.A(1), path.next).to;
     doubted += !(sure[0] >= 0.5);
+    for (const double c : sure) doubted += !(c > 0 && c <= 1);
   }
   CHECK(answered == trials(1500));
-  CHECK(answered < asked / 2);
+  CHECK(answered < 0.9 * asked);
   CHECK(wrong == 0);
   CHECK(doubted == 0);
-  MESSAGE(answered << " of " << asked);
+}
+
+TEST_CASE("meeting: any step, what is linked is what small steps find") {
+  Random random(15);
+  int answered = 0, wrong = 0;
+  for (int t = 0; t < trials(20'000); ++t) {
+    const Index n = 2 + t % 7;
+    const MatrixXd A0 = dense(random, n, 1);
+    const MatrixXd K = dense(random, n, std::pow(10, uniform(random, -2, 0)));
+    const Matrices A = [&](double s) -> MatrixXd { return A0 + s * K; };
+    const Spectrum last = spectrum(A(0)), next = spectrum(A(1));
+    std::vector<int> to(last.size());
+    std::vector<double> sure(last.size());
+    if (link_by_position(last, last, next, to, sure)) continue;
+    if (!link_meeting(last, last, next, to, sure)) continue;
+    ++answered;
+    wrong += to != find(walked(A, last, 300), next);
+  }
+  CHECK(answered > trials(300));
+  CHECK(wrong == 0);
+}
+
+namespace {
+
+bool meets(const Spectrum& last, const Spectrum& predicted, const Spectrum& next) {
+  std::vector<int> to(last.size());
+  std::vector<double> confidence(last.size());
+  return link_meeting(last, predicted, next, to, confidence);
+}
+
+}  // namespace
+
+TEST_CASE("meeting: others near, or no two that meet") {
+  const Spectrum two = {{-1, 0.1}, {-1, -0.1}}, reals = {-0.9, -1.1};
+  const auto beside = [&](const Spectrum& from, const Spectrum& to, Spectrum others) {
+    Spectrum last = from, next = to;
+    last.insert(last.end(), others.begin(), others.end());
+    next.insert(next.end(), others.begin(), others.end());
+    return meets(last, last, next);
+  };
+  for (const bool parts : {true, false}) {
+    const Spectrum &from = parts ? two : reals, &to = parts ? reals : two;
+    CHECK(meets(from, from, to));
+    CHECK(beside(from, to, {-1.61}));  // six times as far as they are from their middle
+    CHECK_FALSE(beside(from, to, {-1.59}));
+    CHECK_FALSE(beside(from, to, {{-1.1, 0.3}, {-1.1, -0.3}}));
+    CHECK(meets({from[0], from[1], -3.0}, {-1.2, -1.2, -3.0}, {to[0], to[1], -3.0}));
+    CHECK_FALSE(meets({from[0], from[1], -3.0}, {-1.3, -1.3, -3.0}, {to[0], to[1], -3.0}));
+  }
+  CHECK_FALSE(meets({}, {}, {}));
+  CHECK_FALSE(meets({-1.0}, {-1.0}, {-1.1}));
+  CHECK_FALSE(meets(reals, reals, reals));
+  CHECK_FALSE(meets(reals, {-1.1, -0.9}, reals));  // two real modes that pass, nothing complex
+  CHECK_FALSE(meets({-1, -2, -1.1, -2.1}, {-1.1, -2.1, -1, -2}, {-1.1, -2.1, -1, -2}));
+  // one pair parts while two real modes join
+  CHECK_FALSE(meets({{-1, 0.1}, {-1, -0.1}, -4.9, -5.1}, {{-1, 0.1}, {-1, -0.1}, -4.9, -5.1},
+                    {-0.9, -1.1, {-5, 0.1}, {-5, -0.1}}));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  CHECK_FALSE(
+      meets({{-1, 0.1}, {-1, -0.1}, -9.0}, {{-1, 0.1}, {-1, -0.1}, -9.0}, {-0.9, -1.1, nan}));
+  CHECK_FALSE(
+      meets({{-1, 0.1}, {-1, -0.1}, -9.0}, {{-1, 0.1}, {-1, -0.1}, nan}, {-0.9, -1.1, -9.0}));
+  CHECK_FALSE(meets(two, {nan, nan}, reals));
+  CHECK_FALSE(meets(two, two, {nan, nan}));
+}
+
+TEST_CASE("meeting: two real modes that pass each other, beside a pair, do not meet") {
+  const Spectrum last = {-1.0, -1.1, {-1.05, 5}, {-1.05, -5}};
+  const Spectrum next = {-1.08, -1.02, {-1.05, 5}, {-1.05, -5}};
+  CHECK_FALSE(meets(last, next, next));
 }

@@ -23,7 +23,8 @@ namespace {
 const std::vector<SweepAxis> no_axes;
 
 void check(const TuneProblem& problem) {
-  if (problem.points.empty()) throw std::invalid_argument("nothing to tune for: no operating point");
+  if (problem.points.empty())
+    throw std::invalid_argument("nothing to tune for: no operating point");
   if (problem.gains.empty()) throw std::invalid_argument("nothing to tune: no gain is free");
   for (const FreeGain& g : problem.gains) {
     if (!std::isfinite(g.lower) || !std::isfinite(g.upper) || !(g.lower < g.upper))
@@ -31,9 +32,9 @@ void check(const TuneProblem& problem) {
           fmt::format("{} is free in [{}, {}]; expected finite bounds, the lower below the upper",
                       g.name, g.lower, g.upper));
     if (g.logarithmic && !(g.lower > 0))
-      throw std::invalid_argument(fmt::format(
-          "{} is free in [{}, {}] on a logarithmic scale; expected bounds above zero", g.name,
-          g.lower, g.upper));
+      throw std::invalid_argument(
+          fmt::format("{} is free in [{}, {}] on a logarithmic scale; expected bounds above zero",
+                      g.name, g.lower, g.upper));
   }
 }
 

@@ -1,5 +1,5 @@
-/// One choice of gains at all operating points: trims, eigenvalues, and how they move with the gains.
-/// Internal to tune/.
+/// One choice of gains at all operating points: trims, eigenvalues, and how they move with the
+/// gains. Internal to tune/.
 #pragma once
 
 #include <memory>

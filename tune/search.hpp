@@ -33,19 +33,33 @@ class Search {
   const TuneOptions& options;
   Candidates candidates;
   Seen last, best;
+  std::vector<Seen> kept;  ///< the best of each neighbourhood, best first
   long evaluations = 0;
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 
  private:
+  void keep();
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   bool last_has_slopes_ = false;
 };
 
+/// Two eigenvalues of a point that meet where they decide, on the real axis or (two upper members
+/// of pairs) off it.
+struct Meeting {
+  std::size_t point;
+  std::complex<double> middle;
+  bool real;
+};
+/// Those of the best that decide, or nearly, and are near to each other.
+std::vector<Meeting> meetings_at(const Search& search, double within);
+
 /// From anywhere.
 void search_globally(Search& search);
-/// From y: the epigraph form with slopes, or without (`local`). At most `evaluations` more.
-void search_locally(Search& search, const Eigen::VectorXd& y, LocalSearch local, int evaluations);
+/// From y and no farther than `radius`: the epigraph form with slopes, or without (`local`). At
+/// most `evaluations` more.
+void search_locally(Search& search, Eigen::VectorXd y, LocalSearch local, double radius,
+                    int evaluations);
 /// From the best, where eigenvalues that decide coalesce: they are held together. True if better.
-bool search_coalesced(Search& search, double within, int evaluations);
+bool search_coalesced(Search& search, double within, double radius, int evaluations);
 
 }  // namespace tiltrim

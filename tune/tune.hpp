@@ -36,7 +36,7 @@ struct Requirement {
 struct TuneProblem {
   std::vector<SweepRequest> points;  ///< each trimmed again for every candidate
   std::vector<FreeGain> gains;
-  Measure goal = Measure::decay;     ///< its worst value is to be as good as it can be
+  Measure goal = Measure::decay;  ///< its worst value is to be as good as it can be
   std::vector<Requirement> limits;
 };
 
@@ -47,7 +47,7 @@ std::string to_string(LocalSearch algorithm);
 
 struct TuneProgress {
   long evaluations = 0;
-  double best = 0.0;     ///< of the goal, where `feasible`
+  double best = 0.0;  ///< of the goal, where `feasible`
   bool feasible = false;
 };
 
@@ -80,11 +80,11 @@ struct Achieved {
 
 struct TuneResult {
   TuneStatus status = TuneStatus::no_trim;
-  std::string message;         ///< why not tuned: which requirement at which point
-  Eigen::VectorXd gains;       ///< in the order of the problem's
-  double goal = 0.0;           ///< the worst over the points
+  std::string message;    ///< why not tuned: which requirement at which point
+  Eigen::VectorXd gains;  ///< in the order of the problem's
+  double goal = 0.0;      ///< the worst over the points
   std::vector<Achieved> achieved;
-  bool coalescing = false;     ///< two of the eigenvalues that decide meet at the answer
+  bool coalescing = false;  ///< two of the eigenvalues that decide meet at the answer
   long evaluations = 0;
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 

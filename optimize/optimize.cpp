@@ -1,7 +1,8 @@
-#include "tune/optimizer.hpp"
+#include "optimize/optimize.hpp"
 
 #include <exception>
 #include <nlopt.hpp>
+#include <stdexcept>
 #include <vector>
 
 namespace tiltrim {
@@ -120,6 +121,8 @@ void optimize(const Optimization& problem) {
   double value = 0.0;
   try {
     optimizer.optimize(x, value);
+  } catch (const std::invalid_argument&) {
+    throw;
   } catch (const std::exception&) {  // rounding, a forced stop: the functions know what they saw
   }
   if (!calls.thrown) return;

@@ -1,4 +1,4 @@
-/// NLopt behind one door. Internal to tune/ and tables/.
+/// NLopt behind one door: what it says of its own success is not passed on.
 #pragma once
 
 #include <Eigen/Core>
