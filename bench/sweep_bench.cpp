@@ -82,8 +82,8 @@ void sweep_two_cores_over_one(benchmark::State& state) {
   state.counters["speedup"] = one / two;
 }
 
-BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond);
-BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond);
-BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond);
+BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 
 }  // namespace
