@@ -91,7 +91,6 @@ void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<L
   std::vector<std::optional<OperatingPoint>> last(starts.size());
   for (std::size_t l = 0; l < starts.size(); ++l) {
     LineStart& s = starts[l];
-    s.place = lines.place(l);
     s.confidence.assign(n, 0);
     const auto before = lines.next_to(l, true);
     if (before) {
@@ -332,11 +331,16 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
   const std::size_t per_condition = lines.count(), length = axes.back().size();
   std::vector<std::vector<LineStart>> starts(conditions.size(),
                                              std::vector<LineStart>(per_condition));
-  in_parallel(conditions.size(), [&](std::size_t c) {
-    start_first_points(*conditions[c], lines, starts[c], map.mode_names[c]);
-    start_last_points(*conditions[c], lines, starts[c]);
-    map.mode_names[c].resize(map.modes());
+  for (std::vector<LineStart>& of_condition : starts)
+    for (std::size_t l = 0; l < per_condition; ++l) of_condition[l].place = lines.place(l);
+  in_parallel(2 * conditions.size(), [&](std::size_t i) {
+    const std::size_t c = i / 2;
+    if (i % 2 == 0)
+      start_first_points(*conditions[c], lines, starts[c], map.mode_names[c]);
+    else
+      start_last_points(*conditions[c], lines, starts[c]);
   });
+  for (std::vector<std::string>& of_condition : map.mode_names) of_condition.resize(map.modes());
 
   const std::size_t count = conditions.size() * per_condition;
   work.progress = {"points", 0, count * length};

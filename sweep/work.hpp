@@ -49,7 +49,7 @@ void exchange(std::size_t from, std::vector<Bytes>& bytes);
 /// it.
 template <class Result>
 void compute_block(const Work& work, std::uint64_t first, std::size_t from, const auto& compute,
-                   std::vector<Result>& results, std::vector<Bytes>& bytes) {
+                   const auto& store, std::vector<Result>& results, std::vector<Bytes>& bytes) {
   const bool bytes_needed = work.log || ranks() > 1;
   in_parallel(results.size(), [&](std::size_t k) {
     const std::size_t unit = from + k;
@@ -57,6 +57,7 @@ void compute_block(const Work& work, std::uint64_t first, std::size_t from, cons
     if (!mine || work.known(first + unit) || work.options.stop.stop_requested()) return;
     compute(unit, results[k]);
     if (bytes_needed) bytes[k] = as_bytes(results[k]);
+    store(unit, results[k]);
   });
 }
 
@@ -75,7 +76,7 @@ void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute
     const Clock::time_point begun = Clock::now();
     results.resize(size);
     std::vector<Bytes> bytes(size);
-    compute_block(work, first, from, compute, results, bytes);
+    compute_block(work, first, from, compute, store, results, bytes);
     agree(work);
     exchange(from, bytes);
     in_parallel(size, [&](std::size_t k) {
@@ -83,6 +84,8 @@ void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute
         results[k] = as_result(known->second);
       else if (ranks() > 1)
         results[k] = as_result(bytes[k]);
+      else
+        return;
       store(from + k, results[k]);
     });
     for (std::size_t k = 0; k < size; ++k) {
