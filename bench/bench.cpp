@@ -49,7 +49,7 @@ void disturb(Eigen::VectorXd& x) {
 
 void evaluation_concrete(benchmark::State& state) {
   Case c = prepared(state);
-  const physics::WindLoop loop{reference_vehicle().polar, Equations::consistent};
+  const physics::WindLoop<> loop{reference_vehicle().polar, Equations::consistent};
   Eigen::VectorXd rates(6);
   for (auto _ : state) {
     disturb(c.trimmed.x);

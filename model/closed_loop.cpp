@@ -63,9 +63,8 @@ std::vector<Model::Affine> affine_gains(const Vehicle& vehicle, const Model& mod
   return affine;
 }
 
-}  // namespace
-
-Model closed_loop(const Vehicle& vehicle, Axes axes) {
+template <Added added>
+Model model_of(const Vehicle& vehicle, Axes axes) {
   if (!vehicle.polar) throw std::invalid_argument("the vehicle has no polar");
   if (axes == Axes::body && vehicle.equations == Equations::printed)
     throw std::invalid_argument("the printed equations are studied in wind axes only");
@@ -88,12 +87,25 @@ Model closed_loop(const Vehicle& vehicle, Axes axes) {
     set_derivatives(model, physics);
   };
   if (wind)
-    add(WindLoop{vehicle.polar, vehicle.equations});
+    add(WindLoop<added>{vehicle.polar, vehicle.equations});
   else
-    add(BodyLoop{vehicle.polar});
+    add(BodyLoop<added>{vehicle.polar});
+  if (added == Added::inputs)
+    model.inputs = {
+        {"theta0_added", "", 0.1}, {"a1s_added", "rad", 0.1}, {"delta_e_added", "rad", 0.1}};
   model.switches = hand_over(vehicle, model);
   model.affine = affine_gains(vehicle, model);
   return model;
+}
+
+}  // namespace
+
+Model closed_loop(const Vehicle& vehicle, Axes axes) {
+  return model_of<Added::nothing>(vehicle, axes);
+}
+
+Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes) {
+  return model_of<Added::inputs>(vehicle, axes);
 }
 
 }  // namespace tiltrim

@@ -10,12 +10,16 @@
 
 namespace tiltrim::physics {
 
-inline constexpr Sizes closed_loop_sizes{.states = 6,
-                                         .inputs = 0,
-                                         .parameters = command_fields<double>().size() +
-                                                       aircraft_fields<double>().size() +
-                                                       gain_fields<double>().size(),
-                                         .outputs = 6};
+/// With inputs: what is added behind the law to theta0, a1s and delta_e, where the loops open.
+enum class Added { nothing, inputs };
+
+constexpr Sizes closed_loop_sizes(Added added) {
+  return {.states = 6,
+          .inputs = added == Added::inputs ? 3U : 0U,
+          .parameters = command_fields<double>().size() + aircraft_fields<double>().size() +
+                        gain_fields<double>().size(),
+          .outputs = 6};
+}
 
 template <class P>
 struct Numbers {
@@ -33,6 +37,15 @@ Numbers<P> numbers(const P* p) {
           unpack<GainsOf<P>, gain_fields<P>>(p + nc + na)};
 }
 
+/// What arrives behind the law at actuator i.
+template <Added added, class S>
+S behind(const S& command, const S* added_to, std::size_t i) {
+  if constexpr (added == Added::inputs)
+    return command + added_to[i];
+  else
+    return command;
+}
+
 template <class S>
 void write_outputs(S* outputs, const RotorCommand<S>& rotor, const S& delta_e, const S& V,
                    const S& gamma, const S& alpha) {
@@ -44,14 +57,15 @@ void write_outputs(S* outputs, const RotorCommand<S>& rotor, const S& delta_e, c
   outputs[5] = alpha;
 }
 
+template <Added added = Added::nothing>
 struct WindLoop {
-  static constexpr Sizes sizes = closed_loop_sizes;
+  static constexpr Sizes sizes = closed_loop_sizes(added);
 
   std::shared_ptr<const Polar> polar;
   Equations equations;
 
   template <class S, class P>
-  void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
+  void operator()(const S* x, const S* added_to, const P* p, S* rates, S* outputs) const {
     const auto [d, a, k] = numbers(p);
     const S &V_err = x[0], &gamma_err = x[1], &theta = x[2], &q = x[3], &x1 = x[4], &x2 = x[5];
     const S V = d.V - V_err;
@@ -63,10 +77,12 @@ struct WindLoop {
     const CoefficientsOf<S> C = coefficients(*polar, alpha);
     const P s = authority_at(d.eta, a);
     const RotorCommand<S> rotor = rotor_command(sensed, C.CD, s, a, k);
-    const Flow<S> air = flow(V, turn(alpha), C, q, rotor.theta0, rotor.a1s, d.eta, a);
+    const Flow<S> air = flow(V, turn(alpha), C, q, behind<added>(rotor.theta0, added_to, 0),
+                             behind<added>(rotor.a1s, added_to, 1), d.eta, a);
     const S V_rate = speed_rate(air, path.sin, a);
     const auto [He, Le] = energy_errors(sensed, V_rate, a, k);
-    const S delta_e = elevator_command(sensed, Le, s, k);
+    const S commanded_e = elevator_command(sensed, Le, s, k);
+    const S delta_e = behind<added>(commanded_e, added_to, 2);
     if (rates) {
       // As printed, (14) puts the commanded acceleration into the state equation itself.
       const double commanded = equations == Equations::printed ? 1.0 : 0.0;
@@ -77,17 +93,18 @@ struct WindLoop {
       rates[4] = He;
       rates[5] = Le;
     }
-    if (outputs) write_outputs(outputs, rotor, delta_e, V, gamma, alpha);
+    if (outputs) write_outputs(outputs, rotor, commanded_e, V, gamma, alpha);
   }
 };
 
+template <Added added = Added::nothing>
 struct BodyLoop {
-  static constexpr Sizes sizes = closed_loop_sizes;
+  static constexpr Sizes sizes = closed_loop_sizes(added);
 
   std::shared_ptr<const Polar> polar;
 
   template <class S, class P>
-  void operator()(const S* x, const S*, const P* p, S* rates, S* outputs) const {
+  void operator()(const S* x, const S* added_to, const P* p, S* rates, S* outputs) const {
     const auto [d, a, k] = numbers(p);
     const S &u = x[0], &w = x[1], &theta = x[2], &q = x[3], &x1 = x[4], &x2 = x[5];
     const auto [V, measured] = airspeed(u, w);
@@ -102,9 +119,11 @@ struct BodyLoop {
     const CoefficientsOf<S> C = coefficients(*polar, alpha);
     const P s = authority_at(d.eta, a);
     const RotorCommand<S> rotor = rotor_command(sensed, C.CD, s, a, k);
-    const Flow<S> air = flow(V, incidence, C, q, rotor.theta0, rotor.a1s, d.eta, a);
+    const Flow<S> air = flow(V, incidence, C, q, behind<added>(rotor.theta0, added_to, 0),
+                             behind<added>(rotor.a1s, added_to, 1), d.eta, a);
     const auto [He, Le] = energy_errors(sensed, speed_rate(air, path.sin, a), a, k);
-    const S delta_e = elevator_command(sensed, Le, s, k);
+    const S commanded_e = elevator_command(sensed, Le, s, k);
+    const S delta_e = behind<added>(commanded_e, added_to, 2);
     if (rates) {
       const auto body = body_acceleration(air, u, w, pitch, q, delta_e, a);
       rates[0] = body.u;
@@ -114,7 +133,7 @@ struct BodyLoop {
       rates[4] = He;
       rates[5] = Le;
     }
-    if (outputs) write_outputs(outputs, rotor, delta_e, V, gamma, alpha);
+    if (outputs) write_outputs(outputs, rotor, commanded_e, V, gamma, alpha);
   }
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/keys.hpp"
+#include "model/tuning.hpp"
 #include "model/vehicle.hpp"
 
 namespace tiltrim {
@@ -85,6 +86,7 @@ struct Study {
   std::optional<FollowTable> follow;
   std::optional<EnvelopeTable> envelope;
   std::optional<SweepTable> sweep;
+  std::optional<TuneTable> tune;
 };
 
 /// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the

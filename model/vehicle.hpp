@@ -100,6 +100,11 @@ Model airframe(const Vehicle& vehicle, Axes axes = Axes::wind);
 /// flight_path, alpha. At rest, in body axes, the path is taken to point where it is commanded.
 Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
 
+/// The same with three inputs, theta0_added, a1s_added and delta_e_added: what is added to each
+/// actuator behind the law. The outputs are what the law commands, before it is added: where a loop
+/// is broken for its margins (linearize/margins.hpp).
+Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes = Axes::wind);
+
 /// The vehicle's numbers as parameter vectors of the two models.
 Eigen::VectorXd airframe_parameters(const Vehicle& vehicle);
 Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& command);

@@ -242,7 +242,7 @@ TEST_CASE("exact derivatives of the closed loop are those of complex steps") {
   using physics::Complex;
   const Vehicle vehicle = reference();
   const Model loop = closed_loop(vehicle);
-  const physics::WindLoop physics{vehicle.polar, vehicle.equations};
+  const physics::WindLoop<> physics{vehicle.polar, vehicle.equations};
   constexpr double step = 1e-30;
   Dice dice;
   for (int trial = 0; trial < 100; ++trial) {

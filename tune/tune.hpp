@@ -8,47 +8,48 @@
 #include <string>
 #include <vector>
 
+#include "model/tuning.hpp"
 #include "sweep/sweep.hpp"
 
 namespace tiltrim {
 
-/// A parameter of all the models that may be chosen within bounds, in SI units.
-struct FreeGain {
-  std::string name;
-  double lower = 0.0, upper = 0.0;
-  bool logarithmic = true;  ///< the search moves in its logarithm; needs lower > 0
-};
-
-/// What is asked of the eigenvalues λ at every operating point.
-enum class Measure {
-  decay,      ///< least -Re λ, 1/s: the spectral abscissa, negated
-  damping,    ///< least -Re λ/|λ|
-  frequency,  ///< largest |λ|, rad/s
-};
-std::string to_string(Measure measure);
-
-/// The worst value over all points is to be at least `limit` (a frequency: at most).
-struct Requirement {
-  Measure measure = Measure::damping;
-  double limit = 0.0;
-};
-
 struct TuneProblem {
   std::vector<SweepRequest> points;  ///< each trimmed again for every candidate
-  std::vector<FreeGain> gains;
-  Measure goal = Measure::decay;  ///< its worst value is to be as good as it can be
-  std::vector<Requirement> limits;
+  /// Each point's model with inputs added behind its actuators, "theta0_added" for the output
+  /// theta0 and so on (closed_loop_with_inputs()); needed for margins alone, else empty.
+  std::vector<Model> loops{};
+  std::vector<FreeGain> gains{};
+  /// Gains linear between their values at these (rising) of a parameter that the points have;
+  /// empty: constant. Tuned are the values at each, first all of the first gain.
+  std::vector<double> schedule{};
+  std::string schedule_over = "eta";
+  std::vector<Uncertain> uncertain{};
+  bool corners = true;  ///< each point again at every corner of the uncertain numbers
+  int samples = 0;      ///< and at as many random places between, the same at each point
+  std::uint64_t sample_seed = 1;
+  /// By state, in its unit: where the closed loop starts from, beside its trim (response_use).
+  std::map<std::string, double> disturbance{};
+  Requirement goal{Measure::decay};  ///< its worst value is to be as good as it can be
+  std::vector<Requirement> limits{};
+
+  /// Numbers tuned: gains, times places of the schedule.
+  std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
 enum class GlobalSearch { crs2, isres, esch, direct, mlsl, multistart };
-enum class LocalSearch { slsqp, bobyqa, cobyla };
+enum class LocalSearch { slsqp, mma, bobyqa, cobyla };
 std::string to_string(GlobalSearch algorithm);
 std::string to_string(LocalSearch algorithm);
+/// From their names; throw std::invalid_argument with all of them if there is none.
+GlobalSearch global_search(const std::string& name);
+LocalSearch local_search(const std::string& name);
 
 struct TuneProgress {
-  long evaluations = 0;
+  long evaluations = 0, of = 0;
+  double seconds = 0.0;
   double best = 0.0;  ///< of the goal, where `feasible`
   bool feasible = false;
+  std::string decides;  ///< what holds the best where it is: requirement and point, in words
 };
 
 struct TuneOptions {
@@ -57,6 +58,7 @@ struct TuneOptions {
   std::uint64_t seed = 1;
   long evaluations = 4000;  ///< candidates, each at all points
   double seconds = 0.0;     ///< 0: no limit
+  int threads = 0;          ///< 0: as many as the machine has; the answer is the same for any
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};
   std::stop_token stop{};
   std::function<void(const TuneProgress&)> observe{};
@@ -65,26 +67,46 @@ struct TuneOptions {
 enum class TuneStatus {
   tuned,         ///< the best point found meets all limits, verified
   limits_unmet,  ///< no point found does; the one that misses them least is given
+  unstable,      ///< limits are met, yet some eigenvalue is not left of the axis by its bound
   no_trim,       ///< at no candidate were all points in equilibrium
 };
 std::string to_string(TuneStatus status);
 
-/// One requirement at one operating point, or the goal (limit NaN).
+/// A place at which gains are tried: an operating point, and where in the scatter.
+struct TunePlace {
+  std::size_t point = 0;  ///< of the problem's
+  std::string scatter;    ///< "mass +15 %, CM_de -15 %"; empty: nominal
+};
+
+/// One requirement at one place, or the goal (limit NaN).
 struct Achieved {
-  int point = 0;
-  Measure measure = Measure::decay;
-  double limit = 0.0, value = 0.0;
-  std::complex<double> eigenvalue;  ///< which decides
+  TunePlace place;
+  std::size_t asked = 0;  ///< 0: the goal, i: limit i - 1
+  Requirement requirement;
+  double value = 0.0;               ///< NaN: it does not apply here (no mode of that name)
+  std::complex<double> eigenvalue;  ///< which decides, where an eigenvalue does; else NaN
   bool active = false;              ///< it holds the answer where it is, to 1e-4
+  /// How far the limit is met, over its size; negative: missed. The goal: NaN.
+  double reserve() const;
+};
+
+/// What one of the tuned numbers does at the answer.
+struct GainEffect {
+  std::string name;                         ///< "gains.K_Lp", or "gains.K_Lp at eta = 30 deg"
+  double value = 0.0;                       ///< SI
+  std::vector<double> by_percent;           ///< [asked]: d(worst value)/d(ln gain) of what decides
+  double goal_less = 0.0, goal_more = 0.0;  ///< worst goal, trimmed again, gain 10 % less and more
+  bool limits_less = false, limits_more = false;  ///< the limits are met there
 };
 
 struct TuneResult {
   TuneStatus status = TuneStatus::no_trim;
-  std::string message;    ///< why not tuned: which requirement at which point
-  Eigen::VectorXd gains;  ///< in the order of the problem's
-  double goal = 0.0;      ///< the worst over the points
-  std::vector<Achieved> achieved;
-  bool coalescing = false;  ///< two of the eigenvalues that decide meet at the answer
+  std::string message;              ///< why not tuned: which requirement at which point
+  Eigen::VectorXd gains;            ///< SI, TuneProblem::variables() of them
+  double goal = 0.0;                ///< the worst over all places
+  std::vector<Achieved> achieved;   ///< [place][asked]
+  std::vector<GainEffect> effects;  ///< largest first
+  bool coalescing = false;          ///< two of the eigenvalues that decide meet at the answer
   long evaluations = 0;
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 
@@ -94,7 +116,27 @@ struct TuneResult {
 /// Global search, then local search from what it found, then, where eigenvalues that decide
 /// coalesce, on the manifold where they do. Every number of the answer is evaluated again at the
 /// answer, from trims of their own. Throws std::invalid_argument for names the models do not have,
-/// bounds reversed or not finite, nothing free, no point.
+/// bounds reversed or not finite, nothing free, no point, a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
+
+/// The study's [tune] as a problem, and its choice of algorithms, seed and budget. Throws
+/// std::invalid_argument where there is no [tune] or it asks for what its conditions do not have.
+[[nodiscard]] TuneProblem tune_problem(const Study& study);
+[[nodiscard]] TuneOptions tune_options(const Study& study);
+
+/// How gains fare between the corners.
+struct Robustness {
+  long samples = 0, met = 0;       ///< met: at every point in trim, stable, all limits met
+  long no_trim = 0, unstable = 0;  ///< of those not met; the rest miss a limit
+  double fraction = 0.0;
+  double lower = 0.0, upper = 0.0;  ///< Clopper-Pearson interval of the fraction, 95 %
+  double worst_goal = 0.0;          ///< over the samples in trim
+  std::string worst;                ///< where: point and numbers
+  bool interrupted = false;         ///< fewer samples than asked
+};
+/// Uniform random numbers between the uncertain ones' bounds; sample i depends on the seed and i
+/// alone.
+[[nodiscard]] Robustness robustness(const TuneProblem& problem, const Eigen::VectorXd& gains,
+                                    long samples, const TuneOptions& options = {});
 
 }  // namespace tiltrim
