@@ -10,6 +10,7 @@
 #include "model/study.hpp"
 #include "report/envelopes.hpp"
 #include "report/maps.hpp"
+#include "report/margins.hpp"
 #include "report/paper.hpp"
 #include "report/sensitivities.hpp"
 #include "sweep/map_file.hpp"
@@ -93,9 +94,9 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
   options.stop = stop;
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
-    reports.push_back(trimmed(study.vehicle, condition, options));
+    reports.push_back(trimmed(vehicle_at(study, condition), condition, options));
     if (command.all && condition.formulation != Formulation::table)
-      reports.back().all = all_equilibria(study.vehicle, condition, options);
+      reports.back().all = all_equilibria(vehicle_at(study, condition), condition, options);
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) { return bool(r.answer.trim); });
   const Sheet csv = command.all ? all_sheet(reports) : trim_sheet(reports);
@@ -118,7 +119,7 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
   };
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
-    reports.push_back(trimmed(study.vehicle, condition, trimming));
+    reports.push_back(trimmed(vehicle_at(study, condition), condition, trimming));
     linear(reports.back());
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) {
@@ -149,6 +150,11 @@ static FollowTable asked(const FollowCommand& command, const Study& study) {
 Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
   const FollowTable what = asked(command, study);
+  if (what.parameter.signal == "eta" && !study.schedule.eta.empty())
+    throw StudyError(
+        fmt::format("{}: the gains move with the tilt (schedule_eta_deg); expected "
+                    "another parameter than eta_deg, or a sweep over it",
+                    study.file.string()));
   std::vector<BranchAnswer> branches;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
     TrimOptions trimming = command.trimming;
@@ -158,8 +164,8 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
       progress.say(fmt::format("{}: {} = {:.6g}, {} points", condition.name, what.parameter.name,
                                what.parameter.in_study(value), points));
     };
-    branches.push_back(
-        follow(study.vehicle, condition, what.parameter, what.to, options, trimming));
+    branches.push_back(follow(vehicle_at(study, condition), condition, what.parameter, what.to,
+                              options, trimming));
   });
   const int code = std::ranges::all_of(branches, &BranchAnswer::answered) ? answered : unanswered;
   return {in_format(
@@ -224,7 +230,7 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     TrimOptions trimming = command.trimming;
     trimming.stop = stop;
-    conditions.push_back(sensitivities(study.vehicle, condition, keys, trimming));
+    conditions.push_back(sensitivities(vehicle_at(study, condition), condition, keys, trimming));
   });
   const bool all = std::ranges::all_of(
       conditions, [](const SensitivityAnswer& c) { return bool(c.sensitivities); });
@@ -233,6 +239,43 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
               command.common.format, [&] { return sensitivities_json(conditions); },
               [&] { return as_csv(sensitivities_sheet(conditions)); },
               [&] { return sensitivities_text(conditions, command.most, style); }),
+          code};
+}
+
+// What is wrong with the frequencies whatever the condition.
+static void check_frequencies(const LoopsOptions& options) {
+  const auto check = [](const char* flag, const std::optional<double>& value) {
+    if (value && !(*value > 0 && std::isfinite(*value)))
+      throw StudyError(
+          fmt::format("{}: {} is no frequency; expected one above 0 rad/s", flag, *value));
+  };
+  check("--from", options.from);
+  check("--to", options.to);
+  if (options.from && options.to && !(*options.from < *options.to))
+    throw StudyError(fmt::format("--from {} is not below --to {}", *options.from, *options.to));
+}
+
+Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  check_frequencies(command.options);
+  const std::filesystem::path &bode = command.bode, &output = command.common.output;
+  if (!bode.empty() && !output.empty() &&
+      absolute(bode).lexically_normal() == absolute(output).lexically_normal())
+    throw StudyError("--bode and --output are one file; expected two");
+  const Study study = load_study(command.common.study);
+  if (!bode.empty()) check_writable(bode);
+  std::vector<LoopsAnswer> conditions;
+  for_each(study, command.common, [&](const Condition& condition, Progress&) {
+    TrimOptions trimming = command.trimming;
+    trimming.stop = stop;
+    conditions.push_back(
+        actuator_loops(vehicle_at(study, condition), condition, command.options, trimming));
+  });
+  if (!bode.empty()) write_whole(bode, as_csv(bode_sheet(conditions)));
+  const int code = std::ranges::all_of(conditions, &LoopsAnswer::answered) ? answered : unanswered;
+  return {in_format(
+              command.common.format, [&] { return margins_json(conditions); },
+              [&] { return as_csv(margins_sheet(conditions)); },
+              [&] { return margins_text(conditions, style); }),
           code};
 }
 

@@ -1,6 +1,7 @@
 /// The program's commands: each calls the library and returns what is to be printed.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "follow/actuator_loops.hpp"
 #include "report/branches.hpp"
 #include "report/conditions.hpp"
 
@@ -60,10 +62,26 @@ struct SensitivitiesCommand {
   std::size_t most = 8;  ///< parameters for each mode, in text
 };
 
+struct MarginsCommand {
+  Common common;
+  TrimOptions trimming;
+  LoopsOptions options;
+  std::filesystem::path bode;  ///< Bode data as CSV; empty: none
+};
+
 struct SweepCommand {
   Common common;
   int threads = 0;          ///< 0: as many as the machine has
   double checkpoint = 1.0;  ///< s
+};
+
+struct TuneCommand {
+  Common common;
+  std::optional<long> evaluations;  ///< these three: else the study's
+  std::optional<double> seconds;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;
+  std::filesystem::path gains;  ///< where they are written as TOML; empty: nowhere
 };
 
 struct DiffCommand {
@@ -84,7 +102,9 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop);
+Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
 /// `study` may be empty: the reference vehicle.
 Outcome run_tables(const Common& command, const TextStyle& style);

@@ -26,7 +26,9 @@ constexpr const char* examples =
     "  tiltrim follow studies/stall.toml          a branch of trims: folds, limits, crossings\n"
     "  tiltrim envelope studies/stall.toml        the conversion corridor: speeds over tilt\n"
     "  tiltrim sensitivities studies/paper.toml   what would make each mode better\n"
+    "  tiltrim margins studies/paper.toml         gain, phase, delay and disk margins\n"
     "  tiltrim sweep studies/map_corridor.toml    eigenvalues over a grid, and between its points\n"
+    "  tiltrim tune studies/tune_corridor.toml    gains for the worst of many operating points\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -187,6 +189,36 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
   return sensitivities;
 }
 
+CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
+  CLI::App* margins = app.add_subcommand(
+      "margins", "gain, phase, delay and disk margins of the loop broken at each actuator");
+  LoopsOptions& options = command.options;
+  add_common(margins, command.common, true);
+  add_trim_options(margins, command.common, command.trimming);
+  margins
+      ->add_option("--loop", options.actuators,
+                   "where to break it: theta0, a1s, delta_e (default: each)")
+      ->delimiter(',')
+      ->check(CLI::IsMember(actuators()))
+      ->type_name("ACTUATOR,...");
+  margins
+      ->add_option("--bode", command.bode,
+                   "write Bode data to this file as CSV, whole or not at all")
+      ->type_name("FILE.csv");
+  margins
+      ->add_option("--from", options.from,
+                   "lowest frequency of the Bode data (default: a tenth of the slowest eigenvalue)")
+      ->type_name("RAD_PER_S");
+  margins
+      ->add_option("--to", options.to,
+                   "highest frequency (default: ten times the fastest eigenvalue)")
+      ->type_name("RAD_PER_S");
+  margins->add_option("--points", options.points, "frequencies of the Bode data (200)")
+      ->check(CLI::Range(2, 1000000))
+      ->type_name("N");
+  return margins;
+}
+
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
   CLI::App* sweep = app.add_subcommand(
       "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
@@ -201,6 +233,27 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");
   return sweep;
+}
+
+CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
+  CLI::App* tune = app.add_subcommand(
+      "tune", "gains whose worst case over the operating points of the study's [tune] is best");
+  add_common(tune, command.common, true);
+  tune->add_option("--gains", command.gains, "write the gains to this file, as a study has them")
+      ->type_name("FILE.toml");
+  tune->add_option("--evaluations", command.evaluations, "candidates tried (the study's, 4000)")
+      ->check(CLI::Range(0L, 1'000'000'000L))
+      ->type_name("N");
+  tune->add_option("--seconds", command.seconds, "longest time of each search; 0: no limit")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  tune->add_option("--seed", command.seed, "of all random numbers (the study's, 1)")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
+      ->type_name("N");
+  tune->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return tune;
 }
 
 CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
@@ -229,7 +282,9 @@ int run_program(int argc, char** argv) {
   FollowCommand following;
   EnvelopeCommand enveloping;
   SensitivitiesCommand sensing;
+  MarginsCommand margining;
   SweepCommand sweeping;
+  TuneCommand tuning;
   DiffCommand differing;
   Common tabling;
   const CLI::App* trim = add_trim(app, trimming);
@@ -237,7 +292,9 @@ int run_program(int argc, char** argv) {
   const CLI::App* follow = add_follow(app, following);
   const CLI::App* envelope = add_envelope(app, enveloping);
   const CLI::App* sensitivities = add_sensitivities(app, sensing);
+  const CLI::App* margins = add_margins(app, margining);
   const CLI::App* sweep = add_sweep(app, sweeping);
+  const CLI::App* tune = add_tune(app, tuning);
   const CLI::App* diff = add_diff(app, differing);
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
@@ -261,7 +318,9 @@ int run_program(int argc, char** argv) {
   if (*follow) return finish(following.common, with(following));
   if (*envelope) return finish(enveloping.common, with(enveloping));
   if (*sensitivities) return finish(sensing.common, with(sensing));
+  if (*margins) return finish(margining.common, with(margining));
   if (*sweep) return finish(sweeping.common, with(sweeping));
+  if (*tune) return finish(tuning.common, with(tuning));
   if (*diff) return finish(differing.common, with(differing));
   return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
     return run_tables(tabling, style);

@@ -11,6 +11,7 @@
 #include "model/section.hpp"
 #include "model/sweep_reader.hpp"
 #include "model/toml_reader.hpp"
+#include "model/tune_reader.hpp"
 
 namespace tiltrim {
 
@@ -24,15 +25,17 @@ static Accepted accepted(const Key& key) {
   return {key.accepted.lower, key.accepted.upper, key.unit};
 }
 
-// Reads those of the numbers that the section has; `others` are allowed beside them.
+// Reads those of the numbers that the section has; `others` are allowed beside them, and `lists` of
+// them left for others to read.
 static void read_numbers(const Section& section, const Signals& signals,
-                         std::vector<std::string> others, const auto& value) {
+                         std::vector<std::string> others, const auto& value, bool lists = false) {
   const std::vector<Key> keys = number_keys(signals);
   const auto name = [](const Key& key) { return key.name.substr(key.name.find('.') + 1); };
   for (const Key& key : keys) others.push_back(name(key));
   section.allow_only(others);
   for (std::size_t i = 0; i < keys.size(); ++i)
-    if (const Entry* entry = section.find(name(keys[i])))
+    if (const Entry* entry = section.find(name(keys[i]));
+        entry && !(lists && entry->kind == Entry::Kind::array))
       value(i) = section.number(*entry, accepted(keys[i]));
 }
 
@@ -54,9 +57,51 @@ static void read_aircraft(const Section& section, Aircraft& aircraft, std::strin
   if (section.find("polar")) polar_name = section.text("polar");
 }
 
-static void read_gains(const Section& section, const Aircraft& aircraft, Gains& gains) {
-  read_numbers(section, gain_signals(), {},
-               [&](std::size_t i) -> double& { return gain_value(gains, i); });
+// Tilts in schedule_eta_deg, and of each gain one value or one for each tilt.
+static GainSchedule read_schedule(const Section& section, const Gains& gains) {
+  GainSchedule schedule;
+  const Entry* tilts = section.find("schedule_eta_deg");
+  if (!tilts) return schedule;
+  const auto listed = [&](const Entry& list, const Accepted& accepted) {
+    std::vector<double> values;
+    for (const Entry& entry : list.entries) {
+      Entry named = entry;  // says which key it stands in
+      named.key = list.key;
+      values.push_back(section.number(named, accepted));
+    }
+    return values;
+  };
+  if (tilts->kind == Entry::Kind::array)
+    schedule.eta = listed(*tilts, accepted(study_key("eta_deg")));
+  if (schedule.eta.size() < 2 ||
+      std::ranges::adjacent_find(schedule.eta, std::greater_equal<>()) != schedule.eta.end())
+    section.refuse(*tilts, "expected two tilts or more in rising order, as [0, 45, 90]");
+  schedule.gains.assign(schedule.eta.size(), gains);
+  const std::vector<Key> keys = number_keys(gain_signals());
+  for (std::size_t j = 0; j < keys.size(); ++j) {
+    const Entry* list = section.find(keys[j].name.substr(keys[j].name.find('.') + 1));
+    if (!list || list->kind != Entry::Kind::array) continue;
+    const std::vector<double> values = listed(*list, accepted(keys[j]));
+    if (values.size() != schedule.eta.size())
+      section.refuse(*list, fmt::format("{} values for {} tilts; expected one for each",
+                                        values.size(), schedule.eta.size()));
+    for (std::size_t k = 0; k < values.size(); ++k) gain_value(schedule.gains[k], j) = values[k];
+  }
+  return schedule;
+}
+
+static void read_gains(const Section& section, const Aircraft& aircraft, Gains& gains,
+                       GainSchedule& schedule) {
+  const bool scheduled = section.find("schedule_eta_deg");
+  read_numbers(
+      section, gain_signals(), {"schedule_eta_deg"},
+      [&](std::size_t i) -> double& { return gain_value(gains, i); }, scheduled);
+  schedule = read_schedule(section, gains);
+  for (const Gains& g : schedule.gains)
+    if (!(1 + g.K_Lp > 0) || !(1 + aircraft.thrust_excess * g.K_Ep > 0))
+      section.refuse(*section.find("schedule_eta_deg"),
+                     "1 + K_Lp or 1 + thrust_excess K_Ep is not above zero at one of the tilts");
+  if (!schedule.eta.empty()) gains = schedule.gains.front();
   // Divisors of the control law (13); the defaults keep both above zero.
   if (1 + gains.K_Lp == 0)
     section.refuse(*section.find("K_Lp"), "makes 1 + K_Lp zero; expected any other number");
@@ -153,8 +198,8 @@ Study parse_study(std::string_view text, const fs::path& file) {
                        largest_study));
   const Entry root = parse_toml(text, file);
   const Section top(file, root, "at the top level", "");
-  top.allow_only(
-      {"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope", "sweep"});
+  top.allow_only({"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope",
+                  "sweep", "tune"});
   Study study;
   study.file = file;
   study.text = text;
@@ -163,15 +208,26 @@ Study parse_study(std::string_view text, const fs::path& file) {
   vehicle.equations = static_cast<Equations>(top.choice("equations", {"consistent", "printed"}));
   with_table(root, "aircraft", file,
              [&](const Section& s) { read_aircraft(s, vehicle.aircraft, study.polar_name); });
-  with_table(root, "gains", file,
-             [&](const Section& s) { read_gains(s, vehicle.aircraft, vehicle.gains); });
+  with_table(root, "gains", file, [&](const Section& s) {
+    read_gains(s, vehicle.aircraft, vehicle.gains, study.schedule);
+  });
   with_table(root, "limits", file, [&](const Section& s) { read_limits(s, vehicle.limits); });
   study.conditions = read_conditions(root, file, vehicle.equations);
   with_table(root, "follow", file, [&](const Section& s) { study.follow = read_follow(s); });
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
-  with_table(root, "sweep", file, [&](const Section& s) { study.sweep = read_sweep(s, file); });
+  with_table(root, "sweep", file,
+             [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
+  with_table(root, "tune", file,
+             [&](const Section& s) { study.tune = read_tune(s, file, vehicle, study.conditions); });
   read_polar(root, study);
   return study;
+}
+
+Vehicle vehicle_at(const Study& study, const Condition& condition) {
+  Vehicle vehicle = study.vehicle;
+  if (!study.schedule.eta.empty() && condition.formulation == Formulation::closed_loop)
+    vehicle.gains = gains_at(study.schedule, condition.command.eta);
+  return vehicle;
 }
 
 Study load_study(const fs::path& file) { return parse_study(read_text(file, largest_study), file); }

@@ -62,9 +62,11 @@ struct SweepAxis {
     std::string signal;          ///< of the model that it sets; empty: it only names the points
     std::vector<double> values;  ///< in the study's unit, one for each point
     std::vector<double> si;      ///< the same in SI, radians
+    int scheduled = -1;          ///< this gain of the schedule, at the axis's own tilts
   };
   std::string name;             ///< the dimension: the first key's last part, "K_Lp"
   std::vector<Column> columns;  ///< the axis's own key first
+  GainSchedule schedule{};      ///< of the gains, where the axis moves the tilt
   std::size_t size() const { return columns.front().values.size(); }
 };
 
@@ -82,6 +84,7 @@ struct Study {
   std::string text;        ///< the file's
   std::string polar_name;  ///< as asked for
   Vehicle vehicle;
+  GainSchedule schedule;              ///< of the gains; empty: vehicle.gains at any tilt
   std::vector<Condition> conditions;  ///< at least one, names distinct
   std::optional<FollowTable> follow;
   std::optional<EnvelopeTable> envelope;
@@ -95,6 +98,9 @@ Study load_study(const std::filesystem::path& file);
 
 /// The same from text, `file` naming it in messages and giving the folder for polars.
 Study parse_study(std::string_view text, const std::filesystem::path& file);
+
+/// The study's vehicle with the gains that it has at the condition's tilt.
+Vehicle vehicle_at(const Study& study, const Condition& condition);
 
 /// Where the shipped polars and published tables lie: the environment's TILTRIM_DATA, else
 /// ../share/tiltrim/data seen from the program, else the source tree's data/ if it is there, else

@@ -144,6 +144,24 @@ void read_coupled(const Section& section, const std::filesystem::path& file, Swe
   }
 }
 
+// The gains of the schedule at the axis's tilts.
+void add_schedule(const GainSchedule& schedule, SweepAxis& axis) {
+  const auto tilt = std::ranges::find(axis.columns, "eta", &SweepAxis::Column::signal);
+  if (schedule.eta.empty() || tilt == axis.columns.end()) return;
+  const std::vector<double> tilts = tilt->si;
+  axis.schedule = schedule;
+  const std::vector<Key> keys = number_keys(gain_signals());
+  for (std::size_t j = 0; j < keys.size(); ++j) {
+    SweepAxis::Column column{keys[j].name, keys[j].unit, keys[j].signal, {}, {}, int(j)};
+    for (const double eta : tilts) {
+      Gains gains = gains_at(schedule, eta);
+      column.si.push_back(gain_value(gains, j));
+      column.values.push_back(keys[j].in_study(column.si.back()));
+    }
+    axis.columns.push_back(column);
+  }
+}
+
 SweepAxis read_axis(const Section& section, const std::filesystem::path& file) {
   section.allow_only({"key", "from", "to", "count", "spacing", "values", "with"});
   section.require("key", "a number of the study in quotes, as \"eta_deg\" or \"gains.K_Lp\"");
@@ -171,7 +189,8 @@ void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) 
 
 }  // namespace
 
-SweepTable read_sweep(const Section& section, const std::filesystem::path& file) {
+SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
+                      const GainSchedule& schedule) {
   constexpr std::string_view expected = "expected [[sweep.axis]] tables";
   section.allow_only({"axis", "crossings"});
   SweepTable sweep;
@@ -186,6 +205,7 @@ SweepTable read_sweep(const Section& section, const std::filesystem::path& file)
       refuse(file, entry.place,
              fmt::format("sweep.axis: {} is not a table; {}", describe(entry), expected));
     sweep.axes.push_back(read_axis(Section(file, entry, "in [[sweep.axis]]", "sweep.axis."), file));
+    add_schedule(schedule, sweep.axes.back());
     points *= double(sweep.axes.back().size());
   }
   check_distinct(section, sweep.axes);

@@ -7,7 +7,8 @@
 
 namespace tiltrim::reading {
 
-/// Reads [sweep]; throws StudyError.
-SweepTable read_sweep(const Section& section, const std::filesystem::path& file);
+/// Reads [sweep]; throws StudyError. Axes that move the tilt move scheduled gains with it.
+SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
+                      const GainSchedule& schedule);
 
 }  // namespace tiltrim::reading

@@ -49,6 +49,18 @@ Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& co
   return as_vector(p);
 }
 
+Gains gains_at(const GainSchedule& schedule, double eta) {
+  const std::vector<double>& at = schedule.eta;
+  const double here = std::clamp(eta, at.front(), at.back());
+  const auto after = std::size_t(std::ranges::upper_bound(at, here) - at.begin());
+  const std::size_t k = std::clamp<std::size_t>(after, 1, at.size() - 1);
+  const double share = (here - at[k - 1]) / (at[k] - at[k - 1]);
+  Gains lower = schedule.gains[k - 1], upper = schedule.gains[k], gains = lower;
+  for (std::size_t j = 0; j < gain_signals().size(); ++j)
+    gain_value(gains, j) = (1 - share) * gain_value(lower, j) + share * gain_value(upper, j);
+  return gains;
+}
+
 double authority(const Aircraft& aircraft, double eta) { return authority_at(eta, aircraft); }
 
 Command corridor(double h) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "model/model.hpp"
 #include "model/polar.hpp"
@@ -53,6 +54,14 @@ struct GainsOf {
   S k_de = 3.9;    // pitch rate to delta_e, s
 };
 using Gains = GainsOf<double>;
+
+/// Gains that are linear between their values at rising tilts [rad], and stay beyond the ends.
+struct GainSchedule {
+  std::vector<double> eta;   // empty: the gains do not depend on the tilt
+  std::vector<Gains> gains;  // at each
+};
+/// Those at a tilt; the schedule must have some.
+Gains gains_at(const GainSchedule& schedule, double eta);
 
 /// A flight condition asked of the closed loop.
 template <class S>

@@ -13,25 +13,29 @@ namespace tiltrim {
 /// What `tiltrim tune` has to say of one study.
 struct TuningReport {
   TuneProblem problem;
-  TuneOptions options;
-  TuneResult result;
-  std::string second_algorithm;  ///< whose answer stands beside; empty: none
-  std::optional<TuneResult> second;
-  std::optional<Robustness> robustness;
+  TuneOptions options{};
+  TuneResult result{};
+  std::string second_algorithm{};  ///< whose answer stands beside; empty: none
+  std::optional<TuneResult> second{};
+  std::optional<Robustness> robustness{};
   /// The goal over a limit that moves: with the limit at each value, the answer.
   struct FrontPoint {
     double limit;
     TuneResult result;
   };
-  Requirement front_limit;
-  std::vector<FrontPoint> front;
+  Requirement front_limit{};
+  std::vector<FrontPoint> front{};
 };
 
+/// The verdict, the gains to paste, what was asked and what became of it, what each gain does; for
+/// people, in the study's units.
 std::string tuning_text(const TuningReport& report, const TextStyle& style);
+/// Everything, in SI units and the measures' own, every digit; null for what is not finite.
 std::string tuning_json(const TuningReport& report);
+/// Each requirement at each place, one row each; empty where it does not apply.
 Sheet tuning_sheet(const TuningReport& report);
-/// "[gains]" with the tuned numbers, in the study's units; with a schedule one "[[schedule]]" table
-/// for each of its places.
+/// "[gains]" (and "[aircraft]") with the tuned numbers in the study's units, so that parse_study()
+/// reads the same bits; angles to rounding. With a schedule, lists over schedule_eta_deg. Empty where the result has no gains; a comment for what no study has.
 std::string tuning_toml(const TuningReport& report);
 
 }  // namespace tiltrim

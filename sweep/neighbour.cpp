@@ -109,6 +109,13 @@ void move_to(const Prepared& sweep, std::size_t axis, double position, Operating
     if (along_corridor && columns[c].signal == "eta") value = scheduled.eta;
     set_value(at, j, value);
   }
+  if (sweep.axes[axis].schedule.eta.empty() || share == 0) return;
+  const auto tilt = std::ranges::find(columns, "eta", &SweepAxis::Column::signal);
+  Gains gains = gains_at(sweep.axes[axis].schedule,
+                         value_of(at, sweep.moved[axis][std::size_t(tilt - columns.begin())]));
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if (columns[c].scheduled >= 0)
+      set_value(at, sweep.moved[axis][c], gain_value(gains, std::size_t(columns[c].scheduled)));
 }
 
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place) {
@@ -302,10 +309,10 @@ bool keep_outputs(const Prepared& s, const VectorXd& outputs, OperatingPoint& at
 
 }  // namespace
 
-std::optional<Settled> settle(const Prepared& s, const GridPlace& place,
+std::optional<Settled> settle(const Prepared& s, const OperatingPoint& numbers,
                               const OperatingPoint& from) {
   Settled e;
-  e.at = numbers_at(s, place);
+  e.at = numbers;
   for (const Index j : s.problem.unknowns) set_value(e.at, j, value_of(from, j));
   const OperatingPoint here = e.at;
   if (settle(s, e)) return e;
@@ -318,6 +325,11 @@ std::optional<Settled> settle(const Prepared& s, const GridPlace& place,
   }
   if (!settle(s, e)) return {};
   return e;
+}
+
+std::optional<Settled> settle(const Prepared& s, const GridPlace& place,
+                              const OperatingPoint& from) {
+  return settle(s, numbers_at(s, place), from);
 }
 
 Settled equilibrium_at(const Prepared& s, const OperatingPoint& at) {

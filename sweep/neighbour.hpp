@@ -61,9 +61,11 @@ struct Settled {
 /// `e.message` says in short why.
 bool settle(const Prepared& sweep, Settled& e);
 
-/// The same at the numbers of `place`, from the unknowns of `from`; if that fails, from unknowns
-/// that give the outputs of `from` there.
+/// The same at the numbers of `place`, or at those given, from the unknowns of `from`; if that
+/// fails, from unknowns that give the outputs of `from` there.
 std::optional<Settled> settle(const Prepared& sweep, const GridPlace& place,
+                              const OperatingPoint& from);
+std::optional<Settled> settle(const Prepared& sweep, const OperatingPoint& numbers,
                               const OperatingPoint& from);
 
 /// From nothing: the request's own trim, one at a time in this process (Ipopt's MUMPS keeps

@@ -98,7 +98,7 @@ std::vector<SweepRequest> sweep_requests(const Study& study,
         throw std::invalid_argument(
             "formulation table has no linear model to sweep; expected closed_loop or airframe");
       requests.push_back(condition.formulation == Formulation::closed_loop
-                             ? closed_loop_request(study.vehicle, condition, axes)
+                             ? closed_loop_request(vehicle_at(study, condition), condition, axes)
                              : airframe_request(study.vehicle, condition));
       check_keys(requests.back().model, axes);
     } catch (const std::invalid_argument& e) {

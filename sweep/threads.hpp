@@ -1,4 +1,4 @@
-/// Work spread over threads. Internal to sweep/.
+/// Work spread over threads. Internal to sweep/ and tune/.
 #pragma once
 
 #include <cstddef>

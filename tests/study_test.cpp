@@ -340,6 +340,39 @@ TEST_CASE("line ends, a byte-order mark and the locale change nothing") {
   std::setlocale(LC_ALL, before.c_str());
 }
 
+TEST_CASE("gains scheduled over the tilt: linear between, constant beyond, moved by every axis") {
+  const std::string schedule =
+      "[gains]\nschedule_eta_deg = [30, 60, 90]\nK_Lp = [1, 2, 4]\nk_de = 5\n";
+  const Study study = parsed(schedule + one_condition +
+                             "[[condition]]\nname = 'half'\nV = 6\ngamma_deg = 45\neta_deg = 45\n"
+                             "[[sweep.axis]]\nkey = 'h'\nfrom = 0\nto = 120\ncount = 5\n");
+  CHECK(vehicle_at(study, study.conditions[0]).gains.K_Lp == 1.0);  // below the first tilt
+  CHECK(vehicle_at(study, study.conditions[1]).gains.K_Lp == doctest::Approx(1.5).epsilon(1e-15));
+  CHECK(vehicle_at(study, study.conditions[1]).gains.k_de == 5.0);
+  CHECK(vehicle_at(study, study.conditions[1]).gains.K_Li == Gains{}.K_Li);
+  CHECK(gains_at(study.schedule, 2.0).K_Lp == 4.0);
+  const SweepAxis& axis = study.sweep->axes[0];
+  const auto tilt = std::ranges::find(axis.columns, "eta", &SweepAxis::Column::signal);
+  const auto K_Lp = std::ranges::find(axis.columns, "gains.K_Lp", &SweepAxis::Column::signal);
+  REQUIRE(K_Lp != axis.columns.end());
+  for (std::size_t k = 0; k < 5; ++k)
+    CHECK(K_Lp->si[k] == gains_at(study.schedule, tilt->si[k]).K_Lp);
+
+  check_refused("[gains]\nschedule_eta_deg = [30]\n" + one_condition, "2:20", {"two tilts"});
+  check_refused("[gains]\nschedule_eta_deg = 30\n" + one_condition, "2:20", {"two tilts"});
+  check_refused("[gains]\nschedule_eta_deg = [30, 30]\n" + one_condition, "2:20", {"rising"});
+  check_refused("[gains]\nschedule_eta_deg = [30, nan]\n" + one_condition, "2:25", {"finite"});
+  check_refused("[gains]\nschedule_eta_deg = [30, 60]\nK_Lp = [1, 2, 3]\n" + one_condition, "3:8",
+                {"3 values for 2 tilts"});
+  check_refused("[gains]\nK_Lp = [1, 2]\n" + one_condition, "2:8", {"K_Lp"});
+  check_refused("[gains]\nschedule_eta_deg = [30, 60]\nK_Lp = [1, -1]\n" + one_condition, "2:20",
+                {"1 + K_Lp"});
+  check_refused(schedule + one_condition +
+                    "[[sweep.axis]]\nkey = 'eta_deg'\nfrom = 0\nto = 90\ncount = 5\n"
+                    "[[sweep.axis]]\nkey = 'gains.K_Lp'\nfrom = 1\nto = 2\ncount = 5\n",
+                "10:1", {"gains.K_Lp is set twice"});
+}
+
 TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
   check_refused("[gains]\nk_v = 2\n" + one_condition, "2:1",
                 {"unknown key 'k_v' in [gains]", "did you mean 'k_V'?", "K_Ep", "k_de"});
@@ -347,7 +380,6 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
   check_refused("[limits]\na1s = [0, 1]\n" + one_condition, "2:1", {"did you mean 'a1s_deg'?"});
   check_refused("[gain]\n" + one_condition, "1:2", {"'gain' at the top level", "'gains'"});
   check_refused("[simulate]\n" + one_condition, "1:2", {"'simulate'", "valid keys: equations"});
-  check_refused("[tune]\n" + one_condition, "1:2", {"'tune'"});
   check_refused(one_condition + "eta = 3\n", "6:1", {"'eta'", "did you mean 'eta_deg'?"});
   check_refused(one_condition + "alpha_deg = 3\n", "6:1",
                 {"'alpha_deg'", "it is a key of formulation airframe and table"});

@@ -1,20 +1,21 @@
 #include "tune/candidate.hpp"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <random>
 #include <stdexcept>
 
-#include "linearize/balance.hpp"
-#include "model/differentiate.hpp"
+#include "sweep/threads.hpp"
+#include "tune/requirement.hpp"
+#include "tune/shift.hpp"
 
 namespace tiltrim {
 
 using Eigen::Index;
-using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -22,141 +23,261 @@ namespace {
 
 const std::vector<SweepAxis> no_axes;
 
-void check(const TuneProblem& problem) {
-  if (problem.points.empty())
-    throw std::invalid_argument("nothing to tune for: no operating point");
+void check_range(const std::string& name, const char* what, double lower, double upper) {
+  if (!std::isfinite(lower) || !std::isfinite(upper) || !(lower < upper))
+    throw std::invalid_argument(
+        fmt::format("{} is {} in [{}, {}]; expected finite bounds, the lower below the upper", name,
+                    what, lower, upper));
+}
+
+void check_gains(const TuneProblem& problem) {
   if (problem.gains.empty()) throw std::invalid_argument("nothing to tune: no gain is free");
   for (const FreeGain& g : problem.gains) {
-    if (!std::isfinite(g.lower) || !std::isfinite(g.upper) || !(g.lower < g.upper))
-      throw std::invalid_argument(
-          fmt::format("{} is free in [{}, {}]; expected finite bounds, the lower below the upper",
-                      g.name, g.lower, g.upper));
+    check_range(g.name, "free", g.lower, g.upper);
     if (g.logarithmic && !(g.lower > 0))
       throw std::invalid_argument(
           fmt::format("{} is free in [{}, {}] on a logarithmic scale; expected bounds above zero",
                       g.name, g.lower, g.upper));
   }
+  const std::vector<double>& s = problem.schedule;
+  if (s.size() == 1 || std::ranges::adjacent_find(s, std::greater_equal<>()) != s.end())
+    throw std::invalid_argument(
+        fmt::format("a schedule at [{}]; expected two rising places or more", fmt::join(s, ", ")));
 }
 
-// How all variables move with one of the gains: dz = -(∂r/∂z)⁻¹ ∂r/∂gain.
-VectorXd shift(const Prepared& sweep, const MatrixXd& slopes, Index column, Index variables,
-               Index gain) {
-  const Problem& p = sweep.problem;
-  MatrixXd J(p.m(), p.n());
-  VectorXd r(p.m());
-  for (Index i = 0; i < p.m(); ++i) {
-    const Index row = p.equations[std::size_t(i)];
-    r[i] = slopes(row, column) / p.row_nominal[row];
-    for (Index k = 0; k < p.n(); ++k)
-      J(i, k) = slopes(row, sweep.unknowns[std::size_t(k)]) * p.nominal[k] / p.row_nominal[row];
+void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
+  const std::string name = to_string(r.measure);
+  if (limit && !std::isfinite(r.limit))
+    throw std::invalid_argument(
+        fmt::format("the limit of {} is {}; expected a number", name, r.limit));
+  if (r.measure == Measure::half_time && r.of.empty())
+    throw std::invalid_argument("half_time of no mode; expected the mode's name");
+  const bool margin = r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
+  if (margin && problem.loops.size() != problem.points.size())
+    throw std::invalid_argument(
+        fmt::format("{} of models whose loops cannot be opened; expected for each point its model "
+                    "with inputs behind the actuators",
+                    name));
+  if (r.measure == Measure::response_use && problem.disturbance.empty())
+    throw std::invalid_argument("response_use after no disturbance; expected one");
+  if (r.measure == Measure::sensitivity && problem.uncertain.empty())
+    throw std::invalid_argument("sensitivity to nothing; expected uncertain numbers");
+}
+
+// Every corner of the uncertain numbers, then samples between.
+struct Scatter {
+  std::string words;
+  VectorXd values;
+};
+
+std::string in_words(const TuneProblem& problem, const VectorXd& values) {
+  std::vector<std::string> words;
+  for (std::size_t k = 0; k < problem.uncertain.size(); ++k) {
+    const std::string& name = problem.uncertain[k].name;
+    words.push_back(fmt::format("{} = {:.6g}", name.substr(name.rfind('.') + 1), values[Index(k)]));
   }
-  const VectorXd dz = -J.partialPivLu().solve(r);
-  VectorXd all = VectorXd::Zero(variables);
-  for (Index k = 0; k < p.n(); ++k) all[p.unknowns[std::size_t(k)]] = dz[k] * p.nominal[k];
-  all[gain] = 1.0;
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+std::vector<Scatter> scatter_of(const TuneProblem& problem) {
+  constexpr std::size_t most = 12;  // 4096 corners
+  const std::size_t count = problem.uncertain.size();
+  std::vector<Scatter> all{{"", {}}};
+  for (const Uncertain& u : problem.uncertain) check_range(u.name, "uncertain", u.lower, u.upper);
+  if (count == 0) return all;
+  if (problem.corners && count > most)
+    throw std::invalid_argument(
+        fmt::format("{} uncertain numbers have 2^{} corners; expected {} at most, or samples",
+                    count, count, most));
+  const auto add = [&](const auto& share) {
+    VectorXd values = VectorXd::Zero(Index(count));
+    for (std::size_t k = 0; k < count; ++k) {
+      const Uncertain& u = problem.uncertain[k];
+      values[Index(k)] = u.lower + share(k) * (u.upper - u.lower);
+    }
+    all.push_back({in_words(problem, values), values});
+  };
+  if (problem.corners)
+    for (std::size_t corner = 0; corner < std::size_t{1} << count; ++corner)
+      add([&](std::size_t k) { return corner >> k & 1 ? 1.0 : 0.0; });
+  std::mt19937_64 random(problem.sample_seed);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (int i = 0; i < problem.samples; ++i) add([&](std::size_t) { return uniform(random); });
   return all;
 }
 
-OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
-  OperatingPoint to = from;
-  to.x += by.head(from.x.size());
-  to.u += by.segment(from.x.size(), from.u.size());
-  to.p += by.tail(from.p.size());
-  return to;
+// Hat functions of the schedule's places.
+VectorXd shares_at(const TuneProblem& problem, const SweepRequest& request) {
+  const std::vector<double>& s = problem.schedule;
+  if (s.empty()) return VectorXd::Ones(1);
+  const Index over = variable(request.model, problem.schedule_over);
+  const double here = std::clamp(value_of(request.guess, over), s.front(), s.back());
+  VectorXd shares = VectorXd::Zero(std::ssize(s));
+  const auto after = std::ranges::upper_bound(s, here);
+  const Index k = std::min<Index>(after - s.begin(), std::ssize(s) - 1);
+  const double lower = s[std::size_t(k - 1)], upper = s[std::size_t(k)];
+  shares[k] = (here - lower) / (upper - lower);
+  shares[k - 1] = 1 - shares[k];
+  return shares;
+}
+
+// The model's variable, which must be one that the trim is given.
+Index given(const Place& place, const std::string& name) {
+  const Index found = variable(place.request.model, name);
+  const std::vector<Index>& unknowns = place.prepared->problem.unknowns;
+  if (std::ranges::find(unknowns, found) != unknowns.end())
+    throw std::invalid_argument(
+        fmt::format("{} is found by the trim of '{}'; expected a parameter that it is given", name,
+                    place.request.name));
+  return found;
 }
 
 }  // namespace
 
+std::vector<Requirement> asked_of(const TuneProblem& problem) {
+  std::vector<Requirement> asked{problem.goal};
+  asked.insert(asked.end(), problem.limits.begin(), problem.limits.end());
+  const auto asks_stability = [](const Requirement& r) {
+    return r.measure == Measure::decay || r.measure == Measure::damping;
+  };
+  if (std::ranges::none_of(asked, asks_stability)) asked.push_back({Measure::decay, 0.0});
+  return asked;
+}
+
+VectorXd gains_of(const VectorXd& variables, const VectorXd& shares) {
+  const Index places = shares.size();
+  return variables.reshaped(places, variables.size() / places).transpose() * shares;
+}
+
 Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
     : problem_(problem) {
-  check(problem);
-  for (const SweepRequest& request : problem.points) {
-    Point point{std::make_unique<Prepared>(request, no_axes, trimming), {}, {}};
-    for (const FreeGain& g : problem.gains) {
-      const Index variable = tiltrim::variable(request.model, g.name);
-      const std::vector<Index>& unknowns = point.prepared->problem.unknowns;
-      if (std::ranges::find(unknowns, variable) != unknowns.end())
-        throw std::invalid_argument(
-            fmt::format("{} is found by the trim of '{}'; expected a parameter that it is given",
-                        g.name, request.name));
-      point.gains.push_back(variable);
-    }
-    points_.push_back(std::move(point));
+  if (problem.points.empty())
+    throw std::invalid_argument("nothing to tune for: no operating point");
+  check_gains(problem);
+  check_asked(problem, problem.goal, false);
+  for (const Requirement& r : problem.limits) check_asked(problem, r, true);
+  asked_ = asked_of(problem);
+  const std::vector<Scatter> scatter = scatter_of(problem);
+  places_.resize(problem.points.size() * scatter.size());
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    Place& place = places_[i];
+    const std::size_t point = i / scatter.size();
+    const Scatter& own = scatter[i % scatter.size()];
+    place.where = {point, own.words};
+    place.request = problem.points[point];
+    if (!problem.loops.empty()) place.loops = &problem.loops[point];
+    for (Index k = 0; k < own.values.size(); ++k)
+      set_value(place.request.guess,
+                variable(place.request.model, problem.uncertain[std::size_t(k)].name),
+                own.values[k]);
+    place.prepared = std::make_unique<Prepared>(place.request, no_axes, trimming);
+    for (const FreeGain& g : problem.gains) place.gains.push_back(given(place, g.name));
+    for (const Uncertain& u : problem.uncertain) place.uncertain.push_back(given(place, u.name));
+    place.shares = shares_at(problem, place.request);
   }
 }
 
-PointModes Candidates::modes(Point& point, const VectorXd& gains, bool slopes, bool anew) {
-  const Prepared& sweep = *point.prepared;
-  const auto set_gains = [&](OperatingPoint& at) {
-    for (std::size_t j = 0; j < point.gains.size(); ++j)
-      set_value(at, point.gains[j], gains[Index(j)]);
+Settled Candidates::settled(const Place& place, const VectorXd& gains, const VectorXd& uncertain,
+                            From from) const {
+  const Prepared& sweep = *place.prepared;
+  const auto set_numbers = [&](OperatingPoint& at) {
+    for (std::size_t j = 0; j < place.gains.size(); ++j)
+      set_value(at, place.gains[j], gains[Index(j)]);
+    for (Index k = 0; k < uncertain.size(); ++k)
+      set_value(at, place.uncertain[std::size_t(k)], uncertain[k]);
   };
-  Settled e;
-  bool settled = false;
-  if (point.nearest && !anew) {
-    e.at = *point.nearest;
-    set_gains(e.at);
-    settled = settle(sweep, e);
+  OperatingPoint numbers = sweep.request.guess;
+  set_numbers(numbers);
+  if (place.nearest && from == From::nearest)
+    if (const auto e = settle(sweep, numbers, *place.nearest)) return *e;
+  return from_nothing(sweep, numbers);
+}
+
+// Scores of what no single eigenvalue decides, and by central differences their slopes.
+void Candidates::describe(const Place& place, const Settled& e, bool slopes,
+                          PlaceModes& result) const {
+  const auto scores = [&](const Settled& there, const Eigen::VectorXcd& eigenvalues) {
+    VectorXd all = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; i < asked_.size(); ++i)
+      if (!spectral(asked_[i].measure))
+        all[Index(i)] = score(problem_, asked_[i], place, there, eigenvalues);
+    return all;
+  };
+  const bool needed =
+      std::ranges::any_of(asked_, [](const Requirement& r) { return !spectral(r.measure); });
+  result.scores = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
+  result.score_slopes = MatrixXd::Zero(std::ssize(asked_), std::ssize(place.gains));
+  if (!needed) return;
+  result.scores = scores(e, result.eigenvalues);
+  if (!slopes) return;
+  for (std::size_t j = 0; j < place.gains.size(); ++j) {
+    const double gain = value_of(e.at, place.gains[j]);
+    const double h = 1e-4 * std::max(std::abs(gain), 1e-3);
+    std::array<VectorXd, 2> ends;
+    for (const int end : {0, 1}) {
+      Settled there;
+      there.at = e.at;
+      set_value(there.at, place.gains[j], gain + (end == 0 ? -h : h));
+      if (settle(*place.prepared, there))
+        ends.at(std::size_t(end)) =
+            scores(there, spectrum_of(*place.prepared, there, {}).eigenvalues);
+    }
+    if (ends[0].size() == 0 || ends[1].size() == 0) continue;
+    const VectorXd slope = (ends[1] - ends[0]) / (2 * h);
+    for (Index i = 0; i < slope.size(); ++i)
+      if (std::isfinite(slope[i])) result.score_slopes(i, Index(j)) = slope[i];
   }
-  if (!settled) {
-    OperatingPoint at = sweep.request.guess;
-    set_gains(at);
-    e = from_nothing(sweep, at);
-  }
-  PointModes result;
+}
+
+PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, bool slopes, From from,
+                             const VectorXd& uncertain) const {
+  const Settled e = settled(place, gains_of(variables, place.shares), uncertain, from);
+  PlaceModes result;
   result.status = e.status;
   result.message = e.message;
   if (!e.valid()) return result;
-  point.nearest = result.at = e.at;
-  result.A = e.A(sweep);
-  if (!result.A.allFinite()) return result;
-  const Index n = sweep.states();
-  const Balanced balanced = balance(result.A);
-  const Eigen::EigenSolver<MatrixXd> solver(balanced.B, slopes);
-  if (solver.info() != Eigen::Success) {
+  result.at = e.at;
+  result.A = e.A(*place.prepared);
+  const Spectrum spectrum =
+      spectrum_of(*place.prepared, e, slopes ? place.gains : std::vector<Index>{});
+  if (spectrum.eigenvalues.size() == 0) {
     result.message = "the eigenvalues do not converge";
     return result;
   }
-  result.eigenvalues = solver.eigenvalues();
+  result.eigenvalues = spectrum.eigenvalues;
+  describe(place, e, slopes, result);
   if (!slopes) return result;
-
-  // dλ = (V⁻¹ dA V)ᵢᵢ, dA along the gain and the trim's own shift.                    [26, eq. 2.3]
-  const MatrixXcd V = solver.eigenvectors();
-  const Eigen::PartialPivLU<MatrixXcd> lu(V);
-  std::vector<Index> along = sweep.along, states;
-  along.insert(along.end(), point.gains.begin(), point.gains.end());
-  for (Index i = 0; i < n; ++i) states.push_back(i);
-  const MatrixXd all = jacobian(sweep.model(), e.at, along);
-  const Index variables = e.at.x.size() + e.at.u.size() + e.at.p.size();
-  result.slopes.resize(n, std::ssize(point.gains));
-  for (std::size_t j = 0; j < point.gains.size(); ++j) {
-    const VectorXd by =
-        shift(sweep, all, std::ssize(sweep.along) + Index(j), variables, point.gains[j]);
-    const double h = 1e-5 * std::max(std::abs(gains[Index(j)]), 1e-3);
-    const auto A = [&](double t) -> MatrixXd {
-      return jacobian(sweep.model(), moved(e.at, t * by), states).topRows(n);
-    };
-    const MatrixXd dA = (A(h) - A(-h)) / (2 * h);
-    MatrixXd dB(n, n);
-    for (Index i = 0; i < n; ++i)
-      for (Index k = 0; k < n; ++k)
-        dB(i, k) = dA(balanced.order[std::size_t(i)], balanced.order[std::size_t(k)]) *
-                   (balanced.scale[k] / balanced.scale[i]);
-    result.slopes.col(Index(j)) = lu.solve(dB * V).diagonal();
-  }
+  // of a gain, to each place of its schedule
+  const Index gains = std::ssize(place.gains), places = place.shares.size();
+  MatrixXd onto = MatrixXd::Zero(gains, gains * places);
+  for (Index j = 0; j < gains; ++j)
+    onto.row(j).segment(j * places, places) = place.shares.transpose();
+  result.slopes = spectrum.slopes * onto.cast<std::complex<double>>();
+  result.score_slopes = (result.score_slopes * onto).eval();
   return result;
 }
 
-std::vector<PointModes> Candidates::at(const VectorXd& gains, bool slopes) {
-  std::vector<PointModes> all;
-  for (Point& point : points_) all.push_back(modes(point, gains, slopes, false));
+std::vector<PlaceModes> Candidates::at(const VectorXd& variables, bool slopes) {
+  std::vector<PlaceModes> all(places_.size());
+  in_parallel(places_.size(), [&](std::size_t i) {
+    all[i] = modes(places_[i], variables, slopes, From::nearest, {});
+    if (all[i].valid()) places_[i].nearest = all[i].at;
+  });
   return all;
 }
 
-std::vector<PointModes> Candidates::anew(const VectorXd& gains) {
-  std::vector<PointModes> all;
-  for (Point& point : points_) all.push_back(modes(point, gains, false, true));
+std::vector<PlaceModes> Candidates::anew(const VectorXd& variables) {
+  std::vector<PlaceModes> all(places_.size());
+  in_parallel(places_.size(), [&](std::size_t i) {
+    all[i] = modes(places_[i], variables, false, From::nothing, {});
+    if (all[i].valid()) places_[i].nearest = all[i].at;
+  });
   return all;
+}
+
+PlaceModes Candidates::scattered(std::size_t place, const VectorXd& variables,
+                                 const VectorXd& uncertain) const {
+  return modes(places_[place], variables, false, From::nearest, uncertain);
 }
 
 }  // namespace tiltrim

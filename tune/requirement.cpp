@@ -1,70 +1,269 @@
 #include "tune/requirement.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+
+#include "linearize/margins.hpp"
+#include "linearize/modes.hpp"
+#include "model/differentiate.hpp"
+#include "tune/shift.hpp"
 
 namespace tiltrim {
 
 using Complex = std::complex<double>;
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
 
-std::string to_string(Measure measure) {
-  switch (measure) {
-    case Measure::decay:
-      return "decay";
-    case Measure::damping:
-      return "damping";
-    case Measure::frequency:
-      return "frequency";
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double most = 1e6;  // of a score: an infinite margin is no more than that
+
+// Where margins are asked of a loop that is not stable, what it lacks.
+double lacking(const VectorXcd& eigenvalues) { return -eigenvalues.real().maxCoeff(); }
+
+double margin(Measure what, const Margins& m) {
+  constexpr double degrees = 180 / std::numbers::pi;
+  switch (what) {
+    case Measure::gain_margin_db:
+      return 20 * std::log10(std::min(m.gain_up, 1 / m.gain_down));
+    case Measure::phase_margin_deg:
+      return m.phase * degrees;
+    case Measure::delay_margin:
+      return m.delay;
+    default:
+      return m.disk;
   }
-  return "unknown";
 }
 
-Measured measure(Measure what, Complex lambda) {
-  const double size = std::abs(lambda);
-  switch (what) {
-    case Measure::decay:
-      return {-lambda.real(), -1.0};
-    case Measure::frequency:
-      return {size, size > 0 ? lambda / size : Complex(1.0)};
-    case Measure::damping:
-      break;
+// The least margin of the loops broken at one actuator each.
+double margin_score(const Requirement& r, const Place& place, const Settled& e,
+                    const VectorXcd& eigenvalues) {
+  const Model& model = *place.loops;
+  const Index n = std::ssize(model.states), inputs = std::ssize(model.inputs);
+  OperatingPoint at = e.at;
+  at.u = VectorXd::Zero(inputs);
+  std::vector<Index> along;
+  for (Index i = 0; i < n + inputs; ++i) along.push_back(i);
+  const MatrixXd J = jacobian(model, at, along);
+  double least = not_a_number;
+  for (Index j = 0; j < inputs; ++j) {
+    const std::string& added = model.inputs[std::size_t(j)].name;
+    const std::string actuator = added.substr(0, added.rfind("_added"));
+    if (!r.of.empty() && r.of != actuator) continue;
+    const Index k = n + index_of(model.outputs, actuator, "output");
+    const VectorXd b = J.col(n + j).head(n);
+    const Eigen::RowVectorXd c = J.row(k).head(n);
+    const double d = J(k, n + j);
+    if ((b.isZero(0.0) || c.isZero(0.0)) && d == 0) continue;  // it does not act here
+    const Margins m = margins(opened(J.topLeftCorner(n, n), b, c, d));
+    const double score = m.stable() ? margin(r.measure, m) : std::min(0.0, lacking(eigenvalues));
+    if (!(score >= least)) least = std::min(score, most);
   }
+  return least;
+}
+
+// The slowest of the modes of that name: its decay rate.
+double half_time_score(const Requirement& r, const Place& place, const MatrixXd& A) {
+  double least = not_a_number;
+  for (const Mode& m : modes(A, {}, names(place.request.model.states)).modes)
+    if (m.name == r.of && !(-m.eigenvalue.real() >= least)) least = -m.eigenvalue.real();
+  return least;
+}
+
+// Actuators with a range, and where they stand in it: 0 in the middle, 1 at an end.
+struct Actuator {
+  Index output;
+  double middle, half;
+};
+
+std::vector<Actuator> actuators(const Requirement& r, const Place& place) {
+  std::vector<Actuator> all;
+  const Model& model = place.request.model;
+  for (const std::string& name : place.request.inputs) {
+    const auto bound = place.request.spec.bounds.find(name);
+    const Index output = find(model.outputs, name);
+    if (output < 0 || bound == place.request.spec.bounds.end()) continue;
+    if (!r.of.empty() && r.of != name) continue;
+    const Range& range = bound->second;
+    const double half = 0.5 * (range.upper - range.lower);
+    if (std::isfinite(half) && half > 0)
+      all.push_back({output, 0.5 * (range.upper + range.lower), half});
+  }
+  return all;
+}
+
+double use_score(const Requirement& r, const Place& place, const Settled& e) {
+  double least = not_a_number;
+  for (const Actuator& a : actuators(r, place)) {
+    const double score = -std::abs(e.outputs[a.output] - a.middle) / a.half;
+    if (!(score >= least)) least = score;
+  }
+  return least;
+}
+
+// The largest of |y(t) - middle| for y(t) = y0 + Re Σ wᵢ exp(λᵢ t): ten samples to the radian of
+// the fastest until the slowest has died away, a parabola through the largest and its neighbours.
+double largest_response(double y0, double middle, const VectorXcd& w, const VectorXcd& lambda) {
+  constexpr double fine = 0.1, gone = 8.0;
+  constexpr int most_samples = 20'000;
+  const double dt = fine / std::max(lambda.cwiseAbs().maxCoeff(), 1e-3);
+  const double slowest = std::max(-lambda.real().maxCoeff(), 1e-3);
+  const int samples = int(std::min(gone / slowest / dt, double(most_samples)));
+  const VectorXcd step = (lambda * dt).array().exp();
+  VectorXcd term = w;
+  double before = 0, here = 0, largest = 0;
+  for (int i = 0; i <= samples + 1; ++i) {
+    const double y = y0 + term.sum().real() - middle;
+    const double next = std::abs(y);
+    if (i == 0) largest = next;
+    if (i >= 2 && here >= before && here >= next) {
+      const double curvature = before - 2 * here + next;
+      const double peak =
+          curvature < 0 ? here - (next - before) * (next - before) / (8 * curvature) : here;
+      largest = std::max(largest, peak);
+    }
+    before = here;
+    here = next;
+    term = term.cwiseProduct(step);
+  }
+  return largest;
+}
+
+double response_score(const TuneProblem& problem, const Requirement& r, const Place& place,
+                      const Settled& e, const VectorXcd& eigenvalues) {
+  const Prepared& sweep = *place.prepared;
+  const Index n = sweep.states();
+  if (eigenvalues.real().maxCoeff() >= 0) return -most;
+  VectorXd x0 = VectorXd::Zero(n);
+  for (const auto& [state, value] : problem.disturbance)
+    x0[index_of(sweep.model().states, state, "state")] = value;
+  const Eigen::EigenSolver<MatrixXd> solver(e.A(sweep));
+  const Eigen::MatrixXcd V = solver.eigenvectors();
+  const VectorXcd modal = V.partialPivLu().solve(x0.cast<Complex>());
+  double least = not_a_number;
+  for (const Actuator& a : actuators(r, place)) {
+    const VectorXcd c = (e.slopes.row(n + a.output).head(n).cast<Complex>() * V).transpose();
+    const double score = -largest_response(e.outputs[a.output], a.middle, c.cwiseProduct(modal),
+                                           solver.eigenvalues()) /
+                         a.half;
+    if (!(score >= least)) least = score;
+  }
+  return least;
+}
+
+double sensitivity_score(const TuneProblem& problem, const Place& place, const Settled& e) {
+  const Spectrum spectrum = spectrum_of(*place.prepared, e, place.uncertain);
+  if (spectrum.eigenvalues.size() == 0) return not_a_number;
+  double largest = 0;
+  for (std::size_t k = 0; k < place.uncertain.size(); ++k) {
+    const double half = 0.5 * (problem.uncertain[k].upper - problem.uncertain[k].lower);
+    largest = std::max(largest, half * spectrum.slopes.col(Index(k)).cwiseAbs().maxCoeff());
+  }
+  return -std::min(largest, most);
+}
+
+}  // namespace
+
+double score_of(Measure what, double value) {
+  if (what == Measure::half_time) return std::numbers::ln2 / value;
+  return more_is_better(what) ? value : -value;
+}
+
+double value_of(Measure what, double score) {
+  if (what == Measure::half_time)
+    return score > 0 ? std::numbers::ln2 / score : std::numeric_limits<double>::infinity();
+  const bool margin = what >= Measure::gain_margin_db && what <= Measure::disk_margin;
+  if (margin) return score >= most ? std::numeric_limits<double>::infinity() : std::max(score, 0.0);
+  return more_is_better(what) ? score : -score;
+}
+
+double value_slope(Measure what, double score) {
+  if (what == Measure::half_time) return -std::numbers::ln2 / (score * score);
+  return more_is_better(what) ? 1.0 : -1.0;
+}
+
+double size_of(const Requirement& r) {
+  const double limit = std::abs(score_of(r.measure, r.limit));
+  return limit > 0 && std::isfinite(limit) ? limit : 1.0;
+}
+
+bool spectral(Measure what) {
+  return what == Measure::decay || what == Measure::damping || what == Measure::frequency;
+}
+
+Scored score(Measure what, Complex lambda) {
+  const double size = std::abs(lambda);
+  if (what == Measure::decay) return {-lambda.real(), -1.0};
+  if (what == Measure::frequency) return {-size, size > 0 ? -lambda / size : Complex(-1.0)};
   if (size == 0) return {0.0, 0.0};
   // d(-Re λ/|λ|) = (-d(Re λ) + (Re λ/|λ|) d|λ|)/|λ|
   return {-lambda.real() / size, (-1.0 + lambda.real() / size * (lambda / size)) / size};
 }
 
-double better(Measure what) { return what == Measure::frequency ? -1.0 : 1.0; }
-
-Worst worst(Measure what, const PointModes& modes) {
-  Worst found{std::numeric_limits<double>::infinity(), -1};
-  for (Eigen::Index i = 0; i < modes.eigenvalues.size(); ++i) {
-    const double value = better(what) * measure(what, modes.eigenvalues[i]).value;
-    if (value < found.value) found = {value, i};
+double score(const TuneProblem& problem, const Requirement& r, const Place& place, const Settled& e,
+             const VectorXcd& eigenvalues) {
+  switch (r.measure) {
+    case Measure::half_time:
+      return half_time_score(r, place, e.A(*place.prepared));
+    case Measure::use:
+      return use_score(r, place, e);
+    case Measure::response_use:
+      return response_score(problem, r, place, e, eigenvalues);
+    case Measure::sensitivity:
+      return sensitivity_score(problem, place, e);
+    default:
+      return margin_score(r, place, e, eigenvalues);
   }
-  found.value *= better(what);
+}
+
+Worst worst(std::size_t asked, const Requirement& requirement, const PlaceModes& modes) {
+  if (!spectral(requirement.measure)) return {modes.scores[Index(asked)], -1};
+  Worst found{std::numeric_limits<double>::infinity(), -1};
+  for (Index i = 0; i < modes.eigenvalues.size(); ++i) {
+    const double own = score(requirement.measure, modes.eigenvalues[i]).score;
+    if (own < found.score) found = {own, i};
+  }
   return found;
 }
 
 double Merit::value() const {
-  constexpr double far = 1e6;
-  if (!trimmed) return -2 * far;
+  constexpr double far = 1e9;
+  if (!trimmed()) return -2 * far - double(without_trim);
   return feasible ? goal : -far - missed;
 }
 
-Merit merit(const TuneProblem& problem, const std::vector<PointModes>& points) {
-  Merit m{true, true, std::numeric_limits<double>::infinity(), 0.0};
-  for (const PointModes& point : points) {
-    if (!point.valid()) return {};
-    m.goal = std::min(m.goal, better(problem.goal) * worst(problem.goal, point).value);
-    for (const Requirement& r : problem.limits) {
-      const double size = r.limit != 0 ? std::abs(r.limit) : 1.0;
-      const double miss = better(r.measure) * (r.limit - worst(r.measure, point).value) / size;
-      m.missed = std::max(m.missed, miss);
+double Merit::penalised() const {
+  constexpr double heavy = 10.0, far = 1e3;
+  if (!trimmed()) return -far - double(without_trim);
+  return std::max(goal - heavy * std::max(std::abs(goal), 1.0) * std::min(missed, far), -far);
+}
+
+Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>& places) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Merit m{0, false, infinity, 0.0};
+  for (const PlaceModes& place : places) {
+    if (!place.valid()) {
+      ++m.without_trim;
+      continue;
+    }
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      const double own = worst(i, asked[i], place).score;
+      if (std::isnan(own)) continue;  // it does not apply there
+      if (i == 0)
+        m.goal = std::min(m.goal, own);
+      else
+        m.missed = std::max(m.missed,
+                            (score_of(asked[i].measure, asked[i].limit) - own) / size_of(asked[i]));
     }
   }
   constexpr double rounding = 1e-9;
-  m.feasible = m.missed <= rounding;
+  m.feasible = m.trimmed() && m.missed <= rounding && m.goal < infinity;
   return m;
 }
 

@@ -1,7 +1,11 @@
 #include "tune/search.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "optimize/optimize.hpp"
 
@@ -13,43 +17,56 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-std::string to_string(GlobalSearch algorithm) {
-  switch (algorithm) {
-    case GlobalSearch::crs2:
-      return "crs2";
-    case GlobalSearch::isres:
-      return "isres";
-    case GlobalSearch::esch:
-      return "esch";
-    case GlobalSearch::direct:
-      return "direct";
-    case GlobalSearch::mlsl:
-      return "mlsl";
-    case GlobalSearch::multistart:
-      return "multistart";
-  }
+namespace {
+
+constexpr std::array<std::pair<GlobalSearch, const char*>, 6> global_searches{
+    {{GlobalSearch::crs2, "crs2"},
+     {GlobalSearch::isres, "isres"},
+     {GlobalSearch::esch, "esch"},
+     {GlobalSearch::direct, "direct"},
+     {GlobalSearch::mlsl, "mlsl"},
+     {GlobalSearch::multistart, "multistart"}}};
+constexpr std::array<std::pair<LocalSearch, const char*>, 4> local_searches{
+    {{LocalSearch::slsqp, "slsqp"},
+     {LocalSearch::mma, "mma"},
+     {LocalSearch::bobyqa, "bobyqa"},
+     {LocalSearch::cobyla, "cobyla"}}};
+
+std::string name_in(const auto& table, auto algorithm) {
+  for (const auto& [known, name] : table)
+    if (known == algorithm) return name;
   return "unknown";
 }
 
-std::string to_string(LocalSearch algorithm) {
-  switch (algorithm) {
-    case LocalSearch::slsqp:
-      return "slsqp";
-    case LocalSearch::bobyqa:
-      return "bobyqa";
-    case LocalSearch::cobyla:
-      return "cobyla";
+auto named_in(const auto& table, const std::string& wanted) {
+  std::vector<std::string> names;
+  for (const auto& [known, name] : table) {
+    if (name == wanted) return known;
+    names.emplace_back(name);
   }
-  return "unknown";
+  throw std::invalid_argument(
+      fmt::format("no algorithm '{}'; there are: {}", wanted, fmt::join(names, ", ")));
 }
+
+}  // namespace
+
+std::string to_string(GlobalSearch algorithm) { return name_in(global_searches, algorithm); }
+std::string to_string(LocalSearch algorithm) { return name_in(local_searches, algorithm); }
+GlobalSearch global_search(const std::string& name) { return named_in(global_searches, name); }
+LocalSearch local_search(const std::string& name) { return named_in(local_searches, name); }
 
 Search::Search(const TuneProblem& p, const TuneOptions& o)
     : problem(p), options(o), candidates(p, o.trimming) {}
 
-VectorXd Search::gains_at(const VectorXd& y) const {
+const FreeGain& Search::gain_of(Index variable) const {
+  const std::size_t each = problem.variables() / problem.gains.size();
+  return problem.gains[std::size_t(variable) / each];
+}
+
+VectorXd Search::numbers_at(const VectorXd& y) const {
   VectorXd g(y.size());
   for (Index j = 0; j < y.size(); ++j) {
-    const FreeGain& gain = problem.gains[std::size_t(j)];
+    const FreeGain& gain = gain_of(j);
     const double share = std::clamp(y[j], 0.0, 1.0);
     g[j] = gain.logarithmic ? gain.lower * std::pow(gain.upper / gain.lower, share)
                             : gain.lower + share * (gain.upper - gain.lower);
@@ -59,10 +76,10 @@ VectorXd Search::gains_at(const VectorXd& y) const {
 }
 
 VectorXd Search::scales_at(const VectorXd& y) const {
-  const VectorXd g = gains_at(y);
+  const VectorXd g = numbers_at(y);
   VectorXd scale(y.size());
   for (Index j = 0; j < y.size(); ++j) {
-    const FreeGain& gain = problem.gains[std::size_t(j)];
+    const FreeGain& gain = gain_of(j);
     scale[j] =
         gain.logarithmic ? g[j] * std::log(gain.upper / gain.lower) : gain.upper - gain.lower;
   }
@@ -78,13 +95,39 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   out_of_time = options.seconds > 0 && spent.count() > options.seconds;
   if (interrupted || out_of_evaluations || out_of_time) throw EndSearch{};
   ++evaluations;
-  last = {y, candidates.at(gains_at(y), slopes), {}};
-  last.merit = merit(problem, last.points);
+  last = {y, candidates.at(numbers_at(y), slopes), {}};
+  last.merit = merit(asked(), last.places);
   last_has_slopes_ = slopes;
-  if (best.y.size() == 0 || best.merit < last.merit) best = last;
+  const bool better = best.y.size() == 0 || best.merit < last.merit;
+  if (better) best = last;
+  if (better && options.observe) decides_ = deciding(*this);
   keep();
-  if (options.observe) options.observe({evaluations, best.merit.goal, best.merit.feasible});
+  if (options.observe)
+    options.observe({evaluations, options.evaluations, spent.count(),
+                     value_of(problem.goal.measure, best.merit.goal), best.merit.feasible,
+                     decides_});
   return last;
+}
+
+// The limit that is missed most, else the goal.
+std::string deciding(const Search& search) {
+  const Search::Seen& best = search.best;
+  if (!best.merit.trimmed())
+    return fmt::format("no trim at {} of {} places", best.merit.without_trim, best.places.size());
+  std::size_t place = 0, asked = 0;
+  double most = -std::numeric_limits<double>::infinity();
+  for (std::size_t p = 0; p < best.places.size(); ++p)
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      const Requirement& r = search.asked()[i];
+      const double own = worst(i, r, best.places[p]).score;
+      if (best.merit.feasible != (i == 0)) continue;
+      const double against = i == 0 ? best.merit.goal : score_of(r.measure, r.limit);
+      const double miss = (against - own) / (i == 0 ? 1.0 : size_of(r));
+      if (miss > most) std::tie(most, place, asked) = std::tuple(miss, p, i);
+    }
+  const Place& where = search.candidates.places()[place];
+  return fmt::format("{} at {}{}{}", to_string(search.asked()[asked].measure), where.request.name,
+                     where.where.scatter.empty() ? "" : ", ", where.where.scatter);
 }
 
 // One candidate for each neighbourhood, a dozen in all.
@@ -114,127 +157,163 @@ struct Twin {
   Eigen::RowVectorXcd middle_slope, D_slope;
 };
 
-Twin twin_at(const PointModes& point, const Meeting& meeting, bool slopes) {
+Twin twin_at(const PlaceModes& place, const Meeting& meeting, bool slopes) {
   const auto distance = [&](Index i) {
-    const Complex z = point.eigenvalues[i];
+    const Complex z = place.eigenvalues[i];
     const bool other_side = !meeting.real && z.imag() < 0;
     return other_side ? std::numeric_limits<double>::infinity() : std::abs(z - meeting.middle);
   };
   Twin twin{0, 1, {}, {}, {}, {}};
   if (distance(1) < distance(0)) std::swap(twin.first, twin.second);
-  for (Index i = 2; i < point.eigenvalues.size(); ++i) {
+  for (Index i = 2; i < place.eigenvalues.size(); ++i) {
     if (distance(i) < distance(twin.second)) twin.second = i;
     if (distance(twin.second) < distance(twin.first)) std::swap(twin.first, twin.second);
   }
-  const Complex a = point.eigenvalues[twin.first], b = point.eigenvalues[twin.second];
+  const Complex a = place.eigenvalues[twin.first], b = place.eigenvalues[twin.second];
   const Complex half = 0.5 * (a - b);
   twin.middle = 0.5 * (a + b);
   twin.D = half * half;
   if (!slopes) return twin;
-  twin.middle_slope = 0.5 * (point.slopes.row(twin.first) + point.slopes.row(twin.second));
-  twin.D_slope = half * (point.slopes.row(twin.first) - point.slopes.row(twin.second));
+  twin.middle_slope = 0.5 * (place.slopes.row(twin.first) + place.slopes.row(twin.second));
+  twin.D_slope = half * (place.slopes.row(twin.first) - place.slopes.row(twin.second));
   return twin;
 }
 
-// Unknowns (y, t). Constraints, none positive where all is well: for each point and eigenvalue the
-// goal's, then each limit's. Of a pair the upper member alone is asked; of two that meet, their
-// middle, and that on the real axis they stay a pair (D < 0), off it that they are one (D = 0).
+// Unknowns (y, t). Constraints, none positive where all is well: for each place and eigenvalue the
+// goal's, then each limit's, then what is asked of the whole. Of a pair the upper member alone is
+// asked; of two that meet, their middle, and that on the real axis they stay a pair (D < 0), off it
+// that they are one (D = 0).
 struct Epigraph {
   Search& search;
   std::vector<Meeting> meetings{};
-  Index n = search.gains();
+  Index n = search.variables();
+  Eigen::RowVectorXd none{};
 
   static constexpr double kept = -1.0, hopeless = 1e3;
   static constexpr double apart = 1e-5;  // rad/s, of a pair that is to stay one
 
-  Index states(std::size_t point) const {
-    return std::ssize(search.problem.points[point].model.states);
+  Index states(std::size_t place) const {
+    return std::ssize(search.candidates.places()[place].request.model.states);
   }
-  Index per_eigenvalue() const { return 1 + std::ssize(search.problem.limits); }
+  // Requirements asked of every eigenvalue, and those asked of the whole.
+  Index per_eigenvalue() const {
+    return std::ranges::count_if(search.asked(), spectral, &Requirement::measure);
+  }
+  Index per_place(std::size_t place) const {
+    return states(place) * per_eigenvalue() + std::ssize(search.asked()) - per_eigenvalue();
+  }
   Index count() const {
     Index all = 0;
-    for (std::size_t p = 0; p < search.problem.points.size(); ++p) all += states(p);
-    return all * per_eigenvalue();
+    for (std::size_t p = 0; p < search.candidates.places().size(); ++p) all += per_place(p);
+    return all;
   }
   Index equalities() const { return 2 * std::ranges::count(meetings, false, &Meeting::real); }
 
-  // The goal's row and the limits' of an eigenvalue, or of the middle of two.
-  void ask(Index& row, Complex lambda, const Eigen::RowVectorXcd& slope, const VectorXd& x,
-           VectorXd& c, MatrixXd* J) const {
-    const TuneProblem& problem = search.problem;
-    const auto put = [&](Measure what, double level, double size) {
-      const Measured m = measure(what, lambda);
-      const double sign = better(what) / size;
-      c[row] = sign * (level - m.value);
-      for (Index j = 0; J && j < n; ++j)
-        (*J)(row, j) = -sign * (std::conj(m.slope) * slope[j]).real();
-      ++row;
-    };
-    put(problem.goal, better(problem.goal) * x[n], 1.0);
-    if (J) (*J)(row - 1, n) = 1.0;
-    for (const Requirement& r : problem.limits)
-      put(r.measure, r.limit, std::max(std::abs(r.limit), 1e-3));
+  // What comes in: constraints row by row, and their slopes if J is given.
+  struct Rows {
+    const VectorXd& x;
+    VectorXd& c;
+    MatrixXd* J;
+    Index next = 0;
+  };
+
+  // Requirement i, whose score is `own` and moves with the variables by `slope`.
+  void put(Rows& rows, std::size_t i, double own, const Eigen::RowVectorXd& slope) const {
+    const Requirement& r = search.asked()[i];
+    const double size = i == 0 ? 1.0 : size_of(r);
+    const double level = i == 0 ? rows.x[n] : score_of(r.measure, r.limit);
+    rows.c[rows.next] = std::clamp((level - own) / size, -hopeless, hopeless);
+    if (rows.J) {
+      rows.J->row(rows.next).head(n) = -slope / size;
+      if (i == 0) (*rows.J)(rows.next, n) = 1.0;
+    }
+    ++rows.next;
+  }
+
+  void ask(Rows& rows, Complex lambda, const Eigen::RowVectorXcd& slope) const {
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      if (!spectral(search.asked()[i].measure)) continue;
+      const Scored s = score(search.asked()[i].measure, lambda);
+      put(rows, i, s.score, rows.J ? (std::conj(s.slope) * slope).real().eval() : none);
+    }
+  }
+
+  void ask_as_a_whole(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      if (spectral(search.asked()[i].measure)) continue;
+      if (std::isnan(place.scores[Index(i)])) {  // it does not apply here
+        skip(rows, 1, kept);
+        continue;
+      }
+      put(rows, i, place.scores[Index(i)],
+          rows.J ? place.score_slopes.row(Index(i)).cwiseProduct(scale.transpose()).eval() : none);
+    }
+  }
+
+  static void skip(Rows& rows, Index count, double value) {
+    rows.c.segment(rows.next, count).setConstant(value);
+    rows.next += count;
   }
 
   void inequalities(const VectorXd& x, VectorXd& c, MatrixXd* J) const {
     const Search::Seen& seen = search.evaluate(x.head(n), J != nullptr);
-    const VectorXcd scale = search.scales_at(x.head(n)).cast<Complex>();
-    Index row = 0;
-    for (std::size_t p = 0; p < seen.points.size(); ++p) {
-      const PointModes& point = seen.points[p];
+    const VectorXd scale = search.scales_at(x.head(n));
+    const Eigen::RowVectorXcd scales = scale.transpose().cast<Complex>();
+    Rows rows{x, c, J};
+    for (std::size_t p = 0; p < seen.places.size(); ++p) {
+      const PlaceModes& place = seen.places[p];
+      if (!place.valid()) {
+        skip(rows, per_place(p), hopeless);
+        continue;
+      }
       std::vector<const Meeting*> own;
       std::vector<Twin> twins;
       for (const Meeting& m : meetings)
-        if (m.point == p && point.valid()) {
+        if (m.place == p) {
           own.push_back(&m);
-          twins.push_back(twin_at(point, m, J != nullptr));
+          twins.push_back(twin_at(place, m, J != nullptr));
         }
       for (Index i = 0; i < states(p); ++i) {
         const auto among = [&](const Twin& t) { return t.first == i || t.second == i; };
         const auto twin = std::ranges::find_if(twins, among);
-        if (!point.valid()) {
-          c.segment(row, per_eigenvalue()).setConstant(hopeless);
-          row += per_eigenvalue();
-        } else if (twin != twins.end() && twin->first == i) {
-          Eigen::RowVectorXcd slope;
-          if (J) slope = twin->middle_slope.cwiseProduct(scale.transpose());
-          ask(row, twin->middle, slope, x, c, J);
+        Eigen::RowVectorXcd slope;
+        if (twin != twins.end() && twin->first == i) {
+          if (J) slope = twin->middle_slope.cwiseProduct(scales);
+          ask(rows, twin->middle, slope);
         } else if (twin != twins.end()) {
-          c.segment(row, per_eigenvalue()).setConstant(kept);
-          if (own[std::size_t(twin - twins.begin())]->real) {
-            c[row] = twin->D.real() + apart * apart;
-            for (Index j = 0; J && j < n; ++j) (*J)(row, j) = (twin->D_slope[j] * scale[j]).real();
-          }
-          row += per_eigenvalue();
-        } else if (point.eigenvalues[i].imag() < 0) {
-          c.segment(row, per_eigenvalue()).setConstant(kept);
-          row += per_eigenvalue();
+          const Index row = rows.next;
+          skip(rows, per_eigenvalue(), kept);
+          if (!own[std::size_t(twin - twins.begin())]->real) continue;
+          c[row] = twin->D.real() + apart * apart;
+          if (J) J->row(row).head(n) = twin->D_slope.cwiseProduct(scales).real();
+        } else if (place.eigenvalues[i].imag() < 0) {
+          skip(rows, per_eigenvalue(), kept);
         } else {
-          Eigen::RowVectorXcd slope;
-          if (J) slope = point.slopes.row(i).cwiseProduct(scale.transpose());
-          ask(row, point.eigenvalues[i], slope, x, c, J);
+          if (J) slope = place.slopes.row(i).cwiseProduct(scales);
+          ask(rows, place.eigenvalues[i], slope);
         }
       }
+      ask_as_a_whole(rows, place, scale);
     }
   }
 
   void equal(const VectorXd& x, VectorXd& e, MatrixXd* J) const {
     const Search::Seen& seen = search.evaluate(x.head(n), J != nullptr);
-    const VectorXcd scale = search.scales_at(x.head(n)).cast<Complex>();
+    const Eigen::RowVectorXcd scales = search.scales_at(x.head(n)).transpose().cast<Complex>();
     Index row = 0;
     for (const Meeting& m : meetings) {
       if (m.real) continue;
-      const PointModes& point = seen.points[m.point];
-      if (!point.valid()) {
+      const PlaceModes& place = seen.places[m.place];
+      if (!place.valid()) {
         e.segment(row, 2).setConstant(hopeless);
       } else {
-        const Twin twin = twin_at(point, m, J != nullptr);
+        const Twin twin = twin_at(place, m, J != nullptr);
         e[row] = twin.D.real();
         e[row + 1] = twin.D.imag();
-        for (Index j = 0; J && j < n; ++j) {
-          const Complex slope = twin.D_slope[j] * scale[j];
-          (*J)(row, j) = slope.real();
-          (*J)(row + 1, j) = slope.imag();
+        if (J) {
+          const Eigen::RowVectorXcd slope = twin.D_slope.cwiseProduct(scales);
+          J->row(row).head(n) = slope.real();
+          J->row(row + 1).head(n) = slope.imag();
         }
       }
       row += 2;
@@ -281,6 +360,17 @@ Optimizer named(GlobalSearch algorithm) {
   }
 }
 
+Optimizer named(LocalSearch algorithm) {
+  switch (algorithm) {
+    case LocalSearch::mma:
+      return Optimizer::mma;
+    case LocalSearch::cobyla:
+      return Optimizer::cobyla;
+    default:
+      return Optimizer::slsqp;
+  }
+}
+
 VectorXd random_point(std::mt19937_64& random, Index n) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   VectorXd y(n);
@@ -296,7 +386,7 @@ void from_many_starts(Search& search) {
   while (search.evaluations < end) {
     Search::Seen start;
     for (int i = 0; i < samples; ++i) {
-      const Search::Seen& seen = search.evaluate(random_point(random, search.gains()), false);
+      const Search::Seen& seen = search.evaluate(random_point(random, search.variables()), false);
       if (start.y.size() == 0 || start.merit < seen.merit) start = seen;
     }
     search_locally(search, start.y, search.options.local, 1.0, steps);
@@ -306,7 +396,7 @@ void from_many_starts(Search& search) {
 }  // namespace
 
 void search_globally(Search& search) {
-  const Index n = search.gains();
+  const Index n = search.variables();
   if (search.options.global == GlobalSearch::multistart) return from_many_starts(search);
   std::mt19937_64 random(search.options.seed);
   Optimization o;
@@ -315,7 +405,7 @@ void search_globally(Search& search) {
   o.lower = VectorXd::Zero(n);
   o.upper = VectorXd::Ones(n);
   o.objective = [&](const VectorXd& y, VectorXd*) {
-    return -search.evaluate(y, false).merit.value();
+    return -search.evaluate(y, false).merit.penalised();
   };
   o.evaluations = int(search.options.evaluations / 3);
   o.seed = search.options.seed;
@@ -333,13 +423,12 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
     o.upper = (y.array() + radius).min(1.0);
     o.first_step = 0.05;
     o.objective = [&](const VectorXd& at, VectorXd*) {
-      return -search.evaluate(at, false).merit.value();
+      return -search.evaluate(at, false).merit.penalised();
     };
     return optimize(o);
   }
   const Merit at_start = search.evaluate(y, false).merit;
-  Epigraph{search}.run(y, std::isfinite(at_start.goal) ? at_start.goal : 0.0,
-                       local == LocalSearch::slsqp ? Optimizer::slsqp : Optimizer::cobyla, radius,
+  Epigraph{search}.run(y, std::isfinite(at_start.goal) ? at_start.goal : 0.0, named(local), radius,
                        evaluations);
 }
 
@@ -347,12 +436,12 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
 std::vector<Meeting> meetings_at(const Search& search, double within) {
   std::vector<Meeting> found;
   const Search::Seen& best = search.best;
-  for (std::size_t p = 0; p < best.points.size(); ++p) {
-    const Eigen::VectorXcd& lambda = best.points[p].eigenvalues;
+  const Measure goal = search.problem.goal.measure;
+  if (!spectral(goal)) return found;
+  for (std::size_t p = 0; p < best.places.size(); ++p) {
+    const Eigen::VectorXcd& lambda = best.places[p].eigenvalues;
     const auto decides = [&](Index i) {
-      const double value =
-          better(search.problem.goal) * measure(search.problem.goal, lambda[i]).value;
-      return value <= best.merit.goal + within;
+      return score(goal, lambda[i]).score <= best.merit.goal + within;
     };
     for (Index i = 0; i < lambda.size(); ++i)
       for (Index k = 0; k < i; ++k) {
@@ -360,16 +449,28 @@ std::vector<Meeting> meetings_at(const Search& search, double within) {
         const bool pair = lambda[i] == std::conj(lambda[k]) && lambda[i].imag() != 0;
         const bool real = pair || (lambda[i].imag() == 0 && lambda[k].imag() == 0);
         const bool upper = lambda[i].imag() > 0 && lambda[k].imag() > 0;
-        if (real || upper) found.push_back({p, 0.5 * (lambda[i] + lambda[k]), real});
+        if (real || upper)
+          found.push_back(
+              {p, 0.5 * (lambda[i] + lambda[k]), std::abs(lambda[i] - lambda[k]), real});
       }
   }
+  std::ranges::stable_sort(found, {}, &Meeting::apart);
   return found;
 }
 
+// Held together off the axis, two eigenvalues take two of the variables: the nearest, while there
+// are variables left.
+static std::vector<Meeting> held_together(std::vector<Meeting> meetings, Index variables) {
+  Index left = (variables - 1) / 2;
+  std::erase_if(meetings, [&](const Meeting& m) { return !m.real && left-- <= 0; });
+  return meetings;
+}
+
 bool search_coalesced(Search& search, double within, double radius, int evaluations) {
-  if (!search.best.merit.trimmed) return false;
+  if (!search.best.merit.trimmed()) return false;
   const double before = search.best.merit.value();
-  const std::vector<Meeting> meetings = meetings_at(search, within);
+  const std::vector<Meeting> meetings =
+      held_together(meetings_at(search, within), search.variables());
   if (meetings.empty()) return false;
   Epigraph{search, meetings}.run(search.best.y, search.best.merit.goal, Optimizer::slsqp, radius,
                                  evaluations);

@@ -9,20 +9,22 @@
 
 namespace tiltrim {
 
-/// A candidate as the searches see it: y in [0, 1]ⁿ, each gain linear or logarithmic between its
-/// bounds.
+/// A candidate as the searches see it: y in [0, 1]ⁿ, each tuned number linear or logarithmic
+/// between its bounds.
 class Search {
  public:
   Search(const TuneProblem& problem, const TuneOptions& options);
 
-  Eigen::Index gains() const { return std::ssize(problem.gains); }
-  Eigen::VectorXd gains_at(const Eigen::VectorXd& y) const;
-  /// dgain/dy.
+  Eigen::Index variables() const { return Eigen::Index(problem.variables()); }
+  const std::vector<Requirement>& asked() const { return candidates.asked(); }
+  /// In SI units.
+  Eigen::VectorXd numbers_at(const Eigen::VectorXd& y) const;
+  /// Their slopes in y.
   Eigen::VectorXd scales_at(const Eigen::VectorXd& y) const;
 
   struct Seen {
     Eigen::VectorXd y;
-    std::vector<PointModes> points;
+    std::vector<PlaceModes> places;
     Merit merit;
   };
   /// Counted; the last one is remembered, since a solver asks for a point's functions one by one.
@@ -38,19 +40,25 @@ class Search {
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 
  private:
+  const FreeGain& gain_of(Eigen::Index variable) const;
   void keep();
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   bool last_has_slopes_ = false;
+  std::string decides_;  // deciding(), of the best
 };
 
-/// Two eigenvalues of a point that meet where they decide, on the real axis or (two upper members
+/// What holds the best where it is, in words: requirement, point, where in the scatter.
+std::string deciding(const Search& search);
+
+/// Two eigenvalues of a place that meet where they decide, on the real axis or (two upper members
 /// of pairs) off it.
 struct Meeting {
-  std::size_t point;
+  std::size_t place;
   std::complex<double> middle;
+  double apart;
   bool real;
 };
-/// Those of the best that decide, or nearly, and are near to each other.
+/// Those of the best that decide, or nearly, and are near to each other; nearest first.
 std::vector<Meeting> meetings_at(const Search& search, double within);
 
 /// From anywhere.

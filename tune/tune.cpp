@@ -7,11 +7,15 @@
 #include <limits>
 #include <random>
 
+#include "linearize/modes.hpp"
 #include "optimize/optimize.hpp"
+#include "sweep/threads.hpp"
 #include "tune/search.hpp"
 
 namespace tiltrim {
 
+using Complex = std::complex<double>;
+using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
@@ -54,42 +58,155 @@ void hop(Search& search) {
   }
 }
 
+constexpr double active = 1e-4;  // of the limit's size
+constexpr double near = 0.01;    // eigenvalues that meet, of the goal
+
+// What every requirement comes to at every place.
+std::vector<Achieved> achieved(const Search& search, const std::vector<PlaceModes>& places,
+                               const Merit& found) {
+  std::vector<Achieved> all;
+  for (std::size_t p = 0; p < places.size(); ++p)
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      const Requirement& r = search.asked()[i];
+      const Worst w = worst(i, r, places[p]);
+      constexpr double none = std::numeric_limits<double>::quiet_NaN();
+      const double decisive = i == 0 ? found.goal : score_of(r.measure, r.limit);
+      const double size = i == 0 ? std::max(std::abs(found.goal), 1e-3) : size_of(r);
+      all.push_back({search.candidates.places()[p].where, i, r, value_of(r.measure, w.score),
+                     w.eigenvalue >= 0 ? places[p].eigenvalues[w.eigenvalue] : Complex(none, none),
+                     std::abs(w.score - decisive) <= active * size});
+      if (i == 0) all.back().requirement.limit = none;
+    }
+  return all;
+}
+
+std::string in_words(const TuneProblem& problem, const Achieved& a) {
+  const std::string& point = problem.points[a.place.point].name;
+  const std::string of = a.requirement.of.empty() ? "" : " of " + a.requirement.of;
+  return fmt::format("{}{} at '{}'{}{}", to_string(a.requirement.measure), of, point,
+                     a.place.scatter.empty() ? "" : " with ", a.place.scatter);
+}
+
+std::string missed_in_words(const TuneProblem& problem, const std::vector<Achieved>& all) {
+  const auto least = [](const Achieved& a) {
+    const double reserve = a.reserve();
+    return std::isnan(reserve) ? std::numeric_limits<double>::infinity() : reserve;
+  };
+  const Achieved& most = *std::ranges::min_element(all, {}, least);
+  const std::string_view of_unit = unit(most.requirement.measure);
+  return fmt::format("{}: {:.6g} is the best found, {} {:.6g}{}{} is asked",
+                     in_words(problem, most), most.value,
+                     more_is_better(most.requirement.measure) ? "at least" : "at most",
+                     most.requirement.limit, of_unit.empty() ? "" : " ", of_unit);
+}
+
+// A limit that applies nowhere is not met.
+std::string nowhere(const Search& search, const std::vector<Achieved>& all) {
+  for (std::size_t i = 0; i < search.asked().size(); ++i) {
+    const auto applies = [&](const Achieved& a) { return a.asked == i && !std::isnan(a.value); };
+    if (std::ranges::any_of(all, applies)) continue;
+    const Requirement& r = search.asked()[i];
+    return fmt::format("{}{} applies at no operating point ({})", to_string(r.measure),
+                       r.of.empty() ? "" : " of " + r.of,
+                       r.measure == Measure::half_time
+                           ? "no mode has that name"
+                           : "no such actuator acts, or none has a range");
+  }
+  return {};
+}
+
+// The first place whose modes are not stable by more than their bounds.
+std::string not_stable(const Search& search, const std::vector<PlaceModes>& places) {
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const Verdict verdict = modes(places[p].A).verdict;
+    if (verdict == Verdict::stable) continue;
+    const Place& place = search.candidates.places()[p];
+    return fmt::format("'{}'{}{} is {}", place.request.name,
+                       place.where.scatter.empty() ? "" : " with ", place.where.scatter,
+                       to_string(verdict));
+  }
+  return {};
+}
+
+std::string name_of(const TuneProblem& problem, std::size_t variable) {
+  const std::size_t each = problem.variables() / problem.gains.size();
+  const std::string& gain = problem.gains[variable / each].name;
+  if (problem.schedule.empty()) return gain;
+  return fmt::format("{} at {} = {:.6g}", gain, problem.schedule_over,
+                     problem.schedule[variable % each]);
+}
+
+// Slopes of what decides, and the answer with each number a tenth less and more.
+std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
+  const std::vector<PlaceModes> here = search.candidates.at(numbers, true);
+  const auto slope = [&](std::size_t i, Index j) {
+    const Requirement& r = search.asked()[i];
+    const auto own = [&](const PlaceModes& place) {
+      const double score = worst(i, r, place).score;
+      return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
+    };
+    const PlaceModes& place = *std::ranges::min_element(here, {}, own);
+    const Worst w = worst(i, r, place);
+    const double of_score =
+        w.eigenvalue < 0 ? place.score_slopes(Index(i), j)
+                         : (std::conj(score(r.measure, place.eigenvalues[w.eigenvalue]).slope) *
+                            place.slopes(w.eigenvalue, j))
+                               .real();
+    return value_slope(r.measure, w.score) * of_score * numbers[j];
+  };
+  std::vector<GainEffect> all;
+  for (Index j = 0; j < numbers.size(); ++j) {
+    GainEffect effect{name_of(search.problem, std::size_t(j)), numbers[j], {}, 0, 0, false, false};
+    for (std::size_t i = 0; i < search.asked().size(); ++i) effect.slopes.push_back(slope(i, j));
+    const auto with = [&](double factor) {
+      VectorXd other = numbers;
+      other[j] *= factor;
+      return merit(search.asked(), search.candidates.at(other, false));
+    };
+    const Merit less = with(0.9), more = with(1.1);
+    const auto goal = [&](const Merit& m) {
+      return m.trimmed() ? value_of(search.problem.goal.measure, m.goal)
+                         : std::numeric_limits<double>::quiet_NaN();
+    };
+    effect.goal_less = goal(less);
+    effect.goal_more = goal(more);
+    effect.limits_less = less.feasible;
+    effect.limits_more = more.feasible;
+    all.push_back(effect);
+  }
+  std::ranges::stable_sort(all, std::greater<>(),
+                           [](const GainEffect& e) { return std::abs(e.slopes.front()); });
+  return all;
+}
+
 // The answer again, from trims of its own.
 TuneResult verified(Search& search) {
   const TuneProblem& problem = search.problem;
   TuneResult result;
-  result.gains = search.gains_at(search.best.y);
-  const std::vector<PointModes> points = search.candidates.anew(result.gains);
-  const Merit found = merit(problem, points);
-  result.goal = better(problem.goal) * found.goal;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    if (!points[p].valid()) {
-      result.message =
-          fmt::format("no equilibrium at '{}': {}", problem.points[p].name, points[p].message);
-      return result;
-    }
-    const auto add = [&](Measure what, double limit, double decisive) {
-      const Worst w = worst(what, points[p]);
-      const double off = std::abs(w.value - decisive);
-      constexpr double active = 1e-4;
-      result.achieved.push_back({int(p), what, limit, w.value, points[p].eigenvalues[w.eigenvalue],
-                                 off <= active * std::max(std::abs(decisive), 1e-3)});
-    };
-    add(problem.goal, std::numeric_limits<double>::quiet_NaN(), result.goal);
-    for (const Requirement& r : problem.limits) add(r.measure, r.limit, r.limit);
+  result.gains = search.numbers_at(search.best.y);
+  const std::vector<PlaceModes> places = search.candidates.anew(result.gains);
+  const auto lost = std::ranges::find_if_not(places, &PlaceModes::valid);
+  if (lost != places.end()) {
+    const Place& place = search.candidates.places()[std::size_t(lost - places.begin())];
+    result.message = fmt::format("no equilibrium at '{}'{}{}, as {} needs it: {}",
+                                 place.request.name, place.where.scatter.empty() ? "" : " with ",
+                                 place.where.scatter, to_string(problem.goal.measure),
+                                 lost->message.empty() ? to_string(lost->status) : lost->message);
+    return result;
   }
-  result.status = found.feasible ? TuneStatus::tuned : TuneStatus::limits_unmet;
-  result.coalescing = !meetings_at(search, 1e-3).empty();
-  if (found.feasible) return result;
-  const auto missed = [&](const Achieved& a) {
-    return std::isnan(a.limit)
-               ? 0.0
-               : better(a.measure) * (a.limit - a.value) / (a.limit != 0 ? std::abs(a.limit) : 1.0);
-  };
-  const Achieved& most = *std::ranges::max_element(result.achieved, {}, missed);
-  result.message = fmt::format("{} of {:.6g} is not met at '{}': {:.6g} is the best found",
-                               to_string(most.measure), most.limit,
-                               problem.points[std::size_t(most.point)].name, most.value);
+  const Merit found = merit(search.asked(), places);
+  result.goal = value_of(problem.goal.measure, found.goal);
+  result.achieved = achieved(search, places, found);
+  result.coalescing = !meetings_at(search, near * std::abs(found.goal)).empty();
+  result.message = nowhere(search, result.achieved);
+  if (result.message.empty() && !found.feasible)
+    result.message = missed_in_words(problem, result.achieved);
+  result.status = result.message.empty() ? TuneStatus::tuned : TuneStatus::limits_unmet;
+  if (result.status == TuneStatus::tuned) {
+    result.message = not_stable(search, places);
+    if (!result.message.empty()) result.status = TuneStatus::unstable;
+  }
+  result.effects = effects(search, result.gains);
   return result;
 }
 
@@ -101,16 +218,28 @@ std::string to_string(TuneStatus status) {
       return "tuned";
     case TuneStatus::limits_unmet:
       return "limits_unmet";
+    case TuneStatus::unstable:
+      return "unstable";
     case TuneStatus::no_trim:
       return "no_trim";
   }
   return "unknown";
 }
 
-TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
+double Achieved::reserve() const {
+  if (std::isnan(requirement.limit) || std::isnan(value))
+    return std::numeric_limits<double>::quiet_NaN();
+  const double sign = more_is_better(requirement.measure) ? 1.0 : -1.0;
+  return sign * (value - requirement.limit) /
+         (requirement.limit != 0 ? std::abs(requirement.limit) : 1.0);
+}
+
+namespace {
+
+TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   Search search(problem, options);
   try {
-    search.evaluate(VectorXd::Constant(search.gains(), 0.5), false);
+    search.evaluate(VectorXd::Constant(search.variables(), 0.5), false);
     search_globally(search);
     const std::vector<Search::Seen> starts = search.kept;
     for (const Search::Seen& start : starts) {
@@ -124,13 +253,22 @@ TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
   }
   TuneResult result;
   if (search.best.y.size() == 0)
-    result.message = "not one candidate was evaluated";
+    result.message = fmt::format("not one candidate was evaluated: {} is not known anywhere",
+                                 to_string(problem.goal.measure));
   else
     result = verified(search);
   result.evaluations = search.evaluations;
   result.interrupted = search.interrupted;
   result.out_of_time = search.out_of_time;
   result.out_of_evaluations = search.out_of_evaluations;
+  return result;
+}
+
+}  // namespace
+
+TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
+  TuneResult result;
+  with_threads(options.threads, [&] { result = searched(problem, options); });
   return result;
 }
 

@@ -94,7 +94,7 @@ struct Achieved {
 struct GainEffect {
   std::string name;                         ///< "gains.K_Lp", or "gains.K_Lp at eta = 30 deg"
   double value = 0.0;                       ///< SI
-  std::vector<double> by_percent;           ///< [asked]: d(worst value)/d(ln gain) of what decides
+  std::vector<double> slopes;               ///< [asked]: d(worst value)/d(ln gain) of what decides
   double goal_less = 0.0, goal_more = 0.0;  ///< worst goal, trimmed again, gain 10 % less and more
   bool limits_less = false, limits_more = false;  ///< the limits are met there
 };
@@ -106,7 +106,7 @@ struct TuneResult {
   double goal = 0.0;                ///< the worst over all places
   std::vector<Achieved> achieved;   ///< [place][asked]
   std::vector<GainEffect> effects;  ///< largest first
-  bool coalescing = false;          ///< two of the eigenvalues that decide meet at the answer
+  bool coalescing = false;  ///< two eigenvalues that decide, or nearly (1 %), meet at the answer
   long evaluations = 0;
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 

@@ -1,0 +1,129 @@
+// tiltrim tune: search, a second search beside it, random samples, a front.
+#include "report/tuning.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "cli/commands.hpp"
+#include "cli/terminal.hpp"
+#include "model/study.hpp"
+
+namespace tiltrim::cli {
+
+namespace {
+
+// "decay 0.3371 1/s, held by damping at climb; 1234 of 4000 candidates, 850/s, 3 s left"
+std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
+  const std::string_view in = unit(problem.goal.measure);
+  return fmt::format("{} {:.6g}{}{}{}; {}{}; {} of {}, {:.0f}/s", to_string(problem.goal.measure),
+                     at.best, in.empty() ? "" : " ", in, at.feasible ? "" : " (limits not met)",
+                     at.feasible ? "held by " : "most missed: ", at.decides, at.evaluations, at.of,
+                     double(at.evaluations) / std::max(at.seconds, 1e-3));
+}
+
+// The search, its progress under a heading of its own.
+template <class Work>
+auto watched(const std::string& what, const TuneProblem& problem, TuneOptions options,
+             const Work& work) {
+  Progress progress(1);
+  options.observe = [&](const TuneProgress& at) {
+    const double share = double(at.evaluations) / double(std::max(at.of, 1L));
+    const double of_time = options.seconds > 0 ? at.seconds / options.seconds : 0.0;
+    progress.tell(what + ": " + in_words(problem, at), std::max(share, of_time));
+  };
+  return work(options);
+}
+
+TuneResult searched(const std::string& what, const TuneProblem& problem,
+                    const TuneOptions& options) {
+  return watched(what, problem, options, [&](const TuneOptions& o) { return tune(problem, o); });
+}
+
+// The goal with one limit, there already or not, at each of its values.
+std::vector<TuningReport::FrontPoint> front_of(const TuneProblem& problem,
+                                               const TuneTable::Front& front,
+                                               const TuneOptions& options) {
+  std::vector<TuningReport::FrontPoint> points;
+  for (int k = 0; k < front.count && !options.stop.stop_requested(); ++k) {
+    TuneProblem own = problem;
+    Requirement limit = front.limit;
+    limit.limit = front.from + (front.to - front.from) * k / (front.count - 1);
+    std::erase_if(own.limits, [&](const Requirement& r) {
+      return r.measure == limit.measure && r.of == limit.of;
+    });
+    own.limits.push_back(limit);
+    points.push_back(
+        {limit.limit, searched(fmt::format("front, {} of {}", k + 1, front.count), own, options)});
+  }
+  return points;
+}
+
+// Whichever search found it, the better answer is the answer.
+bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
+  if (a.status != b.status) return a.status < b.status;
+  return a && (more_is_better(problem.goal.measure) ? a.goal > b.goal : a.goal < b.goal);
+}
+
+TuningReport tuned(const TuneCommand& command, const Study& study, const std::stop_token& stop) {
+  TuningReport report;
+  report.problem = tune_problem(study);
+  const TuneProblem& problem = report.problem;
+  TuneOptions& options = report.options;
+  options = tune_options(study);
+  options.threads = command.threads;
+  options.stop = stop;
+  if (command.evaluations) options.evaluations = *command.evaluations;
+  if (command.seconds) options.seconds = *command.seconds;
+  if (command.seed) options.seed = *command.seed;
+  report.result = searched(to_string(options.global), problem, options);
+  const TuneTable& table = *study.tune;
+  if (table.second != "none" && !stop.stop_requested()) {
+    TuneOptions other = options;
+    other.global = global_search(table.second);
+    report.second_algorithm = table.second;
+    report.second = searched(table.second, problem, other);
+    if (better(*report.second, report.result, problem)) {
+      std::swap(report.result, *report.second);
+      report.second_algorithm = to_string(options.global);
+      options.global = other.global;
+    }
+  }
+  if (table.robustness > 0 && !problem.uncertain.empty() && report.result.gains.size() > 0 &&
+      !stop.stop_requested())
+    report.robustness = watched("robustness", problem, options, [&](const TuneOptions& o) {
+      return robustness(problem, report.result.gains, table.robustness, o);
+    });
+  if (table.front) {
+    report.front_limit = table.front->limit;
+    report.front = front_of(problem, *table.front, options);
+  }
+  return report;
+}
+
+}  // namespace
+
+Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  const Study study = load_study(command.common.study);
+  if (!command.gains.empty()) check_writable(command.gains);
+  TuningReport report;
+  try {
+    report = tuned(command, study, stop);
+  } catch (const std::invalid_argument& e) {
+    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+  }
+  if (!command.gains.empty() && report.result.gains.size() > 0)
+    write_whole(command.gains, tuning_toml(report));
+  const int code = report.result ? answered : unanswered;
+  switch (command.common.format) {
+    case Format::json:
+      return {tuning_json(report), code};
+    case Format::csv:
+      return {as_csv(tuning_sheet(report)), code};
+    case Format::text:
+      break;
+  }
+  return {tuning_text(report, style), code};
+}
+
+}  // namespace tiltrim::cli

@@ -1,0 +1,566 @@
+#include "model/tune_reader.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+namespace tiltrim::reading {
+
+namespace {
+
+using std::filesystem::path;
+
+constexpr double largest = 1e6;  // far beyond any aircraft, far from overflow
+constexpr Accepted height{-largest, largest, "m"};
+constexpr Accepted any_angle{-180, 180, "degrees"};
+constexpr std::size_t most_heights = 1000;
+constexpr std::size_t most_with_corners = 12;     // uncertain numbers: 4096 corners
+constexpr double most_seeds = 9007199254740992.;  // 2^53: the whole numbers a double tells apart
+
+// ---- tables, lists and whole numbers ----
+
+std::string described(const Entry& entry) {
+  const bool empty = entry.kind == Entry::Kind::array && entry.entries.empty();
+  return empty ? "an empty array" : describe(entry);
+}
+
+// The table [tune.name] if there is one.
+std::optional<Section> table(const Section& tune, const std::string& name, const path& file) {
+  const Entry* entry = tune.find(name);
+  if (!entry) return {};
+  if (entry->kind != Entry::Kind::table)
+    tune.refuse(*entry, fmt::format("{} is not a table; expected a table [tune.{}]",
+                                    described(*entry), name));
+  return Section(file, *entry, fmt::format("in [tune.{}]", name), fmt::format("tune.{}.", name));
+}
+
+// The tables [[tune.name]], none if there is no such key.
+std::vector<Section> tables(const Section& tune, const std::string& name, const path& file) {
+  const Entry* list = tune.find(name);
+  if (!list) return {};
+  const std::string expected = fmt::format("expected [[tune.{}]] tables", name);
+  if (list->kind == Entry::Kind::table)
+    tune.refuse(*list, fmt::format("is one table; expected double brackets, [[tune.{}]]", name));
+  if (list->kind != Entry::Kind::array || list->entries.empty())
+    tune.refuse(*list, fmt::format("{} is no list of tables; {}", described(*list), expected));
+  std::vector<Section> found;
+  for (const Entry& entry : list->entries) {
+    if (entry.kind != Entry::Kind::table)
+      refuse(file, entry.place,
+             fmt::format("tune.{}: {} is not a table; {}", name, described(entry), expected));
+    found.emplace_back(file, entry, fmt::format("in [[tune.{}]]", name),
+                       fmt::format("tune.{}.", name));
+  }
+  return found;
+}
+
+// A number in the file's own unit.
+double as_written(const Section& section, const char* key, const Accepted& accepted) {
+  (void)section.number(key, accepted);
+  return section.find(key)->number;
+}
+
+std::vector<double> as_written(const Section& section, const Entry& list,
+                               const Accepted& accepted) {
+  std::vector<double> values;
+  for (const Entry& entry : list.entries) {
+    Entry named = entry;  // says which key it stands in
+    named.key = list.key;
+    (void)section.number(named, accepted);
+    values.push_back(entry.number);
+  }
+  return values;
+}
+
+double whole(const Section& section, const Entry& entry, const Accepted& accepted) {
+  const double value = section.number(entry, accepted);
+  if (value != std::floor(value))
+    section.refuse(entry, fmt::format("{} is not a whole number", describe(entry)));
+  return value;
+}
+
+template <class Whole>
+void read_whole(const Section& section, const char* key, double most, Whole& value) {
+  if (const Entry* entry = section.find(key)) value = Whole(whole(section, *entry, {0, most}));
+}
+
+std::size_t read_count(const Section& section, double most) {
+  return std::size_t(
+      whole(section, section.require("count", "a whole number of points"), {2, most}));
+}
+
+void read_name(const Section& section, const char* key, const std::vector<std::string>& names,
+               std::string& value) {
+  if (section.find(key)) value = names[section.choice(key, names)];
+}
+
+// ---- where: conditions, heights, tilts of the schedule ----
+
+std::string_view name_of(Formulation formulation) {
+  switch (formulation) {
+    case Formulation::closed_loop:
+      break;
+    case Formulation::airframe:
+      return "airframe";
+    case Formulation::table:
+      return "table";
+  }
+  return "closed_loop";
+}
+
+std::string without_gains(const Condition& condition) {
+  return fmt::format("{} is of formulation {}, which has no gains", in_quotes(condition.name),
+                     name_of(condition.formulation));
+}
+
+// One of the names in the list `conditions`.
+const Condition& named_condition(const Section& section, const Entry& list, const Entry& entry,
+                                 const std::vector<Condition>& conditions) {
+  Entry named = entry;
+  named.key = list.key;
+  if (entry.kind != Entry::Kind::text)
+    section.refuse(named, fmt::format("{} is not text; expected the name of a [[condition]]",
+                                      described(entry)));
+  const auto at = std::ranges::find(conditions, entry.text, &Condition::name);
+  if (at == conditions.end()) {
+    std::vector<std::string> names;
+    for (const Condition& condition : conditions) names.push_back(condition.name);
+    const std::string nearest = nearest_name(entry.text, names);
+    section.refuse(
+        named,
+        fmt::format("{} is no condition of the study; {}there are: {}", in_quotes(entry.text),
+                    nearest.empty() ? "" : fmt::format("did you mean '{}'? ", nearest),
+                    fmt::join(names, ", ")));
+  }
+  if (at->formulation != Formulation::closed_loop)
+    section.refuse(named,
+                   fmt::format("{}; expected conditions of closed_loop alone", without_gains(*at)));
+  return *at;
+}
+
+std::set<std::string> listed_conditions(const Section& section, const Entry& list,
+                                        const std::vector<Condition>& conditions) {
+  if (list.kind != Entry::Kind::array)
+    section.refuse(
+        list, fmt::format("{} is no list of names; expected [\"a\", \"b\", ...]", described(list)));
+  std::set<std::string> names;
+  for (const Entry& entry : list.entries) {
+    const Condition& condition = named_condition(section, list, entry, conditions);
+    if (names.insert(condition.name).second) continue;
+    Entry named = entry;
+    named.key = list.key;
+    section.refuse(named,
+                   fmt::format("{} stands there twice; expected each once", in_quotes(entry.text)));
+  }
+  return names;
+}
+
+std::vector<std::string> every_condition(const Section& section,
+                                         const std::vector<Condition>& conditions) {
+  std::vector<std::string> names;
+  for (const Condition& condition : conditions) {
+    if (condition.formulation != Formulation::closed_loop)
+      section.refuse("conditions", fmt::format("is missing, so all are tuned, and {}; expected the "
+                                               "names of conditions of closed_loop",
+                                               without_gains(condition)));
+    names.push_back(condition.name);
+  }
+  return names;
+}
+
+std::vector<std::string> read_places(const Section& section,
+                                     const std::vector<Condition>& conditions) {
+  const Entry* list = section.find("conditions");
+  const bool along_corridor = section.find("corridor");
+  if (!list)
+    return along_corridor ? std::vector<std::string>{} : every_condition(section, conditions);
+  const std::set<std::string> chosen = listed_conditions(section, *list, conditions);
+  if (chosen.empty() && !along_corridor)
+    section.refuse(*list,
+                   "leaves no operating point; expected names of conditions, or corridor beside");
+  std::vector<std::string> names;
+  for (const Condition& condition : conditions)
+    if (chosen.contains(condition.name)) names.push_back(condition.name);
+  return names;
+}
+
+void check_one_direction(const Section& section, const Entry& entry,
+                         const std::vector<double>& values) {
+  const bool up = values.back() > values.front();
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (!(up ? values[i] > values[i - 1] : values[i] < values[i - 1]))
+      section.refuse(entry, fmt::format("{} after {} does not go on in one direction; expected "
+                                        "rising or falling heights, each once",
+                                        values[i], values[i - 1]));
+}
+
+// Both ends exactly.
+std::vector<double> spaced_heights(const Section& section) {
+  section.allow_only({"from", "to", "count"});
+  const double from = section.number("from", height), to = section.number("to", height);
+  std::vector<double> heights(read_count(section, double(most_heights)));
+  const double steps = double(heights.size() - 1);
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    heights[i] = from + double(i) / steps * (to - from);
+  heights.back() = to;
+  return heights;
+}
+
+std::vector<double> read_heights(const Section& section, const path& file) {
+  const Entry* entry = section.find("corridor");
+  if (!entry) return {};
+  std::vector<double> heights;
+  if (entry->kind == Entry::Kind::table) {
+    heights = spaced_heights(Section(file, *entry, "in corridor", "tune.corridor."));
+  } else if (entry->kind == Entry::Kind::array && !entry->entries.empty()) {
+    heights = as_written(section, *entry, height);
+  } else {
+    section.refuse(*entry, fmt::format("{} is no list of heights; expected {{from = 0, to = 120, "
+                                       "count = 13}} or [a, b, ...], each {}",
+                                       described(*entry), describe(height)));
+  }
+  if (heights.size() > most_heights)
+    section.refuse(
+        *entry, fmt::format("has {} heights; expected at most {}", heights.size(), most_heights));
+  check_one_direction(section, *entry, heights);
+  return heights;
+}
+
+std::vector<double> read_schedule(const Section& section) {
+  const Entry* list = section.find("schedule_eta_deg");
+  if (!list) return {};
+  const Key eta = study_key("eta_deg");
+  const Accepted accepted{eta.accepted.lower, eta.accepted.upper, eta.unit};
+  if (list->kind != Entry::Kind::array || list->entries.size() < 2)
+    section.refuse(*list, fmt::format("{} is no list of tilts; expected [a, b, ...], at least two, "
+                                      "rising, each {}",
+                                      described(*list), describe(accepted)));
+  const std::vector<double> tilts = as_written(section, *list, accepted);
+  std::vector<double> schedule;
+  for (std::size_t i = 0; i < tilts.size(); ++i) {
+    if (i > 0 && !(tilts[i] > tilts[i - 1]))
+      section.refuse(*list, fmt::format("{} after {} does not rise; expected rising tilts, each "
+                                        "once",
+                                        tilts[i], tilts[i - 1]));
+    schedule.push_back(eta.in_si(tilts[i]));
+  }
+  return schedule;
+}
+
+// ---- what is free and what is uncertain ----
+
+// A number of the vehicle: those of a condition are its own at each operating point.
+Key vehicle_key(const Section& section) {
+  section.require("key", "a number in quotes, as \"gains.K_Lp\" or \"aircraft.mass\"");
+  const std::string name = section.text("key");
+  constexpr std::string_view expected = "expected an aircraft.* or gains.* number";
+  try {
+    Key key = study_key(name);
+    if (key.name.find('.') != std::string::npos) return key;
+  } catch (const std::invalid_argument& e) {
+    section.refuse(*section.find("key"), fmt::format("{}; {}", e.what(), expected));
+  }
+  section.refuse(*section.find("key"),
+                 fmt::format("{} belongs to the conditions, and each operating point has its own; "
+                             "{}",
+                             name, expected));
+}
+
+Accepted accepted_by(const Key& key) { return {key.accepted.lower, key.accepted.upper, key.unit}; }
+
+// From `from` to `to`, in SI.
+Range read_ends(const Section& section, const Key& key) {
+  const Range ends{section.number("from", accepted_by(key)),
+                   section.number("to", accepted_by(key))};
+  if (!(ends.lower < ends.upper))
+    section.refuse(*section.find("to"),
+                   fmt::format("{} is not above `from`, {}; expected from below to",
+                               section.find("to")->number, section.find("from")->number));
+  return ends;
+}
+
+void check_new(const Section& section, const Key& key, const auto& earlier) {
+  for (const auto& other : earlier)
+    if (other.name == key.signal)
+      section.refuse(*section.find("key"),
+                     fmt::format("{} is given twice; expected each number once", key.name));
+}
+
+FreeGain read_gain(const Section& section, const std::vector<FreeGain>& earlier) {
+  section.allow_only({"key", "from", "to", "spacing"});
+  const Key key = vehicle_key(section);
+  check_new(section, key, earlier);
+  const Range ends = read_ends(section, key);
+  const bool logarithmic = section.choice("spacing", {"log", "linear"}) == 0;
+  if (logarithmic && !(ends.lower > 0))
+    section.refuse(*section.find("from"),
+                   fmt::format("{} has no logarithm; expected a number above zero, or spacing = "
+                               "\"linear\"",
+                               section.find("from")->number));
+  return {key.signal, ends.lower, ends.upper, logarithmic};
+}
+
+double own_value(Vehicle vehicle, const std::string& name) {
+  const auto gain = find(gain_signals(), name);
+  return gain >= 0 ? gain_value(vehicle.gains, std::size_t(gain))
+                   : aircraft_value(vehicle.aircraft,
+                                    std::size_t(index_of(aircraft_signals(), name, "number")));
+}
+
+// Of the study's own value to either side, in SI.
+Range read_percent(const Section& section, const Key& key, const Vehicle& vehicle) {
+  for (const char* other : {"from", "to"})
+    if (const Entry* entry = section.find(other))
+      section.refuse(*entry, "stands beside percent; expected one or the other");
+  const Entry& entry = *section.find("percent");
+  const double percent = section.number(entry, {0, 1000, "percent"});
+  const double own = own_value(vehicle, key.signal), reach = std::abs(own) * percent / 100;
+  if (own == 0)
+    section.refuse(
+        entry, fmt::format("{} is 0, and a share of it nothing; expected from and to", key.name));
+  const Range ends{own - reach, own + reach};
+  if (!(ends.lower < ends.upper))
+    section.refuse(
+        entry, fmt::format("{} moves nothing; expected a number above 0 percent", describe(entry)));
+  for (const double end : {key.in_study(ends.lower), key.in_study(ends.upper)})
+    if (!(end >= key.accepted.lower && end <= key.accepted.upper))
+      section.refuse(entry,
+                     fmt::format("{} of {} = {} reaches {}, which is out of range; expected {}",
+                                 describe(entry), key.name, key.in_study(own), end,
+                                 describe(accepted_by(key))));
+  return ends;
+}
+
+Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Vehicle& vehicle) {
+  section.allow_only({"key", "percent", "from", "to"});
+  const Key key = vehicle_key(section);
+  check_new(section, key, tune.uncertain);
+  if (std::ranges::find(tune.gains, key.signal, &FreeGain::name) != tune.gains.end())
+    section.refuse(
+        *section.find("key"),
+        fmt::format("{} is free in [[tune.gain]]; expected a number that is not chosen", key.name));
+  if (!section.find("percent") && !section.find("from") && !section.find("to"))
+    section.refuse("percent", "is missing; expected percent, or from and to");
+  const Range ends =
+      section.find("percent") ? read_percent(section, key, vehicle) : read_ends(section, key);
+  return {key.signal, ends.lower, ends.upper};
+}
+
+// Between which values a number is tried.
+Range reach_of(const std::string& name, const TuneTable& tune, const Vehicle& vehicle) {
+  for (const FreeGain& gain : tune.gains)
+    if (gain.name == name) return {gain.lower, gain.upper};
+  for (const Uncertain& number : tune.uncertain)
+    if (number.name == name) return {number.lower, number.upper};
+  const double own = own_value(vehicle, name);
+  return {own, own};
+}
+
+// Refused where the first of the names is moved.
+[[noreturn]] void refuse_divisor(const Section& section, const path& file,
+                                 const std::vector<std::string>& names, std::string_view divisor) {
+  for (const char* list : {"gain", "uncertain"})
+    for (const Section& moved : tables(section, list, file))
+      if (std::ranges::find(names, moved.text("key")) != names.end())
+        moved.refuse(*moved.find("key"),
+                     fmt::format("makes {} zero somewhere between its ends; expected ends on one "
+                                 "side of that",
+                                 divisor));
+  section.refuse("gain", fmt::format("makes {} zero", divisor));
+}
+
+// By which the control law (13) divides, as in [gains].
+void check_divisors(const Section& section, const path& file, const TuneTable& tune,
+                    const Vehicle& vehicle) {
+  const Range K_Lp = reach_of("gains.K_Lp", tune, vehicle),
+              K_Ep = reach_of("gains.K_Ep", tune, vehicle),
+              Ep = reach_of("aircraft.thrust_excess", tune, vehicle);
+  if (K_Lp.lower <= -1 && K_Lp.upper >= -1)
+    refuse_divisor(section, file, {"gains.K_Lp"}, "1 + K_Lp");
+  const auto [least, most] = std::minmax(
+      {Ep.lower * K_Ep.lower, Ep.lower * K_Ep.upper, Ep.upper * K_Ep.lower, Ep.upper * K_Ep.upper});
+  if (least <= -1 && most >= -1)
+    refuse_divisor(section, file, {"gains.K_Ep", "aircraft.thrust_excess"},
+                   "1 + thrust_excess K_Ep");
+}
+
+void read_numbers(const Section& section, const path& file, const Vehicle& vehicle,
+                  TuneTable& tune) {
+  section.require("gain", "at least one [[tune.gain]] table");
+  for (const Section& gain : tables(section, "gain", file))
+    tune.gains.push_back(read_gain(gain, tune.gains));
+  for (const Section& number : tables(section, "uncertain", file))
+    tune.uncertain.push_back(read_uncertain(number, tune, vehicle));
+  check_divisors(section, file, tune, vehicle);
+  tune.corners = section.choice("corners", {"all", "none"}) == 0;
+  if (tune.corners && tune.uncertain.size() > most_with_corners)
+    section.refuse(*section.find("uncertain"),
+                   fmt::format("{} numbers have 2^{} corners; expected at most {} with {} corners, "
+                               "or corners = \"none\"",
+                               tune.uncertain.size(), tune.uncertain.size(), most_with_corners,
+                               1 << most_with_corners));
+  read_whole(section, "samples", 1000, tune.samples);
+}
+
+void read_disturbance(const Section& section, std::map<std::string, double>& disturbance) {
+  section.allow_only({"V", "gamma_deg", "theta_deg", "q_deg"});
+  const auto read = [&](const char* key, const char* state, const Accepted& accepted) {
+    if (section.find(key)) disturbance[state] = section.number(key, accepted);
+  };
+  read("V", "V", {-largest, largest, "m/s"});
+  read("gamma_deg", "gamma", any_angle);
+  read("theta_deg", "theta", any_angle);
+  constexpr Accepted turning{-largest, largest, "degrees/s"};
+  if (section.find("q_deg")) disturbance["q"] = in_si(section.number("q_deg", turning), "degrees");
+}
+
+// ---- what is asked ----
+
+// Of a limit, in the measure's own unit.
+Accepted accepted_by(Measure measure) {
+  switch (measure) {
+    case Measure::decay:
+      return {-largest, largest, unit(measure)};
+    case Measure::damping:
+      return {-1, 1, unit(measure)};
+    case Measure::phase_margin_deg:
+      return {0, 180, unit(measure)};
+    default:
+      return {0, largest, unit(measure)};
+  }
+}
+
+bool of_an_actuator(Measure measure) {
+  switch (measure) {
+    case Measure::gain_margin_db:
+    case Measure::phase_margin_deg:
+    case Measure::delay_margin:
+    case Measure::disk_margin:
+    case Measure::use:
+    case Measure::response_use:
+      return true;
+    default:
+      return false;
+  }
+}
+
+std::string read_of(const Section& section, Measure measure) {
+  if (measure == Measure::half_time) {
+    section.require("of", "the name of a mode, as of = \"phugoid\"");
+    return section.text("of");
+  }
+  const Entry* of = section.find("of");
+  if (!of) return {};
+  if (!of_an_actuator(measure))
+    section.refuse(
+        *of, fmt::format("{} is not of a mode or an actuator; expected no of", to_string(measure)));
+  const std::vector<std::string> actuators{"theta0", "a1s", "delta_e"};
+  return actuators[section.choice("of", actuators)];
+}
+
+// A measure and what it is of; without a limit yet.
+Requirement read_measure(const Section& section, const TuneTable& tune) {
+  section.require("measure", "what is measured in quotes, as \"damping\"");
+  std::vector<std::string> names;
+  for (const Measure measure : measures()) names.push_back(to_string(measure));
+  Requirement asked{measures()[section.choice("measure", names)]};
+  asked.of = read_of(section, asked.measure);
+  const bool disturbed =
+      std::ranges::any_of(tune.disturbance, [](const auto& start) { return start.second != 0; });
+  if (asked.measure == Measure::response_use && !disturbed)
+    section.refuse(*section.find("measure"),
+                   "response_use is after a disturbance; expected [tune.disturbance] with a number "
+                   "other than zero");
+  if (asked.measure == Measure::sensitivity && tune.uncertain.empty())
+    section.refuse(*section.find("measure"),
+                   "sensitivity is to uncertain numbers; expected [[tune.uncertain]] tables");
+  return asked;
+}
+
+// The name alone is short for {measure = name}.
+Requirement read_goal(const Section& section, const path& file, const TuneTable& tune) {
+  const Entry* goal = section.find("goal");
+  if (!goal) return tune.goal;
+  Entry written = *goal;
+  if (goal->kind == Entry::Kind::text) {
+    written = {Entry::Kind::table, goal->key, goal->key_place, goal->place, 0.0, {}, {*goal}};
+    written.entries.front().key = "measure";
+  } else if (goal->kind != Entry::Kind::table) {
+    section.refuse(*goal, fmt::format("{} is no measure; expected \"decay\" or {{measure = "
+                                      "\"disk_margin\", of = \"delta_e\"}}",
+                                      described(*goal)));
+  }
+  const Section asked(file, written, "in goal", "tune.goal.");
+  const std::string no_limit = "a goal has no limit";
+  asked.allow_only({"measure", "of"}, {{"at_least", no_limit}, {"at_most", no_limit}});
+  return read_measure(asked, tune);
+}
+
+Requirement read_limit(const Section& section, const TuneTable& tune) {
+  section.allow_only({"measure", "at_least", "at_most", "of"});
+  Requirement limit = read_measure(section, tune);
+  const bool more = more_is_better(limit.measure);
+  const char* right = more ? "at_least" : "at_most";
+  if (const Entry* wrong = section.find(more ? "at_most" : "at_least"))
+    section.refuse(*wrong, fmt::format("of {}, {} is better; expected {}", to_string(limit.measure),
+                                       more ? "more" : "less", right));
+  limit.limit = as_written(section, right, accepted_by(limit.measure));
+  return limit;
+}
+
+TuneTable::Front read_front(const Section& section, const TuneTable& tune) {
+  const std::string moves = "the limit goes from `from` to `to`";
+  section.allow_only({"measure", "of", "from", "to", "count"},
+                     {{"at_least", moves}, {"at_most", moves}});
+  TuneTable::Front front{read_measure(section, tune)};
+  const Accepted accepted = accepted_by(front.limit.measure);
+  front.from = as_written(section, "from", accepted);
+  front.to = as_written(section, "to", accepted);
+  if (front.from == front.to)
+    section.refuse(*section.find("to"),
+                   fmt::format("{} is `from` again; expected another number", front.to));
+  front.count = int(read_count(section, 100));
+  return front;
+}
+
+// ---- how it is searched ----
+
+void read_search(const Section& section, TuneTable& tune) {
+  std::vector<std::string> searches{"crs2", "isres", "esch", "direct", "mlsl", "multistart"};
+  read_name(section, "global", searches, tune.global);
+  read_name(section, "local", {"slsqp", "mma", "bobyqa", "cobyla"}, tune.local);
+  searches.emplace_back("none");
+  read_name(section, "second", searches, tune.second);
+  read_whole(section, "seed", most_seeds, tune.seed);
+  read_whole(section, "evaluations", 1e9, tune.evaluations);
+  if (section.find("seconds")) tune.seconds = section.number("seconds", {0, 1e6, "s"});
+  read_whole(section, "robustness", 1e7, tune.robustness);
+}
+
+}  // namespace
+
+TuneTable read_tune(const Section& section, const path& file, const Vehicle& vehicle,
+                    const std::vector<Condition>& conditions) {
+  section.allow_only({"conditions", "corridor", "schedule_eta_deg", "goal", "corners", "samples",
+                      "global", "local", "second", "seed", "evaluations", "seconds", "robustness",
+                      "disturbance", "gain", "uncertain", "limit", "front"});
+  TuneTable tune;
+  tune.conditions = read_places(section, conditions);
+  tune.heights = read_heights(section, file);
+  tune.schedule = read_schedule(section);
+  read_numbers(section, file, vehicle, tune);
+  if (const auto start = table(section, "disturbance", file))
+    read_disturbance(*start, tune.disturbance);
+  tune.goal = read_goal(section, file, tune);
+  for (const Section& limit : tables(section, "limit", file))
+    tune.limits.push_back(read_limit(limit, tune));
+  if (const auto front = table(section, "front", file)) tune.front = read_front(*front, tune);
+  read_search(section, tune);
+  return tune;
+}
+
+}  // namespace tiltrim::reading

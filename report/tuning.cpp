@@ -1,0 +1,703 @@
+#include "report/tuning.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+
+#include "model/keys.hpp"
+#include "report/json.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using json::ordered_json;
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double rounding = 1e-9;  // of a reserve: not yet a miss
+
+// What was asked, in the order of Achieved::asked: the goal, then the limits.
+std::vector<Requirement> asked_of(const TuneProblem& problem) {
+  std::vector<Requirement> asked{problem.goal};
+  asked.insert(asked.end(), problem.limits.begin(), problem.limits.end());
+  return asked;
+}
+
+std::size_t places(const TuningReport& report) {
+  return report.result.achieved.size() / (1 + report.problem.limits.size());
+}
+
+bool has_gains(const TuneProblem& problem, const TuneResult& result) {
+  return problem.variables() > 0 && std::size_t(result.gains.size()) == problem.variables();
+}
+
+const std::string& point_name(const TuneProblem& problem, const TunePlace& place) {
+  return problem.points.at(place.point).name;
+}
+
+// The worst of a requirement among the places that count; none where it does not apply at any.
+template <class Counts>
+const Achieved* worst(const TuneResult& result, std::size_t asked, const Counts& counts) {
+  const Achieved* found = nullptr;
+  for (const Achieved& a : result.achieved) {
+    if (a.asked != asked || std::isnan(a.value) || !counts(a.place)) continue;
+    const bool more = more_is_better(a.requirement.measure);
+    if (!found || (more ? a.value < found->value : a.value > found->value)) found = &a;
+  }
+  return found;
+}
+
+template <class Counts>
+bool any_active(const TuneResult& result, std::size_t asked, const Counts& counts) {
+  return std::ranges::any_of(result.achieved, [&](const Achieved& a) {
+    return a.asked == asked && a.active && counts(a.place);
+  });
+}
+
+bool everywhere(const TunePlace&) { return true; }
+
+// The study's key for a number of the models; a model of one's own may have others.
+Key key_of(const std::string& signal) {
+  const std::vector<Key> keys = study_keys();
+  const auto at = std::ranges::find(keys, signal, &Key::signal);
+  return at == keys.end() ? Key{signal, signal, "", {}} : *at;
+}
+
+bool in_a_study(const std::string& signal) {
+  return (signal.starts_with("gains.") || signal.starts_with("aircraft.")) &&
+         std::ranges::any_of(study_keys(), [&](const Key& key) { return key.signal == signal; });
+}
+
+// In the study's unit, the shortest that is read as these bits; where none is, the nearest.
+double as_written(const Key& key, double si) {
+  const double near = key.in_study(si);
+  for (const double value : {std::strtod(fmt::format("{:.15g}", near).c_str(), nullptr), near,
+                             std::nextafter(near, -INFINITY), std::nextafter(near, INFINITY)})
+    if (key.in_si(value) == si) return value;
+  return near;
+}
+
+// A TOML float: the fewest digits that are read as the same bits, never a whole number.
+std::string toml_number(double value) {
+  const std::string digits = fmt::format("{}", value);
+  return digits.find_first_not_of("-0123456789") == std::string::npos ? digits + ".0" : digits;
+}
+
+std::string as_comment(std::string words) {
+  std::ranges::replace_if(
+      words, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
+  return "# " + words + "\n";
+}
+
+std::string toml_list(const std::vector<double>& si, const Key& key) {
+  std::vector<std::string> numbers;
+  for (const double value : si) numbers.push_back(toml_number(as_written(key, value)));
+  return fmt::format("[{}]", fmt::join(numbers, ", "));
+}
+
+// A gain's values at the places of the schedule; without one, its only value.
+std::vector<double> values_of(const TuneProblem& problem, const TuneResult& result,
+                              std::size_t gain) {
+  const std::size_t n = std::max<std::size_t>(1, problem.schedule.size());
+  const double* first = result.gains.data() + gain * n;
+  return {first, first + n};
+}
+
+std::string constant_toml(const TuneProblem& problem, const TuneResult& result) {
+  std::string text;
+  for (const std::string section : {"gains", "aircraft"}) {
+    std::string lines;
+    for (std::size_t g = 0; g < problem.gains.size(); ++g) {
+      const std::string& signal = problem.gains[g].name;
+      if (!in_a_study(signal) || !signal.starts_with(section + ".")) continue;
+      const Key key = key_of(signal);
+      lines += fmt::format("{} = {}\n", key.name.substr(section.size() + 1),
+                           toml_number(as_written(key, result.gains[Index(g)])));
+    }
+    if (!lines.empty()) text += (text.empty() ? "[" : "\n[") + section + "]\n" + lines;
+  }
+  for (std::size_t g = 0; g < problem.gains.size(); ++g)
+    if (const std::string& signal = problem.gains[g].name; !in_a_study(signal))
+      text += as_comment(fmt::format("{} = {}, which studies do not have", signal,
+                                     toml_number(result.gains[Index(g)])));
+  return text;
+}
+
+std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result) {
+  constexpr std::string_view prefix = "gains.";
+  const Key over = key_of(problem.schedule_over);
+  std::string gains, others;
+  for (std::size_t g = 0; g < problem.gains.size(); ++g) {
+    const std::string& signal = problem.gains[g].name;
+    const std::string values = toml_list(values_of(problem, result, g), key_of(signal));
+    if (over.name == "eta_deg" && in_a_study(signal) && signal.starts_with(prefix))
+      gains += fmt::format("{} = {}\n", signal.substr(prefix.size()), values);
+    else
+      others += as_comment(fmt::format("{} = {}, which studies do not schedule", signal, values));
+  }
+  if (gains.empty()) return others;
+  return fmt::format("[gains]\nschedule_eta_deg = {}\n{}{}", toml_list(problem.schedule, over),
+                     gains, others);
+}
+
+// "gains.K_Lp at eta = 30 deg", as GainEffect has it.
+std::string variable_name(const TuneProblem& problem, Index variable) {
+  if (problem.schedule.empty()) return problem.gains[std::size_t(variable)].name;
+  const Index n = std::ssize(problem.schedule);
+  const Key over = key_of(problem.schedule_over);
+  const double at = over.in_study(problem.schedule[std::size_t(variable % n)]);
+  return fmt::format("{} at {} = {:.6g}{}", problem.gains[std::size_t(variable / n)].name,
+                     problem.schedule_over, at, over.unit == "degrees" ? " deg" : "");
+}
+
+std::string without_prefix(const std::string& name) {
+  constexpr std::string_view prefix = "gains.";
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+// "phase margin of theta0"
+std::string in_words(const Requirement& asked) {
+  std::string words = to_string(asked.measure);
+  for (const std::string suffix : {"_db", "_deg"})
+    if (words.ends_with(suffix)) words.resize(words.size() - suffix.size());
+  std::ranges::replace(words, '_', ' ');
+  return asked.of.empty() ? words : words + " of " + asked.of;
+}
+
+std::string unit_in_text(std::string_view unit) {
+  return unit == "degrees" ? "°" : std::string(unit);
+}
+
+// "0.337 1/s", "45°"
+std::string quantity(double value, Measure measure) {
+  const std::string unit_name = unit_in_text(unit(measure));
+  return fmt::format("{:.4g}{}{}", value, unit_name.empty() || unit_name == "°" ? "" : " ",
+                     unit_name);
+}
+
+const char* sign(Measure measure) { return more_is_better(measure) ? "≥" : "≤"; }
+
+std::string limit_in_words(const Requirement& asked) {
+  return fmt::format("{} {}", sign(asked.measure), quantity(asked.limit, asked.measure));
+}
+
+std::string asked_in_words(const Requirement& asked, bool goal) {
+  return in_words(asked) + (goal ? ", the goal" : " " + limit_in_words(asked));
+}
+
+std::string place_in_words(const TuneProblem& problem, const TunePlace& place) {
+  return point_name(problem, place) + (place.scatter.empty() ? "" : ", " + place.scatter);
+}
+
+std::string status_in_words(TuneStatus status) {
+  switch (status) {
+    case TuneStatus::tuned:
+      return "tuned";
+    case TuneStatus::limits_unmet:
+      return "limits not met";
+    case TuneStatus::unstable:
+      return "unstable";
+    case TuneStatus::no_trim:
+      return "no trim";
+  }
+  return "unknown";
+}
+
+Tone tone_of(TuneStatus status) { return status == TuneStatus::tuned ? Tone::good : Tone::bad; }
+
+// "12,345"
+std::string grouped(long count) {
+  std::string digits = std::to_string(count);
+  for (std::ptrdiff_t at = std::ssize(digits) - 3; at > (count < 0 ? 1 : 0); at -= 3)
+    digits.insert(std::size_t(at), ",");
+  return digits;
+}
+
+std::string counted(std::size_t count, const std::string& what) {
+  return fmt::format("{} {}{}", grouped(long(count)), what, count == 1 ? "" : "s");
+}
+
+SheetCell number(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
+
+// Characters of the longest line.
+std::size_t width_of(const std::string& text) {
+  std::size_t widest = 0;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    widest = std::max<std::size_t>(widest, std::ranges::count_if(line, [](char c) {
+                                     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
+                                   }));
+  return widest;
+}
+
+// The first column and those of [from, to).
+Sheet columns_of(const Sheet& sheet, std::size_t from, std::size_t to) {
+  const auto chosen = [&](const auto& all) {
+    auto some = std::decay_t<decltype(all)>{all.front()};
+    some.insert(some.end(), all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to));
+    return some;
+  };
+  Sheet part;
+  part.columns = chosen(sheet.columns);
+  for (const auto& row : sheet.rows) part.rows.push_back(chosen(row));
+  return part;
+}
+
+// A wide table in as many as the width asks for, the first column before each.
+std::string as_narrow_text(const Sheet& sheet, const TextStyle& style) {
+  std::string text = sheet.title + '\n';
+  for (std::size_t from = 1, to = 2; from < sheet.columns.size(); from = to++) {
+    while (to < sheet.columns.size() &&
+           width_of(as_text(columns_of(sheet, from, to + 1))) <= style.width)
+      ++to;
+    text += (from > 1 ? "\n" : "") + as_text(columns_of(sheet, from, to), style);
+  }
+  return text;
+}
+
+std::string where_in_words(const TuningReport& report) {
+  const std::size_t points = report.problem.points.size();
+  const std::string words = "over " + counted(points, "point");
+  return places(report) > points
+             ? fmt::format("{} with scatter ({} places)", words, grouped(long(places(report))))
+             : words;
+}
+
+std::string verdict_text(const TuningReport& report, const TextStyle& style) {
+  const TuneResult& r = report.result;
+  const Requirement& goal = report.problem.goal;
+  std::string words;
+  if (r)
+    words = fmt::format(": worst {} {} {}; {}", in_words(goal), quantity(r.goal, goal.measure),
+                        where_in_words(report),
+                        report.problem.limits.empty() ? "no limits asked" : "all limits met");
+  else if (!r.message.empty())
+    words = ": " + r.message;
+  const char* kept = r.status == TuneStatus::no_trim ? "" : ": the best so far";
+  if (r.interrupted) words += fmt::format(" (interrupted{})", kept);
+  if (r.out_of_time) words += fmt::format(" (out of time{})", kept);
+  const std::string said = wrapped(status_in_words(r.status) + words, 0, style.width);
+  const std::size_t status = status_in_words(r.status).size();
+  return toned(said.substr(0, status), tone_of(r.status), style) + said.substr(status);
+}
+
+std::string gains_text(const TuningReport& report) {
+  const std::string toml = tuning_toml(report);
+  if (toml.empty()) return "";
+  std::string text = report.result ? "\nThe gains, to paste into the study:\n\n"
+                                   : "\nThe best found, to paste into the study:\n\n";
+  std::istringstream lines(toml);
+  for (std::string line; std::getline(lines, line);)
+    text += line.empty() ? "\n" : "    " + line + '\n';
+  return text;
+}
+
+// Into lines of at most `room` characters where the commas allow it.
+std::vector<std::string> broken_at_commas(const std::string& words, std::size_t room) {
+  std::vector<std::string> lines{""};
+  for (std::size_t at = 0; at < words.size();) {
+    const std::size_t comma = words.find(", ", at);
+    const std::string part = words.substr(at, comma == std::string::npos ? comma : comma + 2 - at);
+    const std::size_t space = part.ends_with(' ') ? 1 : 0;  // at a line's end it takes no room
+    if (!lines.back().empty() && width_of(lines.back() + part) > room + space) lines.emplace_back();
+    lines.back() += part;
+    at += part.size();
+  }
+  return lines;
+}
+
+// A row, its last cell in as many lines as it needs.
+void add_row(Sheet& sheet, std::vector<SheetCell> row, const std::string& last, std::size_t room) {
+  for (const std::string& line : broken_at_commas(last, room)) {
+    row.emplace_back(line);
+    sheet.rows.push_back(row);
+    row.assign(sheet.columns.size() - 1, SheetCell(""));
+  }
+}
+
+SheetCell reserve_cell(const Achieved& a) {
+  const double percent = 100 * a.reserve();
+  if (!std::isfinite(percent)) return number(percent);
+  SheetCell cell(std::round(10 * percent) / 10);  // as printed: no -0.0
+  if (a.reserve() < -rounding) cell.tone = Tone::bad;
+  return cell;
+}
+
+Sheet requirements_sheet(const TuningReport& report, const TextStyle& style) {
+  Sheet sheet;
+  sheet.title = "\nWhat was asked, where it is worst, and the reserve in percent of the limit:";
+  sheet.columns = {{"", "asked", ""},  {"", "worst", "", "{:.5g}"},
+                   {"", "unit", ""},   {"", "reserve", "%", "{:.1f}"},
+                   {"", "active", ""}, {"", "at", ""}};
+  const std::vector<Requirement> asked = asked_of(report.problem);
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < asked.size(); ++i)
+    taken = std::max(taken, width_of(asked_in_words(asked[i], i == 0)));
+  constexpr std::size_t others = 36, least = 24;  // the columns between, the place's own
+  const std::size_t room = std::max(least, style.width - std::min(style.width, taken + others));
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const std::string words = asked_in_words(asked[i], i == 0);
+    const Achieved* a = worst(report.result, i, everywhere);
+    if (!a) {
+      sheet.rows.push_back({words, {}, "", {}, "", "applies nowhere"});
+      continue;
+    }
+    add_row(sheet,
+            {words, a->value, unit_in_text(unit(asked[i].measure)), reserve_cell(*a),
+             any_active(report.result, i, everywhere) ? "*" : ""},
+            place_in_words(report.problem, a->place), room);
+  }
+  return sheet;
+}
+
+template <class Counts>
+std::vector<SheetCell> point_row(const TuningReport& report, const std::string& name,
+                                 const Counts& counts) {
+  std::vector<SheetCell> row{name};
+  for (std::size_t i = 0; i <= report.problem.limits.size(); ++i) {
+    const Achieved* a = worst(report.result, i, counts);
+    const bool active = any_active(report.result, i, counts);
+    row.emplace_back(a ? fmt::format("{:.4g}{}", a->value, active ? '*' : ' ') : "- ",
+                     a && a->reserve() < -rounding ? Tone::bad : Tone::plain);
+  }
+  return row;
+}
+
+// Words to the right of a column, its heading too.
+void align_right(Sheet& sheet, std::size_t column) {
+  std::vector<std::string*> words{&sheet.columns[column].title, &sheet.columns[column].unit};
+  for (auto& row : sheet.rows) words.push_back(&std::get<std::string>(row[column].value));
+  std::size_t width = 0;
+  for (const std::string* w : words) width = std::max(width, width_of(*w));
+  for (std::string* w : words) w->insert(0, width - width_of(*w), ' ');
+}
+
+struct PlacesOfPoint {
+  long nominal = 0, scattered = 0;
+};
+std::vector<PlacesOfPoint> places_by_point(const TuningReport& report) {
+  std::vector<PlacesOfPoint> counts(report.problem.points.size());
+  for (const Achieved& a : report.result.achieved)
+    if (a.asked == 0)
+      ++(a.place.scatter.empty() ? counts.at(a.place.point).nominal
+                                 : counts.at(a.place.point).scattered);
+  return counts;
+}
+
+std::string points_text(const TuningReport& report, const TextStyle& style) {
+  const TuneProblem& problem = report.problem;
+  Sheet sheet;
+  sheet.title = "\nAt each operating point (* holds the answer where it is):";
+  sheet.columns = {{"", "point", ""}};
+  const std::vector<Requirement> asked = asked_of(problem);
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const std::string unit_name = unit_in_text(unit(asked[i].measure));
+    const std::string goal = unit_name.empty() ? "goal" : "goal, " + unit_name;
+    sheet.columns.push_back(
+        {"", in_words(asked[i]) + ' ', (i == 0 ? goal : limit_in_words(asked[i])) + ' '});
+  }
+  constexpr std::size_t most = 40;
+  std::size_t left_out = 0;
+  const std::vector<PlacesOfPoint> counts = places_by_point(report);
+  for (std::size_t p = 0; p < counts.size(); ++p) {
+    const auto nominal = [&](const TunePlace& s) { return s.point == p && s.scatter.empty(); };
+    const auto scattered = [&](const TunePlace& s) { return s.point == p && !s.scatter.empty(); };
+    const auto add = [&](const std::string& name, const auto& which) {
+      if (sheet.rows.size() < most)
+        sheet.rows.push_back(point_row(report, name, which));
+      else
+        ++left_out;
+    };
+    if (counts[p].nominal > 0) add(problem.points[p].name, nominal);
+    if (counts[p].scattered > 0)
+      add(fmt::format("{}, worst of {}",
+                      counts[p].nominal > 0 ? "  scattered" : problem.points[p].name,
+                      grouped(counts[p].scattered)),
+          scattered);
+  }
+  for (std::size_t k = 1; k < sheet.columns.size(); ++k) align_right(sheet, k);
+  const std::string more =
+      left_out > 0 ? fmt::format("  ... and {} more (JSON has all)\n", left_out) : "";
+  return as_narrow_text(sheet, style) + more;
+}
+
+SheetCell met_cell(bool met) {
+  return met ? SheetCell("met") : SheetCell("missed", Tone::doubtful);
+}
+
+std::string effects_text(const TuningReport& report, const TextStyle& style) {
+  constexpr double ten_percent = 0.1;
+  const std::vector<Requirement> asked = asked_of(report.problem);
+  const bool limited = asked.size() > 1;
+  Sheet sheet;
+  sheet.title =
+      "\nWhat each gain does: the worst case at 10 % less and 10 % more of it, slopes per 10 % "
+      "more:";
+  sheet.columns = {{"", "gain", ""}, {"", "value", "", "{:.5g}"}, {"", "unit", ""}};
+  for (const char* step : {"10 % less", "10 % more"}) {
+    sheet.columns.push_back({"", "goal", step, "{:.4g}"});
+    if (limited) sheet.columns.push_back({"", "limits", ""});
+  }
+  for (const Requirement& r : asked) sheet.columns.push_back({"", in_words(r), "slope", "{:+.2g}"});
+  for (const GainEffect& e : report.result.effects) {
+    const Key key = key_of(e.name.substr(0, e.name.find(" at ")));
+    std::vector<SheetCell> row{without_prefix(e.name), number(key.in_study(e.value)),
+                               unit_in_text(key.unit), number(e.goal_less)};
+    if (limited) row.push_back(met_cell(e.limits_less));
+    row.push_back(number(e.goal_more));
+    if (limited) row.push_back(met_cell(e.limits_more));
+    for (std::size_t i = 0; i < asked.size(); ++i)
+      row.push_back(number(i < e.slopes.size() ? ten_percent * e.slopes[i] : nan));
+    sheet.rows.push_back(std::move(row));
+  }
+  std::string text = as_narrow_text(sheet, style);
+  if (report.result.coalescing)
+    text += wrapped(
+        "Two of the deciding eigenvalues meet: slopes of single eigenvalues are unbounded there; "
+        "the two columns at 10 % less and more are evaluated.",
+        2, style.width);
+  return text;
+}
+
+// The tuned number that differs most, over the larger of the two.
+struct Difference {
+  Index variable = 0;
+  double relative = 0.0;
+};
+Difference largest_difference(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  Difference most;
+  for (Index i = 0; i < a.size(); ++i) {
+    const double size = std::max(std::abs(a[i]), std::abs(b[i]));
+    const double relative = size > 0 ? std::abs(a[i] - b[i]) / size : 0.0;
+    if (relative > most.relative) most = {i, relative};
+  }
+  return most;
+}
+
+std::string second_in_words(const TuningReport& report) {
+  const TuneProblem& problem = report.problem;
+  const TuneResult &first = report.result, &second = *report.second;
+  const Measure measure = problem.goal.measure;
+  std::string words =
+      fmt::format("Beside it {}: {}", report.second_algorithm, status_in_words(second.status));
+  if (second.status == TuneStatus::no_trim || !std::isfinite(second.goal))
+    return words + (second.message.empty() ? "." : ", " + second.message + ".");
+  words += fmt::format(", worst {} {}", in_words(problem.goal), quantity(second.goal, measure));
+  const double more = (more_is_better(measure) ? 1 : -1) * (second.goal - first.goal);
+  if (first && second)
+    words += more == 0 ? ", the same"
+                       : fmt::format(", {} {}", quantity(std::abs(more), measure),
+                                     more > 0 ? "better" : "worse");
+  if (has_gains(problem, first) && has_gains(problem, second)) {
+    const Difference d = largest_difference(first.gains, second.gains);
+    words += d.relative == 0 ? "; the same gains"
+                             : fmt::format("; the gain that differs most is {}, by {:.3g} %",
+                                           without_prefix(variable_name(problem, d.variable)),
+                                           100 * d.relative);
+  }
+  return words + fmt::format(" ({} candidates).", grouped(second.evaluations));
+}
+
+std::string robustness_in_words(const TuningReport& report) {
+  const Robustness& r = *report.robustness;
+  if (r.samples <= 0) return "No random samples were tried.";
+  // As many digits as tell one sample from none.
+  const int digits = std::max(1, int(std::ceil(std::log10(double(r.samples)))) - 2);
+  std::string words = fmt::format(
+      "{} of {} random samples meet all limits: {:.{}f} %, 95 % interval {:.{}f} to {:.{}f} %",
+      grouped(r.met), grouped(r.samples), 100 * r.fraction, digits, 100 * r.lower, digits,
+      100 * r.upper, digits);
+  words += fmt::format("; {} without trim, {} unstable", grouped(r.no_trim), grouped(r.unstable));
+  const Requirement& goal = report.problem.goal;
+  if (r.samples > r.no_trim && std::isfinite(r.worst_goal))
+    words += fmt::format("; worst {} {} at {}", in_words(goal),
+                         quantity(r.worst_goal, goal.measure), r.worst);
+  return words + (r.interrupted ? " (interrupted: fewer samples than asked)." : ".");
+}
+
+std::string corner_in_words(const TuningReport& report) {
+  const Achieved* corner =
+      worst(report.result, 0, [](const TunePlace& place) { return !place.scatter.empty(); });
+  if (!corner) return "";
+  return fmt::format("Worst of the scatter tuned for: {} {} at {}.", in_words(report.problem.goal),
+                     quantity(corner->value, report.problem.goal.measure),
+                     place_in_words(report.problem, corner->place));
+}
+
+Sheet front_sheet(const TuningReport& report) {
+  const Requirement &moved = report.front_limit, &goal = report.problem.goal;
+  const std::string moved_unit = unit_in_text(unit(moved.measure));
+  Sheet sheet;
+  sheet.title = fmt::format("\nThe best {} where {} is limited:", in_words(goal), in_words(moved));
+  sheet.columns = {{"", in_words(moved) + ' ' + sign(moved.measure), moved_unit, "{:.5g}"},
+                   {"", in_words(goal), unit_in_text(unit(goal.measure)), "{:.5g}"},
+                   {"", "status", ""}};
+  for (const TuningReport::FrontPoint& p : report.front)
+    sheet.rows.push_back({p.limit,
+                          number(p.result.status == TuneStatus::no_trim ? nan : p.result.goal),
+                          SheetCell(status_in_words(p.result.status), tone_of(p.result.status))});
+  return sheet;
+}
+
+std::string effort_in_words(const TuningReport& report) {
+  return fmt::format(
+      "{} candidates{}; global {}, local {}, seed {}.", grouped(report.result.evaluations),
+      report.result.out_of_evaluations ? " (as many as were allowed)" : "",
+      to_string(report.options.global), to_string(report.options.local), report.options.seed);
+}
+
+ordered_json requirement_json(const Requirement& asked) {
+  return {{"measure", to_string(asked.measure)},
+          {"of", asked.of},
+          {"unit", std::string(unit(asked.measure))}};
+}
+
+// What was asked and its worst case; the goal's limit is null.
+ordered_json worst_json(const TuningReport& report, std::size_t asked) {
+  const Requirement requirement = asked_of(report.problem)[asked];
+  const Achieved* a = worst(report.result, asked, everywhere);
+  ordered_json j = requirement_json(requirement);
+  j["limit"] = requirement.limit;
+  j["value"] = a ? a->value : nan;
+  j["point"] = a ? ordered_json(point_name(report.problem, a->place)) : ordered_json();
+  j["scatter"] = a ? ordered_json(a->place.scatter) : ordered_json();
+  j["reserve"] = a ? a->reserve() : nan;
+  j["active"] = any_active(report.result, asked, everywhere);
+  return j;
+}
+
+// By the models' names, in SI units; with a schedule its places, then each gain's values at them.
+ordered_json gains_json(const TuneProblem& problem, const TuneResult& result) {
+  if (!has_gains(problem, result)) return nullptr;
+  ordered_json gains = ordered_json::object();
+  if (!problem.schedule.empty()) gains[problem.schedule_over] = problem.schedule;
+  for (std::size_t g = 0; g < problem.gains.size(); ++g) {
+    const std::vector<double> values = values_of(problem, result, g);
+    if (problem.schedule.empty())
+      gains[problem.gains[g].name] = values.front();
+    else
+      gains[problem.gains[g].name] = values;
+  }
+  return gains;
+}
+
+ordered_json achieved_json(const TuneProblem& problem, const Achieved& a) {
+  ordered_json j{{"point", point_name(problem, a.place)}, {"scatter", a.place.scatter}};
+  j.update(requirement_json(a.requirement));
+  j["limit"] = a.requirement.limit;
+  j["value"] = a.value;
+  j["reserve"] = a.reserve();
+  const bool decides = std::isfinite(a.eigenvalue.real()) && std::isfinite(a.eigenvalue.imag());
+  j["eigenvalue"] = decides ? ordered_json{{"re", a.eigenvalue.real()}, {"im", a.eigenvalue.imag()}}
+                            : ordered_json();
+  j["active"] = a.active;
+  return j;
+}
+
+ordered_json effect_json(const GainEffect& e) {
+  return {{"name", e.name},
+          {"value", e.value},
+          {"slopes", e.slopes},
+          {"goal_less", e.goal_less},
+          {"goal_more", e.goal_more},
+          {"limits_less", e.limits_less},
+          {"limits_more", e.limits_more}};
+}
+
+// A search's answer but for what is only told of the first.
+ordered_json answer_json(const TuneProblem& problem, const TuneResult& r) {
+  return {{"status", to_string(r.status)},
+          {"message", r.message},
+          {"goal", r.status == TuneStatus::no_trim ? nan : r.goal},
+          {"gains", gains_json(problem, r)},
+          {"evaluations", r.evaluations},
+          {"interrupted", r.interrupted},
+          {"out_of_time", r.out_of_time},
+          {"out_of_evaluations", r.out_of_evaluations}};
+}
+
+ordered_json robustness_json(const Robustness& r) {
+  return {{"samples", r.samples},   {"met", r.met},
+          {"no_trim", r.no_trim},   {"unstable", r.unstable},
+          {"fraction", r.fraction}, {"lower", r.lower},
+          {"upper", r.upper},       {"worst_goal", r.worst_goal},
+          {"worst", r.worst},       {"interrupted", r.interrupted}};
+}
+
+}  // namespace
+
+std::string tuning_toml(const TuningReport& report) {
+  if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
+  return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
+                                         : scheduled_toml(report.problem, report.result);
+}
+
+std::string tuning_text(const TuningReport& report, const TextStyle& style) {
+  std::string text = verdict_text(report, style) + gains_text(report);
+  if (!report.result.achieved.empty())
+    text += as_text(requirements_sheet(report, style), style) + points_text(report, style);
+  if (!report.result.effects.empty()) text += effects_text(report, style);
+  std::vector<std::string> paragraphs;
+  if (report.second) paragraphs.push_back(second_in_words(report));
+  if (report.robustness) paragraphs.push_back(robustness_in_words(report));
+  paragraphs.push_back(corner_in_words(report));
+  for (const std::string& words : paragraphs)
+    if (!words.empty()) text += '\n' + wrapped(words, 0, style.width);
+  if (!report.front.empty()) text += as_text(front_sheet(report), style);
+  return text + '\n' + wrapped(effort_in_words(report), 0, style.width);
+}
+
+std::string tuning_json(const TuningReport& report) {
+  const TuneProblem& problem = report.problem;
+  const TuneResult& r = report.result;
+  ordered_json all = answer_json(problem, r);
+  all["goal"] = worst_json(report, 0);
+  all["limits"] = ordered_json::array();
+  for (std::size_t i = 1; i <= problem.limits.size(); ++i)
+    all["limits"].push_back(worst_json(report, i));
+  all["toml"] = tuning_toml(report);
+  all["achieved"] = ordered_json::array();
+  for (const Achieved& a : r.achieved) all["achieved"].push_back(achieved_json(problem, a));
+  all["effects"] = ordered_json::array();
+  for (const GainEffect& e : r.effects) all["effects"].push_back(effect_json(e));
+  all["coalescing"] = r.coalescing;
+  all["second"] = nullptr;
+  if (report.second) {
+    all["second"] = {{"global", report.second_algorithm}};
+    all["second"].update(answer_json(problem, *report.second));
+  }
+  all["robustness"] = report.robustness ? robustness_json(*report.robustness) : ordered_json();
+  all["front_limit"] = report.front.empty() ? ordered_json() : requirement_json(report.front_limit);
+  all["front"] = ordered_json::array();
+  for (const TuningReport::FrontPoint& p : report.front) {
+    ordered_json point{{"limit", p.limit}};
+    point.update(answer_json(problem, p.result));
+    all["front"].push_back(point);
+  }
+  all["global"] = to_string(report.options.global);
+  all["local"] = to_string(report.options.local);
+  all["seed"] = report.options.seed;
+  return all.dump(1) + '\n';
+}
+
+Sheet tuning_sheet(const TuningReport& report) {
+  Sheet sheet;
+  for (const char* key : {"point", "scatter", "measure", "of", "unit", "limit", "value", "reserve",
+                          "eigenvalue_re", "eigenvalue_im", "active"})
+    sheet.columns.push_back({key, "", ""});
+  for (const Achieved& a : report.result.achieved)
+    sheet.rows.push_back({point_name(report.problem, a.place), a.place.scatter,
+                          to_string(a.requirement.measure), a.requirement.of,
+                          std::string(unit(a.requirement.measure)), number(a.requirement.limit),
+                          number(a.value), number(a.reserve()), number(a.eigenvalue.real()),
+                          number(a.eigenvalue.imag()), a.active ? 1.0 : 0.0});
+  return sheet;
+}
+
+}  // namespace tiltrim

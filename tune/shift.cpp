@@ -1,0 +1,85 @@
+#include "tune/shift.hpp"
+
+#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "linearize/balance.hpp"
+#include "model/differentiate.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
+  OperatingPoint to = from;
+  to.x += by.head(from.x.size());
+  to.u += by.segment(from.x.size(), from.u.size());
+  to.p += by.tail(from.p.size());
+  return to;
+}
+
+}  // namespace
+
+// dz = -(∂r/∂z)⁻¹ ∂r/∂p with z the trim's unknowns and r its equations.
+MatrixXd shifts(const Prepared& sweep, const Settled& e, const std::vector<Index>& parameters) {
+  const Problem& p = sweep.problem;
+  std::vector<Index> along = sweep.along;
+  along.insert(along.end(), parameters.begin(), parameters.end());
+  const MatrixXd all = jacobian(sweep.model(), e.at, along);
+  const Index count = std::ssize(parameters), first = std::ssize(sweep.along);
+  MatrixXd J(p.m(), p.n()), r(p.m(), count);
+  for (Index i = 0; i < p.m(); ++i) {
+    const Index row = p.equations[std::size_t(i)];
+    r.row(i) = all.row(row).segment(first, count) / p.row_nominal[row];
+    for (Index k = 0; k < p.n(); ++k)
+      J(i, k) = all(row, sweep.unknowns[std::size_t(k)]) * p.nominal[k] / p.row_nominal[row];
+  }
+  const MatrixXd dz = -J.partialPivLu().solve(r);
+  MatrixXd by = MatrixXd::Zero(e.at.x.size() + e.at.u.size() + e.at.p.size(), count);
+  for (Index k = 0; k < p.n(); ++k) by.row(p.unknowns[std::size_t(k)]) = dz.row(k) * p.nominal[k];
+  for (Index j = 0; j < count; ++j) by(parameters[std::size_t(j)], j) = 1.0;
+  return by;
+}
+
+// dλ = (V⁻¹ dA V)ᵢᵢ, dA along the parameter and the trim's own shift.                [26, eq. 2.3]
+Spectrum spectrum_of(const Prepared& sweep, const Settled& e,
+                     const std::vector<Index>& parameters) {
+  Spectrum spectrum;
+  const Index n = sweep.states();
+  const MatrixXd own = e.A(sweep);
+  if (!own.allFinite()) return spectrum;
+  const Balanced balanced = balance(own);
+  const Eigen::EigenSolver<MatrixXd> solver(balanced.B, !parameters.empty());
+  if (solver.info() != Eigen::Success) return spectrum;
+  spectrum.eigenvalues = solver.eigenvalues();
+  if (parameters.empty()) return spectrum;
+  const MatrixXcd V = solver.eigenvectors();
+  const Eigen::PartialPivLU<MatrixXcd> lu(V);
+  const MatrixXd by = shifts(sweep, e, parameters);
+  std::vector<Index> states;
+  for (Index i = 0; i < n; ++i) states.push_back(i);
+  spectrum.slopes.resize(n, std::ssize(parameters));
+  for (std::size_t j = 0; j < parameters.size(); ++j) {
+    const double h = 1e-5 * std::max(std::abs(value_of(e.at, parameters[j])), 1e-3);
+    const auto A = [&](double t) -> MatrixXd {
+      return jacobian(sweep.model(), moved(e.at, t * by.col(Index(j))), states).topRows(n);
+    };
+    const MatrixXd dA = (A(h) - A(-h)) / (2 * h);
+    MatrixXd dB(n, n);
+    for (Index i = 0; i < n; ++i)
+      for (Index k = 0; k < n; ++k)
+        dB(i, k) = dA(balanced.order[std::size_t(i)], balanced.order[std::size_t(k)]) *
+                   (balanced.scale[k] / balanced.scale[i]);
+    spectrum.slopes.col(Index(j)) = lu.solve(dB * V).diagonal();
+  }
+  return spectrum;
+}
+
+}  // namespace tiltrim
