@@ -532,7 +532,7 @@ TuneTable::Front read_front(const Section& section, const TuneTable& tune) {
 void read_search(const Section& section, TuneTable& tune) {
   std::vector<std::string> searches{"crs2", "isres", "esch", "direct", "mlsl", "multistart"};
   read_name(section, "global", searches, tune.global);
-  read_name(section, "local", {"slsqp", "mma", "bobyqa", "cobyla"}, tune.local);
+  read_name(section, "local", {"slsqp", "mma", "bobyqa", "cobyla", "sbplx"}, tune.local);
   searches.emplace_back("none");
   read_name(section, "second", searches, tune.second);
   read_whole(section, "seed", most_seeds, tune.seed);

@@ -33,6 +33,8 @@ nlopt::algorithm named(Optimizer algorithm) {
       return nlopt::LN_BOBYQA;
     case Optimizer::cobyla:
       return nlopt::LN_COBYLA;
+    case Optimizer::sbplx:
+      return nlopt::LN_SBPLX;
   }
   return nlopt::LN_COBYLA;
 }

@@ -7,7 +7,7 @@
 
 namespace tiltrim {
 
-enum class Optimizer { crs2, isres, esch, direct, mlsl, slsqp, mma, bobyqa, cobyla };
+enum class Optimizer { crs2, isres, esch, direct, mlsl, slsqp, mma, bobyqa, cobyla, sbplx };
 
 /// min f(x) with c(x) <= 0, e(x) = 0 and lower <= x <= upper. Slopes are asked for where a pointer
 /// is given, rows of constraints by columns of x.

@@ -113,7 +113,7 @@ TEST_CASE("every algorithm is accepted by its name") {
     CHECK(tuned(study(fmt::format("global = '{}'\n", name))).global == name);
     CHECK(tuned(study(fmt::format("second = '{}'\n", name))).second == name);
   }
-  for (const char* name : {"slsqp", "mma", "bobyqa", "cobyla"})
+  for (const char* name : {"slsqp", "mma", "bobyqa", "cobyla", "sbplx"})
     CHECK(tuned(study(fmt::format("local = '{}'\n", name))).local == name);
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <random>
 
@@ -203,4 +204,71 @@ TEST_CASE("the same seed, the same answer; a stop keeps the best") {
   CHECK(stopped.interrupted);
   CHECK(stopped.evaluations == 100);
   CHECK(stopped.gains.size() == 9);
+}
+
+namespace {
+
+const std::filesystem::path studies = std::filesystem::path(TILTRIM_SOURCE_DIR) / "studies";
+
+SweepAxis listed(const std::string& key, const std::vector<double>& values) {
+  std::string text = "[[sweep.axis]]\nkey = \"" + key + "\"\nvalues = [";
+  for (const double v : values) text += fmt::format("{}, ", v);
+  text += "]\n[[condition]]\nname = \"c\"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n";
+  return parse_study(text, "axis.toml").sweep->axes.front();
+}
+
+}  // namespace
+
+TEST_CASE("thirteen points, all corners of 15 % in mass, inertia and CM_de: constant gains do") {
+  const Study study = load_study(studies / "tune_corridor.toml");
+  const TuneProblem problem = tune_problem(study);
+  REQUIRE(problem.points.size() == 13);
+  TuneOptions options = tune_options(study);
+  options.global = global_search(study.tune->second);
+  options.evaluations = trials(int(options.evaluations));
+  const TuneResult found = tune(problem, options);
+  REQUIRE(found.status == TuneStatus::tuned);
+  if (trials(2) == 2) CHECK(found.goal >= 0.1677);
+
+  // The same places by a sweep.
+  Study own = study;
+  for (std::size_t k = 0; k < 9; ++k) gain_value(own.vehicle.gains, k) = found.gains[Index(k)];
+  std::vector<double> heights;
+  for (int i = 0; i < 13; ++i) heights.push_back(10.0 * i);
+  const std::vector<SweepAxis> axes{
+      listed("aircraft.mass", {4 * 0.85, 4, 4 * 1.15}),
+      listed("aircraft.inertia_yy", {6.076 * 0.85, 6.076, 6.076 * 1.15}),
+      listed("aircraft.CM_de", {-0.64 * 1.15, -0.64, -0.64 * 0.85}), listed("h", heights)};
+  const SweepMap map = sweep(sweep_requests(own, own.conditions, axes), axes, {.crossings = false});
+  for (std::size_t i = 0; i < map.points(); ++i) {
+    CHECK(map.verdict[i] == std::int8_t(Verdict::stable));
+    CHECK(map.spectral_abscissa[i] <= -found.goal + 1e-6);
+    CHECK(map.damping[i] >= 0.4 - 1e-6);
+  }
+  const Robustness random = robustness(problem, found.gains, trials(1000), options);
+  CHECK(random.no_trim + random.unstable == 0);
+}
+
+TEST_CASE("gains scheduled over the tilt: stable between the points wherever there is a trim") {
+  const Study study = load_study(studies / "scheduled.toml");
+  std::vector<SweepAxis> axes = study.sweep->axes;
+  const SweepMap map = sweep(sweep_requests(study, study.conditions, axes), axes, {});
+  const int h = int(axes.size()) - 1;
+  int throughout = 0;
+  for (const AxisInterval& i : map.intervals) {
+    if (i.axis != h) continue;
+    if (i.verdict == IntervalVerdict::stable && i.from == 0 && i.to == 120) ++throughout;
+    CHECK((i.verdict == IntervalVerdict::stable || i.verdict == IntervalVerdict::no_trim));
+    if (i.verdict != IntervalVerdict::no_trim) continue;
+    CHECK(i.at[0] ==
+          4.6);  // where the elevator alone cannot hold the heaviest with the least of it
+    CHECK(i.at[2] == -0.544);
+    CHECK((i.from > 46.4 && i.to < 47.0));
+  }
+  CHECK(throughout == 24);
+  // and no gains would
+  Vehicle vehicle = study.vehicle;
+  vehicle.aircraft.mass = 4.6;
+  vehicle.aircraft.CM_de = -0.544;
+  CHECK(trim_closed_loop(vehicle, corridor(46.6)).status == TrimStatus::infeasible);
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 #include <stdexcept>
 
 #include "sweep/threads.hpp"
@@ -39,6 +40,14 @@ void check_gains(const TuneProblem& problem) {
           fmt::format("{} is free in [{}, {}] on a logarithmic scale; expected bounds above zero",
                       g.name, g.lower, g.upper));
   }
+  std::set<std::string> names;
+  for (const FreeGain& g : problem.gains)
+    if (!names.insert(g.name).second)
+      throw std::invalid_argument(fmt::format("{} is free twice; expected once", g.name));
+  for (const Uncertain& u : problem.uncertain)
+    if (!names.insert(u.name).second)
+      throw std::invalid_argument(
+          fmt::format("{} is free and uncertain, or uncertain twice; expected once", u.name));
   const std::vector<double>& s = problem.schedule;
   if (s.size() == 1 || std::ranges::adjacent_find(s, std::greater_equal<>()) != s.end())
     throw std::invalid_argument(
@@ -52,6 +61,9 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
         fmt::format("the limit of {} is {}; expected a number", name, r.limit));
   if (r.measure == Measure::half_time && r.of.empty())
     throw std::invalid_argument("half_time of no mode; expected the mode's name");
+  if (r.measure == Measure::half_time && limit && !(r.limit > 0))
+    throw std::invalid_argument(
+        fmt::format("the limit of half_time is {}; expected a time above zero", r.limit));
   const bool margin = r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
   if (margin && problem.loops.size() != problem.points.size())
     throw std::invalid_argument(
@@ -62,6 +74,16 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
     throw std::invalid_argument("response_use after no disturbance; expected one");
   if (r.measure == Measure::sensitivity && problem.uncertain.empty())
     throw std::invalid_argument("sensitivity to nothing; expected uncertain numbers");
+}
+
+// Inputs apart, the loops are the points' models.
+void check_loops(const TuneProblem& problem) {
+  for (std::size_t i = 0; i < problem.loops.size(); ++i) {
+    const Model &loop = problem.loops[i], &own = problem.points[i].model;
+    if (names(loop.states) != names(own.states) || names(loop.parameters) != names(own.parameters))
+      throw std::invalid_argument(fmt::format(
+          "the loops of '{}' have other states or parameters than it has", problem.points[i].name));
+  }
 }
 
 // Every corner of the uncertain numbers, then samples between.
@@ -156,6 +178,7 @@ Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
   check_gains(problem);
   check_asked(problem, problem.goal, false);
   for (const Requirement& r : problem.limits) check_asked(problem, r, true);
+  check_loops(problem);
   asked_ = asked_of(problem);
   const std::vector<Scatter> scatter = scatter_of(problem);
   places_.resize(problem.points.size() * scatter.size());
@@ -173,6 +196,9 @@ Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
     place.prepared = std::make_unique<Prepared>(place.request, no_axes, trimming);
     for (const FreeGain& g : problem.gains) place.gains.push_back(given(place, g.name));
     for (const Uncertain& u : problem.uncertain) place.uncertain.push_back(given(place, u.name));
+    if (!problem.schedule.empty()) (void)given(place, problem.schedule_over);
+    for (const auto& [state, value] : problem.disturbance)
+      (void)index_of(place.request.model.states, state, "state");
     place.shares = shares_at(problem, place.request);
   }
 }
@@ -231,6 +257,18 @@ void Candidates::describe(const Place& place, const Settled& e, bool slopes,
 
 PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, bool slopes, From from,
                              const VectorXd& uncertain) const {
+  try {
+    return computed(place, variables, slopes, from, uncertain);
+  } catch (const std::exception& thrown) {  // the model's own, between trims
+    PlaceModes nothing;
+    nothing.status = TrimStatus::model_threw;
+    nothing.message = thrown.what();
+    return nothing;
+  }
+}
+
+PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, bool slopes,
+                                From from, const VectorXd& uncertain) const {
   const Settled e = settled(place, gains_of(variables, place.shares), uncertain, from);
   PlaceModes result;
   result.status = e.status;

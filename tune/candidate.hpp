@@ -59,6 +59,8 @@ class Candidates {
   enum class From { nearest, nothing };
   PlaceModes modes(const Place& place, const Eigen::VectorXd& variables, bool slopes, From from,
                    const Eigen::VectorXd& uncertain) const;
+  PlaceModes computed(const Place& place, const Eigen::VectorXd& variables, bool slopes, From from,
+                      const Eigen::VectorXd& uncertain) const;
   Settled settled(const Place& place, const Eigen::VectorXd& gains,
                   const Eigen::VectorXd& uncertain, From from) const;
   void describe(const Place& place, const Settled& e, bool slopes, PlaceModes& result) const;

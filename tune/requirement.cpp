@@ -1,7 +1,10 @@
 #include "tune/requirement.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -107,30 +110,31 @@ double use_score(const Requirement& r, const Place& place, const Settled& e) {
   return least;
 }
 
-// The largest of |y(t) - middle| for y(t) = y0 + Re Σ wᵢ exp(λᵢ t): ten samples to the radian of
-// the fastest until the slowest has died away, a parabola through the largest and its neighbours.
-double largest_response(double y0, double middle, const VectorXcd& w, const VectorXcd& lambda) {
-  constexpr double fine = 0.1, gone = 8.0;
-  constexpr int most_samples = 20'000;
-  const double dt = fine / std::max(lambda.cwiseAbs().maxCoeff(), 1e-3);
-  const double slowest = std::max(-lambda.real().maxCoeff(), 1e-3);
-  const int samples = int(std::min(gone / slowest / dt, double(most_samples)));
-  const VectorXcd step = (lambda * dt).array().exp();
-  VectorXcd term = w;
-  double before = 0, here = 0, largest = 0;
-  for (int i = 0; i <= samples + 1; ++i) {
-    const double y = y0 + term.sum().real() - middle;
-    const double next = std::abs(y);
-    if (i == 0) largest = next;
-    if (i >= 2 && here >= before && here >= next) {
-      const double curvature = before - 2 * here + next;
-      const double peak =
-          curvature < 0 ? here - (next - before) * (next - before) / (8 * curvature) : here;
-      largest = std::max(largest, peak);
+// The largest of |y(t) - middle| for y(t) = y0 + Re Σ wᵢ exp(λᵢ t), all λᵢ left of the axis: ten
+// samples to the radian of the fastest that is still there, a parabola through the largest of each
+// and its neighbours; at rest in the end.
+double largest_response(double y0, double middle, VectorXcd w, const VectorXcd& lambda) {
+  constexpr double fine = 0.1, gone = 1e-9;
+  constexpr int stages = 2000, samples = 64;
+  const double start = w.cwiseAbs().sum();
+  double largest = std::abs(y0 - middle);
+  for (int stage = 0; stage < stages; ++stage) {
+    double fastest = 0;
+    for (Index i = 0; i < w.size(); ++i)
+      if (std::abs(w[i]) > gone * start) fastest = std::max(fastest, std::abs(lambda[i]));
+    if (fastest == 0) break;
+    const VectorXcd step = (lambda * (fine / fastest)).array().exp();
+    std::array<double, samples + 1> y;
+    for (double& sample : y) {
+      sample = std::abs(y0 + w.sum().real() - middle);
+      largest = std::max(largest, sample);
+      if (&sample != &y.back()) w = w.cwiseProduct(step);
     }
-    before = here;
-    here = next;
-    term = term.cwiseProduct(step);
+    for (std::size_t i = 1; i < samples; ++i) {
+      const double curvature = y[i - 1] - 2 * y[i] + y[i + 1], slope = y[i + 1] - y[i - 1];
+      if (y[i] >= y[i - 1] && y[i] >= y[i + 1] && curvature < 0)
+        largest = std::max(largest, y[i] - slope * slope / (8 * curvature));
+    }
   }
   return largest;
 }
@@ -176,6 +180,7 @@ double score_of(Measure what, double value) {
 }
 
 double value_of(Measure what, double score) {
+  if (std::isnan(score)) return score;
   if (what == Measure::half_time)
     return score > 0 ? std::numbers::ln2 / score : std::numeric_limits<double>::infinity();
   const bool margin = what >= Measure::gain_margin_db && what <= Measure::disk_margin;
@@ -265,6 +270,23 @@ Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>
   constexpr double rounding = 1e-9;
   m.feasible = m.trimmed() && m.missed <= rounding && m.goal < infinity;
   return m;
+}
+
+std::string applies_nowhere(const Candidates& candidates, const std::vector<PlaceModes>& places) {
+  for (std::size_t i = 0; i < candidates.asked().size(); ++i) {
+    const Requirement& r = candidates.asked()[i];
+    const auto applies = [&](const PlaceModes& place) {
+      return place.valid() && !std::isnan(worst(i, r, place).score);
+    };
+    const bool in_trim = std::ranges::any_of(places, &PlaceModes::valid);
+    if (!in_trim || std::ranges::any_of(places, applies)) continue;
+    return fmt::format("{}{} applies at no operating point ({})", to_string(r.measure),
+                       r.of.empty() ? "" : " of " + r.of,
+                       r.measure == Measure::half_time
+                           ? "no mode has that name"
+                           : "no such actuator acts, or none has a range");
+  }
+  return {};
 }
 
 }  // namespace tiltrim

@@ -50,4 +50,8 @@ struct Merit {
 };
 Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>& places);
 
+/// Why some requirement applies at no place; empty if each applies somewhere. What applies nowhere
+/// is not met.
+std::string applies_nowhere(const Candidates& candidates, const std::vector<PlaceModes>& places);
+
 }  // namespace tiltrim

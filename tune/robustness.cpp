@@ -73,7 +73,9 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
   nominal.corners = false;
   nominal.samples = 0;
   Candidates candidates(nominal, options.trimming);
-  (void)candidates.at(gains, false);
+  const std::vector<PlaceModes> here = candidates.at(gains, false);
+  const std::string nowhere = applies_nowhere(candidates, here);
+  if (!nowhere.empty()) throw std::invalid_argument(nowhere);
   Robustness result;
   double worst_score = std::numeric_limits<double>::infinity();
   constexpr long block = 256;
@@ -108,7 +110,8 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
                        "random samples"});
   }
   result.interrupted = result.samples < samples;
-  result.worst_goal = value_of(problem.goal.measure, worst_score);
+  if (result.no_trim < result.samples)
+    result.worst_goal = value_of(problem.goal.measure, worst_score);
   set_interval(result);
   return result;
 }

@@ -26,10 +26,11 @@ constexpr std::array<std::pair<GlobalSearch, const char*>, 6> global_searches{
      {GlobalSearch::direct, "direct"},
      {GlobalSearch::mlsl, "mlsl"},
      {GlobalSearch::multistart, "multistart"}}};
-constexpr std::array<std::pair<LocalSearch, const char*>, 4> local_searches{
+constexpr std::array<std::pair<LocalSearch, const char*>, 5> local_searches{
     {{LocalSearch::slsqp, "slsqp"},
      {LocalSearch::mma, "mma"},
      {LocalSearch::bobyqa, "bobyqa"},
+     {LocalSearch::sbplx, "sbplx"},
      {LocalSearch::cobyla, "cobyla"}}};
 
 std::string name_in(const auto& table, auto algorithm) {
@@ -95,7 +96,11 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   out_of_time = options.seconds > 0 && spent.count() > options.seconds;
   if (interrupted || out_of_evaluations || out_of_time) throw EndSearch{};
   ++evaluations;
-  last = {y, candidates.at(numbers_at(y), slopes), {}};
+  last = {y, {}, {}};
+  if (y.allFinite())
+    last.places = candidates.at(numbers_at(y), slopes);
+  else  // no solver's word is taken
+    last.places.resize(candidates.places().size());
   last.merit = merit(asked(), last.places);
   last_has_slopes_ = slopes;
   const bool better = best.y.size() == 0 || best.merit < last.merit;
@@ -224,7 +229,8 @@ struct Epigraph {
     const double level = i == 0 ? rows.x[n] : score_of(r.measure, r.limit);
     rows.c[rows.next] = std::clamp((level - own) / size, -hopeless, hopeless);
     if (rows.J) {
-      rows.J->row(rows.next).head(n) = -slope / size;
+      rows.J->row(rows.next).head(n).setZero();
+      if (slope.allFinite()) rows.J->row(rows.next).head(n) = -slope / size;
       if (i == 0) (*rows.J)(rows.next, n) = 1.0;
     }
     ++rows.next;
@@ -416,12 +422,12 @@ void search_globally(Search& search) {
 void search_locally(Search& search, VectorXd y, LocalSearch local, double radius, int evaluations) {
   Optimization o;
   o.evaluations = evaluations;
-  if (local == LocalSearch::bobyqa) {
-    o.algorithm = Optimizer::bobyqa;
+  if (local == LocalSearch::bobyqa || local == LocalSearch::sbplx) {
+    o.algorithm = local == LocalSearch::bobyqa ? Optimizer::bobyqa : Optimizer::sbplx;
     o.start = y;
     o.lower = (y.array() - radius).max(0.0);
     o.upper = (y.array() + radius).min(1.0);
-    o.first_step = 0.05;
+    o.first_step = std::min(0.05, 0.2 * radius);
     o.objective = [&](const VectorXd& at, VectorXd*) {
       return -search.evaluate(at, false).merit.penalised();
     };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "linearize/modes.hpp"
@@ -26,12 +27,15 @@ constexpr int local_steps = 60;
 // Local searches from the best, with and without the eigenvalues that meet held together, until
 // they gain nothing.
 void polish(Search& search) {
-  constexpr int rounds = 12, steps = 100;
+  constexpr int rounds = 12, without_slopes = 30;
+  const int n = int(search.variables()) + 1, steps = std::min(100, 12 * n);
   for (int round = 0; round < rounds; ++round) {
     const double before = search.best.merit.value();
     for (const double radius : {0.2, 0.02})
       for (const double within : {0.02, 0.1}) search_coalesced(search, within, radius, steps);
     search_locally(search, search.best.y, LocalSearch::slsqp, 0.1, steps);
+    if (!meetings_at(search, 0.1).empty())
+      search_locally(search, search.best.y, LocalSearch::sbplx, 0.05, without_slopes * n);
     if (search.best.merit.value() <= before + settled) return;
   }
 }
@@ -100,28 +104,13 @@ std::string missed_in_words(const TuneProblem& problem, const std::vector<Achiev
                      most.requirement.limit, of_unit.empty() ? "" : " ", of_unit);
 }
 
-// A limit that applies nowhere is not met.
-std::string nowhere(const Search& search, const std::vector<Achieved>& all) {
-  for (std::size_t i = 0; i < search.asked().size(); ++i) {
-    const auto applies = [&](const Achieved& a) { return a.asked == i && !std::isnan(a.value); };
-    if (std::ranges::any_of(all, applies)) continue;
-    const Requirement& r = search.asked()[i];
-    return fmt::format("{}{} applies at no operating point ({})", to_string(r.measure),
-                       r.of.empty() ? "" : " of " + r.of,
-                       r.measure == Measure::half_time
-                           ? "no mode has that name"
-                           : "no such actuator acts, or none has a range");
-  }
-  return {};
-}
-
 // The first place whose modes are not stable by more than their bounds.
 std::string not_stable(const Search& search, const std::vector<PlaceModes>& places) {
   for (std::size_t p = 0; p < places.size(); ++p) {
     const Verdict verdict = modes(places[p].A).verdict;
     if (verdict == Verdict::stable) continue;
     const Place& place = search.candidates.places()[p];
-    return fmt::format("'{}'{}{} is {}", place.request.name,
+    return fmt::format("decay at '{}'{}{}: it is {}", place.request.name,
                        place.where.scatter.empty() ? "" : " with ", place.where.scatter,
                        to_string(verdict));
   }
@@ -132,8 +121,13 @@ std::string name_of(const TuneProblem& problem, std::size_t variable) {
   const std::size_t each = problem.variables() / problem.gains.size();
   const std::string& gain = problem.gains[variable / each].name;
   if (problem.schedule.empty()) return gain;
-  return fmt::format("{} at {} = {:.6g}", gain, problem.schedule_over,
-                     problem.schedule[variable % each]);
+  const Model& model = problem.points.front().model;
+  const bool angle =
+      signal_of(model, tiltrim::variable(model, problem.schedule_over)).unit == "rad";
+  constexpr double degree = std::numbers::pi / 180;
+  return fmt::format("{} at {} = {:.6g}{}", gain, problem.schedule_over,
+                     problem.schedule[variable % each] / (angle ? degree : 1.0),
+                     angle ? " deg" : "");
 }
 
 // Slopes of what decides, and the answer with each number a tenth less and more.
@@ -142,10 +136,12 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
   const auto slope = [&](std::size_t i, Index j) {
     const Requirement& r = search.asked()[i];
     const auto own = [&](const PlaceModes& place) {
+      if (!place.valid()) return std::numeric_limits<double>::infinity();
       const double score = worst(i, r, place).score;
       return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
     };
     const PlaceModes& place = *std::ranges::min_element(here, {}, own);
+    if (!place.valid()) return std::numeric_limits<double>::quiet_NaN();  // none has slopes
     const Worst w = worst(i, r, place);
     const double of_score =
         w.eigenvalue < 0 ? place.score_slopes(Index(i), j)
@@ -198,7 +194,7 @@ TuneResult verified(Search& search) {
   result.goal = value_of(problem.goal.measure, found.goal);
   result.achieved = achieved(search, places, found);
   result.coalescing = !meetings_at(search, near * std::abs(found.goal)).empty();
-  result.message = nowhere(search, result.achieved);
+  result.message = applies_nowhere(search.candidates, places);
   if (result.message.empty() && !found.feasible)
     result.message = missed_in_words(problem, result.achieved);
   result.status = result.message.empty() ? TuneStatus::tuned : TuneStatus::limits_unmet;

@@ -4,6 +4,7 @@
 #include <complex>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -37,7 +38,7 @@ struct TuneProblem {
 };
 
 enum class GlobalSearch { crs2, isres, esch, direct, mlsl, multistart };
-enum class LocalSearch { slsqp, mma, bobyqa, cobyla };
+enum class LocalSearch { slsqp, mma, bobyqa, cobyla, sbplx };
 std::string to_string(GlobalSearch algorithm);
 std::string to_string(LocalSearch algorithm);
 /// From their names; throw std::invalid_argument with all of them if there is none.
@@ -130,12 +131,13 @@ struct Robustness {
   long no_trim = 0, unstable = 0;  ///< of those not met; the rest miss a limit
   double fraction = 0.0;
   double lower = 0.0, upper = 0.0;  ///< Clopper-Pearson interval of the fraction, 95 %
-  double worst_goal = 0.0;          ///< over the samples in trim
-  std::string worst;                ///< where: point and numbers
-  bool interrupted = false;         ///< fewer samples than asked
+  double worst_goal = std::numeric_limits<double>::quiet_NaN();  ///< over the samples in trim
+  std::string worst;                                             ///< where: point and numbers
+  bool interrupted = false;                                      ///< fewer samples than asked
 };
 /// Uniform random numbers between the uncertain ones' bounds; sample i depends on the seed and i
-/// alone.
+/// alone. Throws std::invalid_argument as tune() does, without uncertain numbers, and for a
+/// requirement that applies at no point.
 [[nodiscard]] Robustness robustness(const TuneProblem& problem, const Eigen::VectorXd& gains,
                                     long samples, const TuneOptions& options = {});
 
