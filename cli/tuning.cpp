@@ -40,29 +40,37 @@ TuneResult searched(const std::string& what, const TuneProblem& problem,
   return watched(what, problem, options, [&](const TuneOptions& o) { return tune(problem, o); });
 }
 
-// The goal with one limit, there already or not, at each of its values.
+// The goal with one limit, there already or not, at each of its values: from the strictest on, each
+// search beginning at the answer before, which meets the next limit too.
 std::vector<TuningReport::FrontPoint> front_of(const TuneProblem& problem,
-                                               const TuneTable::Front& front,
-                                               const TuneOptions& options) {
+                                               const TuneTable::Front& front, TuneOptions options) {
+  const auto limit_at = [&](int k) {
+    return front.from + (front.to - front.from) * k / (front.count - 1);
+  };
+  const bool rising = more_is_better(front.limit.measure) == (front.to > front.from);
   std::vector<TuningReport::FrontPoint> points;
-  for (int k = 0; k < front.count && !options.stop.stop_requested(); ++k) {
+  for (int i = 0; i < front.count && !options.stop.stop_requested(); ++i) {
     TuneProblem own = problem;
     Requirement limit = front.limit;
-    limit.limit = front.from + (front.to - front.from) * k / (front.count - 1);
+    limit.limit = limit_at(rising ? front.count - 1 - i : i);
     std::erase_if(own.limits, [&](const Requirement& r) {
       return r.measure == limit.measure && r.of == limit.of;
     });
     own.limits.push_back(limit);
     points.push_back(
-        {limit.limit, searched(fmt::format("front, {} of {}", k + 1, front.count), own, options)});
+        {limit.limit, searched(fmt::format("front, {} of {}", i + 1, front.count), own, options)});
+    if (const TuneResult& found = points.back().result; found) options.start = found.gains;
   }
+  if (rising) std::ranges::reverse(points);
   return points;
 }
 
 // Whichever search found it, the better answer is the answer.
 bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
   if (a.status != b.status) return a.status < b.status;
-  return a && (more_is_better(problem.goal.measure) ? a.goal > b.goal : a.goal < b.goal);
+  const double more = (more_is_better(problem.goal.measure) ? 1 : -1) * (a.goal - b.goal);
+  constexpr double rounding = 1e-6;  // of the goal: as far as searches go
+  return a && more > rounding * std::abs(b.goal);
 }
 
 TuningReport tuned(const TuneCommand& command, const Study& study, const std::stop_token& stop) {

@@ -489,17 +489,20 @@ std::string second_in_words(const TuningReport& report) {
   if (second.status == TuneStatus::no_trim || !std::isfinite(second.goal))
     return words + (second.message.empty() ? "." : ", " + second.message + ".");
   words += fmt::format(", worst {} {}", in_words(problem.goal), quantity(second.goal, measure));
+  constexpr double settled = 1e-6;  // of a goal or a gain: as far as searches go
   const double more = (more_is_better(measure) ? 1 : -1) * (second.goal - first.goal);
   if (first && second)
-    words += more == 0 ? ", the same"
-                       : fmt::format(", {} {}", quantity(std::abs(more), measure),
-                                     more > 0 ? "better" : "worse");
+    words += std::abs(more) <= settled * std::abs(first.goal)
+                 ? ", the same"
+                 : fmt::format(", {} {}", quantity(std::abs(more), measure),
+                               more > 0 ? "better" : "worse");
   if (has_gains(problem, first) && has_gains(problem, second)) {
     const Difference d = largest_difference(first.gains, second.gains);
-    words += d.relative == 0 ? "; the same gains"
-                             : fmt::format("; the gain that differs most is {}, by {:.3g} %",
-                                           without_prefix(variable_name(problem, d.variable)),
-                                           100 * d.relative);
+    words +=
+        d.relative <= rounding
+            ? "; the same gains"
+            : fmt::format("; the gain that differs most is {}, by {:.3g} %",
+                          without_prefix(variable_name(problem, d.variable)), 100 * d.relative);
   }
   return words + fmt::format(" ({} candidates).", grouped(second.evaluations));
 }

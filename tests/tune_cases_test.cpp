@@ -677,7 +677,7 @@ TEST_CASE("two gains: at least the best of 400 x 400 candidates, and beside it")
 // candidates), where the goal moves as a cube root, and only two at a time are held together: what
 // is found depends on the seed, and need not be the optimum to more than this.
 TEST_CASE("two gains, three eigenvalues that meet: near the optimum from any seed") {
-  constexpr double optimum = 0.2034, near = 0.04;
+  constexpr double optimum = 0.2034, near = 0.06;
   const TuneProblem problem = two_gains(study_of({level}));
   for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6}) {
     const double goal = tune(problem, {.seed = seed, .evaluations = 1000, .threads = 1}).goal;

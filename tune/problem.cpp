@@ -45,6 +45,23 @@ std::map<std::string, double> state_of(const std::map<std::string, double>& dist
   return state;
 }
 
+// What the study has for the numbers that are free, at each tilt of the schedule.
+Eigen::VectorXd own_numbers(const Study& study) {
+  const TuneTable& table = table_of(study);
+  const std::vector<double> tilts =
+      table.schedule.empty() ? std::vector<double>{0.0} : table.schedule;
+  std::vector<double> numbers;
+  const Model model = closed_loop(study.vehicle);
+  for (const FreeGain& g : table.gains)
+    for (const double eta : tilts) {
+      Vehicle vehicle = study.vehicle;
+      if (!study.schedule.eta.empty()) vehicle.gains = gains_at(study.schedule, eta);
+      const Eigen::VectorXd p = closed_loop_parameters(vehicle, {15.0, 0.0, eta});
+      numbers.push_back(p[index_of(model.parameters, g.name, "parameter")]);
+    }
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), std::ssize(numbers));
+}
+
 }  // namespace
 
 TuneProblem tune_problem(const Study& study) {
@@ -81,6 +98,7 @@ TuneOptions tune_options(const Study& study) {
   options.seed = table.seed;
   options.evaluations = table.evaluations;
   options.seconds = table.seconds;
+  options.start = own_numbers(study);
   return options;
 }
 

@@ -76,6 +76,17 @@ VectorXd Search::numbers_at(const VectorXd& y) const {
   return g;
 }
 
+VectorXd Search::place_of(const VectorXd& numbers) const {
+  VectorXd y(numbers.size());
+  for (Index j = 0; j < y.size(); ++j) {
+    const FreeGain& gain = gain_of(j);
+    const double number = std::clamp(numbers[j], gain.lower, gain.upper);
+    y[j] = gain.logarithmic ? std::log(number / gain.lower) / std::log(gain.upper / gain.lower)
+                            : (number - gain.lower) / (gain.upper - gain.lower);
+  }
+  return y;
+}
+
 VectorXd Search::scales_at(const VectorXd& y) const {
   const VectorXd g = numbers_at(y);
   VectorXd scale(y.size());
@@ -411,7 +422,8 @@ void search_globally(Search& search) {
   o.lower = VectorXd::Zero(n);
   o.upper = VectorXd::Ones(n);
   o.objective = [&](const VectorXd& y, VectorXd*) {
-    return -search.evaluate(y, false).merit.penalised();
+    const Merit merit = search.evaluate(y, false).merit;
+    return -(search.options.global == GlobalSearch::direct ? merit.penalised() : merit.value());
   };
   o.evaluations = int(search.options.evaluations / 3);
   o.seed = search.options.seed;

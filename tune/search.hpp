@@ -19,6 +19,8 @@ class Search {
   const std::vector<Requirement>& asked() const { return candidates.asked(); }
   /// In SI units.
   Eigen::VectorXd numbers_at(const Eigen::VectorXd& y) const;
+  /// The y of such numbers, each cut to its bounds.
+  Eigen::VectorXd place_of(const Eigen::VectorXd& numbers) const;
   /// Their slopes in y.
   Eigen::VectorXd scales_at(const Eigen::VectorXd& y) const;
 

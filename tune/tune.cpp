@@ -27,17 +27,24 @@ constexpr int local_steps = 60;
 // Local searches from the best, with and without the eigenvalues that meet held together, until
 // they gain nothing.
 void polish(Search& search) {
-  constexpr int rounds = 12, without_slopes = 30;
-  const int n = int(search.variables()) + 1, steps = std::min(100, 12 * n);
+  constexpr int rounds = 12, steps = 100;
   for (int round = 0; round < rounds; ++round) {
     const double before = search.best.merit.value();
     for (const double radius : {0.2, 0.02})
       for (const double within : {0.02, 0.1}) search_coalesced(search, within, radius, steps);
     search_locally(search, search.best.y, LocalSearch::slsqp, 0.1, steps);
-    if (!meetings_at(search, 0.1).empty())
-      search_locally(search, search.best.y, LocalSearch::sbplx, 0.05, without_slopes * n);
     if (search.best.merit.value() <= before + settled) return;
   }
+}
+
+// Where eigenvalues meet, a search without slopes may go on where those with slopes have ended.
+void go_on_without_slopes(Search& search) {
+  constexpr int steps = 30;  // for each variable, and once more
+  if (meetings_at(search, 0.1).empty()) return;
+  const double before = search.best.merit.value();
+  search_locally(search, search.best.y, LocalSearch::sbplx, 0.05,
+                 steps * int(search.variables() + 1));
+  if (search.best.merit.value() > before + settled) polish(search);
 }
 
 // From the best with one gain at its other end, then from random places about it: other basins.
@@ -236,6 +243,11 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   Search search(problem, options);
   try {
     search.evaluate(VectorXd::Constant(search.variables(), 0.5), false);
+    if (options.start.size() > 0) {
+      const VectorXd y = search.place_of(options.start);
+      search.evaluate(y, false);
+      search_locally(search, y, options.local, 1.0, local_steps);
+    }
     search_globally(search);
     const std::vector<Search::Seen> starts = search.kept;
     for (const Search::Seen& start : starts) {
@@ -244,6 +256,7 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
       if (search.best.merit.value() > before) polish(search);
     }
     polish(search);
+    go_on_without_slopes(search);
     hop(search);
   } catch (const EndSearch&) {
   }
@@ -263,6 +276,11 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
 }  // namespace
 
 TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
+  if (options.start.size() > 0 && options.start.size() != Index(problem.variables()))
+    throw std::invalid_argument(fmt::format("a start of {} numbers for a problem that has {}",
+                                            options.start.size(), problem.variables()));
+  if (!options.start.allFinite())
+    throw std::invalid_argument("the start is not finite; expected a number for each gain");
   TuneResult result;
   with_threads(options.threads, [&] { result = searched(problem, options); });
   return result;

@@ -57,6 +57,7 @@ struct TuneOptions {
   GlobalSearch global = GlobalSearch::multistart;
   LocalSearch local = LocalSearch::slsqp;
   std::uint64_t seed = 1;
+  Eigen::VectorXd start{};  ///< tried first, SI, each cut to its bounds; empty: the middle alone
   long evaluations = 4000;  ///< candidates, each at all points
   double seconds = 0.0;     ///< 0: no limit
   int threads = 0;          ///< 0: as many as the machine has; the answer is the same for any
@@ -120,7 +121,8 @@ struct TuneResult {
 /// bounds reversed or not finite, nothing free, no point, a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
 
-/// The study's [tune] as a problem, and its choice of algorithms, seed and budget. Throws
+/// The study's [tune] as a problem, and its choice of algorithms, seed and budget; the start is the
+/// study's own numbers. Throws
 /// std::invalid_argument where there is no [tune] or it asks for what its conditions do not have.
 [[nodiscard]] TuneProblem tune_problem(const Study& study);
 [[nodiscard]] TuneOptions tune_options(const Study& study);
