@@ -13,13 +13,13 @@ namespace tiltrim::cli {
 
 namespace {
 
-// "decay 0.3371 1/s, held by damping at climb; 1234 of 4000 candidates, 850/s, 3 s left"
+// "decay 0.3371 1/s, held by damping at climb; 1234 of 4000, 850/s"; the terminal's line is short.
 std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
   const std::string_view in = unit(problem.goal.measure);
-  return fmt::format("{} {:.6g}{}{}{}; {}{}; {} of {}, {:.0f}/s", to_string(problem.goal.measure),
-                     at.best, in.empty() ? "" : " ", in, at.feasible ? "" : " (limits not met)",
-                     at.feasible ? "held by " : "most missed: ", at.decides, at.evaluations, at.of,
-                     double(at.evaluations) / std::max(at.seconds, 1e-3));
+  const std::string where = at.decides.substr(0, at.decides.find(','));
+  return fmt::format("{} {:.4g}{}{}, {} {}; {} of {}, {:.0f}/s", to_string(problem.goal.measure),
+                     at.best, in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", where,
+                     at.evaluations, at.of, double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 
 // The search, its progress under a heading of its own.

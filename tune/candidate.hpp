@@ -37,9 +37,6 @@ struct PlaceModes {
   bool valid() const { return eigenvalues.size() > 0; }
 };
 
-/// All that is asked: the goal, the limits, and stability where neither asks for it.
-std::vector<Requirement> asked_of(const TuneProblem& problem);
-
 /// The problem's points at every corner and sample, each with the equilibrium it was last at.
 class Candidates {
  public:

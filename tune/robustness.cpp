@@ -107,7 +107,7 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
     if (options.observe)
       options.observe({result.samples, samples, spent.count(),
                        value_of(problem.goal.measure, worst_score), result.met == result.samples,
-                       "random samples"});
+                       fmt::format("limits in {} samples", result.samples - result.met)});
   }
   result.interrupted = result.samples < samples;
   if (result.no_trim < result.samples)

@@ -37,6 +37,10 @@ struct TuneProblem {
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
+/// All that is asked: the goal, the limits, and stability (decay of 0) where neither speaks of
+/// decay or damping.
+[[nodiscard]] std::vector<Requirement> asked_of(const TuneProblem& problem);
+
 enum class GlobalSearch { crs2, isres, esch, direct, mlsl, multistart };
 enum class LocalSearch { slsqp, mma, bobyqa, cobyla, sbplx };
 std::string to_string(GlobalSearch algorithm);
@@ -83,7 +87,7 @@ struct TunePlace {
 /// One requirement at one place, or the goal (limit NaN).
 struct Achieved {
   TunePlace place;
-  std::size_t asked = 0;  ///< 0: the goal, i: limit i - 1
+  std::size_t asked = 0;  ///< position in asked_of()
   Requirement requirement;
   double value = 0.0;               ///< NaN: it does not apply here (no mode of that name)
   std::complex<double> eigenvalue;  ///< which decides, where an eigenvalue does; else NaN

@@ -1,150 +1,20 @@
-#include "report/tuning.hpp"
-
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
 #include <sstream>
 
-#include "model/keys.hpp"
-#include "report/json.hpp"
+#include "report/tuning_parts.hpp"
 
 namespace tiltrim {
 
 using Eigen::Index;
-using json::ordered_json;
+using namespace tuning;
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double rounding = 1e-9;  // of a reserve: not yet a miss
-
-// What was asked, in the order of Achieved::asked: the goal, then the limits.
-std::vector<Requirement> asked_of(const TuneProblem& problem) {
-  std::vector<Requirement> asked{problem.goal};
-  asked.insert(asked.end(), problem.limits.begin(), problem.limits.end());
-  return asked;
-}
-
-std::size_t places(const TuningReport& report) {
-  return report.result.achieved.size() / (1 + report.problem.limits.size());
-}
-
-bool has_gains(const TuneProblem& problem, const TuneResult& result) {
-  return problem.variables() > 0 && std::size_t(result.gains.size()) == problem.variables();
-}
-
-const std::string& point_name(const TuneProblem& problem, const TunePlace& place) {
-  return problem.points.at(place.point).name;
-}
-
-// The worst of a requirement among the places that count; none where it does not apply at any.
-template <class Counts>
-const Achieved* worst(const TuneResult& result, std::size_t asked, const Counts& counts) {
-  const Achieved* found = nullptr;
-  for (const Achieved& a : result.achieved) {
-    if (a.asked != asked || std::isnan(a.value) || !counts(a.place)) continue;
-    const bool more = more_is_better(a.requirement.measure);
-    if (!found || (more ? a.value < found->value : a.value > found->value)) found = &a;
-  }
-  return found;
-}
-
-template <class Counts>
-bool any_active(const TuneResult& result, std::size_t asked, const Counts& counts) {
-  return std::ranges::any_of(result.achieved, [&](const Achieved& a) {
-    return a.asked == asked && a.active && counts(a.place);
-  });
-}
-
-bool everywhere(const TunePlace&) { return true; }
-
-// The study's key for a number of the models; a model of one's own may have others.
-Key key_of(const std::string& signal) {
-  const std::vector<Key> keys = study_keys();
-  const auto at = std::ranges::find(keys, signal, &Key::signal);
-  return at == keys.end() ? Key{signal, signal, "", {}} : *at;
-}
-
-bool in_a_study(const std::string& signal) {
-  return (signal.starts_with("gains.") || signal.starts_with("aircraft.")) &&
-         std::ranges::any_of(study_keys(), [&](const Key& key) { return key.signal == signal; });
-}
-
-// In the study's unit, the shortest that is read as these bits; where none is, the nearest.
-double as_written(const Key& key, double si) {
-  const double near = key.in_study(si);
-  for (const double value : {std::strtod(fmt::format("{:.15g}", near).c_str(), nullptr), near,
-                             std::nextafter(near, -INFINITY), std::nextafter(near, INFINITY)})
-    if (key.in_si(value) == si) return value;
-  return near;
-}
-
-// A TOML float: the fewest digits that are read as the same bits, never a whole number.
-std::string toml_number(double value) {
-  const std::string digits = fmt::format("{}", value);
-  return digits.find_first_not_of("-0123456789") == std::string::npos ? digits + ".0" : digits;
-}
-
-std::string as_comment(std::string words) {
-  std::ranges::replace_if(
-      words, [](unsigned char c) { return c < 0x20 || c == 0x7F; }, '?');
-  return "# " + words + "\n";
-}
-
-std::string toml_list(const std::vector<double>& si, const Key& key) {
-  std::vector<std::string> numbers;
-  for (const double value : si) numbers.push_back(toml_number(as_written(key, value)));
-  return fmt::format("[{}]", fmt::join(numbers, ", "));
-}
-
-// A gain's values at the places of the schedule; without one, its only value.
-std::vector<double> values_of(const TuneProblem& problem, const TuneResult& result,
-                              std::size_t gain) {
-  const std::size_t n = std::max<std::size_t>(1, problem.schedule.size());
-  const double* first = result.gains.data() + gain * n;
-  return {first, first + n};
-}
-
-std::string constant_toml(const TuneProblem& problem, const TuneResult& result) {
-  std::string text;
-  for (const std::string section : {"gains", "aircraft"}) {
-    std::string lines;
-    for (std::size_t g = 0; g < problem.gains.size(); ++g) {
-      const std::string& signal = problem.gains[g].name;
-      if (!in_a_study(signal) || !signal.starts_with(section + ".")) continue;
-      const Key key = key_of(signal);
-      lines += fmt::format("{} = {}\n", key.name.substr(section.size() + 1),
-                           toml_number(as_written(key, result.gains[Index(g)])));
-    }
-    if (!lines.empty()) text += (text.empty() ? "[" : "\n[") + section + "]\n" + lines;
-  }
-  for (std::size_t g = 0; g < problem.gains.size(); ++g)
-    if (const std::string& signal = problem.gains[g].name; !in_a_study(signal))
-      text += as_comment(fmt::format("{} = {}, which studies do not have", signal,
-                                     toml_number(result.gains[Index(g)])));
-  return text;
-}
-
-std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result) {
-  constexpr std::string_view prefix = "gains.";
-  const Key over = key_of(problem.schedule_over);
-  std::string gains, others;
-  for (std::size_t g = 0; g < problem.gains.size(); ++g) {
-    const std::string& signal = problem.gains[g].name;
-    const std::string values = toml_list(values_of(problem, result, g), key_of(signal));
-    if (over.name == "eta_deg" && in_a_study(signal) && signal.starts_with(prefix))
-      gains += fmt::format("{} = {}\n", signal.substr(prefix.size()), values);
-    else
-      others += as_comment(fmt::format("{} = {}, which studies do not schedule", signal, values));
-  }
-  if (gains.empty()) return others;
-  return fmt::format("[gains]\nschedule_eta_deg = {}\n{}{}", toml_list(problem.schedule, over),
-                     gains, others);
-}
 
 // "gains.K_Lp at eta = 30 deg", as GainEffect has it.
 std::string variable_name(const TuneProblem& problem, Index variable) {
@@ -222,8 +92,6 @@ std::string grouped(long count) {
 std::string counted(std::size_t count, const std::string& what) {
   return fmt::format("{} {}{}", grouped(long(count)), what, count == 1 ? "" : "s");
 }
-
-SheetCell number(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
 
 // Characters of the longest line.
 std::size_t width_of(const std::string& text) {
@@ -555,91 +423,7 @@ std::string effort_in_words(const TuningReport& report) {
       to_string(report.options.global), to_string(report.options.local), report.options.seed);
 }
 
-ordered_json requirement_json(const Requirement& asked) {
-  return {{"measure", to_string(asked.measure)},
-          {"of", asked.of},
-          {"unit", std::string(unit(asked.measure))}};
-}
-
-// What was asked and its worst case; the goal's limit is null.
-ordered_json worst_json(const TuningReport& report, std::size_t asked) {
-  const Requirement requirement = asked_of(report.problem)[asked];
-  const Achieved* a = worst(report.result, asked, everywhere);
-  ordered_json j = requirement_json(requirement);
-  j["limit"] = requirement.limit;
-  j["value"] = a ? a->value : nan;
-  j["point"] = a ? ordered_json(point_name(report.problem, a->place)) : ordered_json();
-  j["scatter"] = a ? ordered_json(a->place.scatter) : ordered_json();
-  j["reserve"] = a ? a->reserve() : nan;
-  j["active"] = any_active(report.result, asked, everywhere);
-  return j;
-}
-
-// By the models' names, in SI units; with a schedule its places, then each gain's values at them.
-ordered_json gains_json(const TuneProblem& problem, const TuneResult& result) {
-  if (!has_gains(problem, result)) return nullptr;
-  ordered_json gains = ordered_json::object();
-  if (!problem.schedule.empty()) gains[problem.schedule_over] = problem.schedule;
-  for (std::size_t g = 0; g < problem.gains.size(); ++g) {
-    const std::vector<double> values = values_of(problem, result, g);
-    if (problem.schedule.empty())
-      gains[problem.gains[g].name] = values.front();
-    else
-      gains[problem.gains[g].name] = values;
-  }
-  return gains;
-}
-
-ordered_json achieved_json(const TuneProblem& problem, const Achieved& a) {
-  ordered_json j{{"point", point_name(problem, a.place)}, {"scatter", a.place.scatter}};
-  j.update(requirement_json(a.requirement));
-  j["limit"] = a.requirement.limit;
-  j["value"] = a.value;
-  j["reserve"] = a.reserve();
-  const bool decides = std::isfinite(a.eigenvalue.real()) && std::isfinite(a.eigenvalue.imag());
-  j["eigenvalue"] = decides ? ordered_json{{"re", a.eigenvalue.real()}, {"im", a.eigenvalue.imag()}}
-                            : ordered_json();
-  j["active"] = a.active;
-  return j;
-}
-
-ordered_json effect_json(const GainEffect& e) {
-  return {{"name", e.name},
-          {"value", e.value},
-          {"slopes", e.slopes},
-          {"goal_less", e.goal_less},
-          {"goal_more", e.goal_more},
-          {"limits_less", e.limits_less},
-          {"limits_more", e.limits_more}};
-}
-
-// A search's answer but for what is only told of the first.
-ordered_json answer_json(const TuneProblem& problem, const TuneResult& r) {
-  return {{"status", to_string(r.status)},
-          {"message", r.message},
-          {"goal", r.status == TuneStatus::no_trim ? nan : r.goal},
-          {"gains", gains_json(problem, r)},
-          {"evaluations", r.evaluations},
-          {"interrupted", r.interrupted},
-          {"out_of_time", r.out_of_time},
-          {"out_of_evaluations", r.out_of_evaluations}};
-}
-
-ordered_json robustness_json(const Robustness& r) {
-  return {{"samples", r.samples},   {"met", r.met},
-          {"no_trim", r.no_trim},   {"unstable", r.unstable},
-          {"fraction", r.fraction}, {"lower", r.lower},
-          {"upper", r.upper},       {"worst_goal", r.worst_goal},
-          {"worst", r.worst},       {"interrupted", r.interrupted}};
-}
-
 }  // namespace
-
-std::string tuning_toml(const TuningReport& report) {
-  if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
-  return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
-                                         : scheduled_toml(report.problem, report.result);
-}
 
 std::string tuning_text(const TuningReport& report, const TextStyle& style) {
   std::string text = verdict_text(report, style) + gains_text(report);
@@ -654,53 +438,6 @@ std::string tuning_text(const TuningReport& report, const TextStyle& style) {
     if (!words.empty()) text += '\n' + wrapped(words, 0, style.width);
   if (!report.front.empty()) text += as_text(front_sheet(report), style);
   return text + '\n' + wrapped(effort_in_words(report), 0, style.width);
-}
-
-std::string tuning_json(const TuningReport& report) {
-  const TuneProblem& problem = report.problem;
-  const TuneResult& r = report.result;
-  ordered_json all = answer_json(problem, r);
-  all["goal"] = worst_json(report, 0);
-  all["limits"] = ordered_json::array();
-  for (std::size_t i = 1; i <= problem.limits.size(); ++i)
-    all["limits"].push_back(worst_json(report, i));
-  all["toml"] = tuning_toml(report);
-  all["achieved"] = ordered_json::array();
-  for (const Achieved& a : r.achieved) all["achieved"].push_back(achieved_json(problem, a));
-  all["effects"] = ordered_json::array();
-  for (const GainEffect& e : r.effects) all["effects"].push_back(effect_json(e));
-  all["coalescing"] = r.coalescing;
-  all["second"] = nullptr;
-  if (report.second) {
-    all["second"] = {{"global", report.second_algorithm}};
-    all["second"].update(answer_json(problem, *report.second));
-  }
-  all["robustness"] = report.robustness ? robustness_json(*report.robustness) : ordered_json();
-  all["front_limit"] = report.front.empty() ? ordered_json() : requirement_json(report.front_limit);
-  all["front"] = ordered_json::array();
-  for (const TuningReport::FrontPoint& p : report.front) {
-    ordered_json point{{"limit", p.limit}};
-    point.update(answer_json(problem, p.result));
-    all["front"].push_back(point);
-  }
-  all["global"] = to_string(report.options.global);
-  all["local"] = to_string(report.options.local);
-  all["seed"] = report.options.seed;
-  return all.dump(1) + '\n';
-}
-
-Sheet tuning_sheet(const TuningReport& report) {
-  Sheet sheet;
-  for (const char* key : {"point", "scatter", "measure", "of", "unit", "limit", "value", "reserve",
-                          "eigenvalue_re", "eigenvalue_im", "active"})
-    sheet.columns.push_back({key, "", ""});
-  for (const Achieved& a : report.result.achieved)
-    sheet.rows.push_back({point_name(report.problem, a.place), a.place.scatter,
-                          to_string(a.requirement.measure), a.requirement.of,
-                          std::string(unit(a.requirement.measure)), number(a.requirement.limit),
-                          number(a.value), number(a.reserve()), number(a.eigenvalue.real()),
-                          number(a.eigenvalue.imag()), a.active ? 1.0 : 0.0});
-  return sheet;
 }
 
 }  // namespace tiltrim

@@ -1,0 +1,48 @@
+/// What the text, the JSON and the TOML of a tuning have in common. Internal to report/.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/keys.hpp"
+#include "report/tuning.hpp"
+
+namespace tiltrim::tuning {
+
+inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+std::size_t places(const TuningReport& report);
+bool has_gains(const TuneProblem& problem, const TuneResult& result);
+const std::string& point_name(const TuneProblem& problem, const TunePlace& place);
+/// A gain's values at the places of the schedule; without one, its only value.
+std::vector<double> values_of(const TuneProblem& problem, const TuneResult& result,
+                              std::size_t gain);
+/// The study's key for a number of the models; a model of one's own may have others.
+Key key_of(const std::string& signal);
+
+/// The worst of a requirement among the places that count; none where it does not apply at any.
+template <class Counts>
+const Achieved* worst(const TuneResult& result, std::size_t asked, const Counts& counts) {
+  const Achieved* found = nullptr;
+  for (const Achieved& a : result.achieved) {
+    if (a.asked != asked || std::isnan(a.value) || !counts(a.place)) continue;
+    const bool more = more_is_better(a.requirement.measure);
+    if (!found || (more ? a.value < found->value : a.value > found->value)) found = &a;
+  }
+  return found;
+}
+
+template <class Counts>
+bool any_active(const TuneResult& result, std::size_t asked, const Counts& counts) {
+  return std::ranges::any_of(result.achieved, [&](const Achieved& a) {
+    return a.asked == asked && a.active && counts(a.place);
+  });
+}
+
+/// A number, or nothing for what is none.
+inline SheetCell number(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
+
+inline bool everywhere(const TunePlace&) { return true; }
+
+}  // namespace tiltrim::tuning
