@@ -228,7 +228,7 @@ template <class Counts>
 std::vector<SheetCell> point_row(const TuningReport& report, const std::string& name,
                                  const Counts& counts) {
   std::vector<SheetCell> row{name};
-  for (std::size_t i = 0; i <= report.problem.limits.size(); ++i) {
+  for (std::size_t i = 0; i < asked_of(report.problem).size(); ++i) {
     const Achieved* a = worst(report.result, i, counts);
     const bool active = any_active(report.result, i, counts);
     row.emplace_back(a ? fmt::format("{:.4g}{}", a->value, active ? '*' : ' ') : "- ",

@@ -428,6 +428,27 @@ TEST_CASE("random samples: none, one of very many, interrupted") {
   CHECK(has(tuning_text(report, {.width = 400}), "(interrupted: fewer samples than asked)."));
 }
 
+TEST_CASE("stability that is asked because nothing else asks for it has its row and column") {
+  TuningReport report;
+  report.problem = three_points();
+  report.problem.goal = {Measure::disk_margin};
+  report.problem.limits.clear();
+  report.result.status = TuneStatus::tuned;
+  report.result.goal = 0.5;
+  for (std::size_t p = 0; p < 3; ++p) {
+    report.result.achieved.push_back(
+        {{p, ""}, 0, {Measure::disk_margin}, 0.5, {std::nan(""), 0}, p == 0});
+    report.result.achieved.push_back({{p, ""}, 1, {Measure::decay, 0.0}, 0.25, {-0.25, 0}, false});
+  }
+  const std::string text = tuning_text(report, {});
+  CHECK(has(text, "over 3 points"));
+  CHECK(has(text, "decay ≥ 0"));
+  const json limits = json::parse(tuning_json(report))["limits"];
+  REQUIRE(limits.size() == 1);
+  CHECK(limits[0]["measure"] == "decay");
+  CHECK(limits[0]["value"] == 0.25);
+}
+
 TEST_CASE("of many points forty rows are shown and the rest counted") {
   TuningReport report;
   report.problem = three_points();
