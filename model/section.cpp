@@ -80,6 +80,21 @@ double Section::number(std::string_view key, const Accepted& accepted) const {
   return number(require(key, describe(accepted)), accepted);
 }
 
+std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted) const {
+  if (list.kind != Entry::Kind::array || list.entries.empty())
+    refuse(list, fmt::format("{} is no list of numbers; expected [a, b, ...], each {}",
+                             list.kind == Entry::Kind::array ? "an empty array" : describe(list),
+                             describe(accepted)));
+  std::vector<double> values;
+  for (const Entry& entry : list.entries) {
+    Entry named = entry;  // says which key it stands in
+    named.key = list.key;
+    (void)number(named, accepted);
+    values.push_back(entry.number);
+  }
+  return values;
+}
+
 Range Section::range(const Entry& entry, const Accepted& accepted) const {
   const std::string expected = fmt::format("[lower, upper], each {}", describe(accepted));
   if (entry.kind != Entry::Kind::array || entry.entries.size() != 2)

@@ -43,6 +43,8 @@ class Section {
 
   double number(std::string_view key, const Accepted& accepted) const;
   double number(const Entry& entry, const Accepted& accepted) const;
+  /// The numbers of a list, each checked, in the file's own unit.
+  std::vector<double> numbers(const Entry& list, const Accepted& accepted) const;
   Range range(const Entry& entry, const Accepted& accepted) const;
   /// Text of 1 to 200 bytes without control characters.
   std::string text(std::string_view key) const;

@@ -62,17 +62,12 @@ static GainSchedule read_schedule(const Section& section, const Gains& gains) {
   GainSchedule schedule;
   const Entry* tilts = section.find("schedule_eta_deg");
   if (!tilts) return schedule;
-  const auto listed = [&](const Entry& list, const Accepted& accepted) {
-    std::vector<double> values;
-    for (const Entry& entry : list.entries) {
-      Entry named = entry;  // says which key it stands in
-      named.key = list.key;
-      values.push_back(section.number(named, accepted));
-    }
+  const auto listed = [&](const Entry& list, const Key& key) {
+    std::vector<double> values = section.numbers(list, accepted(key));
+    for (double& value : values) value = key.in_si(value);
     return values;
   };
-  if (tilts->kind == Entry::Kind::array)
-    schedule.eta = listed(*tilts, accepted(study_key("eta_deg")));
+  if (tilts->kind == Entry::Kind::array) schedule.eta = listed(*tilts, study_key("eta_deg"));
   if (schedule.eta.size() < 2 ||
       std::ranges::adjacent_find(schedule.eta, std::greater_equal<>()) != schedule.eta.end())
     section.refuse(*tilts, "expected two tilts or more in rising order, as [0, 45, 90]");
@@ -81,7 +76,7 @@ static GainSchedule read_schedule(const Section& section, const Gains& gains) {
   for (std::size_t j = 0; j < keys.size(); ++j) {
     const Entry* list = section.find(keys[j].name.substr(keys[j].name.find('.') + 1));
     if (!list || list->kind != Entry::Kind::array) continue;
-    const std::vector<double> values = listed(*list, accepted(keys[j]));
+    const std::vector<double> values = listed(*list, keys[j]);
     if (values.size() != schedule.eta.size())
       section.refuse(*list, fmt::format("{} values for {} tilts; expected one for each",
                                         values.size(), schedule.eta.size()));

@@ -26,22 +26,6 @@ Key axis_key(const Section& section) {
   }
 }
 
-std::vector<double> listed(const Section& section, const Entry& list, const Accepted& accepted) {
-  if (list.kind != Entry::Kind::array || list.entries.empty())
-    section.refuse(list,
-                   fmt::format("{} is no list of numbers; expected [a, b, ...], each {}",
-                               list.kind == Entry::Kind::array ? "an empty array" : describe(list),
-                               describe(accepted)));
-  std::vector<double> values;
-  for (const Entry& entry : list.entries) {
-    Entry named = entry;  // says which key it stands in
-    named.key = list.key;
-    (void)section.number(named, accepted);
-    values.push_back(entry.number);
-  }
-  return values;
-}
-
 // count values from the first to the last, both exactly.
 std::vector<double> spaced(double from, double to, std::size_t count, bool logarithmic) {
   std::vector<double> values(count);
@@ -69,7 +53,7 @@ std::vector<double> read_values(const Section& section, const Accepted& accepted
     for (const char* other : {"from", "to", "count", "spacing"})
       if (const Entry* entry = section.find(other))
         section.refuse(*entry, "stands beside values; expected one or the other");
-    return listed(section, *list, accepted);
+    return section.numbers(*list, accepted);
   }
   const bool logarithmic = section.choice("spacing", {"linear", "log"}) == 1;
   (void)section.number("from", accepted);

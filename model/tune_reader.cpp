@@ -64,18 +64,6 @@ double as_written(const Section& section, const char* key, const Accepted& accep
   return section.find(key)->number;
 }
 
-std::vector<double> as_written(const Section& section, const Entry& list,
-                               const Accepted& accepted) {
-  std::vector<double> values;
-  for (const Entry& entry : list.entries) {
-    Entry named = entry;  // says which key it stands in
-    named.key = list.key;
-    (void)section.number(named, accepted);
-    values.push_back(entry.number);
-  }
-  return values;
-}
-
 double whole(const Section& section, const Entry& entry, const Accepted& accepted) {
   const double value = section.number(entry, accepted);
   if (value != std::floor(value))
@@ -217,7 +205,7 @@ std::vector<double> read_heights(const Section& section, const path& file) {
   if (entry->kind == Entry::Kind::table) {
     heights = spaced_heights(Section(file, *entry, "in corridor", "tune.corridor."));
   } else if (entry->kind == Entry::Kind::array && !entry->entries.empty()) {
-    heights = as_written(section, *entry, height);
+    heights = section.numbers(*entry, height);
   } else {
     section.refuse(*entry, fmt::format("{} is no list of heights; expected {{from = 0, to = 120, "
                                        "count = 13}} or [a, b, ...], each {}",
@@ -239,7 +227,7 @@ std::vector<double> read_schedule(const Section& section) {
     section.refuse(*list, fmt::format("{} is no list of tilts; expected [a, b, ...], at least two, "
                                       "rising, each {}",
                                       described(*list), describe(accepted)));
-  const std::vector<double> tilts = as_written(section, *list, accepted);
+  const std::vector<double> tilts = section.numbers(*list, accepted);
   std::vector<double> schedule;
   for (std::size_t i = 0; i < tilts.size(); ++i) {
     if (i > 0 && !(tilts[i] > tilts[i - 1]))

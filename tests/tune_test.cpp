@@ -74,13 +74,14 @@ TEST_CASE("three conditions, nine gains: past what evolution found, by two searc
   const Study study = three_conditions();
   for (const GlobalSearch global : {GlobalSearch::multistart, GlobalSearch::mlsl})
     for (const std::uint64_t seed : {1, 2, 3}) {
-      const TuneResult found = tune(problem, {.global = global, .seed = seed});
+      const TuneResult found =
+          tune(problem, {.global = global, .seed = seed, .evaluations = trials(4000)});
       CAPTURE(to_string(global));
       CAPTURE(seed);
       REQUIRE(found.status == TuneStatus::tuned);
       CHECK(found.evaluations <= 4000);
-      CHECK(found.goal >= evolved - printed_to("0.3346"));
-      CHECK(found.coalescing);
+      if (!sanitized) CHECK(found.goal >= evolved - printed_to("0.3346"));
+      if (!sanitized) CHECK(found.coalescing);
       // Again by other means.
       double decay = std::numeric_limits<double>::infinity();
       for (const Condition& condition : study.conditions)
@@ -228,7 +229,7 @@ TEST_CASE("thirteen points, all corners of 15 % in mass, inertia and CM_de: cons
   options.evaluations = trials(int(options.evaluations));
   const TuneResult found = tune(problem, options);
   REQUIRE(found.status == TuneStatus::tuned);
-  if (trials(2) == 2) CHECK(found.goal >= 0.1677);
+  if (!sanitized) CHECK(found.goal >= 0.1677);
 
   // The same places by a sweep.
   Study own = study;
@@ -250,6 +251,7 @@ TEST_CASE("thirteen points, all corners of 15 % in mass, inertia and CM_de: cons
 }
 
 TEST_CASE("gains scheduled over the tilt: stable between the points wherever there is a trim") {
+  if (sanitized) return;  // 26,000 points, whose code the sweep's tests run
   const Study study = load_study(studies / "scheduled.toml");
   std::vector<SweepAxis> axes = study.sweep->axes;
   const SweepMap map = sweep(sweep_requests(study, study.conditions, axes), axes, {});
