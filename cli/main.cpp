@@ -84,6 +84,7 @@ void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
 
 template <class Run>
 int finish(const Common& common, const Run& run) {
+  check_apart(common.output, "-o", common.study, "the study");
   if (!common.output.empty()) check_writable(common.output);
   TextStyle style;
   style.colour = common.output.empty() && isatty(STDOUT_FILENO) == 1 && !std::getenv("NO_COLOR");

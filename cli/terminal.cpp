@@ -119,6 +119,18 @@ Interrupt::~Interrupt() {
   pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
+void check_apart(const std::filesystem::path& file, const std::string& name,
+                 const std::filesystem::path& other, const std::string& other_name) {
+  if (file.empty() || other.empty()) return;
+  std::error_code ignored;
+  const auto whole = [&](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
+  };
+  if (whole(file) == whole(other))
+    throw std::invalid_argument(
+        fmt::format("{}: {} and {} name one file; expected two", file.string(), name, other_name));
+}
+
 void check_writable(const std::filesystem::path& file) {
   if (std::filesystem::is_directory(file)) refuse(file, EISDIR);
   if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))

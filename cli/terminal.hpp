@@ -52,6 +52,10 @@ class Interrupt {
   std::jthread watcher_;
 };
 
+/// Throws std::invalid_argument if both are one file, as --gains and the study. An empty path is
+/// none.
+void check_apart(const std::filesystem::path& file, const std::string& name,
+                 const std::filesystem::path& other, const std::string& other_name);
 /// Throws std::runtime_error "path: why" if a file could not be written there.
 void check_writable(const std::filesystem::path& file);
 /// Writes beside the file, syncs and renames, so that the file is the old one or the new one.

@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
@@ -106,6 +107,7 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
     report.front_limit = table.front->limit;
     report.front = front_of(problem, *table.front, options);
   }
+  report.interrupted = stop.stop_requested();
   return report;
 }
 
@@ -113,15 +115,21 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
 
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
-  if (!command.gains.empty()) check_writable(command.gains);
+  if (command.seconds && std::isnan(*command.seconds))
+    throw std::invalid_argument("--seconds: nan is no number of seconds");
+  if (!command.gains.empty()) {
+    check_apart(command.gains, "--gains", command.common.study, "the study");
+    check_apart(command.gains, "--gains", command.common.output, "-o");
+    check_writable(command.gains);
+  }
   TuningReport report;
   try {
     report = tuned(command, study, stop);
   } catch (const std::invalid_argument& e) {
     throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
   }
-  if (!command.gains.empty() && report.result.gains.size() > 0)
-    write_whole(command.gains, tuning_toml(report));
+  const std::string gains = tuning_toml(report);
+  if (!command.gains.empty() && !gains.empty()) write_whole(command.gains, gains);
   const int code = report.result ? answered : unanswered;
   switch (command.common.format) {
     case Format::json:

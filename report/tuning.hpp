@@ -23,6 +23,7 @@ struct TuningReport {
     double limit;
     TuneResult result;
   };
+  bool interrupted = false;  ///< somewhere: what comes after was not done
   Requirement front_limit{};
   std::vector<FrontPoint> front{};
 };

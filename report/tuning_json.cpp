@@ -117,6 +117,7 @@ std::string tuning_json(const TuningReport& report) {
     point.update(answer_json(problem, p.result));
     all["front"].push_back(point);
   }
+  all["interrupted"] = report.interrupted || r.interrupted;
   all["global"] = to_string(report.options.global);
   all["local"] = to_string(report.options.local);
   all["seed"] = report.options.seed;

@@ -436,6 +436,9 @@ std::string tuning_text(const TuningReport& report, const TextStyle& style) {
   paragraphs.push_back(corner_in_words(report));
   for (const std::string& words : paragraphs)
     if (!words.empty()) text += '\n' + wrapped(words, 0, style.width);
+  if (report.interrupted && !report.result.interrupted)
+    text += '\n' + wrapped("What comes after the first search was interrupted, or not begun.", 0,
+                           style.width);
   if (!report.front.empty()) text += as_text(front_sheet(report), style);
   return text + '\n' + wrapped(effort_in_words(report), 0, style.width);
 }

@@ -111,6 +111,7 @@ std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result)
 }  // namespace
 
 std::string tuning_toml(const TuningReport& report) {
+  if (report.result.status == TuneStatus::no_trim) return "";  // no gains that anything is known of
   if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
   return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
                                          : scheduled_toml(report.problem, report.result);

@@ -1141,8 +1141,7 @@ TEST_CASE("robustness: a share that is known, its interval by exact sums, any th
 TEST_CASE("robustness: a limit that applies nowhere is not met") {
   TuneProblem p = scattered(0.6);
   p.limits = {{Measure::half_time, 1.0, "dutch roll"}};
-  CHECK_THROWS_WITH_AS((void)robustness(p, VectorXd::Ones(1), 100, {.threads = 1}),
-                       doctest::Contains("dutch roll"), std::invalid_argument);
+  CHECK(robustness(p, VectorXd::Ones(1), 100, {.threads = 1}).met == 0);
 }
 
 TEST_CASE("robustness at the ends: none, all") {

@@ -74,8 +74,7 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
   nominal.samples = 0;
   Candidates candidates(nominal, options.trimming);
   const std::vector<PlaceModes> here = candidates.at(gains, false);
-  const std::string nowhere = applies_nowhere(candidates, here);
-  if (!nowhere.empty()) throw std::invalid_argument(nowhere);
+  const bool nowhere = !applies_nowhere(candidates, here).empty();  // what is not met, ever
   Robustness result;
   double worst_score = std::numeric_limits<double>::infinity();
   constexpr long block = 256;
@@ -93,7 +92,7 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
         continue;
       }
       if (!s.stable) ++result.unstable;
-      if (s.stable && s.merit.feasible) ++result.met;
+      if (s.stable && s.merit.feasible && !nowhere) ++result.met;
       if (s.merit.goal >= worst_score) continue;
       worst_score = s.merit.goal;
       result.worst = candidates.places()[s.worst].request.name;

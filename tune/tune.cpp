@@ -242,10 +242,11 @@ namespace {
 TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   Search search(problem, options);
   try {
-    search.evaluate(VectorXd::Constant(search.variables(), 0.5), false);
+    const VectorXd middle = VectorXd::Constant(search.variables(), 0.5);
+    const VectorXd y = options.start.size() > 0 ? search.place_of(options.start) : middle;
+    search.evaluate(y, false);
     if (options.start.size() > 0) {
-      const VectorXd y = search.place_of(options.start);
-      search.evaluate(y, false);
+      search.evaluate(middle, false);
       search_locally(search, y, options.local, 1.0, local_steps);
     }
     search_globally(search);

@@ -142,8 +142,7 @@ struct Robustness {
   bool interrupted = false;                                      ///< fewer samples than asked
 };
 /// Uniform random numbers between the uncertain ones' bounds; sample i depends on the seed and i
-/// alone. Throws std::invalid_argument as tune() does, without uncertain numbers, and for a
-/// requirement that applies at no point.
+/// alone. Throws std::invalid_argument as tune() does, and without uncertain numbers.
 [[nodiscard]] Robustness robustness(const TuneProblem& problem, const Eigen::VectorXd& gains,
                                     long samples, const TuneOptions& options = {});
 
