@@ -659,10 +659,10 @@ TEST_CASE("the documents show what the program prints" * doctest::skip(sanitized
   const fs::path source = TILTRIM_SOURCE_DIR;
   fs::create_directory_symlink(source / "studies", scratch.path / "studies");
   std::map<std::string, std::string> ran;  // a study of one name is the same in all documents
-  for (const std::string document :
-       {"README.md", "docs/follow.md", "docs/trim.md", "docs/sweep.md"}) {
+  for (const std::string document : {"README.md", "docs/follow.md", "docs/trim.md", "docs/sweep.md",
+                                     "docs/linearize.md", "docs/tune.md"}) {
     const std::vector<Shown> all = shown_in(source / document, scratch);
-    CHECK(all.size() >= 2);
+    CHECK(!all.empty());
     for (const Shown& shown : all) {
       CAPTURE(document);
       CAPTURE(shown.arguments);
