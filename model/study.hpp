@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "model/keys.hpp"
+#include "model/simulation.hpp"
 #include "model/tuning.hpp"
 #include "model/vehicle.hpp"
 
@@ -90,6 +91,8 @@ struct Study {
   std::optional<EnvelopeTable> envelope;
   std::optional<SweepTable> sweep;
   std::optional<TuneTable> tune;
+  std::optional<SimulateTable> simulate;
+  std::optional<MonteCarloTable> montecarlo;
 };
 
 /// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the

@@ -1,0 +1,90 @@
+/// Integration of ẋ = f(t, x) with error control, dense output and located events.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "model/signal.hpp"
+
+namespace tiltrim {
+
+/// A function whose change of sign is an event.
+struct Watched {
+  std::string name;
+  enum class Direction { both, rising, falling } direction = Direction::both;
+  bool ends = false;  ///< the motion, where it happens
+};
+
+struct MotionEvent {
+  std::size_t which = 0;  ///< of the watched
+  bool rising = false;
+  double t = 0.0;
+};
+
+/// Rates [states] or watched functions [watched] at a time and state, on one side of all jumps:
+/// `mode` is the caller's own number for it.
+using Evaluate = std::function<void(double t, const double* x, int mode, double* values)>;
+
+/// A motion, smooth but at its breaks and events.
+struct Motion {
+  Signals states;
+  Evaluate f;
+  std::vector<Watched> watched{};
+  Evaluate g{};                  ///< needed if anything is watched
+  std::vector<double> breaks{};  ///< times at which f has a kink or a jump, rising
+  /// Called at each event, just behind it; may move the state, returns the mode from there on.
+  /// Empty: events change nothing.
+  std::function<int(const MotionEvent&, double* x, int mode)> at{};
+};
+
+struct IntegrateOptions {
+  /// Of each step's error in each state: times the larger of the state and its nominal size.
+  double tolerance = 1e-9;
+  double sample = 0.1;         ///< between samples; 0: at the steps themselves
+  double fixed_step = 0.0;     ///< no error control, to measure the order; 0: controlled
+  double longest_step = 0.5;   ///< so that no event falls through between two steps
+  long max_steps = 2'000'000;  ///< tried
+  long max_events = 10'000;
+  double diverged_beyond = 1e9;  ///< nominal sizes
+  std::stop_token stop{};
+};
+
+enum class MotionStatus {
+  completed,       ///< the end time is reached
+  ended_by_event,  ///< by one that ends the motion
+  diverged,        ///< a state is beyond all sizes
+  not_finite,      ///< f is not finite at the last state
+  step_too_small,  ///< no step is short enough for the tolerance: a jump that is not watched
+  step_limit,      ///< max_steps used up: stiff, or a tolerance out of reach
+  event_limit,     ///< max_events: a motion that switches to and fro
+  interrupted,
+};
+std::string to_string(MotionStatus status);
+
+struct Trajectory {
+  MotionStatus status = MotionStatus::completed;
+  std::string message;     ///< where and why it ended early, in words; else empty
+  std::vector<double> t;   ///< samples; at an event one before and one behind it
+  std::vector<double> x;   ///< [sample][state]
+  std::vector<int> modes;  ///< [sample]
+  std::vector<MotionEvent> events;
+  long steps = 0, rejected = 0, evaluations = 0;
+
+  std::size_t samples() const { return t.size(); }
+  const double* state(std::size_t sample) const {
+    return x.data() + sample * (t.empty() ? 0 : x.size() / t.size());
+  }
+  double end() const { return t.back(); }
+  explicit operator bool() const { return status == MotionStatus::completed; }
+};
+
+/// From x0 at `from` to `to` > from: Dormand and Prince's pair of orders 5 and 4 with its dense
+/// output [52]. An event is located to rounding on steps of its own, not on the dense output, and
+/// no step goes across one. Every cap has its status. Throws std::invalid_argument where sizes do
+/// not fit, a start or an option is not finite, or `to` is not behind `from`.
+[[nodiscard]] Trajectory integrate(const Motion& motion, const std::vector<double>& x0, int mode,
+                                   double from, double to, const IntegrateOptions& options = {});
+
+}  // namespace tiltrim
