@@ -14,6 +14,11 @@ std::string describe(const Accepted& a) {
                      a.unit);
 }
 
+std::string described(const Entry& entry) {
+  const bool empty = entry.kind == Entry::Kind::array && entry.entries.empty();
+  return empty ? "an empty array" : describe(entry);
+}
+
 Section::Section(const std::filesystem::path& file, const Entry& table, std::string title,
                  std::string prefix)
     : file_(file), table_(table), title_(std::move(title)), prefix_(std::move(prefix)) {}
@@ -80,11 +85,17 @@ double Section::number(std::string_view key, const Accepted& accepted) const {
   return number(require(key, describe(accepted)), accepted);
 }
 
+double Section::whole(const Entry& entry, const Accepted& accepted) const {
+  const double value = number(entry, accepted);
+  if (value != std::floor(value))
+    refuse(entry, fmt::format("{} is not a whole number", reading::describe(entry)));
+  return value;
+}
+
 std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted) const {
   if (list.kind != Entry::Kind::array || list.entries.empty())
     refuse(list, fmt::format("{} is no list of numbers; expected [a, b, ...], each {}",
-                             list.kind == Entry::Kind::array ? "an empty array" : describe(list),
-                             describe(accepted)));
+                             described(list), describe(accepted)));
   std::vector<double> values;
   for (const Entry& entry : list.entries) {
     Entry named = entry;  // says which key it stands in
@@ -92,6 +103,20 @@ std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted
     (void)number(named, accepted);
     values.push_back(entry.number);
   }
+  return values;
+}
+
+std::vector<double> Section::rising(const Entry& list, const Accepted& accepted,
+                                    std::string_view things) const {
+  if (list.kind != Entry::Kind::array || list.entries.size() < 2)
+    refuse(list, fmt::format("{} is no list of {}; expected [a, b, ...], at least two, rising, "
+                             "each {}",
+                             described(list), things, describe(accepted)));
+  const std::vector<double> values = numbers(list, accepted);
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (!(values[i] > values[i - 1]))
+      refuse(list, fmt::format("{} after {} does not rise; expected rising {}, each once",
+                               values[i], values[i - 1], things));
   return values;
 }
 
@@ -131,6 +156,36 @@ std::size_t Section::choice(std::string_view key, const std::vector<std::string>
          fmt::format("{} is not known; expected one of {}{}", in_quotes(chosen),
                      fmt::join(names, ", "),
                      nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest)));
+}
+
+std::optional<Section> Section::table(std::string_view key) const {
+  const Entry* entry = find(key);
+  if (!entry) return {};
+  const std::string name = prefix_ + std::string(key);
+  if (entry->kind != Entry::Kind::table)
+    refuse(*entry,
+           fmt::format("{} is not a table; expected a table [{}]", described(*entry), name));
+  return Section(file_, *entry, fmt::format("in [{}]", name), name + ".");
+}
+
+std::vector<Section> Section::tables(std::string_view key) const {
+  const Entry* list = find(key);
+  if (!list) return {};
+  const std::string name = prefix_ + std::string(key);
+  if (list->kind == Entry::Kind::table)
+    refuse(*list, fmt::format("is one table; expected double brackets, [[{}]]", name));
+  if (list->kind != Entry::Kind::array || list->entries.empty())
+    refuse(*list,
+           fmt::format("{} is no list of tables; expected [[{}]] tables", described(*list), name));
+  std::vector<Section> found;
+  for (const Entry& entry : list->entries) {
+    if (entry.kind != Entry::Kind::table)
+      reading::refuse(
+          file_, entry.place,
+          fmt::format("{0}: {1} is not a table; expected [[{0}]] tables", name, described(entry)));
+    found.emplace_back(file_, entry, fmt::format("in [[{}]]", name), name + ".");
+  }
+  return found;
 }
 
 }  // namespace tiltrim::reading

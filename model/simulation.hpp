@@ -43,15 +43,15 @@ struct GustTable {
 struct ScheduleTable {
   enum class Kind {
     corridor,      ///< (16) over height
-    hold,          ///< the start's own command
+    hold,          ///< the command of the condition that `start` names, else of the first one
     reconversion,  ///< (16) backwards over time on a level path, then down to the ground
     table,         ///< numbers over height or time
   } kind = Kind::corridor;
-  bool over_time = false;     ///< table: else over height
-  std::vector<double> at;     ///< table: s or m, rising; two at least
-  std::vector<double> V;      ///< table: m/s; empty: the corridor's (over height alone)
-  std::vector<double> gamma;  ///< table: rad; empty: the same
-  std::vector<double> eta;    ///< table: rad; empty: the same
+  bool over_time = false;       ///< table: else over height
+  std::vector<double> at{};     ///< table: s or m, rising by 1e-4 or more; two at least
+  std::vector<double> V{};      ///< table: m/s; empty: the corridor's (over height alone)
+  std::vector<double> gamma{};  ///< table: rad; empty: the same
+  std::vector<double> eta{};    ///< table: rad; empty: the same
 };
 
 /// [simulate]
@@ -75,12 +75,21 @@ struct SimulateTable {
   double sample = 0.1;  ///< s
 };
 
+/// Whether the flight begins on the ground, said or by default.
+inline bool from_ground(const SimulateTable& simulate) {
+  using Kind = ScheduleTable::Kind;
+  const ScheduleTable& schedule = simulate.schedule;
+  if (!simulate.start.empty()) return simulate.start == "ground";
+  return schedule.kind == Kind::corridor || (schedule.kind == Kind::table && !schedule.over_time);
+}
+
 /// [montecarlo]: the flight of [simulate] again and again.
 struct MonteCarloTable {
   long flights = 1000;
   std::uint64_t seed = 1;
-  std::vector<Uncertain> scatter;  ///< uniform; "aircraft.mass", "gains.K_Lp", "theta", ...
-  double worst = 10;               ///< flights kept and named
+  std::vector<Uncertain> scatter;  ///< uniform, SI; "aircraft.mass", "gains.K_Lp" (the same at all
+                                   ///< tilts), "theta", "height", "gust_size" (of every gust)
+  int worst = 10;                  ///< flights kept and named
   /// A flight is good if at its end |V - Vd| and |gamma - gamma_d| are at most these,
   double V_within = 0.2;       ///< m/s
   double gamma_within = 0.01;  ///< rad

@@ -3,12 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <utility>
 
 #include "model/condition_reader.hpp"
 #include "model/section.hpp"
+#include "model/simulate_reader.hpp"
 #include "model/sweep_reader.hpp"
 #include "model/toml_reader.hpp"
 #include "model/tune_reader.hpp"
@@ -21,10 +21,6 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_study = 1'000'000;  // bytes
 constexpr std::string_view default_polar = "naca8h12_re150k.csv";
 
-static Accepted accepted(const Key& key) {
-  return {key.accepted.lower, key.accepted.upper, key.unit};
-}
-
 // Reads those of the numbers that the section has; `others` are allowed beside them, and `lists` of
 // them left for others to read.
 static void read_numbers(const Section& section, const Signals& signals,
@@ -36,7 +32,7 @@ static void read_numbers(const Section& section, const Signals& signals,
   for (std::size_t i = 0; i < keys.size(); ++i)
     if (const Entry* entry = section.find(name(keys[i]));
         entry && !(lists && entry->kind == Entry::Kind::array))
-      value(i) = section.number(*entry, accepted(keys[i]));
+      value(i) = section.number(*entry, accepted_by(keys[i]));
 }
 
 // Calls read(section) on the table [name] if there is one.
@@ -63,7 +59,7 @@ static GainSchedule read_schedule(const Section& section, const Gains& gains) {
   const Entry* tilts = section.find("schedule_eta_deg");
   if (!tilts) return schedule;
   const auto listed = [&](const Entry& list, const Key& key) {
-    std::vector<double> values = section.numbers(list, accepted(key));
+    std::vector<double> values = section.numbers(list, accepted_by(key));
     for (double& value : values) value = key.in_si(value);
     return values;
   };
@@ -129,7 +125,7 @@ static Key read_key(const Section& section, const char* name) {
 static FollowTable read_follow(const Section& section) {
   section.allow_only({"parameter", "to"});
   FollowTable follow{read_key(section, "parameter"), 0.0};
-  follow.to = section.number("to", accepted(follow.parameter));
+  follow.to = section.number("to", accepted_by(follow.parameter));
   return follow;
 }
 
@@ -152,13 +148,8 @@ static EnvelopeTable read_envelope(const Section& section) {
   if (const Entry* entry = section.find("V"))
     envelope.V = section.range(*entry, {body_axes_below, 1000, "m/s"});
   if (const Entry* entry = section.find(envelope.over.name))
-    envelope.range = section.range(*entry, accepted(envelope.over));
-  if (const Entry* entry = section.find("count")) {
-    const double count = section.number(*entry, {5, 1000});
-    if (count != std::floor(count))
-      section.refuse(*entry, fmt::format("{} is not a whole number", describe(*entry)));
-    envelope.count = int(count);
-  }
+    envelope.range = section.range(*entry, accepted_by(envelope.over));
+  read_whole(section, "count", {5, 1000}, envelope.count);
   return envelope;
 }
 
@@ -185,6 +176,12 @@ static void read_polar(const Entry& root, Study& study) {
   }
 }
 
+static void check_equations(const Section& top, Equations equations) {
+  for (const char* flown : {"simulate", "montecarlo"})
+    if (const Entry* entry = top.find(flown); entry && equations == Equations::printed)
+      top.refuse(*entry, "the printed equations do not fly; expected equations = \"consistent\"");
+}
+
 Study parse_study(std::string_view text, const fs::path& file) {
   if (text.size() > largest_study)
     refuse(file, {},
@@ -194,7 +191,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
   const Entry root = parse_toml(text, file);
   const Section top(file, root, "at the top level", "");
   top.allow_only({"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope",
-                  "sweep", "tune"});
+                  "sweep", "tune", "simulate", "montecarlo"});
   Study study;
   study.file = file;
   study.text = text;
@@ -214,6 +211,13 @@ Study parse_study(std::string_view text, const fs::path& file) {
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
   with_table(root, "tune", file,
              [&](const Section& s) { study.tune = read_tune(s, file, vehicle, study.conditions); });
+  check_equations(top, vehicle.equations);
+  with_table(root, "simulate", file,
+             [&](const Section& s) { study.simulate = read_simulate(s, study.conditions); });
+  with_table(root, "montecarlo", file, [&](const Section& s) {
+    if (!study.simulate) study.simulate.emplace();
+    study.montecarlo = read_montecarlo(s, study);
+  });
   read_polar(root, study);
   return study;
 }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <set>
 
 namespace tiltrim::reading {
@@ -18,45 +17,7 @@ constexpr double largest = 1e6;  // far beyond any aircraft, far from overflow
 constexpr Accepted height{-largest, largest, "m"};
 constexpr Accepted any_angle{-180, 180, "degrees"};
 constexpr std::size_t most_heights = 1000;
-constexpr std::size_t most_with_corners = 12;     // uncertain numbers: 4096 corners
-constexpr double most_seeds = 9007199254740992.;  // 2^53: the whole numbers a double tells apart
-
-// ---- tables, lists and whole numbers ----
-
-std::string described(const Entry& entry) {
-  const bool empty = entry.kind == Entry::Kind::array && entry.entries.empty();
-  return empty ? "an empty array" : describe(entry);
-}
-
-// The table [tune.name] if there is one.
-std::optional<Section> table(const Section& tune, const std::string& name, const path& file) {
-  const Entry* entry = tune.find(name);
-  if (!entry) return {};
-  if (entry->kind != Entry::Kind::table)
-    tune.refuse(*entry, fmt::format("{} is not a table; expected a table [tune.{}]",
-                                    described(*entry), name));
-  return Section(file, *entry, fmt::format("in [tune.{}]", name), fmt::format("tune.{}.", name));
-}
-
-// The tables [[tune.name]], none if there is no such key.
-std::vector<Section> tables(const Section& tune, const std::string& name, const path& file) {
-  const Entry* list = tune.find(name);
-  if (!list) return {};
-  const std::string expected = fmt::format("expected [[tune.{}]] tables", name);
-  if (list->kind == Entry::Kind::table)
-    tune.refuse(*list, fmt::format("is one table; expected double brackets, [[tune.{}]]", name));
-  if (list->kind != Entry::Kind::array || list->entries.empty())
-    tune.refuse(*list, fmt::format("{} is no list of tables; {}", described(*list), expected));
-  std::vector<Section> found;
-  for (const Entry& entry : list->entries) {
-    if (entry.kind != Entry::Kind::table)
-      refuse(file, entry.place,
-             fmt::format("tune.{}: {} is not a table; {}", name, described(entry), expected));
-    found.emplace_back(file, entry, fmt::format("in [[tune.{}]]", name),
-                       fmt::format("tune.{}.", name));
-  }
-  return found;
-}
+constexpr std::size_t most_with_corners = 12;  // uncertain numbers: 4096 corners
 
 // A number in the file's own unit.
 double as_written(const Section& section, const char* key, const Accepted& accepted) {
@@ -64,21 +25,9 @@ double as_written(const Section& section, const char* key, const Accepted& accep
   return section.find(key)->number;
 }
 
-double whole(const Section& section, const Entry& entry, const Accepted& accepted) {
-  const double value = section.number(entry, accepted);
-  if (value != std::floor(value))
-    section.refuse(entry, fmt::format("{} is not a whole number", describe(entry)));
-  return value;
-}
-
-template <class Whole>
-void read_whole(const Section& section, const char* key, double most, Whole& value) {
-  if (const Entry* entry = section.find(key)) value = Whole(whole(section, *entry, {0, most}));
-}
-
 std::size_t read_count(const Section& section, double most) {
   return std::size_t(
-      whole(section, section.require("count", "a whole number of points"), {2, most}));
+      section.whole(section.require("count", "a whole number of points"), {2, most}));
 }
 
 void read_name(const Section& section, const char* key, const std::vector<std::string>& names,
@@ -222,20 +171,8 @@ std::vector<double> read_schedule(const Section& section) {
   const Entry* list = section.find("schedule_eta_deg");
   if (!list) return {};
   const Key eta = study_key("eta_deg");
-  const Accepted accepted{eta.accepted.lower, eta.accepted.upper, eta.unit};
-  if (list->kind != Entry::Kind::array || list->entries.size() < 2)
-    section.refuse(*list, fmt::format("{} is no list of tilts; expected [a, b, ...], at least two, "
-                                      "rising, each {}",
-                                      described(*list), describe(accepted)));
-  const std::vector<double> tilts = section.numbers(*list, accepted);
-  std::vector<double> schedule;
-  for (std::size_t i = 0; i < tilts.size(); ++i) {
-    if (i > 0 && !(tilts[i] > tilts[i - 1]))
-      section.refuse(*list, fmt::format("{} after {} does not rise; expected rising tilts, each "
-                                        "once",
-                                        tilts[i], tilts[i - 1]));
-    schedule.push_back(eta.in_si(tilts[i]));
-  }
+  std::vector<double> schedule = section.rising(*list, accepted_by(eta), "tilts");
+  for (double& tilt : schedule) tilt = eta.in_si(tilt);
   return schedule;
 }
 
@@ -257,8 +194,6 @@ Key vehicle_key(const Section& section) {
                              "{}",
                              name, expected));
 }
-
-Accepted accepted_by(const Key& key) { return {key.accepted.lower, key.accepted.upper, key.unit}; }
 
 // From `from` to `to`, in SI.
 Range read_ends(const Section& section, const Key& key) {
@@ -290,13 +225,6 @@ FreeGain read_gain(const Section& section, const std::vector<FreeGain>& earlier)
                                "\"linear\"",
                                section.find("from")->number));
   return {key.signal, ends.lower, ends.upper, logarithmic};
-}
-
-double own_value(Vehicle vehicle, const std::string& name) {
-  const auto gain = find(gain_signals(), name);
-  return gain >= 0 ? gain_value(vehicle.gains, std::size_t(gain))
-                   : aircraft_value(vehicle.aircraft,
-                                    std::size_t(index_of(aircraft_signals(), name, "number")));
 }
 
 // Of the study's own value to either side, in SI.
@@ -331,10 +259,7 @@ Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Ve
     section.refuse(
         *section.find("key"),
         fmt::format("{} is free in [[tune.gain]]; expected a number that is not chosen", key.name));
-  if (!section.find("percent") && !section.find("from") && !section.find("to"))
-    section.refuse("percent", "is missing; expected percent, or from and to");
-  const Range ends =
-      section.find("percent") ? read_percent(section, key, vehicle) : read_ends(section, key);
+  const Range ends = read_reach(section, key, vehicle);
   return {key.signal, ends.lower, ends.upper};
 }
 
@@ -349,41 +274,26 @@ Range reach_of(const std::string& name, const TuneTable& tune, const Vehicle& ve
 }
 
 // Refused where the first of the names is moved.
-[[noreturn]] void refuse_divisor(const Section& section, const path& file,
+[[noreturn]] void refuse_divisor(const Section& section, const std::vector<std::string>& lists,
                                  const std::vector<std::string>& names, std::string_view divisor) {
-  for (const char* list : {"gain", "uncertain"})
-    for (const Section& moved : tables(section, list, file))
+  for (const std::string& list : lists)
+    for (const Section& moved : section.tables(list))
       if (std::ranges::find(names, moved.text("key")) != names.end())
         moved.refuse(*moved.find("key"),
                      fmt::format("makes {} zero somewhere between its ends; expected ends on one "
                                  "side of that",
                                  divisor));
-  section.refuse("gain", fmt::format("makes {} zero", divisor));
+  section.refuse(lists.front(), fmt::format("makes {} zero", divisor));
 }
 
-// By which the control law (13) divides, as in [gains].
-void check_divisors(const Section& section, const path& file, const TuneTable& tune,
-                    const Vehicle& vehicle) {
-  const Range K_Lp = reach_of("gains.K_Lp", tune, vehicle),
-              K_Ep = reach_of("gains.K_Ep", tune, vehicle),
-              Ep = reach_of("aircraft.thrust_excess", tune, vehicle);
-  if (K_Lp.lower <= -1 && K_Lp.upper >= -1)
-    refuse_divisor(section, file, {"gains.K_Lp"}, "1 + K_Lp");
-  const auto [least, most] = std::minmax(
-      {Ep.lower * K_Ep.lower, Ep.lower * K_Ep.upper, Ep.upper * K_Ep.lower, Ep.upper * K_Ep.upper});
-  if (least <= -1 && most >= -1)
-    refuse_divisor(section, file, {"gains.K_Ep", "aircraft.thrust_excess"},
-                   "1 + thrust_excess K_Ep");
-}
-
-void read_numbers(const Section& section, const path& file, const Vehicle& vehicle,
-                  TuneTable& tune) {
+void read_numbers(const Section& section, const Vehicle& vehicle, TuneTable& tune) {
   section.require("gain", "at least one [[tune.gain]] table");
-  for (const Section& gain : tables(section, "gain", file))
+  for (const Section& gain : section.tables("gain"))
     tune.gains.push_back(read_gain(gain, tune.gains));
-  for (const Section& number : tables(section, "uncertain", file))
+  for (const Section& number : section.tables("uncertain"))
     tune.uncertain.push_back(read_uncertain(number, tune, vehicle));
-  check_divisors(section, file, tune, vehicle);
+  check_divisors(section, {"gain", "uncertain"},
+                 [&](const std::string& name) { return reach_of(name, tune, vehicle); });
   tune.corners = section.choice("corners", {"all", "none"}) == 0;
   if (tune.corners && tune.uncertain.size() > most_with_corners)
     section.refuse(*section.find("uncertain"),
@@ -391,7 +301,7 @@ void read_numbers(const Section& section, const path& file, const Vehicle& vehic
                                "or corners = \"none\"",
                                tune.uncertain.size(), tune.uncertain.size(), most_with_corners,
                                1 << most_with_corners));
-  read_whole(section, "samples", 1000, tune.samples);
+  read_whole(section, "samples", {0, 1000}, tune.samples);
 }
 
 void read_disturbance(const Section& section, std::map<std::string, double>& disturbance) {
@@ -402,8 +312,7 @@ void read_disturbance(const Section& section, std::map<std::string, double>& dis
   read("V", "V", {-largest, largest, "m/s"});
   read("gamma_deg", "gamma", any_angle);
   read("theta_deg", "theta", any_angle);
-  constexpr Accepted turning{-largest, largest, "degrees/s"};
-  if (section.find("q_deg")) disturbance["q"] = in_si(section.number("q_deg", turning), "degrees");
+  read("q_deg", "q", {-largest, largest, "degrees/s"});
 }
 
 // ---- what is asked ----
@@ -523,13 +432,40 @@ void read_search(const Section& section, TuneTable& tune) {
   read_name(section, "local", {"slsqp", "mma", "bobyqa", "cobyla", "sbplx"}, tune.local);
   searches.emplace_back("none");
   read_name(section, "second", searches, tune.second);
-  read_whole(section, "seed", most_seeds, tune.seed);
-  read_whole(section, "evaluations", 1e9, tune.evaluations);
+  read_whole(section, "seed", {0, most_seeds}, tune.seed);
+  read_whole(section, "evaluations", {0, 1e9}, tune.evaluations);
   if (section.find("seconds")) tune.seconds = section.number("seconds", {0, 1e6, "s"});
-  read_whole(section, "robustness", 1e7, tune.robustness);
+  read_whole(section, "robustness", {0, 1e7}, tune.robustness);
 }
 
 }  // namespace
+
+double own_value(Vehicle vehicle, const std::string& name) {
+  const auto gain = find(gain_signals(), name);
+  return gain >= 0 ? gain_value(vehicle.gains, std::size_t(gain))
+                   : aircraft_value(vehicle.aircraft,
+                                    std::size_t(index_of(aircraft_signals(), name, "number")));
+}
+
+Range read_reach(const Section& section, const Key& key, const Vehicle& vehicle) {
+  if (!section.find("percent") && !section.find("from") && !section.find("to"))
+    section.refuse("percent", "is missing; expected percent, or from and to");
+  return section.find("percent") ? read_percent(section, key, vehicle) : read_ends(section, key);
+}
+
+// By which the control law (13) divides, as in [gains].
+void check_divisors(const Section& section, const std::vector<std::string>& lists,
+                    const std::function<Range(const std::string& name)>& reach) {
+  const Range K_Lp = reach("gains.K_Lp"), K_Ep = reach("gains.K_Ep"),
+              Ep = reach("aircraft.thrust_excess");
+  if (K_Lp.lower <= -1 && K_Lp.upper >= -1)
+    refuse_divisor(section, lists, {"gains.K_Lp"}, "1 + K_Lp");
+  const auto [least, most] = std::minmax(
+      {Ep.lower * K_Ep.lower, Ep.lower * K_Ep.upper, Ep.upper * K_Ep.lower, Ep.upper * K_Ep.upper});
+  if (least <= -1 && most >= -1)
+    refuse_divisor(section, lists, {"gains.K_Ep", "aircraft.thrust_excess"},
+                   "1 + thrust_excess K_Ep");
+}
 
 TuneTable read_tune(const Section& section, const path& file, const Vehicle& vehicle,
                     const std::vector<Condition>& conditions) {
@@ -540,13 +476,12 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
   tune.conditions = read_places(section, conditions);
   tune.heights = read_heights(section, file);
   tune.schedule = read_schedule(section);
-  read_numbers(section, file, vehicle, tune);
-  if (const auto start = table(section, "disturbance", file))
-    read_disturbance(*start, tune.disturbance);
+  read_numbers(section, vehicle, tune);
+  if (const auto start = section.table("disturbance")) read_disturbance(*start, tune.disturbance);
   tune.goal = read_goal(section, file, tune);
-  for (const Section& limit : tables(section, "limit", file))
+  for (const Section& limit : section.tables("limit"))
     tune.limits.push_back(read_limit(limit, tune));
-  if (const auto front = table(section, "front", file)) tune.front = read_front(*front, tune);
+  if (const auto front = section.table("front")) tune.front = read_front(*front, tune);
   read_search(section, tune);
   return tune;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace tiltrim {
@@ -72,7 +73,7 @@ void watch(const Flight& flight, const FlyOptions& options, const FlightMode& mo
   both(theta_upper, x.theta, limits.theta);
   const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0);
   g[hand_over] = switches ? at.eta - flight.vehicle.aircraft.cyclic_off : never;
-  g[ground] = mode.on_ground ? never : x.height;
+  g[ground] = mode.on_ground ? -never : x.height;
   g[lift_off] = mode.on_ground ? at.lift_off : -never;
   g[too_fast] = at.V - options.fastest;
   g[turned_over] = std::abs(x.theta) - options.steepest;
@@ -135,6 +136,26 @@ FlightStatus status_of(const Trajectory& trajectory) {
   return FlightStatus::stuck;
 }
 
+// At rest a path has no direction, and the law's first thrust depends on it: it begins as
+// commanded, at next to no speed, whence the motion is unique.
+FlightState lifted(const Flight& flight, double t, FlightState x) {
+  constexpr double barely = 1e-12;  // m/s
+  const double alpha = x.theta - flight.schedule.command(t, x.height).gamma;
+  x.along = barely * std::cos(alpha);
+  x.across = barely * std::sin(alpha);
+  return x;
+}
+
+void touch_down(const Flight& flight, const FlyOptions& options, FlightResult& result) {
+  const FlightState& x = result.states.back();
+  const FlightPoint at = flight_point(flight, result.modes.back(), result.t.back(), x);
+  const bool soft = -at.climb_rate <= options.sinks && std::abs(at.ground_speed) <= options.rolls &&
+                    std::abs(x.theta) <= options.leans;
+  if (soft) result.status = FlightStatus::landed;
+  result.message = fmt::format("on the ground at {:.3g} m/s down, {:.3g} m/s along, θ = {:.3g}°",
+                               -at.climb_rate, at.ground_speed, x.theta * 180 / std::numbers::pi);
+}
+
 }  // namespace
 
 std::string to_string(FlightEventKind kind) {
@@ -144,8 +165,9 @@ std::string to_string(FlightEventKind kind) {
 }
 
 std::string to_string(FlightStatus status) {
-  constexpr std::array names{"flown",      "ground_contact", "lost",
-                             "not_finite", "stuck",          "interrupted"};
+  constexpr std::array names{"flown",      "landed", "ground_contact", "lost",
+                             "not_finite", "stuck",  "interrupted"};
+  static_assert(names.size() == flight_statuses);
   return names[std::size_t(status)];
 }
 
@@ -178,7 +200,10 @@ Motion motion_of(const Flight& flight, const FlyOptions& options) {
   };
   motion.at = [&flight](const MotionEvent& event, double* x, int number) {
     FlightMode mode = mode_of(number);
-    if (event.which == lift_off) mode.on_ground = false;
+    if (event.which == lift_off) {
+      mode.on_ground = false;
+      write(lifted(flight, event.t, state_of(x)), x);
+    }
     if (event.which == hand_over) {
       FlightState state = state_of(x);
       if (flight.hand_over == HandOver::bumpless) {
@@ -213,10 +238,11 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
     result.events.push_back(std::move(happened));
     return after;
   };
-  std::vector<double> x0(flight_states);
-  write(start.state, x0.data());
   const FlightMode mode = mode_at(flight, start);
-  if (start.on_ground && !mode.on_ground)
+  const bool at_once = start.on_ground && !mode.on_ground;
+  std::vector<double> x0(flight_states);
+  write(at_once ? lifted(flight, 0.0, start.state) : start.state, x0.data());
+  if (at_once)
     result.events.push_back({FlightEventKind::lift_off,
                              "at once",
                              0.0,
@@ -235,6 +261,7 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
     result.states.push_back(state_of(trajectory.state(k)));
     result.modes.push_back(mode_of(trajectory.modes[k]));
   }
+  if (result.status == FlightStatus::ground_contact) touch_down(flight, options, result);
   return result;
 }
 

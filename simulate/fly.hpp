@@ -22,6 +22,8 @@ struct FlyOptions {
   IntegrateOptions integrate{};
   double fastest = 60.0;  ///< m/s through the air: beyond it the flight is lost
   double steepest = 3.0;  ///< rad of |theta|: the same
+  /// A landing: ground contact at no more than these, m/s down and along, rad of |theta|.
+  double sinks = 3.0, rolls = 3.0, leans = 0.35;
 };
 
 enum class FlightEventKind {
@@ -44,13 +46,15 @@ struct FlightEvent {
 };
 
 enum class FlightStatus {
-  flown,  ///< to the end of its time
-  ground_contact,
-  lost,  ///< too fast or turned over
+  flown,           ///< to the end of its time
+  landed,          ///< on the ground, softly: see FlyOptions
+  ground_contact,  ///< on the ground otherwise
+  lost,            ///< too fast or turned over
   not_finite,
   stuck,  ///< step too small, steps or events used up: the message says which
   interrupted,
 };
+inline constexpr std::size_t flight_statuses = 7;
 std::string to_string(FlightStatus status);
 
 struct FlightResult {

@@ -30,11 +30,15 @@ void check(const Motion& motion, const State& x0, double from, double to,
   require(motion.watched.empty() || bool(motion.g), "events are watched but there is no g");
   require(std::isfinite(from) && std::isfinite(to) && to > from,
           fmt::format("from t = {} to t = {}; the end must come after the start", from, to));
+  require(std::ranges::is_sorted(motion.breaks), "the breaks must be rising");
   require(o.tolerance > 0 && o.tolerance < 1, "the tolerance must be between 0 and 1");
-  require(o.sample >= 0 && o.longest_step > 0 && o.fixed_step >= 0,
+  require(o.sample >= 0 && o.longest_step > 0 && o.fixed_step >= 0 && std::isfinite(o.fixed_step),
           "sample and steps must not be negative");
+  require(o.diverged_beyond > 0, "diverged_beyond must be above zero");
   for (std::size_t i = 0; i < x0.size(); ++i)
-    require(std::isfinite(x0[i]), fmt::format("{} starts at {}", motion.states[i].name, x0[i]));
+    require(std::isfinite(x0[i]) && motion.states[i].nominal > 0,
+            fmt::format("{} starts at {}, nominal {}", motion.states[i].name, x0[i],
+                        motion.states[i].nominal));
 }
 
 // A step under way: everything that goes on from one to the next.
@@ -46,8 +50,9 @@ class Integration {
         options_(options),
         n_(x0.size()),
         mode_(mode),
-        t_(from),
+        start_(from),
         to_(to),
+        t_(from),
         x_(x0),
         rates_(n_),
         next_(n_),
@@ -60,16 +65,17 @@ class Integration {
 
   Trajectory run() {
     begin();
-    while (!finished_) {
-      if (t_ >= to_) break;
-      if (options_.stop.stop_requested()) return end(MotionStatus::interrupted, "stopped");
-      if (result_.steps + result_.rejected >= options_.max_steps)
-        return end(MotionStatus::step_limit,
-                   fmt::format("{} steps are used up: stiff, or too fine a tolerance",
-                               options_.max_steps));
-      step();
+    while (!finished_ && t_ < to_) {
+      if (options_.stop.stop_requested())
+        stop(MotionStatus::interrupted, "stopped");
+      else if (result_.steps + result_.rejected >= options_.max_steps)
+        stop(MotionStatus::step_limit, fmt::format("{} steps are used up: stiff, or too fine a "
+                                                   "tolerance",
+                                                   options_.max_steps));
+      else
+        step();
     }
-    if (!finished_) sample(t_, x_);
+    sample_here();
     return std::move(result_);
   }
 
@@ -78,34 +84,36 @@ class Integration {
   const IntegrateOptions& options_;
   std::size_t n_;
   int mode_;
-  double t_, to_;
+  double start_, to_, t_;
   State x_, rates_, next_, next_rates_, error_, trial_, trial_rates_;
   std::vector<double> g_;
-  std::vector<char> above_;  // side of zero that each watched function is on
+  std::vector<char> above_;  // side of zero that each watched function is on; zero is below
   Stepper stepper_;
   Trajectory result_;
   double h_ = 0.0;
-  long sampled_ = 0;  // samples on the grid so far
-  double start_ = 0.0;
+  double target_ = 0.0;  // the next break, or the end
+  double inside_ = 0.0;  // the last time on the near side of a break
+  long sampled_ = 1;     // samples on the grid so far
+  long at_once_ = 0;     // crossings at this instant
+  double instant_ = -std::numeric_limits<double>::infinity();
   bool finished_ = false;
 
+  // A step that ends at a break stays on its near side.
   auto system() {
     return [this](const State& x, State& dxdt, double t) {
       ++result_.evaluations;
-      motion_.f(t, x.data(), mode_, dxdt.data());
+      motion_.f(std::min(t, inside_), x.data(), mode_, dxdt.data());
     };
   }
 
-  Trajectory end(MotionStatus status, std::string why) {
-    stop(status, std::move(why));
-    return std::move(result_);
+  void watch(double t, const State& x) {
+    if (!g_.empty()) motion_.g(std::min(t, inside_), x.data(), mode_, g_.data());
   }
 
   void stop(MotionStatus status, std::string why) {
     finished_ = true;
     result_.status = status;
     result_.message = std::move(why);
-    if (result_.t.empty() || result_.t.back() != t_) sample(t_, x_);
   }
 
   void sample(double t, const State& x) {
@@ -114,24 +122,50 @@ class Integration {
     result_.modes.push_back(mode_);
   }
 
-  void begin() {
-    start_ = t_;
-    sample(t_, x_);
-    sampled_ = 1;
-    if (!motion_.watched.empty()) {
-      motion_.g(t_, x_.data(), mode_, g_.data());
-      for (std::size_t k = 0; k < g_.size(); ++k) above_[k] = g_[k] > 0;
-    }
-    evaluate_rates();
-    h_ = options_.fixed_step > 0 ? options_.fixed_step : first_step();
+  void sample_here() {
+    if (result_.t.back() != t_) sample(t_, x_);
   }
 
-  void evaluate_rates() {
+  // An event is located to the spacing of times; what comes nearer than that is told from the last
+  // one by sixteen of them, and within `instant` functions cross at once.
+  double spacing() const {
+    return 2 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_), h_);
+  }
+  double nearest() const { return 16 * spacing(); }
+  double instant() const { return 256 * spacing(); }
+
+  void begin() {
+    sample(t_, x_);
+    onward();
+    h_ = options_.fixed_step > 0 ? options_.fixed_step : first_step();
+    watch(t_, x_);
+    for (std::size_t k = 0; k < g_.size(); ++k) above_[k] = g_[k] > 0;
+    require_numbers();
+    settle();
+  }
+
+  // Rates and the next break from a point where they may have changed.
+  void onward() {
+    const auto next = std::ranges::upper_bound(motion_.breaks, t_);
+    const bool breaks = next != motion_.breaks.end() && *next <= to_;
+    target_ = breaks ? *next : to_;
+    inside_ = breaks ? std::nextafter(target_, t_) : to_;
     system()(x_, rates_, t_);
+    require_finite(rates_);
+  }
+
+  void require_finite(const State& rates) {
     for (std::size_t i = 0; i < n_ && !finished_; ++i)
-      if (!std::isfinite(rates_[i]))
+      if (!std::isfinite(rates[i]))
         stop(MotionStatus::not_finite,
-             fmt::format("the rate of {} is {}", motion_.states[i].name, rates_[i]));
+             fmt::format("the rate of {} is {}", motion_.states[i].name, rates[i]));
+  }
+
+  void require_numbers() {
+    for (std::size_t k = 0; k < g_.size() && !finished_; ++k)
+      if (std::isnan(g_[k]))
+        stop(MotionStatus::not_finite,
+             fmt::format("the watched '{}' is nan", motion_.watched[k].name));
   }
 
   // A hundredth of the time in which the fastest state moves by its size.
@@ -140,12 +174,7 @@ class Integration {
     for (std::size_t i = 0; i < n_; ++i)
       fastest = std::max(
           fastest, std::abs(rates_[i]) / std::max(std::abs(x_[i]), motion_.states[i].nominal));
-    return std::min(options_.longest_step, 0.01 / fastest);
-  }
-
-  double next_break() const {
-    const auto next = std::ranges::upper_bound(motion_.breaks, t_);
-    return next == motion_.breaks.end() ? to_ : std::min(to_, *next);
+    return std::min({options_.longest_step, 0.01 / fastest, to_ - t_});
   }
 
   // The step from here to t_ + h; its error over the tolerance, infinite where it is not finite.
@@ -153,7 +182,7 @@ class Integration {
     stepper_.do_step(system(), x_, rates_, t_, x, rates, h, error_);
     double worst = 0.0;
     for (std::size_t i = 0; i < n_; ++i) {
-      if (!std::isfinite(x[i]) || !std::isfinite(rates[i]))
+      if (!std::isfinite(x[i]) || !std::isfinite(rates[i]) || !std::isfinite(error_[i]))
         return std::numeric_limits<double>::infinity();
       const double size = std::max({std::abs(x_[i]), std::abs(x[i]), motion_.states[i].nominal});
       worst = std::max(worst, std::abs(error_[i]) / (options_.tolerance * size));
@@ -162,29 +191,40 @@ class Integration {
   }
 
   void step() {
-    const double target = next_break();
-    const double rest = target - t_;
+    const double rest = target_ - t_;
     const double longest = options_.fixed_step > 0 ? options_.fixed_step : options_.longest_step;
-    double h = std::min({h_, longest, rest});
-    if (rest - h < 1e-9 * longest) h = rest;  // no crumbs
+    double h = std::min(h_, longest);
+    h = (t_ + h) - t_;                       // as times can tell
+    if (!(h < (1 - 1e-9) * rest)) h = rest;  // no crumbs
+    if (!(h > 0)) return too_small();
     const double error = tried(h, next_, next_rates_);
-    const bool controlled = options_.fixed_step == 0;
     // The usual controller of a fifth-order pair: [52, sec. II.4].
     const double factor = std::isfinite(error)
                               ? std::clamp(0.9 * std::pow(std::max(error, 1e-10), -0.2), 0.2, 5.0)
                               : 0.1;
-    if (!(error <= 1) && (controlled || !std::isfinite(error))) {
+    const bool controlled = options_.fixed_step == 0;
+    if (!controlled && !std::isfinite(error)) return too_small();
+    if (controlled && error > 1) {
       ++result_.rejected;
       h_ = h * std::min(factor, 0.9);
-      if (!(t_ + h_ > t_))
-        stop(MotionStatus::step_too_small, "no step is short enough for the tolerance");
+      if (!((t_ + h_) - t_ < h)) too_small();
       return;
     }
     ++result_.steps;
+    if (controlled) h_ = factor > 1 ? std::max(h_, h * factor) : h * factor;
+    accept(h, h == rest);
+  }
+
+  void too_small() {
+    require_finite(next_rates_);
+    if (!finished_) stop(MotionStatus::step_too_small, "no step is short enough for the tolerance");
+  }
+
+  // The step of length h as far as the first event in it.
+  void accept(double h, bool to_target) {
     const std::optional<std::size_t> crossed = first_crossing(h);
-    const double t = h == rest && !crossed ? target : t_ + h;
+    const double t = to_target && !crossed ? target_ : std::min(t_ + h, target_);
     samples_between(t_, t);
-    const double taken = h;
     t_ = t;
     x_.swap(next_);
     rates_.swap(next_rates_);
@@ -192,66 +232,60 @@ class Integration {
       if (!(std::abs(x_[i]) <= options_.diverged_beyond * motion_.states[i].nominal))
         return stop(MotionStatus::diverged, fmt::format("{} is {:.3g} {}", motion_.states[i].name,
                                                         x_[i], motion_.states[i].unit));
-    if (controlled && !crossed) h_ = std::max(taken, std::min(h_, taken)) * factor;
+    require_numbers();
+    if (finished_) return;
     if (crossed)
       happened(*crossed);
-    else if (h == rest)
-      evaluate_rates();  // behind a break
+    else if (t_ == target_ && t_ < to_)
+      onward();
+    else
+      return;
+    settle();
   }
 
   // The watched function that changes its side first within the step of length h, if one does: then
-  // the step is cut to end just behind it.
+  // the step is cut to end just behind it. Of a function that changes it twice nothing is seen.
   std::optional<std::size_t> first_crossing(double& h) {
-    if (motion_.watched.empty()) return {};
-    motion_.g(t_ + h, next_.data(), mode_, g_.data());
     std::optional<std::size_t> first;
-    const std::vector<double> at_end = g_;
-    double shortest = h;
-    for (std::size_t k = 0; k < at_end.size(); ++k) {
-      if ((at_end[k] > 0) == bool(above_[k])) continue;
-      const double behind = located(k, h, at_end[k]);
-      if (first && behind >= shortest) continue;
+    watch(t_ + h, next_);
+    for (std::size_t k = 0; k < g_.size(); ++k) {
+      if ((g_[k] > 0) == bool(above_[k]) || std::isnan(g_[k])) continue;
       first = k;
-      shortest = behind;
+      h = located(k, h);
+      tried(h, next_, next_rates_);
+      watch(t_ + h, next_);
     }
-    if (!first) return {};
-    h = shortest;
-    tried(h, trial_, trial_rates_);
-    next_ = trial_;
-    next_rates_ = trial_rates_;
     return first;
   }
 
-  // The length of a step that ends just behind the zero of a watched function.
-  double located(std::size_t which, double h, double at_end) {
+  // The length of a step that ends just behind the change of side of a watched function.
+  double located(std::size_t which, double h) {
+    if (h <= nearest()) return h;
+    constexpr double least = std::numeric_limits<double>::min(), most = 1e300;
+    const auto side = [&] {
+      const double g = g_[which];
+      return g > 0 ? std::min(g, most) : std::max(-most, std::min(-least, g));
+    };
     const auto value = [&](double length) {
       tried(length, trial_, trial_rates_);
-      motion_.g(t_ + length, trial_.data(), mode_, g_.data());
-      return g_[which];
+      watch(t_ + length, trial_);
+      return side();
     };
-    const double side = above_[which] ? 1.0 : -1.0;
-    motion_.g(t_, x_.data(), mode_, g_.data());
-    const double at_start = g_[which];
-    // Behind a zero already, but for rounding: it is here.
-    if (!(at_start * side > 0)) return std::min(h, 16 * spacing());
-    if (at_end == 0) return h;
+    const double at_end = side();
+    watch(t_, x_);
+    double from = 0.0, at_start = side();
+    if ((at_start > 0) != bool(above_[which])) at_start = value(from = nearest());
+    if ((at_start > 0) == (at_end > 0)) return from;  // back at once
     std::uintmax_t steps = 100;
-    const auto [from, to] = boost::math::tools::toms748_solve(
-        value, 0.0, h, at_start, at_end,
-        [&](double a, double b) { return std::abs(b - a) <= spacing(); }, steps);
-    return to;
-  }
-
-  double spacing() const {
-    return 2 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_), 0.01);
+    return boost::math::tools::toms748_solve(
+               value, from, h, at_start, at_end,
+               [&](double a, double b) { return std::abs(b - a) <= spacing(); }, steps)
+        .second;
   }
 
   // Samples on the grid in (from, to], by the dense output of the step from x_ to next_.
   void samples_between(double from, double to) {
-    if (options_.sample == 0) {
-      sample(to, next_);
-      return;
-    }
+    if (options_.sample == 0) return sample(to, next_);
     for (double t; (t = start_ + double(sampled_) * options_.sample) <= to; ++sampled_) {
       if (t >= to_) return;  // the end has a sample of its own
       stepper_.calc_state(t, trial_, x_, rates_, from, next_, next_rates_, to);
@@ -259,34 +293,42 @@ class Integration {
     }
   }
 
-  // At an event: the samples before and behind it, the caller's change, and what that makes happen.
+  // A watched function has changed its side: the caller's change.
   void happened(std::size_t which) {
-    sample(t_, x_);
-    for (int chain = 0; which < above_.size(); ++chain) {
-      above_[which] = !above_[which];
-      const Watched& watched = motion_.watched[which];
-      const MotionEvent event{which, bool(above_[which]), t_};
-      using enum Watched::Direction;
-      const bool counts =
-          watched.direction == both || (watched.direction == rising) == event.rising;
-      if (counts) {
-        result_.events.push_back(event);
-        if (motion_.at) mode_ = motion_.at(event, x_.data(), mode_);
-        if (watched.ends) {
-          sample(t_, x_);
-          return stop(MotionStatus::ended_by_event, watched.name);
-        }
-      }
-      if (long(result_.events.size()) >= options_.max_events || chain > 100)
-        return stop(MotionStatus::event_limit,
-                    fmt::format("'{}' to and fro, {} events", watched.name, result_.events.size()));
-      motion_.g(t_, x_.data(), mode_, g_.data());
-      which = above_.size();
-      for (std::size_t k = 0; k < g_.size(); ++k)
-        if ((g_[k] > 0) != bool(above_[k]) && k != event.which) which = std::min(which, k);
+    if (t_ - instant_ > instant()) at_once_ = 0;
+    instant_ = t_;
+    above_[which] = !above_[which];
+    const Watched& watched = motion_.watched[which];
+    const MotionEvent event{which, bool(above_[which]), t_};
+    using enum Watched::Direction;
+    if (watched.direction == both || (watched.direction == rising) == event.rising) {
+      sample_here();
+      result_.events.push_back(event);
+      if (motion_.at) mode_ = motion_.at(event, x_.data(), mode_);
+      sample(t_, x_);
+      if (watched.ends) return stop(MotionStatus::ended_by_event, watched.name);
     }
-    sample(t_, x_);
-    evaluate_rates();
+    const long at_most = 20 * long(above_.size());  // at once, 20 of each: to and fro
+    if (long(result_.events.size()) >= options_.max_events || ++at_once_ > at_most)
+      stop(MotionStatus::event_limit,
+           fmt::format("'{}' to and fro, {} events", watched.name, result_.events.size()));
+    else
+      onward();
+  }
+
+  // Behind a start, an event or a break: each function that is about to be on its other side
+  // crosses at this instant, one after the other. So a bounce is seen however short it is.
+  void settle() {
+    while (!finished_) {
+      for (std::size_t i = 0; i < n_; ++i) trial_[i] = x_[i] + instant() * rates_[i];
+      watch(t_ + instant(), trial_);
+      require_numbers();
+      if (finished_) return;
+      std::size_t k = 0;
+      while (k < g_.size() && (g_[k] > 0) == bool(above_[k])) ++k;
+      if (k == g_.size()) return;
+      happened(k);
+    }
   }
 };
 

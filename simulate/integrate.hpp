@@ -10,7 +10,8 @@
 
 namespace tiltrim {
 
-/// A function whose change of sign is an event.
+/// A function whose change of sign is an event. Zero counts as below it: at the start what rises
+/// from zero has an event, what falls from it has none.
 struct Watched {
   std::string name;
   enum class Direction { both, rising, falling } direction = Direction::both;
@@ -32,8 +33,9 @@ struct Motion {
   Signals states;
   Evaluate f;
   std::vector<Watched> watched{};
-  Evaluate g{};                  ///< needed if anything is watched
-  std::vector<double> breaks{};  ///< times at which f has a kink or a jump, rising
+  Evaluate g{};  ///< needed if anything is watched
+  /// Times at which f or g has a kink or a jump, rising; at them both have their value behind.
+  std::vector<double> breaks{};
   /// Called at each event, just behind it; may move the state, returns the mode from there on.
   /// Empty: events change nothing.
   std::function<int(const MotionEvent&, double* x, int mode)> at{};
@@ -42,9 +44,9 @@ struct Motion {
 struct IntegrateOptions {
   /// Of each step's error in each state: times the larger of the state and its nominal size.
   double tolerance = 1e-9;
-  double sample = 0.1;         ///< between samples; 0: at the steps themselves
+  double sample = 0.1;         ///< between samples; 0: at the steps; infinite: at the ends, events
   double fixed_step = 0.0;     ///< no error control, to measure the order; 0: controlled
-  double longest_step = 0.5;   ///< so that no event falls through between two steps
+  double longest_step = 0.5;   ///< what changes its sign twice within a step is missed
   long max_steps = 2'000'000;  ///< tried
   long max_events = 10'000;
   double diverged_beyond = 1e9;  ///< nominal sizes
@@ -55,10 +57,10 @@ enum class MotionStatus {
   completed,       ///< the end time is reached
   ended_by_event,  ///< by one that ends the motion
   diverged,        ///< a state is beyond all sizes
-  not_finite,      ///< f is not finite at the last state
-  step_too_small,  ///< no step is short enough for the tolerance: a jump that is not watched
+  not_finite,      ///< f at or just behind the last state; a watched function that is NaN
+  step_too_small,  ///< no step that times can tell is short enough for the tolerance: a pole
   step_limit,      ///< max_steps used up: stiff, or a tolerance out of reach
-  event_limit,     ///< max_events: a motion that switches to and fro
+  event_limit,     ///< max_events, or 20 per watched one at once: to and fro
   interrupted,
 };
 std::string to_string(MotionStatus status);
@@ -82,8 +84,10 @@ struct Trajectory {
 
 /// From x0 at `from` to `to` > from: Dormand and Prince's pair of orders 5 and 4 with its dense
 /// output [52]. An event is located to rounding on steps of its own, not on the dense output, and
-/// no step goes across one. Every cap has its status. Throws std::invalid_argument where sizes do
-/// not fit, a start or an option is not finite, or `to` is not behind `from`.
+/// no step goes across one; what crosses within 1e-13 of the time or the step happens at once. f
+/// and g must go on smoothly a step beyond an event. Every cap has its status. Throws
+/// std::invalid_argument where sizes do not fit, a start is not finite, an option is NaN or out of
+/// range, or `to` is not behind `from`.
 [[nodiscard]] Trajectory integrate(const Motion& motion, const std::vector<double>& x0, int mode,
                                    double from, double to, const IntegrateOptions& options = {});
 

@@ -1,0 +1,407 @@
+#include "model/simulate_reader.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "model/tune_reader.hpp"
+
+namespace tiltrim::reading {
+
+namespace {
+
+constexpr double largest = 1e6;            // far beyond any aircraft, far from overflow
+constexpr double longest = 1e5;            // s
+constexpr double shortest = 1e-4;          // s, between two changes; of a table over height, m
+constexpr double most_samples = 2e6;       // some 300 MB
+constexpr std::size_t most_points = 1000;  // of a schedule
+constexpr Accepted moment{0, longest, "s"};
+constexpr Accepted height{0, largest, "m"};
+constexpr Accepted speed{0, largest, "m/s"};
+constexpr Accepted any_angle{-180, 180, "degrees"};
+constexpr Accepted wind{-1000, 1000, "m/s"}, turbulence{0, 1000, "m/s"};
+
+void read(const Section& section, std::string_view key, const Accepted& accepted, double& value) {
+  if (section.find(key)) value = section.number(key, accepted);
+}
+
+// A time that may be 0, but is otherwise long enough to tell its ends apart.
+void read_lasting(const Section& section, std::string_view key, double longest_one, double& value) {
+  read(section, key, {0, longest_one, "s"}, value);
+  if (value != 0 && value < shortest)
+    section.refuse(*section.find(key),
+                   fmt::format("{} is too short; expected 0, or at least {} s", value, shortest));
+}
+
+// ---- the schedule ----
+
+std::vector<double> read_at(const Section& section, bool over_time) {
+  const std::string_view things = over_time ? "times" : "heights";
+  const Entry& list = section.require(
+      "at", over_time ? "[0, 10, ...], rising times in s" : "[0, 60, ...], rising heights in m");
+  const std::vector<double> at =
+      section.rising(list, over_time ? moment : Accepted{-largest, largest, "m"}, things);
+  if (at.size() > most_points)
+    section.refuse(list,
+                   fmt::format("has {} {}; expected at most {}", at.size(), things, most_points));
+  for (std::size_t i = 1; i < at.size(); ++i)
+    if (at[i] - at[i - 1] < shortest)
+      section.refuse(list, fmt::format("{} after {} is too close; expected {} at least {} apart",
+                                       at[i], at[i - 1], things, shortest));
+  return at;
+}
+
+// One value for each place of the schedule, in SI; none where the corridor's own will do.
+std::vector<double> read_commands(const Section& section, const char* name,
+                                  const ScheduleTable& schedule) {
+  const char* things = schedule.over_time ? "times" : "heights";
+  if (schedule.over_time)
+    section.require(name, "a list with a number for each of `at`; over time it has no default");
+  const Entry* list = section.find(name);
+  if (!list) return {};
+  const Key key = study_key(name);
+  std::vector<double> values = section.numbers(*list, accepted_by(key));
+  if (values.size() != schedule.at.size())
+    section.refuse(*list, fmt::format("{} values for {} {}; expected one for each", values.size(),
+                                      schedule.at.size(), things));
+  for (double& value : values) value = key.in_si(value);
+  return values;
+}
+
+ScheduleTable read_table(const Section& section) {
+  section.allow_only({"over", "at", "V", "gamma_deg", "eta_deg"});
+  ScheduleTable schedule{ScheduleTable::Kind::table};
+  section.require("over", "\"height\" or \"time\"");
+  schedule.over_time = section.choice("over", {"height", "time"}) == 1;
+  schedule.at = read_at(section, schedule.over_time);
+  schedule.V = read_commands(section, "V", schedule);
+  schedule.gamma = read_commands(section, "gamma_deg", schedule);
+  schedule.eta = read_commands(section, "eta_deg", schedule);
+  if (schedule.V.empty() && schedule.gamma.empty() && schedule.eta.empty())
+    section.refuse("V",
+                   "is missing, and gamma_deg and eta_deg too, which leaves the corridor; "
+                   "expected one of them, or schedule = \"corridor\"");
+  return schedule;
+}
+
+ScheduleTable read_schedule(const Section& section) {
+  const Entry* entry = section.find("schedule");
+  if (!entry) return {};
+  if (entry->kind == Entry::Kind::table) return read_table(*section.table("schedule"));
+  if (entry->kind != Entry::Kind::text)
+    section.refuse(*entry, fmt::format("{} is no schedule; expected \"corridor\", \"hold\", "
+                                       "\"reconversion\" or a table [simulate.schedule]",
+                                       described(*entry)));
+  const std::vector<std::string> kinds{"corridor", "hold", "reconversion"};
+  return {static_cast<ScheduleTable::Kind>(section.choice("schedule", kinds))};
+}
+
+// ---- the start ----
+
+bool holds(const SimulateTable& simulate) {
+  return simulate.schedule.kind == ScheduleTable::Kind::hold;
+}
+
+// The condition whose command is the first, if it is one's.
+const Condition* start_of(const SimulateTable& simulate, const std::vector<Condition>& conditions) {
+  const auto at = std::ranges::find(conditions, simulate.start, &Condition::name);
+  if (at != conditions.end()) return &*at;
+  return holds(simulate) ? &conditions.front() : nullptr;
+}
+
+void check_condition(const Section& section, const Entry& entry, const Condition& condition) {
+  if (condition.formulation != Formulation::closed_loop)
+    section.refuse(entry, fmt::format("the condition {} is flown without a control law; expected "
+                                      "one of formulation closed_loop",
+                                      in_quotes(condition.name)));
+}
+
+// "ground", "trim" or a condition's name; empty where nothing is said.
+std::string read_start(const Section& section, const std::vector<Condition>& conditions) {
+  const Entry* entry = section.find("start");
+  if (!entry) return {};
+  std::vector<std::string> names{"ground", "trim"};
+  for (const Condition& condition : conditions) names.push_back(condition.name);
+  const std::size_t words = 2, chosen = section.choice("start", names);
+  if (chosen >= words)
+    check_condition(section, *entry, conditions[chosen - words]);
+  else if (std::ranges::count(names, names[chosen]) > 1)
+    section.refuse(*entry, fmt::format("{} is the name of a condition too; expected that one by "
+                                       "another name",
+                                       in_quotes(names[chosen])));
+  return names[chosen];
+}
+
+double read_height(const Section& section, const SimulateTable& simulate) {
+  constexpr double top_of_corridor = 120.0;  // m
+  const bool back = simulate.schedule.kind == ScheduleTable::Kind::reconversion;
+  if (back && from_ground(simulate))
+    section.refuse(*section.find("start"),
+                   "a reconversion begins in the air; expected \"trim\" or a condition");
+  double start = back ? top_of_corridor : 0.0;
+  read(section, "height", height, start);
+  if (from_ground(simulate) && start != 0)
+    section.refuse(*section.find("height"),
+                   fmt::format("{} m is not the ground; expected 0, or start = \"trim\"", start));
+  return start;
+}
+
+std::map<std::string, double> read_states(const Section& section, bool on_ground) {
+  section.allow_only(
+      {"V", "gamma_deg", "theta_deg", "q", "energy_integral", "distribution_integral"});
+  if (on_ground)
+    for (const char* key : {"V", "gamma_deg"})
+      if (const Entry* entry = section.find(key))
+        section.refuse(*entry,
+                       "on the ground the aircraft is at rest; expected start = \"trim\" or a "
+                       "condition");
+  std::map<std::string, double> states;
+  const auto state = [&](const char* key, const char* name, const Accepted& accepted) {
+    if (section.find(key)) states[name] = section.number(key, accepted);
+  };
+  constexpr Accepted integral{-largest, largest, "s"};
+  state("V", "V", speed);
+  state("gamma_deg", "gamma", any_angle);
+  state("theta_deg", "theta", any_angle);
+  state("q", "q", {-1000, 1000, "rad/s"});
+  state("energy_integral", "energy_integral", integral);
+  state("distribution_integral", "distribution_integral", integral);
+  return states;
+}
+
+// Wind axes divide by V.
+void check_wind_axes(const Section& section, const SimulateTable& simulate,
+                     const std::vector<Condition>& conditions) {
+  if (simulate.axes != Axes::wind) return;
+  const Entry& axes = *section.find("axes");
+  if (from_ground(simulate))
+    section.refuse(axes,
+                   "wind axes divide by V, which is 0 on the ground; expected \"body\", or "
+                   "start = \"trim\"");
+  std::vector<double> speeds = simulate.schedule.V;
+  const Condition* start = start_of(simulate, conditions);
+  const auto V = simulate.states.find("V");
+  const bool given = V != simulate.states.end();
+  if (given) speeds.push_back(V->second);
+  if (start && (!given || holds(simulate))) speeds.push_back(start->command.V);
+  for (const double slow : speeds)
+    if (slow < body_axes_below)
+      section.refuse(axes, fmt::format("wind axes divide by V, which goes down to {} m/s; expected "
+                                       "\"body\", or V of at least {} m/s",
+                                       slow, body_axes_below));
+}
+
+// ---- the aircraft's actuators and its integrals ----
+
+void read_rates(const Section& section, ActuatorRates& rates) {
+  constexpr double least = 1e-6;
+  constexpr Accepted turning{least, largest, "degrees/s"};
+  section.allow_only({"theta0", "a1s_deg", "delta_e_deg", "eta_deg"});
+  read(section, "theta0", {least, largest, "1/s"}, rates.theta0);
+  read(section, "a1s_deg", turning, rates.a1s);
+  read(section, "delta_e_deg", turning, rates.delta_e);
+  read(section, "eta_deg", turning, rates.eta);
+}
+
+void read_law(const Section& section, SimulateTable& simulate) {
+  simulate.hand_over =
+      static_cast<HandOver>(section.choice("hand_over", {"as_printed", "bumpless"}));
+  read_lasting(section, "anti_windup", largest, simulate.anti_windup);
+  if (simulate.anti_windup == 0) simulate.anti_windup = std::numeric_limits<double>::infinity();
+  if (const auto rates = section.table("rates")) read_rates(*rates, simulate.rates);
+  read(section, "lag", {shortest, 1000, "s"}, simulate.lag);
+}
+
+// ---- what disturbs it ----
+
+DisturbanceTable read_disturbance(const Section& section) {
+  section.allow_only({"kind", "on", "at", "size", "duration"});
+  struct On {
+    const char* signal;
+    Accepted accepted;
+  };
+  constexpr std::array sizes{On{"V", {-1000, 1000, "m/s"}}, On{"gamma", any_angle},
+                             On{"theta0", {-10, 10}}, On{"a1s", {-90, 90, "degrees"}},
+                             On{"delta_e", {-90, 90, "degrees"}}};
+  DisturbanceTable disturbance;
+  section.require("kind", "\"step\" or \"doublet\"");
+  disturbance.kind =
+      static_cast<DisturbanceTable::Kind>(section.choice("kind", {"step", "doublet"}));
+  section.require("on", "what is disturbed in quotes, as \"V\" or \"delta_e_deg\"");
+  const On& on =
+      sizes[section.choice("on", {"V", "gamma_deg", "theta0", "a1s_deg", "delta_e_deg"})];
+  disturbance.on = on.signal;
+  disturbance.size = section.number("size", on.accepted);
+  read(section, "at", moment, disturbance.at);
+  read_lasting(section, "duration", longest, disturbance.duration);
+  if (disturbance.kind == DisturbanceTable::Kind::doublet && disturbance.duration == 0)
+    section.refuse("duration", "a doublet needs one; expected a number above 0 s");
+  return disturbance;
+}
+
+std::vector<std::string> gust_keys(GustTable::Kind kind) {
+  switch (kind) {
+    case GustTable::Kind::steady:
+      break;
+    case GustTable::Kind::one_minus_cosine:
+      return {"kind", "direction", "size", "at", "duration"};
+    case GustTable::Kind::dryden:
+      return {"kind", "direction", "size", "length", "speed", "seed"};
+  }
+  return {"kind", "direction", "size"};
+}
+
+GustTable read_gust(const Section& section) {
+  GustTable gust;
+  section.allow_only({"kind", "direction", "size", "at", "duration", "length", "speed", "seed"});
+  section.require("kind", "\"steady\", \"one_minus_cosine\" or \"dryden\"");
+  gust.kind = static_cast<GustTable::Kind>(
+      section.choice("kind", {"steady", "one_minus_cosine", "dryden"}));
+  const std::string cosine = "it is a key of kind one_minus_cosine",
+                    dryden = "it is a key of kind dryden";
+  section.allow_only(gust_keys(gust.kind), {{"at", cosine},
+                                            {"duration", cosine},
+                                            {"length", dryden},
+                                            {"speed", dryden},
+                                            {"seed", dryden}});
+  gust.up = section.choice("direction", {"forward", "up"}) == 1;
+  gust.size = section.number("size", gust.kind == GustTable::Kind::dryden ? turbulence : wind);
+  read(section, "at", moment, gust.at);
+  read(section, "duration", {shortest, longest, "s"}, gust.duration);
+  read(section, "length", {1, largest, "m"}, gust.length);
+  read(section, "speed", {body_axes_below, 1000, "m/s"}, gust.speed);
+  read_whole(section, "seed", {0, most_seeds}, gust.seed);
+  return gust;
+}
+
+// ---- how it is computed ----
+
+void read_sampling(const Section& section, SimulateTable& simulate) {
+  read(section, "tolerance", {1e-13, 1e-3}, simulate.tolerance);
+  simulate.sample = std::min(simulate.sample, simulate.duration);
+  read(section, "sample", {shortest, simulate.duration, "s"}, simulate.sample);
+  if (simulate.duration / simulate.sample > most_samples)
+    section.refuse(
+        *section.find("sample"),
+        fmt::format("{} s of {} s are {:.3g} samples; expected at most {:.0f}", simulate.sample,
+                    simulate.duration, simulate.duration / simulate.sample, most_samples));
+}
+
+// ---- [montecarlo] ----
+
+bool of_vehicle(const Key& key) { return key.name.find('.') != std::string::npos; }
+
+// Of the start and the weather.
+std::vector<Key> flight_keys() {
+  return {study_key("theta_deg"),
+          {"height", "height", "m", {height.lower, height.upper}},
+          {"gust_size", "gust_size", "m/s", {wind.lower, wind.upper}}};
+}
+
+Key scattered_key(const Section& section) {
+  std::vector<Key> keys = flight_keys();
+  for (const Key& key : study_keys())
+    if (of_vehicle(key)) keys.push_back(key);
+  std::vector<std::string> names;
+  for (const Key& key : keys) names.push_back(key.name);
+  section.require("key", "a number in quotes, as \"aircraft.mass\" or \"theta_deg\"");
+  return keys[section.choice("key", names)];
+}
+
+// A gain at all tilts of the schedule.
+Range own_range(const Study& study, const std::string& name) {
+  const double own = own_value(study.vehicle, name);
+  Range range{own, own};
+  Vehicle vehicle = study.vehicle;
+  for (const Gains& gains : study.schedule.gains) {
+    vehicle.gains = gains;
+    range.lower = std::min(range.lower, own_value(vehicle, name));
+    range.upper = std::max(range.upper, own_value(vehicle, name));
+  }
+  return range;
+}
+
+// Refuses to scatter what the flight has not.
+void check_scattered(const Section& section, const Key& key, const Study& study) {
+  const Entry& entry = *section.find("key");
+  const std::vector<GustTable>& gusts = study.simulate->gusts;
+  if (key.name == "height" && from_ground(*study.simulate))
+    section.refuse(entry,
+                   "the flight starts on the ground, at 0 m; expected [simulate] with "
+                   "start = \"trim\" or a condition");
+  if (key.name == "gust_size" && gusts.empty())
+    section.refuse(entry, "there is no gust; expected [[simulate.gust]] tables");
+  if (!of_vehicle(key)) return;
+  const Range own = own_range(study, key.signal);
+  if (own.lower != own.upper)
+    section.refuse(entry, fmt::format("{} moves with the tilt (schedule_eta_deg), from {} to {}; "
+                                      "expected a number that is the same all the way",
+                                      key.name, own.lower, own.upper));
+}
+
+Uncertain read_scatter(const Section& section, const Study& study,
+                       const std::vector<Uncertain>& earlier) {
+  section.allow_only({"key", "percent", "from", "to"});
+  Key key = scattered_key(section);
+  check_scattered(section, key, study);
+  if (std::ranges::find(earlier, key.signal, &Uncertain::name) != earlier.end())
+    section.refuse(*section.find("key"),
+                   fmt::format("{} is given twice; expected each number once", key.name));
+  const Entry* percent = section.find("percent");
+  if (percent && !of_vehicle(key))
+    section.refuse(*percent, fmt::format("is of a number of the vehicle, which {} is not; expected "
+                                         "from and to",
+                                         key.name));
+  const bool turbulent = std::ranges::find(study.simulate->gusts, GustTable::Kind::dryden,
+                                           &GustTable::kind) != study.simulate->gusts.end();
+  if (key.name == "gust_size" && turbulent) key.accepted.lower = turbulence.lower;
+  const Range ends = read_reach(section, key, study.vehicle);
+  return {key.signal, ends.lower, ends.upper};
+}
+
+}  // namespace
+
+SimulateTable read_simulate(const Section& section, const std::vector<Condition>& conditions) {
+  section.allow_only({"schedule", "duration", "start", "height", "axes", "hand_over", "anti_windup",
+                      "lag", "tolerance", "sample", "states", "rates", "disturbance", "gust"});
+  SimulateTable simulate;
+  simulate.schedule = read_schedule(section);
+  read(section, "duration", {shortest, longest, "s"}, simulate.duration);
+  simulate.start = read_start(section, conditions);
+  if (holds(simulate))
+    check_condition(section, *section.find("schedule"), *start_of(simulate, conditions));
+  simulate.height = read_height(section, simulate);
+  simulate.axes = section.choice("axes", {"body", "wind"}) == 0 ? Axes::body : Axes::wind;
+  if (const auto states = section.table("states"))
+    simulate.states = read_states(*states, from_ground(simulate));
+  check_wind_axes(section, simulate, conditions);
+  read_law(section, simulate);
+  for (const Section& disturbance : section.tables("disturbance"))
+    simulate.disturbances.push_back(read_disturbance(disturbance));
+  for (const Section& gust : section.tables("gust")) simulate.gusts.push_back(read_gust(gust));
+  read_sampling(section, simulate);
+  return simulate;
+}
+
+MonteCarloTable read_montecarlo(const Section& section, const Study& study) {
+  section.allow_only(
+      {"flights", "seed", "worst", "V_within", "gamma_within_deg", "theta_within_deg", "scatter"});
+  MonteCarloTable montecarlo;
+  read_whole(section, "flights", {1, 1e7}, montecarlo.flights);
+  read_whole(section, "seed", {0, most_seeds}, montecarlo.seed);
+  read_whole(section, "worst", {0, 1000}, montecarlo.worst);
+  read(section, "V_within", speed, montecarlo.V_within);
+  read(section, "gamma_within_deg", {0, 180, "degrees"}, montecarlo.gamma_within);
+  read(section, "theta_within_deg", {0, 180, "degrees"}, montecarlo.theta_within);
+  for (const Section& scatter : section.tables("scatter"))
+    montecarlo.scatter.push_back(read_scatter(scatter, study, montecarlo.scatter));
+  check_divisors(section, {"scatter"}, [&](const std::string& name) {
+    const auto at = std::ranges::find(montecarlo.scatter, name, &Uncertain::name);
+    return at == montecarlo.scatter.end() ? own_range(study, name) : Range{at->lower, at->upper};
+  });
+  return montecarlo;
+}
+
+}  // namespace tiltrim::reading

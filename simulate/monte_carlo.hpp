@@ -1,0 +1,63 @@
+/// The flight of a study again and again with scattered numbers.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "model/study.hpp"
+#include "simulate/fly.hpp"
+#include "simulate/proportion.hpp"
+
+namespace tiltrim {
+
+/// How one of the flights went.
+struct Outcome {
+  long number = 0;
+  FlightStatus status = FlightStatus::flown;
+  bool good = false;
+  double t = 0.0, height = 0.0;         ///< at the end, s, m
+  double V_off = 0.0, gamma_off = 0.0;  ///< of the command there, m/s, rad
+  double theta_most = 0.0;              ///< largest |theta| of the samples, rad
+  /// What it misses by: the largest of its figures over what is allowed; for a flight that ends
+  /// early above all of these, the earlier the more.
+  double miss = 0.0;
+};
+
+struct MonteCarlo {
+  long asked = 0, flown = 0;  ///< flights
+  long good = 0;
+  std::array<long, flight_statuses> ends{};  ///< [FlightStatus]
+  Proportion share;                          ///< of good ones
+  std::vector<std::string> names;            ///< of the scattered numbers, in the study's words
+  struct Kept {
+    Outcome outcome;
+    std::vector<double> numbers;  ///< in the study's units
+  };
+  std::vector<Kept> worst;  ///< by falling miss
+  std::string message;      ///< why none was flown: no trim to start from; else empty
+  bool interrupted = false;
+};
+
+struct MonteCarloOptions {
+  int threads = 0;              ///< 0: as many as the machine has; the answer is the same for any
+  std::filesystem::path log{};  ///< from which a killed run goes on; empty: nowhere
+  double checkpoint = 1.0;      ///< s between writes to it
+  std::string identity{};       ///< of the work: study, program
+  std::stop_token stop{};
+  std::function<void(const MonteCarlo& so_far)> observe{};  ///< from one thread at a time
+};
+
+/// Flight i depends on the study and i alone: its scattered numbers are uniform, its turbulence has
+/// a seed of its own. All begin as the nominal one does. A log is removed when its work is done.
+/// Throws std::invalid_argument without [montecarlo], LogError for a log that cannot be used.
+[[nodiscard]] MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options = {});
+
+/// Flight `number` of it, to be looked at.
+[[nodiscard]] FlightResult flight_number(const Study& study, long number);
+
+}  // namespace tiltrim

@@ -1,0 +1,45 @@
+/// A study's flight: aircraft, schedule, weather, and the trim that it starts from.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "model/study.hpp"
+#include "simulate/fly.hpp"
+#include "trim/trim.hpp"
+
+namespace tiltrim {
+
+/// The closed loop's trim at a command, as a state of a flight at a height.
+struct TrimmedStart {
+  TrimStatus status = TrimStatus::not_found;
+  std::string message;  ///< why there is none
+  FlightStart start;
+
+  explicit operator bool() const { return status <= TrimStatus::not_optimal; }
+};
+[[nodiscard]] TrimmedStart trimmed_start(const Flight& flight, const Command& command,
+                                         double height, const TrimOptions& options = {});
+
+struct FlightPlan {
+  Flight flight;
+  FlyOptions options;
+  FlightStart start;
+  TrimStatus start_status = TrimStatus::converged;
+  std::string message;      ///< why there is no trim to start from; else empty
+  std::string start_words;  ///< "at rest on the ground", "from the trim at 15 m/s, 0°, tilt 0°"
+  bool lands = false;       ///< the schedule ends on the ground
+};
+
+/// [simulate] of the study, or its defaults. Throws std::invalid_argument where its parts do not
+/// fit each other.
+[[nodiscard]] FlightPlan flight_plan(const Study& study, const TrimOptions& options = {});
+
+/// Puts states given by name into one: V, gamma, theta, q, energy_integral, distribution_integral
+/// (SI). V and gamma stay where they are not given, whatever becomes of theta.
+void put(const std::map<std::string, double>& states, Axes axes, FlightState& x);
+
+/// The study's aircraft, schedule, wind and disturbances alone.
+[[nodiscard]] Flight flight_of(const Study& study, const SimulateTable& table);
+
+}  // namespace tiltrim

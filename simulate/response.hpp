@@ -1,0 +1,51 @@
+/// How far the linear model reaches: its response beside the nonlinear one.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "simulate/fly.hpp"
+#include "trim/trim.hpp"
+
+namespace tiltrim {
+
+enum class ResponseStatus {
+  responded,
+  no_trim,    ///< nor a linear model
+  cut_short,  ///< the nonlinear motion ends before its time: the message says how
+};
+std::string to_string(ResponseStatus status);
+
+/// Both from the same offset at a trim, the command held. Deviations from the trim of V, gamma,
+/// theta, q and the two integrals, in that order.
+struct Response {
+  ResponseStatus status = ResponseStatus::no_trim;
+  std::string message{};
+  Signals states{};
+  Command command{};
+  Eigen::VectorXd offset{};               ///< at t = 0
+  std::vector<double> t{};                ///< s
+  Eigen::MatrixXd linear{}, nonlinear{};  ///< [state, time]
+  /// Largest difference over the largest linear deviation, both in nominal sizes.
+  double apart = 0.0;
+  /// So many times the offset and the two are `tolerated` apart; at `most` if even that is less.
+  double reach = 0.0;
+};
+
+struct ResponseOptions {
+  double duration = 10.0, sample = 0.05;  ///< s
+  double tolerated = 0.1;
+  double most = 1e3;
+  double tolerance = 1e-11;
+  TrimOptions trimming{};
+};
+
+/// `offset` by state name: V, gamma, theta, q, energy_integral, distribution_integral (SI). Throws
+/// std::invalid_argument for other names and an offset of nothing.
+[[nodiscard]] Response response(const Flight& flight, const Command& command,
+                                const std::map<std::string, double>& offset,
+                                const ResponseOptions& options = {});
+
+}  // namespace tiltrim

@@ -1,0 +1,397 @@
+#include "simulate/tilt_rate.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "linearize/linearize.hpp"
+#include "linearize/modes.hpp"
+#include "simulate/hand_over.hpp"
+#include "simulate/plan.hpp"
+#include "simulate/schedule.hpp"
+#include "sweep/sweep.hpp"
+#include "sweep/threads.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using std::numbers::pi;
+
+constexpr double degrees = 180 / pi;
+constexpr int finer = 10;      // points of the check between two frozen loops
+constexpr double hair = 1e-9;  // rad beside the hand-over, where a stretch ends
+
+// ---- Frozen loops ------------------------------------------------------------------------------
+
+Gains gains_of(const Flight& flight, double eta) {
+  return flight.gains.eta.empty() ? flight.vehicle.gains : gains_at(flight.gains, eta);
+}
+
+Command command_at(double eta) {
+  Command command = corridor(corridor_height(eta));
+  command.eta = eta;
+  return command;
+}
+
+// An axis through the corridor's points at these tilts, scheduled gains moving with it.
+SweepAxis axis_of(const Flight& flight, const std::vector<double>& tilts) {
+  SweepAxis axis{"eta", {}, {}};
+  const auto column = [&](const std::string& name, const auto& value) {
+    SweepAxis::Column c{name, "", name, {}, {}};
+    for (const double eta : tilts) c.si.push_back(value(eta));
+    c.values = c.si;
+    axis.columns.push_back(std::move(c));
+  };
+  column("eta", [](double eta) { return eta; });
+  column("V", [](double eta) { return command_at(eta).V; });
+  column("gamma", [](double eta) { return command_at(eta).gamma; });
+  if (flight.gains.eta.empty()) return axis;
+  const Signals gains = gain_signals();
+  for (std::size_t j = 0; j < gains.size(); ++j)
+    column(gains[j].name, [&](double eta) {
+      Gains k = gains_of(flight, eta);
+      return gain_value(k, j);
+    });
+  return axis;
+}
+
+// The loops at tilts from helicopter to airplane, falling; empty where one has no trim.
+std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> tilts,
+                                     const TiltRateOptions& options, std::string& why) {
+  Study study;
+  study.vehicle = flight.vehicle;
+  Condition condition;
+  condition.name = "corridor";
+  condition.command = command_at(tilts.front());
+  std::ranges::reverse(tilts);  // an axis rises
+  const std::vector<SweepAxis> axes{axis_of(flight, tilts)};
+  SweepOptions sweeping;
+  sweeping.crossings = false;
+  sweeping.threads = options.threads;
+  sweeping.trimming = options.trimming;
+  sweeping.stop = options.stop;
+  const SweepMap map = sweep(sweep_requests(study, {condition}, axes), axes, sweeping);
+  const Model model = closed_loop(flight.vehicle);
+  const Eigen::VectorXd sizes = nominals(model.states);
+  std::vector<FrozenLoop> loops;
+  for (std::size_t k = tilts.size(); k-- > 0;) {
+    const double eta = tilts[k];
+    if (TrimStatus(map.status[k]) > TrimStatus::not_optimal) {
+      why = fmt::format("at a tilt of {:.4g}° there is no trim: {}", eta * degrees,
+                        map.reasons[std::size_t(map.reason[k])]);
+      return {};
+    }
+    FrozenLoop loop;
+    loop.eta = eta;
+    loop.command = command_at(eta);
+    Vehicle vehicle = flight.vehicle;
+    vehicle.gains = gains_of(flight, eta);
+    const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(map.state.data() + k * 6, 6);
+    const LinearModel linear =
+        linearize(model, {x, Eigen::VectorXd(), closed_loop_parameters(vehicle, loop.command)});
+    if (!linear) {
+      why = fmt::format("at a tilt of {:.4g}° there is no linear model: {}", eta * degrees,
+                        linear.message);
+      return {};
+    }
+    loop.trim.theta = x[2];
+    loop.trim.x1 = x[4];
+    loop.trim.x2 = x[5];
+    loop.A = sizes.cwiseInverse().asDiagonal() * linear.A * sizes.asDiagonal();
+    loop.abscissa = map.spectral_abscissa[k];
+    loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+std::vector<double> between(double from, double to, int count) {
+  std::vector<double> all;
+  for (int k = 0; k < count; ++k) all.push_back(from + (to - from) * k / (count - 1));
+  return all;
+}
+
+// Tilts from pi/2 to 0 in stretches on one side of the hand-over each.
+std::vector<std::vector<double>> stretches_of(const Flight& flight, int loops) {
+  const double off = flight.vehicle.aircraft.cyclic_off;
+  const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0) && off > 0 && off < pi / 2;
+  if (!switches) return {between(pi / 2, 0.0, loops)};
+  const int above = std::max(3, int(loops * (pi / 2 - off) / (pi / 2)));
+  return {between(pi / 2, off + hair, above), between(off - hair, 0.0, std::max(3, loops - above))};
+}
+
+// ---- What linear theory says -------------------------------------------------------------------
+
+// AᵀP + PA = -I, written out over the entries of P.
+MatrixXd lyapunov(const MatrixXd& A) {
+  const Index n = A.rows();
+  MatrixXd sum = MatrixXd::Zero(n * n, n * n);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j)
+      for (Index k = 0; k < n; ++k) {
+        sum(i * n + j, k * n + j) += A(k, i);
+        sum(i * n + j, i * n + k) += A(k, j);
+      }
+  const MatrixXd I = -MatrixXd::Identity(n, n);
+  const Eigen::VectorXd p = sum.partialPivLu().solve(I.reshaped());
+  const MatrixXd P = p.reshaped(n, n);
+  return (P + P.transpose()) / 2;
+}
+
+double largest(const MatrixXd& symmetric) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(symmetric, Eigen::EigenvaluesOnly)
+      .eigenvalues()
+      .maxCoeff();
+}
+
+// V' = eᵀ(AᵀP + PA + η' P')e with η' = -rate: the largest rate at which it falls at every point.
+SlowTilt certified(const std::vector<FrozenLoop>& coarse, const std::vector<FrozenLoop>& fine) {
+  SlowTilt answer;
+  answer.from = coarse.front().eta;
+  answer.to = coarse.back().eta;
+  answer.stable = std::ranges::all_of(fine, [](const FrozenLoop& l) { return l.abscissa < 0; });
+  if (!answer.stable) return answer;
+  std::vector<MatrixXd> P;
+  for (const FrozenLoop& loop : coarse) P.push_back(lyapunov(loop.A));
+  struct Point {
+    MatrixXd falls, slope;  // -(AᵀP + PA), -dP/dη
+    double eta;
+  };
+  std::vector<Point> points;
+  std::size_t k = 0;
+  for (const FrozenLoop& loop : fine) {
+    while (k + 2 < coarse.size() && loop.eta < coarse[k + 1].eta) ++k;
+    const double width = coarse[k].eta - coarse[k + 1].eta;
+    const double share = (coarse[k].eta - loop.eta) / width;
+    const MatrixXd here = (1 - share) * P[k] + share * P[k + 1];
+    const MatrixXd AP = loop.A.transpose() * here;
+    points.push_back({-(AP + AP.transpose()), (P[k + 1] - P[k]) / width, loop.eta});
+  }
+  double rate = std::numeric_limits<double>::infinity();
+  for (const Point& p : points) {
+    const Eigen::LLT<MatrixXd> root(p.falls);
+    double here = 0.0;  // between two frozen loops P itself does not fall
+    if (root.info() == Eigen::Success) {
+      const MatrixXd half = root.matrixL().solve(p.slope);
+      const double worst = largest(root.matrixL().solve(half.transpose()));
+      here = worst > 0 ? 1 / worst : std::numeric_limits<double>::infinity();
+    }
+    if (here >= rate) continue;
+    rate = here;
+    answer.decided_at = p.eta;
+  }
+  constexpr double reserve = 0.99;
+  answer.certified = reserve * rate;
+  answer.certificate = -std::numeric_limits<double>::infinity();
+  for (const Point& p : points)
+    answer.certificate =
+        std::max(answer.certificate, largest(answer.certified * p.slope - p.falls));
+  if (!(answer.certificate < 0)) answer.certified = 0.0;
+  return answer;
+}
+
+// ‖Φ(t, s)‖ over the transition at a rate: products of exponentials over one frozen loop each.
+Growth growth(const std::vector<FrozenLoop>& loops, double rate) {
+  Growth answer{rate, 1.0, 1.0};
+  const Index n = loops.front().A.rows();
+  std::vector<MatrixXd> since;  // from each earlier point to here
+  for (std::size_t k = 0; k + 1 < loops.size(); ++k) {
+    const double dt = (loops[k].eta - loops[k + 1].eta) / rate;
+    const MatrixXd step = ((loops[k].A + loops[k + 1].A) / 2 * dt).exp();
+    since.emplace_back(MatrixXd::Identity(n, n));
+    for (MatrixXd& phi : since) {
+      phi = step * phi;
+      answer.worst = std::max(answer.worst, phi.operatorNorm());
+    }
+  }
+  answer.whole = since.front().operatorNorm();
+  return answer;
+}
+
+// ---- Nonlinear flights -------------------------------------------------------------------------
+
+struct Offset {
+  std::string words;
+  double V = 0.0, gamma = 0.0, theta = 0.0, q = 0.0;
+};
+
+std::vector<Offset> offsets(const TiltRateOptions& o) {
+  std::vector<Offset> all{{"undisturbed"}};
+  for (const double sign : {1.0, -1.0}) {
+    all.push_back({fmt::format("V {:+g} m/s", sign * o.V), sign * o.V});
+    all.push_back({fmt::format("γ {:+g} rad", sign * o.gamma), 0, sign * o.gamma});
+    all.push_back({fmt::format("θ {:+g} rad", sign * o.theta), 0, 0, sign * o.theta});
+    all.push_back({fmt::format("q {:+g} rad/s", sign * o.q), 0, 0, 0, sign * o.q});
+  }
+  return all;
+}
+
+bool at_trim(const FlightPoint& at, const FlightState& x, const FrozenLoop& trim) {
+  constexpr double speed = 0.2, angle = 0.05;  // m/s, rad
+  return std::abs(at.V - trim.command.V) < speed &&
+         std::abs(at.gamma - trim.command.gamma) < angle &&
+         std::abs(x.theta - trim.trim.theta) < angle;
+}
+
+// Where a flight met its first limit behind its start, or ended.
+double left_at(const Flight& flight, const FlightResult& flown) {
+  constexpr double start_up = 1.0;  // s: limits that the disturbance itself meets
+  for (const FlightEvent& e : flown.events)
+    if (e.kind == FlightEventKind::limit_reached && e.t > start_up)
+      return flight.schedule.command(e.t, e.before.height).eta;
+  return flight.schedule.command(flown.t.back(), 0.0).eta;
+}
+
+class Flights {
+ public:
+  Flights(const Flight& flight, const TiltRateOptions& options, TiltRateLimit& result)
+      : flight_(flight), options_(options), result_(result), offsets_(offsets(options)) {}
+
+  // All disturbances at a rate; true if every flight comes to the trim at the end.
+  bool hold(double rate) {
+    std::vector<TiltFlight> flown(offsets_.size());
+    in_parallel(flown.size(), [&](std::size_t k) { flown[k] = fly_with(rate, offsets_[k]); });
+    bool all = true;
+    for (const TiltFlight& f : flown) {
+      result_.flights.push_back(f);
+      if (options_.observe) options_.observe(f);
+      if (f.holds) continue;
+      if (all) result_.worst = f;
+      all = false;
+    }
+    return all;
+  }
+
+ private:
+  const Flight& flight_;
+  const TiltRateOptions& options_;
+  TiltRateLimit& result_;
+  std::vector<Offset> offsets_;
+
+  TiltFlight fly_with(double rate, const Offset& offset) const {
+    const FrozenLoop& first = result_.loops.front();
+    const FrozenLoop& last = result_.loops.back();
+    Flight tilting = flight_;
+    tilting.schedule = corridor_at_tilt_rate({1.0, rate});
+    tilting.wind = {};
+    tilting.disturbance = {};
+    tilting.kink_times.clear();
+    tilting.axes = Axes::body;
+    constexpr double high = 1e6;  // m: no ground
+    FlightStart start{first.trim, false};
+    FlightState& x = start.state;
+    const double V = first.command.V + offset.V, gamma = first.command.gamma + offset.gamma;
+    x.theta += offset.theta;
+    x.q += offset.q;
+    x.along = V * std::cos(x.theta - gamma);
+    x.across = V * std::sin(x.theta - gamma);
+    x.height = high;
+    x.eta = first.eta;
+    FlyOptions flying;
+    flying.duration = 1.0 + pi / 2 / rate + options_.settles;
+    flying.integrate.tolerance = 1e-7;
+    flying.integrate.sample = flying.duration / 10;
+    const FlightResult flown = fly(tilting, start, flying);
+    TiltFlight answer{rate, offset.words, false, flown.status, flown.message, 0.0};
+    const FlightPoint end =
+        flight_point(tilting, flown.modes.back(), flown.t.back(), flown.states.back());
+    answer.holds = flown && at_trim(end, flown.states.back(), last);
+    answer.left = answer.holds ? 0.0 : left_at(tilting, flown);
+    if (flown && !answer.holds)
+      answer.message = fmt::format("ends at V = {:.3g} m/s, γ = {:.3g}°, θ = {:.3g}°", end.V,
+                                   end.gamma * degrees, flown.states.back().theta * degrees);
+    return answer;
+  }
+};
+
+std::string cause(const Flight& flight, const TiltRateLimit& limit) {
+  const TiltFlight& w = limit.worst;
+  std::string words = fmt::format(
+      "at {:.4g}°/s the flight {} does not come to the trim at the end: {} {}; it first leaves its "
+      "limits at a tilt of {:.4g}°",
+      w.rate * degrees, w.disturbed, to_string(w.status), w.message, w.left * degrees);
+  Flight at_rate = flight;
+  at_rate.schedule = corridor_at_tilt_rate({1.0, w.rate});
+  HandOverOptions checking;
+  checking.duration = 1.0 + pi / 2 / w.rate;
+  for (const HandOverCheck& check : check_hand_over(at_rate, checking))
+    if (check.verdict == HandOverVerdict::lost || check.verdict == HandOverVerdict::not_reached)
+      words += fmt::format("; at the hand-over ({:.4g}°, h = {:.4g} m of (16)) {}",
+                           check.command.eta * degrees, corridor_height(check.command.eta),
+                           check.message);
+  return words;
+}
+
+void bisect(const Flight& flight, const TiltRateOptions& options, TiltRateLimit& limit) {
+  Flights flights(flight, options, limit);
+  const auto ends = [&](TiltRateStatus status) {
+    limit.status = status;
+    if (status != TiltRateStatus::always) limit.message = cause(flight, limit);
+  };
+  if (!flights.hold(options.slowest)) {
+    limit.fails = options.slowest;
+    return ends(TiltRateStatus::never);
+  }
+  limit.holds = options.slowest;
+  if (flights.hold(options.fastest)) {
+    limit.holds = options.fastest;
+    return ends(TiltRateStatus::always);
+  }
+  limit.fails = options.fastest;
+  while (limit.fails > limit.holds * (1 + options.relative)) {
+    if (options.stop.stop_requested()) {
+      limit.status = TiltRateStatus::interrupted;
+      return;
+    }
+    const double middle = std::sqrt(limit.holds * limit.fails);
+    (flights.hold(middle) ? limit.holds : limit.fails) = middle;
+  }
+  ends(TiltRateStatus::found);
+}
+
+TiltRateLimit limit_of(const Flight& flight, const TiltRateOptions& options) {
+  TiltRateLimit limit;
+  limit.frozen_stable = true;
+  for (const std::vector<double>& tilts : stretches_of(flight, options.loops)) {
+    const auto points = int(tilts.size() - 1) * finer + 1;
+    const auto fine =
+        frozen_loops(flight, between(tilts.front(), tilts.back(), points), options, limit.message);
+    if (fine.empty()) {
+      limit.status = TiltRateStatus::no_trim;
+      return limit;
+    }
+    std::vector<FrozenLoop> coarse;
+    for (std::size_t k = 0; k < fine.size(); k += finer) coarse.push_back(fine[k]);
+    limit.stretches.push_back(certified(coarse, fine));
+    limit.frozen_stable = limit.frozen_stable && limit.stretches.back().stable;
+    limit.loops.insert(limit.loops.end(), coarse.begin(), coarse.end());
+  }
+  bisect(flight, options, limit);
+  for (const double rate : {limit.holds, limit.fails})
+    if (rate > 0) limit.growth.push_back(growth(limit.loops, rate));
+  return limit;
+}
+
+}  // namespace
+
+std::string to_string(TiltRateStatus status) {
+  constexpr std::array names{"found", "always", "never", "no_trim", "interrupted"};
+  return names[std::size_t(status)];
+}
+
+TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& options) {
+  TiltRateLimit limit;
+  with_threads(options.threads, [&] { limit = limit_of(flight, options); });
+  return limit;
+}
+
+}  // namespace tiltrim

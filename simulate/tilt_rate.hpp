@@ -1,0 +1,93 @@
+/// How fast the tilt may move before eigenvalues at frozen tilts say nothing of the flight.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "simulate/fly.hpp"
+#include "trim/trim.hpp"
+
+namespace tiltrim {
+
+/// The closed loop along the corridor (16), frozen at tilts from helicopter to airplane.
+struct FrozenLoop {
+  double eta = 0.0;  ///< rad
+  Command command;
+  FlightState trim;
+  Eigen::MatrixXd A;      ///< of V_err, gamma_err, theta, q, x1, x2 over their nominal sizes
+  double abscissa = 0.0;  ///< 1/s
+};
+
+/// Along a stretch without a switch, all frozen loops stable: rates up to which they decide.
+struct SlowTilt {
+  double from = 0.0, to = 0.0;  ///< tilts, rad, falling
+  bool stable = false;          ///< all frozen loops are; else nothing follows from them
+  /// rad/s: at slower tilt V = eᵀP(η)e with AᵀP + PA = -I falls along every linear motion about the
+  /// moving trim [57]; checked on a grid ten times finer than P's own.
+  double certified = 0.0;
+  double certificate = 0.0;  ///< largest eigenvalue of AᵀP + PA + η'P' on that grid; below zero
+  double decided_at = 0.0;   ///< tilt, rad, at which the rate is decided
+};
+
+/// At one tilt rate: how much the linear motions about the moving trim grow.
+struct Growth {
+  double rate = 0.0;   ///< rad/s
+  double worst = 0.0;  ///< largest ‖Φ(t, s)‖ over the transition, nominal sizes
+  double whole = 0.0;  ///< ‖Φ‖ from its beginning to its end
+};
+
+/// A flight at one tilt rate with one disturbance.
+struct TiltFlight {
+  double rate = 0.0;        ///< rad/s
+  std::string disturbed{};  ///< "θ +0.1 rad"
+  bool holds = false;       ///< it came to the trim at the end
+  FlightStatus status = FlightStatus::flown;
+  std::string message{};  ///< how it ended otherwise
+  double left = 0.0;      ///< rad: the tilt at which it was lost or first met a limit
+};
+
+enum class TiltRateStatus {
+  found,    ///< between `holds` and `fails`
+  always,   ///< even the fastest rate tried holds
+  never,    ///< not even the slowest does: `cause` says why
+  no_trim,  ///< some frozen loop has none
+  interrupted,
+};
+std::string to_string(TiltRateStatus status);
+
+struct TiltRateLimit {
+  TiltRateStatus status = TiltRateStatus::found;
+  std::string message;  ///< the cause, in words
+  std::vector<FrozenLoop> loops;
+  bool frozen_stable = false;  ///< every frozen loop is stable
+  std::vector<SlowTilt> stretches;
+  std::vector<Growth> growth;       ///< at the rates flown, rising
+  double holds = 0.0, fails = 0.0;  ///< rad/s: the conclusion holds at one, fails at the other
+  std::vector<TiltFlight> flights;  ///< all that were flown
+  TiltFlight worst;                 ///< the slowest that failed
+};
+
+struct TiltRateOptions {
+  double slowest = 0.002, fastest = 3.0;  ///< rad/s
+  double relative = 0.01;                 ///< between `holds` and `fails`
+  int loops = 181;                        ///< frozen ones
+  double settles = 60.0;                  ///< s after the transition
+  /// The trim is disturbed by each of these in turn, up and down: in the states' own units.
+  double theta = 0.1, gamma = 0.1, V = 0.5, q = 0.1;
+  int threads = 0;
+  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};
+  std::stop_token stop{};
+  std::function<void(const TiltFlight&)> observe{};
+};
+
+/// The largest constant tilt rate at which the frozen loops' conclusion holds in nonlinear flight:
+/// every disturbed trim of the helicopter comes to the trim of the airplane. By bisection, so of
+/// the first failure the bisection meets; beside it what linear theory certifies. Throws
+/// std::invalid_argument as fly().
+[[nodiscard]] TiltRateLimit tilt_rate_limit(const Flight& flight,
+                                            const TiltRateOptions& options = {});
+
+}  // namespace tiltrim
