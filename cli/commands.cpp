@@ -18,9 +18,6 @@
 
 namespace tiltrim::cli {
 
-namespace {
-
-// The conditions asked for by name, in the study's order.
 std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only) {
   std::vector<std::string> names;
   for (const Condition& c : study.conditions) names.push_back(c.name);
@@ -36,6 +33,19 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
     if (only.empty() || std::ranges::find(only, c.name) != only.end()) conditions.push_back(c);
   return conditions;
 }
+
+std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
+  std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
+  for (const Condition& c : conditions) identity += " " + c.name;
+  identity += "\npolar:";
+  for (int degree = -180; degree < 180; ++degree) {
+    const auto c = study.vehicle.polar->at(degree * (std::numbers::pi / 180));
+    identity += fmt::format(" {:a} {:a} {:a}", c.CL, c.CD, c.CM);
+  }
+  return identity;
+}
+
+namespace {
 
 // Calls work(condition, progress) on each condition in turn. What cannot be asked of one is said
 // with its name.
@@ -280,18 +290,6 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
 }
 
 namespace {
-
-// What decides a sweep's numbers: a log is taken up again for the same alone.
-std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
-  std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
-  for (const Condition& c : conditions) identity += " " + c.name;
-  identity += "\npolar:";
-  for (int degree = -180; degree < 180; ++degree) {
-    const auto c = study.vehicle.polar->at(degree * (std::numbers::pi / 180));
-    identity += fmt::format(" {:a} {:a} {:a}", c.CL, c.CD, c.CM);
-  }
-  return identity;
-}
 
 std::string in_words(const SweepProgress& p) {
   return fmt::format("{} of {} {}: {} stable, {} unstable, {} undecided, {} without trim", p.done,

@@ -84,6 +84,18 @@ struct TuneCommand {
   std::filesystem::path gains;  ///< where they are written as TOML; empty: nowhere
 };
 
+struct SimulateCommand {
+  Common common;
+  std::filesystem::path samples;  ///< every sample as .nc or .csv; empty: nowhere
+  std::filesystem::path plots;    ///< folder for the paper's figures; empty: none
+  bool tilt_rate_limit = false;   ///< these three: instead of the study's flight
+  bool monte_carlo = false;
+  std::vector<std::string> response;  ///< "theta_deg=2", ...: linear against nonlinear
+  std::optional<long> flight;         ///< this one of the Monte-Carlo flights
+  std::filesystem::path log;          ///< from which a killed Monte-Carlo run goes on
+  int threads = 0;
+};
+
 struct DiffCommand {
   Common common;  ///< its study is the map before
   std::filesystem::path after;
@@ -105,7 +117,13 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
+/// The conditions asked for by name, in the study's order. Throws StudyError with all names.
+std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only);
+/// What decides the numbers of a run that can be taken up again: a log is for the same alone.
+std::string identity_of(const Study& study, const std::vector<Condition>& conditions);
+
 /// `study` may be empty: the reference vehicle.
 Outcome run_tables(const Common& command, const TextStyle& style);
 

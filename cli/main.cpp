@@ -29,6 +29,7 @@ constexpr const char* examples =
     "  tiltrim margins studies/paper.toml         gain, phase, delay and disk margins\n"
     "  tiltrim sweep studies/map_corridor.toml    eigenvalues over a grid, and between its points\n"
     "  tiltrim tune studies/tune_corridor.toml    gains for the worst of many operating points\n"
+    "  tiltrim simulate studies/transition.toml   the flight from take-off to level flight\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -257,6 +258,42 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
   return tune;
 }
 
+CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
+  CLI::App* simulate = app.add_subcommand(
+      "simulate", "fly the study's [simulate]: the transition, the way back, a gust");
+  add_common(simulate, command.common, true);
+  add_only(simulate, command.common);
+  simulate->add_option("--samples", command.samples, "write every sample to this file, .nc or .csv")
+      ->type_name("FILE");
+  simulate
+      ->add_option("--plots", command.plots,
+                   "draw the paper's Figures 5-9 into this folder, SVG and PNG (gnuplot)")
+      ->type_name("DIR");
+  CLI::App* const instead = simulate->add_option_group("instead of the flight");
+  instead->add_flag("--tilt-rate-limit", command.tilt_rate_limit,
+                    "the fastest tilt at which frozen eigenvalues decide");
+  instead->add_flag("--monte-carlo", command.monte_carlo,
+                    "the flights of the study's [montecarlo]");
+  instead->add_option("--flight", command.flight, "this one of the Monte-Carlo flights")
+      ->check(CLI::Range(0L, 10'000'000L))
+      ->type_name("N");
+  instead
+      ->add_option("--response", command.response,
+                   "linear against nonlinear response of each condition to an offset of V, "
+                   "gamma_deg, theta_deg, q, energy_integral, distribution_integral")
+      ->delimiter(',')
+      ->type_name("NAME=VALUE,...");
+  instead->require_option(0, 1);
+  simulate
+      ->add_option("--log", command.log,
+                   "keep finished Monte-Carlo flights here, from which a killed run goes on")
+      ->type_name("FILE");
+  simulate->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return simulate;
+}
+
 CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
   CLI::App* diff =
       app.add_subcommand("diff", "which points of two maps differ in status or stability");
@@ -286,6 +323,7 @@ int run_program(int argc, char** argv) {
   MarginsCommand margining;
   SweepCommand sweeping;
   TuneCommand tuning;
+  SimulateCommand simulating;
   DiffCommand differing;
   Common tabling;
   const CLI::App* trim = add_trim(app, trimming);
@@ -296,6 +334,7 @@ int run_program(int argc, char** argv) {
   const CLI::App* margins = add_margins(app, margining);
   const CLI::App* sweep = add_sweep(app, sweeping);
   const CLI::App* tune = add_tune(app, tuning);
+  const CLI::App* simulate = add_simulate(app, simulating);
   const CLI::App* diff = add_diff(app, differing);
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
@@ -322,6 +361,7 @@ int run_program(int argc, char** argv) {
   if (*margins) return finish(margining.common, with(margining));
   if (*sweep) return finish(sweeping.common, with(sweeping));
   if (*tune) return finish(tuning.common, with(tuning));
+  if (*simulate) return finish(simulating.common, with(simulating));
   if (*diff) return finish(differing.common, with(differing));
   return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
     return run_tables(tabling, style);

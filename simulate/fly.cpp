@@ -110,7 +110,7 @@ FlightEventKind kind_of(const MotionEvent& event) {
     case Watch::turned_over:
       return lost;
     default:
-      if (event.which >= first_kink) return schedule_end;
+      if (event.which >= first_kink) return schedule_kink;
       return event.rising ? limit_reached : limit_left;
   }
 }
@@ -159,8 +159,8 @@ void touch_down(const Flight& flight, const FlyOptions& options, FlightResult& r
 }  // namespace
 
 std::string to_string(FlightEventKind kind) {
-  constexpr std::array names{"limit_reached",  "limit_left",   "hand_over", "lift_off",
-                             "ground_contact", "schedule_end", "lost"};
+  constexpr std::array names{"limit_reached",  "limit_left",    "hand_over", "lift_off",
+                             "ground_contact", "schedule_kink", "lost"};
   return names[std::size_t(kind)];
 }
 
@@ -238,10 +238,10 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
     result.events.push_back(std::move(happened));
     return after;
   };
-  const FlightMode mode = mode_at(flight, start);
+  const FlightMode mode = mode_at(flight, start, options.begins);
   const bool at_once = start.on_ground && !mode.on_ground;
   std::vector<double> x0(flight_states);
-  write(at_once ? lifted(flight, 0.0, start.state) : start.state, x0.data());
+  write(at_once ? lifted(flight, options.begins, start.state) : start.state, x0.data());
   if (at_once)
     result.events.push_back({FlightEventKind::lift_off,
                              "at once",
@@ -250,8 +250,8 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
                              start.state,
                              {true, mode.airplane},
                              mode});
-  const Trajectory trajectory =
-      integrate(motion, x0, number_of(mode), 0.0, options.duration, options.integrate);
+  const Trajectory trajectory = integrate(motion, x0, number_of(mode), options.begins,
+                                          options.begins + options.duration, options.integrate);
   result.status = status_of(trajectory);
   result.message = trajectory.message;
   result.t = trajectory.t;

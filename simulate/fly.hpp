@@ -18,6 +18,7 @@ struct FlightStart {
 FlightStart at_rest();
 
 struct FlyOptions {
+  double begins = 0.0;     ///< s, on the clock of schedule and weather
   double duration = 90.0;  ///< s
   IntegrateOptions integrate{};
   double fastest = 60.0;  ///< m/s through the air: beyond it the flight is lost
@@ -32,7 +33,7 @@ enum class FlightEventKind {
   hand_over,  ///< of the pitch between cyclic and elevator
   lift_off,
   ground_contact,  ///< ends the flight
-  schedule_end,    ///< the height above which the schedule changes no more
+  schedule_kink,   ///< a height at which the schedule changes its law
   lost,            ///< too fast or turned over: ends the flight
 };
 std::string to_string(FlightEventKind kind);

@@ -118,25 +118,31 @@ HandOverSide side_of(const Flight& flight, const Command& command, bool airplane
   return side;
 }
 
-// The state in front, handed over, in the loop behind.
-FlightResult flown_behind(const Flight& flight, const HandOverCheck& check, double seconds) {
-  Flight behind = frozen(flight, check.command, check.behind.airplane);
-  behind.axes = Axes::body;
+// On along the schedule from the trim in front, handed over.
+FlightResult flown_on(const Flight& flight, const HandOverCheck& check, double seconds) {
+  Flight on = flight;
+  on.axes = Axes::body;
+  on.wind = {};
+  on.disturbance = {};
+  on.kink_times.clear();
+  constexpr double just_behind = 1e-6;  // s, m
   FlightStart start{check.front.state, false};
-  constexpr double no_ground = 1e6;  // m
-  start.state.height = no_ground;
+  start.state.height = check.height + just_behind;
+  start.state.eta = check.command.eta;
   FlyOptions options;
+  options.begins = check.t + just_behind;
   options.duration = seconds;
-  options.integrate.sample = 0.1;
-  return fly(behind, start, options);
+  return fly(on, start, options);
 }
 
-bool settled(const FlightResult& flown, const FlightState& trim) {
-  if (!flown) return false;
-  constexpr double close = 0.05;  // m/s, rad: of what the trims differ by, small
-  const FlightState& x = flown.states.back();
-  return std::abs(x.theta - trim.theta) < close && std::abs(x.q) < close &&
-         std::hypot(x.along - trim.along, x.across - trim.across) < 4 * close;
+bool settled(const Flight& flight, const FlightResult& flown, double steepest) {
+  if (!flown && flown.status != FlightStatus::landed) return false;
+  for (const FlightState& x : flown.states)
+    if (std::abs(x.theta) > steepest) return false;
+  constexpr double speed = 0.5, angle = 0.1;  // m/s, rad: near the command at its end
+  const FlightPoint at =
+      flight_point(flight, flown.modes.back(), flown.t.back(), flown.states.back());
+  return std::abs(at.V - at.command.V) < speed && std::abs(at.gamma - at.command.gamma) < angle;
 }
 
 std::string beyond(double value, const Range& range, const char* name, double unit,
@@ -183,10 +189,10 @@ void judge(const Flight& flight, const HandOverOptions& options, HandOverCheck& 
   check.integral_jump = k.K_Li * (check.behind.state.x2 - check.front.state.x2);
   check.seconds_to_make_up =
       std::abs((check.behind.state.x2 - check.front.state.x2) / after.rates.x2);
-  const FlightResult flown = flown_behind(flight, check, options.seconds);
+  const FlightResult flown = flown_on(flight, check, options.seconds);
   check.ends = flown.status;
-  check.ends_at = flown.t.back();
-  check.verdict = settled(flown, check.behind.state)                ? HandOverVerdict::settles
+  check.ends_at = flown.t.back() - check.t;
+  check.verdict = settled(flight, flown, std::numbers::pi / 2)      ? HandOverVerdict::settles
                   : -check.front.abscissa * check.seconds_there < 1 ? HandOverVerdict::not_reached
                                                                     : HandOverVerdict::lost;
   check.message = cause(flight, check);

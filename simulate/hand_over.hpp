@@ -41,22 +41,22 @@ struct HandOverCheck {
   Actuators asked{};           ///< behind, of the state in front (bumpless: with x2 set anew)
   double integral_jump = 0.0;  ///< K_Li x2 behind less in front, what the switch asks to be made up
   double seconds_to_make_up = 0.0;          ///< of the integral, at the Le there is just behind
-  FlightStatus ends = FlightStatus::flown;  ///< of the frozen loop behind, from the trim in front
+  FlightStatus ends = FlightStatus::flown;  ///< of the flight on from the trim in front
   double ends_at = 0.0;                     ///< s after the hand-over
   double seconds_there =
       0.0;  ///< that the schedule takes to come here, were it flown to the letter
 };
 
 struct HandOverOptions {
-  double seconds = 60.0;   ///< that the frozen loop behind is given
+  double seconds = 60.0;   ///< that it is flown on
   double height = 120.0;   ///< of the schedule's end, m: where crossings are looked for, from 0
   double duration = 90.0;  ///< s, the same over time
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};
 };
 
 /// Every place along the schedule where it crosses the hand-over, in order; one with verdict never
-/// or blended if there is none. At each the loop is trimmed on both sides, and the loop behind is
-/// flown, frozen at that tilt, from the trim in front.
+/// or blended if there is none. At each the loop is trimmed on both sides, and the schedule
+/// is flown on from the trim in front, in calm air.
 [[nodiscard]] std::vector<HandOverCheck> check_hand_over(const Flight& flight,
                                                          const HandOverOptions& options = {});
 

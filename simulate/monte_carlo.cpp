@@ -282,10 +282,10 @@ MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options) {
   return answer;
 }
 
-FlightResult flight_number(const Study& study, long number) {
+FlightPlan flight_plan_of(const Study& study, long number) {
   FlightPlan plan = scattered(study, flight_plan(study), number);
   plan.options.integrate.sample = study.simulate.value_or(SimulateTable{}).sample;
-  return fly(plan.flight, plan.start, plan.options);
+  return plan;
 }
 
 }  // namespace tiltrim

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "model/study.hpp"
-#include "simulate/fly.hpp"
+#include "simulate/plan.hpp"
 #include "simulate/proportion.hpp"
 
 namespace tiltrim {
@@ -58,6 +58,6 @@ struct MonteCarloOptions {
 [[nodiscard]] MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options = {});
 
 /// Flight `number` of it, to be looked at.
-[[nodiscard]] FlightResult flight_number(const Study& study, long number);
+[[nodiscard]] FlightPlan flight_plan_of(const Study& study, long number);
 
 }  // namespace tiltrim

@@ -65,9 +65,13 @@ Schedule schedule_of(const Study& study, const SimulateTable& table) {
 }
 
 std::string words(const Command& c) {
-  constexpr double degrees = 180 / std::numbers::pi;
+  // Zero is added because what rounds to -0 would be printed so.
+  const auto degrees = [](double angle) {
+    constexpr double finest = 1e-9;
+    return std::round(angle * 180 / std::numbers::pi / finest) * finest + 0.0;
+  };
   return fmt::format("from the trim at V = {:.4g} m/s, γ = {:.4g}°, η = {:.4g}°", c.V,
-                     c.gamma * degrees, c.eta * degrees);
+                     degrees(c.gamma), degrees(c.eta));
 }
 
 }  // namespace

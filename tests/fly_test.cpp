@@ -63,8 +63,8 @@ FlightState state_of(const json& values) {
 }
 
 std::vector<double> values_of(const FlightState& x) {
-  return {x.along, x.across, x.theta, x.q, x.x1, x.x2, x.distance, x.height, x.thrust_work,
-          x.drag_work};
+  return {x.along, x.across,   x.theta,  x.q,           x.x1,
+          x.x2,    x.distance, x.height, x.thrust_work, x.drag_work};
 }
 
 FlyOptions sharp(double duration) {
@@ -128,8 +128,7 @@ TEST_CASE("wind and body axes fly the same flight") {
   REQUIRE(b);
   REQUIRE(a.events.size() == b.events.size());
   REQUIRE(a.t.size() == b.t.size());
-  for (std::size_t k = 0; k < a.events.size(); ++k)
-    CHECK_NEAR(a.events[k].t, b.events[k].t, 1e-8);
+  for (std::size_t k = 0; k < a.events.size(); ++k) CHECK_NEAR(a.events[k].t, b.events[k].t, 1e-8);
   for (std::size_t k = 0; k < a.t.size(); ++k) {
     const FlightPoint p = flight_point(body, a.modes[k], a.t[k], a.states[k]);
     CHECK_NEAR(p.V, b.states[k].along, 1e-8);
@@ -158,9 +157,9 @@ TEST_CASE("energy is neither made nor lost") {
 
 TEST_CASE("a trim stays where it is for a thousand seconds") {
   Flight flight{reference_vehicle()};
-  for (const Command command : {Command{2.0, std::numbers::pi / 2, std::numbers::pi / 2},
-                                Command{6.0, std::numbers::pi / 4, std::numbers::pi / 4},
-                                Command{15.0, 0.0, 0.0}}) {
+  for (const Command command :
+       {Command{2.0, std::numbers::pi / 2, std::numbers::pi / 2},
+        Command{6.0, std::numbers::pi / 4, std::numbers::pi / 4}, Command{15.0, 0.0, 0.0}}) {
     CAPTURE(command.V);
     flight.schedule = held(command);
     const TrimmedStart trim = trimmed_start(flight, command, 1e4);

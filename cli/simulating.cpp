@@ -1,0 +1,252 @@
+// tiltrim simulate: a flight, how fast the tilt may be, responses, Monte Carlo.
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "cli/commands.hpp"
+#include "cli/terminal.hpp"
+#include "model/study.hpp"
+#include "report/flights.hpp"
+
+namespace tiltrim::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+std::string study_name(const Study& study) { return study.file.stem().string(); }
+
+// ---- The flight --------------------------------------------------------------------------------
+
+// The paper's own flight: (16) from the ground.
+bool as_in_paper(const Study& study) {
+  const SimulateTable table = study.simulate.value_or(SimulateTable{});
+  return table.schedule.kind == ScheduleTable::Kind::corridor && from_ground(table);
+}
+
+FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop) {
+  FlightReport report{study_name(study), flight_plan(study), {}, {}, {}, {}};
+  if (number) report.plan = flight_plan_of(study, *number);
+  if (number) report.name += fmt::format(", flight {}", *number);
+  if (report.plan.start_status > TrimStatus::not_optimal) return report;
+  HandOverOptions checking;
+  checking.duration = report.plan.options.duration;
+  report.hand_over = check_hand_over(report.plan.flight, checking);
+  report.plan.options.integrate.stop = stop;
+  report.flown = fly(report.plan.flight, report.plan.start, report.plan.options);
+  report.table = flight_table(report.plan.flight, *report.flown);
+  if (as_in_paper(study)) report.facts = paper_facts(report.table);
+  return report;
+}
+
+void check_samples(const SimulateCommand& command) {
+  const fs::path& samples = command.samples;
+  if (samples.empty()) return;
+  if (samples.extension() != ".nc" && samples.extension() != ".csv")
+    throw std::invalid_argument(
+        fmt::format("--samples: {}: expected a file that ends in .nc or .csv", samples.string()));
+  check_apart(samples, "--samples", command.common.study, "the study");
+  check_apart(samples, "--samples", command.common.output, "-o");
+  check_writable(samples);
+}
+
+void write_samples(const SimulateCommand& command, const Study& study, const FlightReport& report) {
+  if (command.samples.empty() || !report.flown) return;
+  if (command.samples.extension() == ".csv")
+    write_whole(command.samples, as_csv(flight_sheet(report)));
+  else
+    write_netcdf(report.table, *report.flown, study.text, "tiltrim " TILTRIM_VERSION,
+                 command.samples);
+}
+
+// Runs gnuplot on the script in its folder; throws std::runtime_error with what it said.
+void run_gnuplot(const fs::path& folder) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  const fs::path errors = fs::absolute(folder) / "figures.log";
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(),
+                                   O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  char program[] = "gnuplot", script[] = "figures.gp";
+  char* const arguments[] = {program, script, nullptr};
+  pid_t child = 0;
+  const int failed = posix_spawnp(&child, program, &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  const std::string kept = fmt::format("; its script and data are in {}", folder.string());
+  if (failed != 0)
+    throw std::runtime_error("gnuplot is not installed (Debian: gnuplot-nox)" + kept);
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
+    throw std::runtime_error("gnuplot failed: " + errors.string() + " says why" + kept);
+  fs::remove(errors);
+}
+
+void draw(const SimulateCommand& command, const FlightReport& report) {
+  if (command.plots.empty() || !report.flown) return;
+  std::error_code error;
+  fs::create_directories(command.plots, error);
+  if (error)
+    throw std::runtime_error(fmt::format("{}: {}", command.plots.string(), error.message()));
+  write_whole(command.plots / "flight.csv", as_csv(flight_sheet(report)));
+  write_whole(command.plots / "figures.gp", flight_plots(report));
+  run_gnuplot(command.plots);
+}
+
+Outcome fly_study(const SimulateCommand& command, const Study& study, const TextStyle& style,
+                  const std::stop_token& stop) {
+  check_samples(command);
+  const FlightReport report = flown(study, command.flight, stop);
+  write_samples(command, study, report);
+  draw(command, report);
+  const bool whole = report.flown && (report.flown->status == FlightStatus::flown ||
+                                      report.flown->status == FlightStatus::landed);
+  const int code = whole ? answered : unanswered;
+  switch (command.common.format) {
+    case Format::json:
+      return {flight_json(report), code};
+    case Format::csv:
+      return {as_csv(flight_sheet(report)), code};
+    case Format::text:
+      break;
+  }
+  return {flight_text(report, style), code};
+}
+
+// ---- Instead of it -----------------------------------------------------------------------------
+
+Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, const TextStyle& style,
+                        const std::stop_token& stop) {
+  const Flight flight = flight_of(study, study.simulate.value_or(SimulateTable{}));
+  TiltRateOptions options;
+  options.threads = command.threads;
+  options.stop = stop;
+  Progress progress(1);
+  std::size_t flights = 0;
+  options.observe = [&](const TiltFlight& f) {
+    progress.tell(fmt::format("flight {} at {:.4g}°/s {}", ++flights, f.rate * degrees,
+                              f.holds ? "holds" : "fails"),
+                  0.0);
+  };
+  const TiltRateLimit limit = tilt_rate_limit(flight, options);
+  const bool open =
+      limit.status == TiltRateStatus::no_trim || limit.status == TiltRateStatus::interrupted;
+  const int code = open ? unanswered : answered;
+  switch (command.common.format) {
+    case Format::json:
+      return {tilt_rate_json(limit), code};
+    case Format::csv:
+      return {as_csv(tilt_rate_sheet(limit)), code};
+    case Format::text:
+      break;
+  }
+  return {tilt_rate_text(limit, style), code};
+}
+
+// "theta_deg=2" as a state and SI.
+std::pair<std::string, double> offset_of(const std::string& text) {
+  const std::vector<std::string> keys{"V", "gamma_deg",       "theta_deg",
+                                      "q", "energy_integral", "distribution_integral"};
+  const std::size_t equals = text.find('=');
+  std::string key = text.substr(0, equals);
+  if (std::ranges::find(keys, key) == keys.end()) {
+    const std::string near = nearest_name(key, keys);
+    throw std::invalid_argument(fmt::format(
+        "--response: no '{}'{}; there are: {}", key,
+        near.empty() ? "" : fmt::format(" (nearest: '{}')", near), fmt::join(keys, ", ")));
+  }
+  double value = 0.0;
+  const std::string number = equals == std::string::npos ? "" : text.substr(equals + 1);
+  const auto [end, failed] = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (failed != std::errc() || end != number.data() + number.size() || !std::isfinite(value))
+    throw std::invalid_argument(fmt::format(
+        "--response: '{}' is not a number; expected {}=NUMBER, as {}=2", number, key, key));
+  constexpr std::string_view angle = "_deg";
+  if (!key.ends_with(angle)) return {key, value};
+  return {key.substr(0, key.size() - angle.size()), value / degrees};
+}
+
+Outcome respond(const SimulateCommand& command, const Study& study, const TextStyle& style,
+                const std::stop_token& stop) {
+  std::map<std::string, double> offset;
+  for (const std::string& text : command.response) offset.insert(offset_of(text));
+  std::vector<NamedResponse> responses;
+  bool all = true;
+  for (const Condition& c : chosen(study, command.common.only)) {
+    if (stop.stop_requested()) break;
+    if (c.formulation != Formulation::closed_loop) continue;
+    const Flight flight = flight_of(study, SimulateTable{});
+    responses.push_back({c.name, response(flight, c.command, offset)});
+    all = all && responses.back().response.status == ResponseStatus::responded;
+  }
+  if (responses.empty())
+    throw StudyError(
+        fmt::format("{}: no condition of formulation closed_loop", study.file.string()));
+  const int code = all ? answered : unanswered;
+  switch (command.common.format) {
+    case Format::json:
+      return {responses_json(responses), code};
+    case Format::csv:
+      return {as_csv(responses_sheet(responses)), code};
+    case Format::text:
+      break;
+  }
+  return {responses_text(responses, style), code};
+}
+
+Outcome scatter(const SimulateCommand& command, const Study& study, const TextStyle& style,
+                const std::stop_token& stop) {
+  MonteCarloOptions options;
+  options.threads = command.threads;
+  options.log = command.log;
+  options.identity = identity_of(study, study.conditions);
+  options.stop = stop;
+  Progress progress(1);
+  options.observe = [&](const MonteCarlo& so_far) {
+    progress.tell(fmt::format("{} of {} flights, {} good", so_far.flown, so_far.asked, so_far.good),
+                  double(so_far.flown) / double(so_far.asked));
+  };
+  const MonteCarlo run = monte_carlo(study, options);
+  const int code = run.interrupted || !run.message.empty() ? unanswered : answered;
+  switch (command.common.format) {
+    case Format::json:
+      return {monte_carlo_json(run), code};
+    case Format::csv:
+      return {as_csv(monte_carlo_sheet(run)), code};
+    case Format::text:
+      break;
+  }
+  return {monte_carlo_text(run, style), code};
+}
+
+Outcome simulated(const SimulateCommand& command, const Study& study, const TextStyle& style,
+                  const std::stop_token& stop) {
+  if (command.tilt_rate_limit) return limit_tilt_rate(command, study, style, stop);
+  if (!command.response.empty()) return respond(command, study, style, stop);
+  if (command.monte_carlo) return scatter(command, study, style, stop);
+  return fly_study(command, study, style, stop);
+}
+
+}  // namespace
+
+Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  const Study study = load_study(command.common.study);
+  try {
+    return simulated(command, study, style, stop);
+  } catch (const std::invalid_argument& e) {
+    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+  }
+}
+
+}  // namespace tiltrim::cli

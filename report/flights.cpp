@@ -1,0 +1,308 @@
+#include "report/flights.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "report/json.hpp"
+
+namespace tiltrim {
+
+using json::ordered_json;
+
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+constexpr std::size_t most_events = 60;  // printed
+
+Tone tone(FlightStatus status) {
+  return status == FlightStatus::flown || status == FlightStatus::landed ? Tone::good : Tone::bad;
+}
+
+std::string in_words(FlightStatus status) {
+  switch (status) {
+    case FlightStatus::flown:
+      return "flown to the end";
+    case FlightStatus::landed:
+      return "landed";
+    case FlightStatus::ground_contact:
+      return "hits the ground";
+    case FlightStatus::lost:
+      return "lost";
+    case FlightStatus::not_finite:
+      return "not finite";
+    case FlightStatus::stuck:
+      return "stuck";
+    case FlightStatus::interrupted:
+      return "interrupted";
+  }
+  return "?";
+}
+
+std::string in_words(const FlightEvent& event) {
+  switch (event.kind) {
+    case FlightEventKind::limit_reached:
+      return event.what + " limit reached";
+    case FlightEventKind::limit_left:
+      return event.what + " limit left";
+    case FlightEventKind::hand_over:
+      return "hand-over " + event.what;
+    case FlightEventKind::lift_off:
+      return "lift-off" + (event.what == "at once" ? " at once" : std::string());
+    case FlightEventKind::ground_contact:
+      return "ground contact";
+    case FlightEventKind::schedule_kink:
+      return "schedule passes " + event.what;
+    case FlightEventKind::lost:
+      return event.what;
+  }
+  return "?";
+}
+
+// ---- The flight --------------------------------------------------------------------------------
+
+std::string verdict(const FlightReport& r, const TextStyle& style) {
+  if (!r.flown)
+    return toned("no flight", Tone::bad, style) + ": no trim to start from: " + r.plan.message +
+           "\n";
+  const FlightResult& f = *r.flown;
+  std::string line =
+      fmt::format("{}: {} {} s, {}", r.name, toned(in_words(f.status), tone(f.status), style),
+                  fmt::format("{} {:.6g}", f ? "of" : "at", f.t.back()), r.plan.start_words);
+  if (!f.message.empty()) line += "; " + f.message;
+  return line + "\n";
+}
+
+SheetCell at(const FlightTable& table, const char* column, std::size_t row) {
+  return table[column][row];
+}
+
+// The flight at about ten instants.
+Sheet course(const FlightReport& r) {
+  Sheet sheet{"",
+              {{"time", "t", "s", "{:.1f}"},
+               {"V", "V", "m/s", "{:.2f}"},
+               {"gamma_deg", "γ", "°", "{:.2f}"},
+               {"theta_deg", "θ", "°", "{:.2f}"},
+               {"eta_deg", "η", "°", "{:.1f}"},
+               {"height", "h", "m", "{:.1f}"},
+               {"distance", "x", "m", "{:.1f}"},
+               {"theta0", "θ₀", "", "{:.3f}"},
+               {"a1s_deg", "a1s", "°", "{:.2f}"},
+               {"delta_e_deg", "δe", "°", "{:.2f}"},
+               {"He", "He", "", "{:.4f}"},
+               {"Le", "Le", "", "{:.4f}"}},
+              {},
+              {}};
+  const std::vector<double>& t = r.table["time"];
+  constexpr int rows = 10;
+  for (int k = 0; k <= rows; ++k) {
+    const double when = t.front() + (t.back() - t.front()) * k / rows;
+    const auto row = std::size_t(
+        std::min(std::ranges::lower_bound(t, when - 1e-9) - t.begin(), std::ssize(t) - 1));
+    std::vector<SheetCell> cells;
+    for (const SheetColumn& c : sheet.columns) cells.push_back(at(r.table, c.key.c_str(), row));
+    sheet.rows.push_back(std::move(cells));
+  }
+  return sheet;
+}
+
+std::string limits_touched(const FlightResult& f) {
+  std::set<std::string> touched;
+  for (const FlightEvent& e : f.events)
+    if (e.kind == FlightEventKind::limit_reached || e.kind == FlightEventKind::limit_left)
+      touched.insert(e.what);
+  std::string all;
+  for (const std::string& name : touched) all += (all.empty() ? "" : ", ") + name;
+  return touched.empty() ? "no limit is touched" : "limits touched: " + all;
+}
+
+std::string events_text(const FlightResult& f) {
+  Sheet sheet{
+      "", {{"t", "t", "s", "{:.6f}"}, {"h", "h", "m", "{:.2f}"}, {"what", "event", ""}}, {}, {}};
+  for (std::size_t k = 0; k < std::min(f.events.size(), most_events); ++k) {
+    const FlightEvent& e = f.events[k];
+    sheet.rows.push_back({e.t, e.before.height, in_words(e)});
+  }
+  if (f.events.size() > most_events)
+    sheet.notes.push_back(
+        fmt::format("and {} more: --format json has them", f.events.size() - most_events));
+  return f.events.empty() ? "" : "\n" + as_text(sheet);
+}
+
+std::string balance_text(const FlightReport& r) {
+  const FlightResult& f = *r.flown;
+  const double g = r.plan.flight.vehicle.aircraft.gravity;
+  const bool body = r.plan.flight.axes == Axes::body;
+  const auto energy = [&](const FlightState& x) {
+    const double square = body ? x.along * x.along + x.across * x.across : x.along * x.along;
+    return square / 2 + g * x.height - x.thrust_work + x.drag_work - x.wind_work;
+  };
+  double off = 0.0, size = 1.0;
+  for (const FlightState& x : f.states) {
+    off = std::max(off, std::abs(energy(x) - energy(f.states.front())));
+    size = std::max(size, std::abs(x.thrust_work));
+  }
+  return fmt::format(
+      "energy balance: work of thrust, drag and wind against ½V² + gh, off by {:.1e} of the work; "
+      "{} steps at a tolerance of {:.0e}",
+      off / size, f.steps, r.plan.options.integrate.tolerance);
+}
+
+std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
+  if (c.verdict == HandOverVerdict::never) return "hand-over: the schedule does not come to it\n";
+  if (c.verdict == HandOverVerdict::blended)
+    return "hand-over: blended (cyclic_blend_deg), nothing jumps\n";
+  const std::string where = fmt::format(
+      "hand-over to the {} at η = {:.4g}°, {} (V = {:.3g} m/s, γ = {:.3g}°)",
+      c.behind.airplane ? "elevator" : "cyclic", c.command.eta * degrees,
+      c.t > 0 ? fmt::format("t = {:.4g} s", c.t) : fmt::format("h = {:.4g} m", c.height),
+      c.command.V, std::round(c.command.gamma * degrees * 1e9) / 1e9 + 0.0);
+  const auto says = [&](const std::string& words, Tone tone) {
+    return where + ": " + toned(words, tone, style);
+  };
+  std::string text;
+  switch (c.verdict) {
+    case HandOverVerdict::settles:
+      text = says("from the trim in front the flight goes on", Tone::good);
+      break;
+    case HandOverVerdict::lost:
+      text = says(fmt::format("loss predicted: from the trim in front it ends {} after {:.1f} s",
+                              in_words(c.ends), c.ends_at),
+                  Tone::bad);
+      break;
+    case HandOverVerdict::not_reached:
+      text =
+          says(fmt::format("not decided by trims: the loop in front takes {:.3g} s to come to its "
+                           "own, the schedule {:.3g} s to come here",
+                           -1 / c.front.abscissa, c.seconds_there),
+               Tone::doubtful);
+      break;
+    case HandOverVerdict::no_trim:
+    case HandOverVerdict::blended:
+    case HandOverVerdict::never:
+      return wrapped(says("no trim", Tone::bad) + ": " + c.message, 0, style.width);
+  }
+  return wrapped(text, 0, style.width) + wrapped(c.message, 2, style.width);
+}
+
+std::string facts_text(const std::vector<PaperFact>& facts, const TextStyle& style) {
+  if (facts.empty()) return "";
+  Sheet sheet{"",
+              {{"figure", "fig.", ""},
+               {"paper", "the paper shows", ""},
+               {"flight", "this flight shows", ""},
+               {"agrees", "", ""}},
+              {},
+              {}};
+  for (const PaperFact& f : facts) {
+    sheet.rows.push_back(
+        {f.figure, f.paper, f.flight,
+         SheetCell(f.agrees ? "agrees" : "differs", f.agrees ? Tone::good : Tone::doubtful)});
+  }
+  std::string text = "\n" + as_text(sheet, style);
+  for (const PaperFact& f : facts)
+    if (!f.agrees)
+      text += wrapped(fmt::format("fig. {}, {}: {}", f.figure, f.paper, f.why), 2, style.width);
+  return text;
+}
+
+ordered_json command_json(const Command& c) {
+  return {{"V", c.V}, {"gamma_deg", c.gamma * degrees}, {"eta_deg", c.eta * degrees}};
+}
+
+ordered_json actuators_json(const Actuators& a) {
+  return {{"theta0", a.theta0}, {"a1s_deg", a.a1s * degrees}, {"delta_e_deg", a.delta_e * degrees}};
+}
+
+ordered_json side_json(const HandOverSide& s) {
+  ordered_json side{{"status", to_string(s.status)}, {"message", s.message}};
+  if (s.status > TrimStatus::not_optimal) return side;
+  side["theta_deg"] = s.state.theta * degrees;
+  side["energy_integral"] = s.state.x1;
+  side["distribution_integral"] = s.state.x2;
+  side["input"] = actuators_json(s.inputs);
+  side["spectral_abscissa"] = s.abscissa;
+  return side;
+}
+
+ordered_json hand_over_json(const HandOverCheck& c) {
+  ordered_json check{{"verdict", to_string(c.verdict)}, {"message", c.message}};
+  if (c.verdict == HandOverVerdict::never || c.verdict == HandOverVerdict::blended) return check;
+  check["t"] = c.t;
+  check["height"] = c.height;
+  check["command"] = command_json(c.command);
+  check["front"] = side_json(c.front);
+  check["behind"] = side_json(c.behind);
+  check["asked"] = actuators_json(c.asked);
+  check["integral_jump"] = c.integral_jump;
+  check["ends"] = to_string(c.ends);
+  check["ends_at"] = c.ends_at;
+  check["seconds_there"] = c.seconds_there;
+  return check;
+}
+
+}  // namespace
+
+std::string flight_text(const FlightReport& report, const TextStyle& style) {
+  std::string text = wrapped(verdict(report, style), 0, style.width);
+  for (const HandOverCheck& c : report.hand_over) text += "\n" + hand_over_text(c, style);
+  if (!report.flown) return text;
+  text += "\n" + as_text(course(report), style) + events_text(*report.flown);
+  text += "\n" + wrapped(limits_touched(*report.flown), 0, style.width) +
+          wrapped(balance_text(report), 0, style.width);
+  return text + facts_text(report.facts, style);
+}
+
+Sheet flight_sheet(const FlightReport& report) {
+  Sheet sheet;
+  for (const FlightColumn& c : report.table.columns)
+    sheet.columns.push_back({c.name, c.name, c.unit, "{}"});
+  for (std::size_t k = 0; k < report.table.rows(); ++k) {
+    std::vector<SheetCell> row;
+    for (const FlightColumn& c : report.table.columns) row.emplace_back(c.values[k]);
+    sheet.rows.push_back(std::move(row));
+  }
+  return sheet;
+}
+
+std::string flight_json(const FlightReport& report) {
+  ordered_json root{{"name", report.name}, {"start", report.plan.start_words}};
+  root["status"] = report.flown ? to_string(report.flown->status) : "no_trim";
+  root["message"] = report.flown ? report.flown->message : report.plan.message;
+  root["hand_over"] = ordered_json::array();
+  for (const HandOverCheck& c : report.hand_over) root["hand_over"].push_back(hand_over_json(c));
+  if (report.flown) {
+    root["steps"] = report.flown->steps;
+    root["evaluations"] = report.flown->evaluations;
+    root["events"] = ordered_json::array();
+    for (const FlightEvent& e : report.flown->events)
+      root["events"].push_back({{"t", e.t},
+                                {"kind", to_string(e.kind)},
+                                {"what", e.what},
+                                {"height", e.before.height},
+                                {"distribution_integral_before", e.before.x2},
+                                {"distribution_integral_after", e.after.x2}});
+    root["units"] = ordered_json::object();
+    root["samples"] = ordered_json::object();
+    for (const FlightColumn& c : report.table.columns) {
+      root["units"][c.name] = c.unit;
+      root["samples"][c.name] = c.values;
+    }
+  }
+  if (!report.facts.empty()) {
+    root["paper"] = ordered_json::array();
+    for (const PaperFact& f : report.facts)
+      root["paper"].push_back({{"figure", f.figure},
+                               {"paper", f.paper},
+                               {"flight", f.flight},
+                               {"agrees", f.agrees},
+                               {"why", f.why}});
+  }
+  return root.dump(2) + "\n";
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,57 @@
+/// Flights as text, CSV, JSON and gnuplot scripts.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "report/sheet.hpp"
+#include "simulate/flight_table.hpp"
+#include "simulate/hand_over.hpp"
+#include "simulate/monte_carlo.hpp"
+#include "simulate/paper_flight.hpp"
+#include "simulate/plan.hpp"
+#include "simulate/response.hpp"
+#include "simulate/tilt_rate.hpp"
+
+namespace tiltrim {
+
+struct FlightReport {
+  std::string name;  ///< of the study
+  FlightPlan plan;
+  std::vector<HandOverCheck> hand_over;
+  std::optional<FlightResult> flown;  ///< none without a trim to start from
+  FlightTable table;                  ///< of it
+  std::vector<PaperFact> facts;       ///< empty: another flight than the paper's
+};
+std::string flight_text(const FlightReport& report, const TextStyle& style);
+std::string flight_json(const FlightReport& report);
+/// Every sample.
+Sheet flight_sheet(const FlightReport& report);
+
+/// The paper's Figures 5-9 for gnuplot, which reads flight.csv beside the script and writes each
+/// figure as NAME.svg and NAME.png.
+std::string flight_plots(const FlightReport& report);
+/// Their names: "fig5_angles", ...
+std::vector<std::string> flight_plot_names();
+
+std::string tilt_rate_text(const TiltRateLimit& limit, const TextStyle& style);
+std::string tilt_rate_json(const TiltRateLimit& limit);
+/// Every flight flown.
+Sheet tilt_rate_sheet(const TiltRateLimit& limit);
+
+struct NamedResponse {
+  std::string name;  ///< of the condition
+  Response response;
+};
+std::string responses_text(const std::vector<NamedResponse>& responses, const TextStyle& style);
+std::string responses_json(const std::vector<NamedResponse>& responses);
+/// Every sample of each: linear, nonlinear, their difference.
+Sheet responses_sheet(const std::vector<NamedResponse>& responses);
+
+std::string monte_carlo_text(const MonteCarlo& run, const TextStyle& style);
+std::string monte_carlo_json(const MonteCarlo& run);
+/// The worst flights.
+Sheet monte_carlo_sheet(const MonteCarlo& run);
+
+}  // namespace tiltrim

@@ -1,0 +1,34 @@
+/// A flight as a table: what is written, drawn and compared, all from one description.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "simulate/fly.hpp"
+
+namespace tiltrim {
+
+struct FlightColumn {
+  std::string name;  ///< "theta_deg"
+  std::string unit;  ///< "degrees"
+  std::string what;  ///< "pitch attitude"
+  std::vector<double> values;
+};
+
+/// Time, states, commands, controls, energy errors, forces and powers at every sample. Angles are
+/// in degrees, all else SI.
+struct FlightTable {
+  std::vector<FlightColumn> columns;
+  std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
+  /// Throws std::invalid_argument with all names if there is none of this one.
+  const std::vector<double>& operator[](const std::string& name) const;
+};
+FlightTable flight_table(const Flight& flight, const FlightResult& flown);
+
+/// NetCDF-4 with dimension `time`, and the events beside it; written whole or not at all. `study`
+/// and `program` become attributes. Throws std::runtime_error "path: why".
+void write_netcdf(const FlightTable& table, const FlightResult& flown, const std::string& study,
+                  const std::string& program, const std::filesystem::path& file);
+
+}  // namespace tiltrim
