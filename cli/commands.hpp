@@ -89,6 +89,7 @@ struct SimulateCommand {
   std::filesystem::path samples;  ///< every sample as .nc or .csv; empty: nowhere
   std::filesystem::path plots;    ///< folder for the paper's figures; empty: none
   bool tilt_rate_limit = false;   ///< these three: instead of the study's flight
+  std::vector<double> tilts;      ///< degrees, from and to; empty: 90, 0
   bool monte_carlo = false;
   std::vector<std::string> response;  ///< "theta_deg=2", ...: linear against nonlinear
   std::optional<long> flight;         ///< this one of the Monte-Carlo flights

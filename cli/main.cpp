@@ -285,6 +285,12 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
       ->type_name("NAME=VALUE,...");
   instead->require_option(0, 1);
   simulate
+      ->add_option("--tilts", command.tilts, "of --tilt-rate-limit: from and to, degrees (90,0)")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(0.0, 90.0))
+      ->type_name("FROM,TO");
+  simulate
       ->add_option("--log", command.log,
                    "keep finished Monte-Carlo flights here, from which a killed run goes on")
       ->type_name("FILE");

@@ -130,6 +130,10 @@ Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, cons
                         const std::stop_token& stop) {
   const Flight flight = flight_of(study, study.simulate.value_or(SimulateTable{}));
   TiltRateOptions options;
+  if (!command.tilts.empty()) {
+    options.from = command.tilts.front() / degrees;
+    options.to = command.tilts.back() / degrees;
+  }
   options.threads = command.threads;
   options.stop = stop;
   Progress progress(1);

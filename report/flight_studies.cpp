@@ -76,18 +76,17 @@ std::string tilt_rate_text(const TiltRateLimit& l, const TextStyle& style) {
                             g.rate * degrees, g.worst, g.whole),
                 2, style.width);
   const auto held = std::ranges::count_if(l.flights, &TiltFlight::holds);
-  text += wrapped(fmt::format("{} nonlinear flights, {} of them come to the trim at the end",
-                              l.flights.size(), held),
+  text += wrapped(fmt::format("{} nonlinear flights, {} of them come to the trim at the end; they "
+                              "begin disturbed, by {:.3g} of the full size",
+                              l.flights.size(), held, l.disturbance),
                   2, style.width);
   return text;
 }
 
 std::string tilt_rate_json(const TiltRateLimit& l) {
-  ordered_json root{{"status", to_string(l.status)},
-                    {"message", l.message},
-                    {"holds_deg_s", l.holds * degrees},
-                    {"fails_deg_s", l.fails * degrees},
-                    {"frozen_stable", l.frozen_stable}};
+  ordered_json root{{"status", to_string(l.status)},    {"message", l.message},
+                    {"holds_deg_s", l.holds * degrees}, {"fails_deg_s", l.fails * degrees},
+                    {"frozen_stable", l.frozen_stable}, {"disturbance", l.disturbance}};
   root["stretches"] = ordered_json::array();
   for (const SlowTilt& s : l.stretches)
     root["stretches"].push_back({{"from_deg", s.from * degrees},

@@ -135,7 +135,8 @@ std::string to_string(ResponseStatus status) {
 Response response(const Flight& flight, const Command& command,
                   const std::map<std::string, double>& offset, const ResponseOptions& options) {
   Response answer;
-  answer.states = {flight_signals(Axes::wind).begin(), flight_signals(Axes::wind).begin() + states};
+  answer.states = flight_signals(Axes::wind);
+  answer.states.resize(states);
   answer.command = command;
   answer.offset = offset_of(answer.states, offset);
 

@@ -89,15 +89,19 @@ double corridor_height(double eta) {
 
 Schedule corridor_at_tilt_rate(const SteadyTilt& tilt) {
   if (!(tilt.rate > 0)) throw std::invalid_argument("the tilt rate must be above zero");
+  if (!(tilt.from > tilt.to)) throw std::invalid_argument("the tilt must fall");
   const auto at = [tilt](double t, double) {
-    const double eta = std::clamp(pi / 2 - tilt.rate * (t - tilt.begins), 0.0, pi / 2);
+    const double eta = std::clamp(tilt.from - tilt.rate * (t - tilt.begins), tilt.to, tilt.from);
     Command command = corridor(corridor_height(eta));
     command.eta = eta;  // to the last digit
     return command;
   };
-  // Where the speed of (16) begins to rise, beside both ends.
-  const double rises = tilt.begins + (pi / 2 - corridor(20.0).eta) / tilt.rate;
-  return {at, {}, {tilt.begins, rises, tilt.begins + pi / 2 / tilt.rate}};
+  Schedule schedule{at, {}, {tilt.begins, tilt.ends()}};
+  // Where the speed of (16) begins to rise.
+  const double rises = tilt.begins + (tilt.from - corridor(20.0).eta) / tilt.rate;
+  if (rises > tilt.begins && rises < tilt.ends())
+    schedule.kink_times.insert(schedule.kink_times.begin() + 1, rises);
+  return schedule;
 }
 
 Schedule reconversion(const Reconversion& times) {

@@ -20,12 +20,15 @@ struct Commands {
 Schedule over_height(const Commands& commands);
 Schedule over_time(const Commands& commands);
 
-/// The corridor (16) against time: from `begins` on the tilt falls from π/2 at a constant rate
-/// [rad/s] to 0; path angle and speed are those of the height at which (16) has that tilt.
+/// The corridor (16) against time: the tilt falls at a constant rate; path angle and speed are
+/// those of the height at which (16) has that tilt.
 struct SteadyTilt {
-  double begins = 0.0;                   ///< s
-  double rate = std::numbers::pi / 180;  ///< rad/s, > 0
+  double begins = 0.0;                           ///< s
+  double rate = std::numbers::pi / 180;          ///< rad/s, > 0
+  double from = std::numbers::pi / 2, to = 0.0;  ///< rad, falling
+  double ends() const { return begins + (from - to) / rate; }
 };
+/// Throws std::invalid_argument for a rate that is not above zero, or tilts that do not fall.
 Schedule corridor_at_tilt_rate(const SteadyTilt& tilt);
 /// The height at which (16) has a tilt, 0 to 120 m.
 double corridor_height(double eta);

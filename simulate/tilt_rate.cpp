@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <stdexcept>
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "linearize/linearize.hpp"
@@ -28,7 +31,8 @@ using Eigen::MatrixXd;
 using std::numbers::pi;
 
 constexpr double degrees = 180 / pi;
-constexpr int finer = 10;      // points of the check between two frozen loops
+constexpr int finer = 4;       // points of the check for each of the certificate's own
+constexpr int halvings = 5;    // of its grid, until it holds between its points
 constexpr double hair = 1e-9;  // rad beside the hand-over, where a stretch ends
 
 // ---- Frozen loops ------------------------------------------------------------------------------
@@ -120,13 +124,23 @@ std::vector<double> between(double from, double to, int count) {
   return all;
 }
 
-// Tilts from pi/2 to 0 in stretches on one side of the hand-over each.
-std::vector<std::vector<double>> stretches_of(const Flight& flight, int loops) {
+// The tilts in stretches along which the loop changes smoothly: between the hand-over and the tilts
+// at which scheduled gains have kinks.
+std::vector<std::vector<double>> stretches_of(const Flight& flight, const TiltRateOptions& o) {
   const double off = flight.vehicle.aircraft.cyclic_off;
-  const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0) && off > 0 && off < pi / 2;
-  if (!switches) return {between(pi / 2, 0.0, loops)};
-  const int above = std::max(3, int(loops * (pi / 2 - off) / (pi / 2)));
-  return {between(pi / 2, off + hair, above), between(off - hair, 0.0, std::max(3, loops - above))};
+  const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0) && off > o.to && off < o.from;
+  std::vector<double> ends{o.from, o.to};
+  for (const double knot : flight.gains.eta)
+    if (knot > o.to && knot < o.from && !(switches && knot == off)) ends.push_back(knot);
+  if (switches) ends.insert(ends.end(), {off + hair, off - hair});
+  std::ranges::sort(ends, std::greater<>());
+  std::vector<std::vector<double>> stretches;
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    const double share = (ends[k] - ends[k + 1]) / (o.from - o.to);
+    if (ends[k] - ends[k + 1] <= 2 * hair) continue;  // the hand-over itself
+    stretches.push_back(between(ends[k], ends[k + 1], std::max(3, int(o.loops * share))));
+  }
+  return stretches;
 }
 
 // ---- What linear theory says -------------------------------------------------------------------
@@ -219,14 +233,19 @@ Growth growth(const std::vector<FrozenLoop>& loops, double rate) {
 
 // ---- Nonlinear flights -------------------------------------------------------------------------
 
+SteadyTilt tilting_at(const TiltRateOptions& options, double rate) {
+  constexpr double begins = 1.0;  // s
+  return {begins, rate, options.from, options.to};
+}
+
 struct Offset {
   std::string words;
   double V = 0.0, gamma = 0.0, theta = 0.0, q = 0.0;
 };
 
-std::vector<Offset> offsets(const TiltRateOptions& o) {
-  std::vector<Offset> all{{"undisturbed"}};
-  for (const double sign : {1.0, -1.0}) {
+std::vector<Offset> offsets(const TiltRateOptions& o, double scale) {
+  std::vector<Offset> all{{"no disturbance"}};
+  for (const double sign : {scale, -scale}) {
     all.push_back({fmt::format("V {:+g} m/s", sign * o.V), sign * o.V});
     all.push_back({fmt::format("γ {:+g} rad", sign * o.gamma), 0, sign * o.gamma});
     all.push_back({fmt::format("θ {:+g} rad", sign * o.theta), 0, 0, sign * o.theta});
@@ -242,19 +261,45 @@ bool at_trim(const FlightPoint& at, const FlightState& x, const FrozenLoop& trim
          std::abs(x.theta - trim.trim.theta) < angle;
 }
 
-// Where a flight met its first limit behind its start, or ended.
-double left_at(const Flight& flight, const FlightResult& flown) {
-  constexpr double start_up = 1.0;  // s: limits that the disturbance itself meets
-  for (const FlightEvent& e : flown.events)
-    if (e.kind == FlightEventKind::limit_reached && e.t > start_up)
-      return flight.schedule.command(e.t, e.before.height).eta;
-  return flight.schedule.command(flown.t.back(), 0.0).eta;
+// The trim's attitude at a tilt, between two frozen loops.
+double trim_theta(const std::vector<FrozenLoop>& loops, double eta) {
+  const auto after = std::ranges::lower_bound(loops, eta, std::greater<>(), &FrozenLoop::eta);
+  if (after == loops.begin()) return loops.front().trim.theta;
+  if (after == loops.end()) return loops.back().trim.theta;
+  const FrozenLoop &a = *std::prev(after), &b = *after;
+  return std::lerp(a.trim.theta, b.trim.theta, (eta - a.eta) / (b.eta - a.eta));
+}
+
+// The first sample that is too far from the moving trims; the number of samples if none is.
+std::size_t strays(const Flight& flight, const FlightResult& flown,
+                   const std::vector<FrozenLoop>& loops, const TiltRateOptions& options) {
+  for (std::size_t k = 0; k < flown.t.size(); ++k) {
+    const FlightPoint at = flight_point(flight, flown.modes[k], flown.t[k], flown.states[k]);
+    const double theta = flown.states[k].theta - trim_theta(loops, at.eta);
+    const double gamma = std::remainder(at.gamma - at.command.gamma, 2 * pi);
+    const double most = std::max(std::abs(gamma), std::abs(theta));
+    if (!(std::abs(at.V - at.command.V) <= options.speed && most <= options.angle)) return k;
+  }
+  return flown.t.size();
 }
 
 class Flights {
  public:
   Flights(const Flight& flight, const TiltRateOptions& options, TiltRateLimit& result)
-      : flight_(flight), options_(options), result_(result), offsets_(offsets(options)) {}
+      : flight_(flight), options_(options), result_(result), offsets_(offsets(options, 1.0)) {}
+
+  // Offsets that the loop frozen at the beginning does not bring back say nothing of the tilt's
+  // rate: they are halved until it does. False if it brings none back.
+  bool shrink_to_frozen() {
+    constexpr int most = 10;
+    for (int k = 0; k < most; ++k, result_.disturbance /= 2) {
+      offsets_ = offsets(options_, result_.disturbance);
+      std::vector<char> back(offsets_.size());
+      in_parallel(back.size(), [&](std::size_t i) { back[i] = fly_with(0.0, offsets_[i]).holds; });
+      if (std::ranges::all_of(back, [](char b) { return b != 0; })) return true;
+    }
+    return false;
+  }
 
   // All disturbances at a rate; true if every flight comes to the trim at the end.
   bool hold(double rate) {
@@ -278,10 +323,12 @@ class Flights {
   std::vector<Offset> offsets_;
 
   TiltFlight fly_with(double rate, const Offset& offset) const {
+    const bool still = rate == 0;
     const FrozenLoop& first = result_.loops.front();
-    const FrozenLoop& last = result_.loops.back();
+    const FrozenLoop& last = still ? first : result_.loops.back();
     Flight tilting = flight_;
-    tilting.schedule = corridor_at_tilt_rate({1.0, rate});
+    tilting.schedule =
+        still ? held(first.command) : corridor_at_tilt_rate(tilting_at(options_, rate));
     tilting.wind = {};
     tilting.disturbance = {};
     tilting.kink_times.clear();
@@ -297,32 +344,39 @@ class Flights {
     x.height = high;
     x.eta = first.eta;
     FlyOptions flying;
-    flying.duration = 1.0 + pi / 2 / rate + options_.settles;
+    flying.duration = options_.settles + (still ? 0.0 : tilting_at(options_, rate).ends());
     flying.integrate.tolerance = 1e-7;
-    flying.integrate.sample = flying.duration / 10;
+    flying.integrate.sample = 0.1;
     const FlightResult flown = fly(tilting, start, flying);
     TiltFlight answer{rate, offset.words, false, flown.status, flown.message, 0.0};
+    const std::size_t strayed = strays(tilting, flown, result_.loops, options_);
     const FlightPoint end =
         flight_point(tilting, flown.modes.back(), flown.t.back(), flown.states.back());
-    answer.holds = flown && at_trim(end, flown.states.back(), last);
-    answer.left = answer.holds ? 0.0 : left_at(tilting, flown);
+    const bool near = strayed == flown.t.size();
+    answer.holds = flown && near && at_trim(end, flown.states.back(), last);
+    const std::size_t left = near ? flown.t.size() - 1 : strayed;
+    answer.left = tilting.schedule.command(flown.t[left], 0.0).eta;
     if (flown && !answer.holds)
-      answer.message = fmt::format("ends at V = {:.3g} m/s, γ = {:.3g}°, θ = {:.3g}°", end.V,
-                                   end.gamma * degrees, flown.states.back().theta * degrees);
+      answer.message = near ? fmt::format("ends at V = {:.3g} m/s, γ = {:.3g}°, θ = {:.3g}°", end.V,
+                                          end.gamma * degrees, flown.states.back().theta * degrees)
+                            : "too far from the trims";
     return answer;
   }
 };
 
-std::string cause(const Flight& flight, const TiltRateLimit& limit) {
+std::string cause(const Flight& flight, const TiltRateOptions& options,
+                  const TiltRateLimit& limit) {
   const TiltFlight& w = limit.worst;
-  std::string words = fmt::format(
-      "at {:.4g}°/s the flight {} does not come to the trim at the end: {} {}; it first leaves its "
-      "limits at a tilt of {:.4g}°",
-      w.rate * degrees, w.disturbed, to_string(w.status), w.message, w.left * degrees);
+  std::string words =
+      fmt::format("at {:.4g}°/s the flight with {} leaves the trims at a tilt of {:.4g}° ({}{}{})",
+                  w.rate * degrees, w.disturbed, w.left * degrees, to_string(w.status),
+                  w.message.empty() ? "" : ": ", w.message);
   Flight at_rate = flight;
-  at_rate.schedule = corridor_at_tilt_rate({1.0, w.rate});
+  at_rate.schedule = corridor_at_tilt_rate(tilting_at(options, w.rate));
   HandOverOptions checking;
-  checking.duration = 1.0 + pi / 2 / w.rate;
+  checking.duration = tilting_at(options, w.rate).ends();
+  constexpr double near = 0.01;  // rad
+  if (w.left > flight.vehicle.aircraft.cyclic_off + near) return words;
   for (const HandOverCheck& check : check_hand_over(at_rate, checking))
     if (check.verdict == HandOverVerdict::lost || check.verdict == HandOverVerdict::not_reached)
       words += fmt::format("; at the hand-over ({:.4g}°, h = {:.4g} m of (16)) {}",
@@ -335,18 +389,27 @@ void bisect(const Flight& flight, const TiltRateOptions& options, TiltRateLimit&
   Flights flights(flight, options, limit);
   const auto ends = [&](TiltRateStatus status) {
     limit.status = status;
-    if (status != TiltRateStatus::always) limit.message = cause(flight, limit);
+    if (status != TiltRateStatus::always) limit.message = cause(flight, options, limit);
   };
+  if (!flights.shrink_to_frozen()) {
+    limit.status = TiltRateStatus::never;
+    limit.message = "the loop frozen at the beginning brings no disturbance back";
+    return;
+  }
   if (!flights.hold(options.slowest)) {
     limit.fails = options.slowest;
     return ends(TiltRateStatus::never);
   }
   limit.holds = options.slowest;
-  if (flights.hold(options.fastest)) {
-    limit.holds = options.fastest;
-    return ends(TiltRateStatus::always);
+  while (limit.fails == 0) {
+    if (options.stop.stop_requested()) {
+      limit.status = TiltRateStatus::interrupted;
+      return;
+    }
+    if (limit.holds >= options.fastest) return ends(TiltRateStatus::always);
+    const double faster = std::min(2 * limit.holds, options.fastest);
+    (flights.hold(faster) ? limit.holds : limit.fails) = faster;
   }
-  limit.fails = options.fastest;
   while (limit.fails > limit.holds * (1 + options.relative)) {
     if (options.stop.stop_requested()) {
       limit.status = TiltRateStatus::interrupted;
@@ -358,22 +421,36 @@ void bisect(const Flight& flight, const TiltRateOptions& options, TiltRateLimit&
   ends(TiltRateStatus::found);
 }
 
+// On a grid as fine as the certificate needs.
+SlowTilt slow_tilt(const Flight& flight, const std::vector<double>& tilts,
+                   const TiltRateOptions& options) {
+  SlowTilt answer{tilts.front(), tilts.back()};
+  int nodes = int(tilts.size());
+  for (int k = 0; k <= halvings && answer.certified == 0; ++k, nodes = 2 * nodes - 1) {
+    std::string why;
+    const auto fine = frozen_loops(
+        flight, between(tilts.front(), tilts.back(), (nodes - 1) * finer + 1), options, why);
+    if (fine.empty()) break;  // no trim between two that have one
+    std::vector<FrozenLoop> coarse;
+    for (std::size_t i = 0; i < fine.size(); i += finer) coarse.push_back(fine[i]);
+    answer = certified(coarse, fine);
+    if (!answer.stable) break;
+  }
+  return answer;
+}
+
 TiltRateLimit limit_of(const Flight& flight, const TiltRateOptions& options) {
   TiltRateLimit limit;
   limit.frozen_stable = true;
-  for (const std::vector<double>& tilts : stretches_of(flight, options.loops)) {
-    const auto points = int(tilts.size() - 1) * finer + 1;
-    const auto fine =
-        frozen_loops(flight, between(tilts.front(), tilts.back(), points), options, limit.message);
-    if (fine.empty()) {
+  for (const std::vector<double>& tilts : stretches_of(flight, options)) {
+    const std::vector<FrozenLoop> loops = frozen_loops(flight, tilts, options, limit.message);
+    if (loops.empty()) {
       limit.status = TiltRateStatus::no_trim;
       return limit;
     }
-    std::vector<FrozenLoop> coarse;
-    for (std::size_t k = 0; k < fine.size(); k += finer) coarse.push_back(fine[k]);
-    limit.stretches.push_back(certified(coarse, fine));
+    limit.stretches.push_back(slow_tilt(flight, tilts, options));
     limit.frozen_stable = limit.frozen_stable && limit.stretches.back().stable;
-    limit.loops.insert(limit.loops.end(), coarse.begin(), coarse.end());
+    limit.loops.insert(limit.loops.end(), loops.begin(), loops.end());
   }
   bisect(flight, options, limit);
   for (const double rate : {limit.holds, limit.fails})
@@ -389,6 +466,8 @@ std::string to_string(TiltRateStatus status) {
 }
 
 TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& options) {
+  if (!(options.from > options.to && options.to >= 0 && options.from <= pi / 2))
+    throw std::invalid_argument("tilts must fall, within 90 to 0 degrees");
   TiltRateLimit limit;
   with_threads(options.threads, [&] { limit = limit_of(flight, options); });
   return limit;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <numbers>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -12,7 +13,7 @@
 
 namespace tiltrim {
 
-/// The closed loop along the corridor (16), frozen at tilts from helicopter to airplane.
+/// The closed loop along the corridor (16), frozen at a tilt.
 struct FrozenLoop {
   double eta = 0.0;  ///< rad
   Command command;
@@ -26,7 +27,7 @@ struct SlowTilt {
   double from = 0.0, to = 0.0;  ///< tilts, rad, falling
   bool stable = false;          ///< all frozen loops are; else nothing follows from them
   /// rad/s: at slower tilt V = eᵀP(η)e with AᵀP + PA = -I falls along every linear motion about the
-  /// moving trim [57]; checked on a grid ten times finer than P's own.
+  /// moving trim [57]; checked on a grid four times finer than P's own.
   double certified = 0.0;
   double certificate = 0.0;  ///< largest eigenvalue of AᵀP + PA + η'P' on that grid; below zero
   double decided_at = 0.0;   ///< tilt, rad, at which the rate is decided
@@ -43,10 +44,10 @@ struct Growth {
 struct TiltFlight {
   double rate = 0.0;        ///< rad/s
   std::string disturbed{};  ///< "θ +0.1 rad"
-  bool holds = false;       ///< it came to the trim at the end
+  bool holds = false;       ///< it stayed near the trims and came to that at the end
   FlightStatus status = FlightStatus::flown;
   std::string message{};  ///< how it ended otherwise
-  double left = 0.0;      ///< rad: the tilt at which it was lost or first met a limit
+  double left = 0.0;      ///< rad: the tilt at which it strayed from the trims or was lost
 };
 
 enum class TiltRateStatus {
@@ -66,17 +67,22 @@ struct TiltRateLimit {
   std::vector<SlowTilt> stretches;
   std::vector<Growth> growth;       ///< at the rates flown, rising
   double holds = 0.0, fails = 0.0;  ///< rad/s: the conclusion holds at one, fails at the other
+  double disturbance = 1.0;         ///< of the options', as far as the frozen loop brings it back
   std::vector<TiltFlight> flights;  ///< all that were flown
   TiltFlight worst;                 ///< the slowest that failed
 };
 
 struct TiltRateOptions {
-  double slowest = 0.002, fastest = 3.0;  ///< rad/s
-  double relative = 0.01;                 ///< between `holds` and `fails`
-  int loops = 181;                        ///< frozen ones
-  double settles = 60.0;                  ///< s after the transition
-  /// The trim is disturbed by each of these in turn, up and down: in the states' own units.
-  double theta = 0.1, gamma = 0.1, V = 0.5, q = 0.1;
+  double from = std::numbers::pi / 2, to = 0.0;  ///< tilts, rad, falling
+  double slowest = 0.0005, fastest = 3.0;        ///< rad/s
+  double relative = 0.01;                        ///< between `holds` and `fails`
+  int loops = 181;                               ///< frozen ones
+  double settles = 60.0;                         ///< s after the transition
+  /// On the way V and the path angle stay this near the command, the attitude this near the trim of
+  /// the tilt (m/s, rad).
+  double speed = 3.0, angle = 0.5;
+  /// The trim is disturbed by each of these in turn, up and down (rad, rad, m/s, rad/s).
+  double theta = 0.05, gamma = 0.05, V = 0.2, q = 0.05;
   int threads = 0;
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};
   std::stop_token stop{};
