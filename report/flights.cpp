@@ -170,9 +170,15 @@ std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
       text = says("from the trim in front the flight goes on", Tone::good);
       break;
     case HandOverVerdict::lost:
-      text = says(fmt::format("loss predicted: from the trim in front it ends {} after {:.1f} s",
-                              in_words(c.ends), c.ends_at),
-                  Tone::bad);
+      text = says(
+          c.ends == FlightStatus::flown
+              ? fmt::format("loss predicted: from the trim in front the flight is not back "
+                            "near the command after {:.0f} s",
+                            c.ends_at)
+              : fmt::format("loss predicted: from the trim in front the flight is {} after "
+                            "{:.1f} s",
+                            c.ends == FlightStatus::lost ? "lost" : in_words(c.ends), c.ends_at),
+          Tone::bad);
       break;
     case HandOverVerdict::not_reached:
       text =

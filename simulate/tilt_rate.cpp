@@ -131,7 +131,8 @@ std::vector<std::vector<double>> stretches_of(const Flight& flight, const TiltRa
   const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0) && off > o.to && off < o.from;
   std::vector<double> ends{o.from, o.to};
   for (const double knot : flight.gains.eta)
-    if (knot > o.to && knot < o.from && !(switches && knot == off)) ends.push_back(knot);
+    if (knot > o.to && knot < o.from && !(switches && std::abs(knot - off) <= 2 * hair))
+      ends.push_back(knot);
   if (switches) ends.insert(ends.end(), {off + hair, off - hair});
   std::ranges::sort(ends, std::greater<>());
   std::vector<std::vector<double>> stretches;
