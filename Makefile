@@ -66,6 +66,8 @@ figures: release
 	gnuplot docs/figures/corridor.gp
 	build/bin/tiltrim envelope studies/stall.toml --only level --format csv -o build/envelope.csv
 	gnuplot docs/figures/envelope.gp
+	build/bin/tiltrim simulate studies/transition.toml --plots build/figures -o build/transition.txt
+	cp build/figures/fig5_angles.svg docs/figures/transition.svg
 
 clean:
 	rm -rf build

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "cli/commands.hpp"
@@ -26,28 +27,7 @@ constexpr double degrees = 180 / std::numbers::pi;
 
 std::string study_name(const Study& study) { return study.file.stem().string(); }
 
-// ---- The flight --------------------------------------------------------------------------------
-
-// The paper's own flight: (16) from the ground.
-bool as_in_paper(const Study& study) {
-  const SimulateTable table = study.simulate.value_or(SimulateTable{});
-  return table.schedule.kind == ScheduleTable::Kind::corridor && from_ground(table);
-}
-
-FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop) {
-  FlightReport report{study_name(study), flight_plan(study), {}, {}, {}, {}};
-  if (number) report.plan = flight_plan_of(study, *number);
-  if (number) report.name += fmt::format(", flight {}", *number);
-  if (report.plan.start_status > TrimStatus::not_optimal) return report;
-  HandOverOptions checking;
-  checking.duration = report.plan.options.duration;
-  report.hand_over = check_hand_over(report.plan.flight, checking);
-  report.plan.options.integrate.stop = stop;
-  report.flown = fly(report.plan.flight, report.plan.start, report.plan.options);
-  report.table = flight_table(report.plan.flight, *report.flown);
-  if (as_in_paper(study)) report.facts = paper_facts(report.table);
-  return report;
-}
+// ---- What is asked -----------------------------------------------------------------------------
 
 void check_samples(const SimulateCommand& command) {
   const fs::path& samples = command.samples;
@@ -58,6 +38,57 @@ void check_samples(const SimulateCommand& command) {
   check_apart(samples, "--samples", command.common.study, "the study");
   check_apart(samples, "--samples", command.common.output, "-o");
   check_writable(samples);
+}
+
+// Could the folder be made and written in?
+void check_plots(const fs::path& folder) {
+  if (folder.empty()) return;
+  fs::path there = folder;
+  while (!there.empty() && !fs::exists(there)) there = there.parent_path();
+  if (!there.empty() && !fs::is_directory(there))
+    throw std::runtime_error(fmt::format("{}: Not a directory", there.string()));
+  check_writable(there / "figures.gp");
+}
+
+// What would be passed over in silence is refused; so is what cannot be written.
+void check(const SimulateCommand& command) {
+  const auto goes_with = [](bool given, const char* option, bool asked, const char* what) {
+    if (given && !asked)
+      throw std::invalid_argument(fmt::format("{} goes with {} alone", option, what));
+  };
+  const bool flies = !command.tilt_rate_limit && !command.monte_carlo && command.response.empty();
+  goes_with(!command.samples.empty(), "--samples", flies, "a flight");
+  goes_with(!command.plots.empty(), "--plots", flies, "a flight");
+  goes_with(!command.tilts.empty(), "--tilts", command.tilt_rate_limit, "--tilt-rate-limit");
+  goes_with(!command.log.empty(), "--log", command.monte_carlo, "--monte-carlo");
+  goes_with(!command.common.only.empty(), "--only", !command.response.empty(), "--response");
+  check_samples(command);
+  check_plots(command.plots);
+  check_apart(command.log, "--log", command.common.study, "the study");
+  check_apart(command.log, "--log", command.common.output, "-o");
+}
+
+// ---- The flight --------------------------------------------------------------------------------
+
+// The paper's own flight: (16) from the ground.
+bool as_in_paper(const Study& study) {
+  const SimulateTable table = study.simulate.value_or(SimulateTable{});
+  return table.schedule.kind == ScheduleTable::Kind::corridor && from_ground(table);
+}
+
+FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop) {
+  FlightReport report{study_name(study), {}, {}, {}, {}, {}};
+  report.plan = number ? flight_plan_of(study, *number) : flight_plan(study);
+  if (number) report.name += fmt::format(", flight {}", *number);
+  if (report.plan.start_status > TrimStatus::not_optimal) return report;
+  HandOverOptions checking;
+  checking.duration = report.plan.options.duration;
+  report.hand_over = check_hand_over(report.plan.flight, checking);
+  report.plan.options.integrate.stop = stop;
+  report.flown = fly(report.plan.flight, report.plan.start, report.plan.options);
+  report.table = flight_table(report.plan.flight, *report.flown);
+  if (as_in_paper(study)) report.facts = paper_facts(report.table);
+  return report;
 }
 
 void write_samples(const SimulateCommand& command, const Study& study, const FlightReport& report) {
@@ -106,7 +137,6 @@ void draw(const SimulateCommand& command, const FlightReport& report) {
 
 Outcome fly_study(const SimulateCommand& command, const Study& study, const TextStyle& style,
                   const std::stop_token& stop) {
-  check_samples(command);
   const FlightReport report = flown(study, command.flight, stop);
   write_samples(command, study, report);
   draw(command, report);
@@ -136,12 +166,11 @@ Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, cons
   }
   options.threads = command.threads;
   options.stop = stop;
-  Progress progress(1);
+  Progress progress(1, "tilt-rate limits");
   std::size_t flights = 0;
   options.observe = [&](const TiltFlight& f) {
-    progress.tell(fmt::format("flight {} at {:.4g}°/s {}", ++flights, f.rate * degrees,
-                              f.holds ? "holds" : "fails"),
-                  0.0);
+    progress.say(fmt::format("flight {} at {:.4g}°/s {}", ++flights, f.rate * degrees,
+                             f.holds ? "holds" : "fails"));
   };
   const TiltRateLimit limit = tilt_rate_limit(flight, options);
   const bool open =
@@ -181,10 +210,18 @@ std::pair<std::string, double> offset_of(const std::string& text) {
   return {key.substr(0, key.size() - angle.size()), value / degrees};
 }
 
+std::map<std::string, double> offsets_of(const std::vector<std::string>& texts) {
+  std::map<std::string, double> offsets;
+  for (const std::string& text : texts)
+    if (!offsets.insert(offset_of(text)).second)
+      throw std::invalid_argument(
+          fmt::format("--response: '{}' is given twice", text.substr(0, text.find('='))));
+  return offsets;
+}
+
 Outcome respond(const SimulateCommand& command, const Study& study, const TextStyle& style,
                 const std::stop_token& stop) {
-  std::map<std::string, double> offset;
-  for (const std::string& text : command.response) offset.insert(offset_of(text));
+  const std::map<std::string, double> offset = offsets_of(command.response);
   std::vector<NamedResponse> responses;
   bool all = true;
   for (const Condition& c : chosen(study, command.common.only)) {
@@ -194,7 +231,7 @@ Outcome respond(const SimulateCommand& command, const Study& study, const TextSt
     responses.push_back({c.name, response(flight, c.command, offset)});
     all = all && responses.back().response.status == ResponseStatus::responded;
   }
-  if (responses.empty())
+  if (responses.empty() && !stop.stop_requested())
     throw StudyError(
         fmt::format("{}: no condition of formulation closed_loop", study.file.string()));
   const int code = all ? answered : unanswered;
@@ -223,15 +260,16 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
   };
   const MonteCarlo run = monte_carlo(study, options);
   const int code = run.interrupted || !run.message.empty() ? unanswered : answered;
-  switch (command.common.format) {
-    case Format::json:
-      return {monte_carlo_json(run), code};
-    case Format::csv:
-      return {as_csv(monte_carlo_sheet(run)), code};
-    case Format::text:
-      break;
-  }
-  return {monte_carlo_text(run, style), code};
+  const std::string text = command.common.format == Format::json  ? monte_carlo_json(run)
+                           : command.common.format == Format::csv ? as_csv(monte_carlo_sheet(run))
+                                                                  : monte_carlo_text(run, style);
+  // The answer is safe before the log goes.
+  if (command.common.output.empty())
+    print_whole(text);
+  else
+    write_whole(command.common.output, text);
+  if (!run.interrupted && !command.log.empty()) fs::remove(command.log);
+  return {"", code, true};
 }
 
 Outcome simulated(const SimulateCommand& command, const Study& study, const TextStyle& style,
@@ -245,6 +283,8 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
 }  // namespace
 
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  check(command);
+  (void)offsets_of(command.response);
   const Study study = load_study(command.common.study);
   try {
     return simulated(command, study, style, stop);

@@ -2,7 +2,7 @@
 # Installs the Debian packages that are missing, and only those.
 #   cmake/install-packages.sh        what building, testing and benchmarks need
 #   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
-#                                    MPI, Python's netCDF4, LAPACK
+#                                    MPI, Python's netCDF4 and SciPy, LAPACK; gnuplot draws flights
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config
@@ -10,7 +10,7 @@ packages="build-essential cmake ninja-build pkg-config
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev
   doctest-dev libbenchmark-dev"
 [ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy
-  libopenmpi-dev openmpi-bin python3-netcdf4 liblapack-dev"
+  libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy liblapack-dev gnuplot-nox"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2

@@ -105,7 +105,7 @@ FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
 
   const Flow<double> air = flow(V, incidence, C, x.q, at.used.theta0, at.used.a1s, at.eta, a);
   const double against = wind.forward_rate * path.cos + wind.up_rate * path.sin;
-  at.V_rate = speed_rate(air, path.sin, a) - against;
+  at.V_rate = mode.on_ground ? 0.0 : speed_rate(air, path.sin, a) - against;
   const auto [He, Le] = energy_errors(sensed, at.V_rate, a, k);
   at.He = He;
   at.Le = Le;
@@ -118,8 +118,8 @@ FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
   at.drag = drag(air);
   at.induced_velocity = induced_velocity(at.used.theta0, a);
   at.pitch_acceleration = pitch_acceleration(air, at.used.delta_e, a);
-  at.ground_speed = V * path.cos + wind.forward;
-  at.climb_rate = V * path.sin + wind.up;
+  at.ground_speed = mode.on_ground ? 0.0 : V * path.cos + wind.forward;
+  at.climb_rate = mode.on_ground ? 0.0 : V * path.sin + wind.up;
 
   const auto body =
       body_acceleration(air, x.along, x.across, pitch, x.q, at.used.delta_e, a);  // body axes only

@@ -13,7 +13,7 @@ struct Spelling {
   bool more_is_better;
 };
 
-constexpr std::array<Spelling, 11> spellings{{
+constexpr std::array<Spelling, 13> spellings{{
     {Measure::decay, "decay", "1/s", true},
     {Measure::damping, "damping", "", true},
     {Measure::frequency, "frequency", "rad/s", false},
@@ -24,6 +24,8 @@ constexpr std::array<Spelling, 11> spellings{{
     {Measure::disk_margin, "disk_margin", "", true},
     {Measure::use, "use", "", false},
     {Measure::response_use, "response_use", "", false},
+    {Measure::flight, "flight", "", false},
+    {Measure::tracking, "tracking", "", false},
     {Measure::sensitivity, "sensitivity", "rad/s", false},
 }};
 

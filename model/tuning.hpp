@@ -23,6 +23,9 @@ enum class Measure {
   disk_margin,       ///< symmetric disk margin
   use,               ///< an actuator's distance from the middle of its range over half the range
   response_use,      ///< the largest of it after a disturbance, linear response
+  flight,            ///< of [simulate]: what it misses its aims by over what is allowed; 10 to 100:
+                     ///< it ends early
+  tracking,          ///< of the same: root mean square of its errors, 1 m/s and 0.1 rad each one
   sensitivity,       ///< largest move of an eigenvalue, rad/s, by an uncertain number's own scatter
 };
 

@@ -49,9 +49,11 @@ const std::vector<Figure>& figures() {
   return all;
 }
 
+// Of one line, as a string of gnuplot's has.
 std::string quoted(const std::string& text) {
   std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? "''" : std::string(1, c);
+  for (const char c : text)
+    quoted += c == '\'' ? "''" : std::string(1, static_cast<unsigned char>(c) < ' ' ? ' ' : c);
   return quoted + "'";
 }
 
@@ -85,7 +87,7 @@ std::string flight_plots(const FlightReport& report) {
       "set encoding utf8\n"
       "set datafile separator ','\n"
       "set grid lc rgb '#dddddd' lt 1\n"
-      "set key top right box lc rgb '#bbbbbb' opaque\n"
+      "set key top right box lc rgb '#bbbbbb' opaque samplen 3 width 2 height 0.4\n"
       "set border 3\n"
       "set tics nomirror\n"
       "# Colours that colour-blind people tell apart, and dashes that survive black-and-white "
@@ -110,7 +112,8 @@ std::string flight_plots(const FlightReport& report) {
     script += fmt::format("set title {} noenhanced\n",
                           quoted(fmt::format("{} ({})", f.title, report.name)));
     script += fmt::format("set xlabel {}\nset ylabel {}\n", quoted(f.x_label), quoted(f.y_label));
-    script += fmt::format("set xrange [0:*]\n");
+    script += f.lines.size() > 1 ? "set key\n" : "unset key\n";
+    script += "set xrange [0:*]\n";
     const std::string plot = drawn(f);
     script += fmt::format(
         "set terminal svg size 760,420 dynamic font 'sans-serif,13' background rgb 'white'\n"

@@ -42,6 +42,12 @@ std::string stretch_text(const SlowTilt& s) {
   const std::string where =
       fmt::format("tilts {:.4g}° to {:.4g}°: ", s.from * degrees, s.to * degrees);
   if (!s.stable) return where + "some frozen loop is unstable, nothing follows from them";
+  if (s.certified <= 0) {
+    constexpr double width = 1e-6;  // rad, of the two sides of a switch
+    return (s.from - s.to < width ? fmt::format("at the switch, {:.4g}°: ", s.from * degrees)
+                                  : where) +
+           "no rate is certified";
+  }
   return where + fmt::format(
                      "certified by a Lyapunov function up to {:.3g}°/s (largest eigenvalue of the "
                      "certificate {:.2g}), decided at {:.4g}°",
@@ -63,23 +69,24 @@ std::string tilt_rate_text(const TiltRateLimit& l, const TextStyle& style) {
   if (l.loops.empty()) return text;
   const auto worst = std::ranges::max_element(l.loops, {}, &FrozenLoop::abscissa);
   text +=
-      "\n" + wrapped(fmt::format("frozen loops: {} tilts, {}; slowest eigenvalue {:.4g} 1/s at "
-                                 "{:.4g}°",
+      "\n" + wrapped(fmt::format("frozen loops: {} tilts, {}; largest Re λ = {:.4g} 1/s at {:.4g}°",
                                  l.loops.size(), l.frozen_stable ? "all stable" : "not all stable",
                                  worst->abscissa, worst->eta * degrees),
                      0, style.width);
   for (const SlowTilt& s : l.stretches) text += wrapped(stretch_text(s), 2, style.width);
   for (const Growth& g : l.growth)
-    text +=
-        wrapped(fmt::format("linear motions about the moving trim at {:.4g}°/s: they grow by at "
-                            "most {:.3g}, from beginning to end by {:.3g}",
-                            g.rate * degrees, g.worst, g.whole),
-                2, style.width);
+    text += wrapped(fmt::format("linear motions about the moving trim at {:.4g}°/s: they grow at "
+                                "most {:.3g} times, from beginning to end {:.3g} times",
+                                g.rate * degrees, g.worst, g.whole),
+                    2, style.width);
   const auto held = std::ranges::count_if(l.flights, &TiltFlight::holds);
-  text += wrapped(fmt::format("{} nonlinear flights, {} of them come to the trim at the end; they "
-                              "begin disturbed, by {:.3g} of the full size",
-                              l.flights.size(), held, l.disturbance),
-                  2, style.width);
+  text += wrapped(
+      fmt::format("{} nonlinear flights, {} of them come to the trim at the end; they "
+                  "begin disturbed{}",
+                  l.flights.size(), held,
+                  l.disturbance < 1 ? fmt::format(", by {:.3g} of the full size", l.disturbance)
+                                    : std::string()),
+      2, style.width);
   return text;
 }
 
@@ -138,15 +145,16 @@ std::string responses_text(const std::vector<NamedResponse>& responses, const Te
                       style.width);
       continue;
     }
-    std::string line = fmt::format(
-        "{}: linear and nonlinear are at most {:.3g} % apart; the linear model reaches {} this "
+    const std::string cut = r.status == ResponseStatus::cut_short
+                                ? toned("the nonlinear motion is cut short", Tone::bad, style) +
+                                      ": " + r.message + "; until then "
+                                : std::string();
+    const std::string line = fmt::format(
+        "{}: {}linear and nonlinear are at most {:.3g} % apart; the linear model reaches {} this "
         "offset ({:.0f} % apart)",
-        name, 100 * r.apart,
+        name, cut, 100 * r.apart,
         r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("not a millionth of"),
         10.0);
-    if (r.status == ResponseStatus::cut_short)
-      line = name + ": " + toned("the nonlinear motion is cut short", Tone::bad, style) + ": " +
-             r.message + "; " + line;
     text += wrapped(line, 0, style.width);
     Sheet sheet{"",
                 {{"state", "state", ""},
@@ -255,9 +263,14 @@ std::string monte_carlo_text(const MonteCarlo& run, const TextStyle& style) {
     if (run.ends[k] > 0)
       ends += fmt::format("{}{} {}", ends.empty() ? "they end: " : ", ", run.ends[k],
                           to_string(FlightStatus(k)));
-  text += wrapped(ends, 0, style.width);
+  std::ranges::replace(ends, '_', ' ');
+  if (!ends.empty()) text += wrapped(ends, 0, style.width);
   if (run.worst.empty()) return text;
-  return text + "\nThe worst of them:\n" + as_text(monte_carlo_sheet(run), style);
+  Sheet worst = monte_carlo_sheet(run);
+  constexpr double early = 1e6;  // Outcome::miss
+  if (run.worst.front().outcome.miss >= early)
+    worst.notes.push_back("a miss beyond a million: ended early, the earlier the more");
+  return text + "\nThe worst of them:\n" + as_text(worst, style);
 }
 
 std::string monte_carlo_json(const MonteCarlo& run) {

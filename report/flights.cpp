@@ -70,14 +70,16 @@ std::string verdict(const FlightReport& r, const TextStyle& style) {
            "\n";
   const FlightResult& f = *r.flown;
   std::string line =
-      fmt::format("{}: {} {} s, {}", r.name, toned(in_words(f.status), tone(f.status), style),
-                  fmt::format("{} {:.6g}", f ? "of" : "at", f.t.back()), r.plan.start_words);
-  if (!f.message.empty()) line += "; " + f.message;
+      fmt::format("{}, begun {}: {} {} {:.6g} s", r.name, r.plan.start_words,
+                  toned(in_words(f.status), tone(f.status), style), f ? "of" : "at", f.t.back());
+  if (!f.message.empty()) line += ": " + f.message;
   return line + "\n";
 }
 
-SheetCell at(const FlightTable& table, const char* column, std::size_t row) {
-  return table[column][row];
+// What is printed as zero has no sign.
+double tidy(double value) {
+  constexpr double finest = 5e-5;  // half the last of four digits
+  return std::abs(value) < finest ? 0.0 : value;
 }
 
 // The flight at about ten instants.
@@ -104,7 +106,7 @@ Sheet course(const FlightReport& r) {
     const auto row = std::size_t(
         std::min(std::ranges::lower_bound(t, when - 1e-9) - t.begin(), std::ssize(t) - 1));
     std::vector<SheetCell> cells;
-    for (const SheetColumn& c : sheet.columns) cells.push_back(at(r.table, c.key.c_str(), row));
+    for (const SheetColumn& c : sheet.columns) cells.push_back(tidy(r.table[c.key][row]));
     sheet.rows.push_back(std::move(cells));
   }
   return sheet;
@@ -125,7 +127,7 @@ std::string events_text(const FlightResult& f) {
       "", {{"t", "t", "s", "{:.6f}"}, {"h", "h", "m", "{:.2f}"}, {"what", "event", ""}}, {}, {}};
   for (std::size_t k = 0; k < std::min(f.events.size(), most_events); ++k) {
     const FlightEvent& e = f.events[k];
-    sheet.rows.push_back({e.t, e.before.height, in_words(e)});
+    sheet.rows.push_back({e.t, tidy(e.before.height), in_words(e)});
   }
   if (f.events.size() > most_events)
     sheet.notes.push_back(
@@ -197,22 +199,16 @@ std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
 
 std::string facts_text(const std::vector<PaperFact>& facts, const TextStyle& style) {
   if (facts.empty()) return "";
-  Sheet sheet{"",
-              {{"figure", "fig.", ""},
-               {"paper", "the paper shows", ""},
-               {"flight", "this flight shows", ""},
-               {"agrees", "", ""}},
-              {},
-              {}};
+  constexpr std::size_t indent = 19;  // behind "  fig. 5  differs  "
+  std::string text = fmt::format("\nBeside the paper's figures, {} of {} agree:\n",
+                                 std::ranges::count_if(facts, &PaperFact::agrees), facts.size());
   for (const PaperFact& f : facts) {
-    sheet.rows.push_back(
-        {f.figure, f.paper, f.flight,
-         SheetCell(f.agrees ? "agrees" : "differs", f.agrees ? Tone::good : Tone::doubtful)});
+    const std::string verdict =
+        toned(f.agrees ? "agrees " : "differs", f.agrees ? Tone::good : Tone::doubtful, style);
+    const std::string words = wrapped(f.paper + ": " + f.flight, indent, style.width);
+    text += fmt::format("  fig. {}  {}  {}", f.figure, verdict, words.substr(indent));
+    if (!f.why.empty()) text += wrapped(f.why, indent + 2, style.width);
   }
-  std::string text = "\n" + as_text(sheet, style);
-  for (const PaperFact& f : facts)
-    if (!f.agrees)
-      text += wrapped(fmt::format("fig. {}, {}: {}", f.figure, f.paper, f.why), 2, style.width);
   return text;
 }
 

@@ -79,6 +79,7 @@ class Dataset {
 void write_netcdf(const FlightTable& table, const FlightResult& flown, const std::string& study,
                   const std::string& program, const std::filesystem::path& file) {
   Dataset set(file);
+  set.text(NC_GLOBAL, "Conventions", "CF-1.8");
   set.text(NC_GLOBAL, "title", "flight of the closed loop");
   set.text(NC_GLOBAL, "study", study);
   set.text(NC_GLOBAL, "program", program);

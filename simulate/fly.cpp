@@ -13,9 +13,11 @@ namespace tiltrim {
 namespace {
 
 using Values = std::array<double, flight_states>;
-constexpr double never = 1.0;  // the value of what is not watched just now
+constexpr double never = -1.0;     // the value of what is not watched just now
+constexpr double rounding = 1e-6;  // m: a level flight at the ground's height does not touch it
 
-// What a flight watches, in the order of watched(): each positive beyond.
+// What a flight watches, in the order of watched(): each positive beyond. Zero counts as below: the
+// tilt of the hand-over is the cyclic's.
 enum Watch : std::size_t {
   theta0_upper,
   theta0_lower,
@@ -52,7 +54,7 @@ std::vector<Watched> watched(const Flight& flight) {
   std::vector<Watched> all;
   for (const char* name : limit_names) all.push_back({name});
   all.push_back({"hand-over"});
-  all.push_back({"ground contact", falling, true});
+  all.push_back({"ground contact", rising, true});
   all.push_back({"lift-off", rising});
   all.push_back({"too fast", rising, true});
   all.push_back({"turned over", rising, true});
@@ -72,9 +74,9 @@ void watch(const Flight& flight, const FlyOptions& options, const FlightMode& mo
   both(delta_e_upper, at.asked.delta_e, limits.delta_e);
   both(theta_upper, x.theta, limits.theta);
   const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0);
-  g[hand_over] = switches ? at.eta - flight.vehicle.aircraft.cyclic_off : never;
-  g[ground] = mode.on_ground ? -never : x.height;
-  g[lift_off] = mode.on_ground ? at.lift_off : -never;
+  g[hand_over] = switches ? flight.vehicle.aircraft.cyclic_off - at.eta : never;
+  g[ground] = mode.on_ground ? never : -x.height - rounding;
+  g[lift_off] = mode.on_ground ? at.lift_off : never;
   g[too_fast] = at.V - options.fastest;
   g[turned_over] = std::abs(x.theta) - options.steepest;
   for (std::size_t k = 0; k < flight.schedule.kink_heights.size(); ++k)
@@ -91,6 +93,17 @@ void check(const Flight& flight, const FlightStart& start, const FlyOptions& opt
   require(bool(flight.schedule.command), "the flight has no command");
   require(flight.lag > 0 && flight.anti_windup > 0, "lag and anti_windup must be above zero");
   require(options.duration > 0, "the duration must be above zero");
+  require(!(start.state.height < 0), "the start is below the ground");
+  const Limits& limits = flight.vehicle.limits;
+  for (const Range& range : {limits.theta0, limits.a1s, limits.delta_e, limits.theta})
+    require(std::isfinite(range.upper - range.lower) && range.lower <= range.upper,
+            "the limits must be finite and in order");
+  const ActuatorRates& rates = flight.rates;
+  for (const double rate : {rates.theta0, rates.a1s, rates.delta_e, rates.eta})
+    require(rate > 0, "the actuators' rates must be above zero");
+  for (const double option : {options.begins, options.fastest, options.steepest, options.sinks,
+                              options.rolls, options.leans})
+    require(std::isfinite(option), "an option is not finite");
   if (flight.axes == Axes::wind) {
     require(!start.on_ground, "wind axes cannot start at rest; expected body axes");
     require(start.state.along > 0, "wind axes need an airspeed above zero");
@@ -144,6 +157,23 @@ FlightState lifted(const Flight& flight, double t, FlightState x) {
   x.along = barely * std::cos(alpha);
   x.across = barely * std::sin(alpha);
   return x;
+}
+
+// Too fast or turned over before anything could cross these bounds.
+bool lost_at_once(const Motion& motion, double t, const std::vector<double>& x0, int number,
+                  FlightResult& result) {
+  std::vector<double> g(motion.watched.size());
+  motion.g(t, x0.data(), number, g.data());
+  for (const std::size_t bound : {too_fast, turned_over}) {
+    if (!(g[bound] > 0)) continue;
+    const FlightState x = state_of(x0.data());
+    const FlightMode mode = mode_of(number);
+    const std::string& why = motion.watched[bound].name;
+    result = {FlightStatus::lost, why, {t}, {x}, {mode}, std::move(result.events)};
+    result.events.push_back({FlightEventKind::lost, why, t, x, x, mode, mode});
+    return true;
+  }
+  return false;
 }
 
 void touch_down(const Flight& flight, const FlyOptions& options, FlightResult& result) {
@@ -204,13 +234,18 @@ Motion motion_of(const Flight& flight, const FlyOptions& options) {
       mode.on_ground = false;
       write(lifted(flight, event.t, state_of(x)), x);
     }
+    if (event.which == ground) {
+      FlightState state = state_of(x);
+      state.height = 0;
+      write(state, x);
+    }
     if (event.which == hand_over) {
       FlightState state = state_of(x);
       if (flight.hand_over == HandOver::bumpless) {
         state.x2 = bumpless_x2(flight, mode, event.t, state);
         write(state, x);
       }
-      mode.airplane = !event.rising;
+      mode.airplane = event.rising;
     }
     return number_of(mode);
   };
@@ -234,7 +269,7 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
     happened.after = state_of(x);
     happened.mode_after = mode_of(after);
     if (event.which == hand_over)
-      happened.what = event.rising ? "to the cyclic" : "to the elevator";
+      happened.what = event.rising ? "to the elevator" : "to the cyclic";
     result.events.push_back(std::move(happened));
     return after;
   };
@@ -245,11 +280,12 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
   if (at_once)
     result.events.push_back({FlightEventKind::lift_off,
                              "at once",
-                             0.0,
+                             options.begins,
                              start.state,
-                             start.state,
+                             state_of(x0.data()),
                              {true, mode.airplane},
                              mode});
+  if (lost_at_once(motion, options.begins, x0, number_of(mode), result)) return result;
   const Trajectory trajectory = integrate(motion, x0, number_of(mode), options.begins,
                                           options.begins + options.duration, options.integrate);
   result.status = status_of(trajectory);

@@ -71,7 +71,7 @@ struct FlightResult {
 };
 
 /// Throws std::invalid_argument for a vehicle without polar, with printed equations, limits or
-/// options that are not finite, a start without airspeed in wind axes.
+/// options that are not finite, a start below the ground, or without airspeed in wind axes.
 [[nodiscard]] FlightResult fly(const Flight& flight, const FlightStart& start,
                                const FlyOptions& options = {});
 

@@ -118,7 +118,7 @@ HandOverSide side_of(const Flight& flight, const Command& command, bool airplane
   return side;
 }
 
-// On along the schedule from the trim in front, handed over.
+// On along the schedule from the trim in front, handed over: a tilt that lags is a hair behind.
 FlightResult flown_on(const Flight& flight, const HandOverCheck& check, double seconds) {
   Flight on = flight;
   on.axes = Axes::body;
@@ -128,7 +128,7 @@ FlightResult flown_on(const Flight& flight, const HandOverCheck& check, double s
   constexpr double just_behind = 1e-6;  // s, m
   FlightStart start{check.front.state, false};
   start.state.height = check.height + just_behind;
-  start.state.eta = check.command.eta;
+  start.state.eta = flight.vehicle.aircraft.cyclic_off + (check.behind.airplane ? -beside : beside);
   FlyOptions options;
   options.begins = check.t + just_behind;
   options.duration = seconds;

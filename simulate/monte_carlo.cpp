@@ -7,10 +7,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
 #include <memory>
+#include <mutex>
 #include <numbers>
 #include <random>
+#include <set>
 
 #include "model/keys.hpp"
 #include "simulate/plan.hpp"
@@ -21,8 +22,6 @@
 namespace tiltrim {
 
 namespace {
-
-constexpr long block = 100;  // flights of one record
 
 const MonteCarloTable& table_of(const Study& study) {
   if (!study.montecarlo)
@@ -181,23 +180,28 @@ Tally tally_from(const Bytes& bytes) {
 class Flights {
  public:
   Flights(const Study& study, const FlightPlan& plan, const MonteCarloOptions& options)
-      : study_(study), table_(table_of(study)), plan_(plan), options_(options) {}
+      : study_(study),
+        table_(table_of(study)),
+        plan_(plan),
+        options_(options),
+        block_(std::clamp(table_.flights / 100, 1L, 100L)) {}
 
   MonteCarlo run() {
     std::unique_ptr<Log> log;
     if (!options_.log.empty()) log = std::make_unique<Log>(options_.log, options_.identity);
+    std::set<std::uint64_t> known;
     if (log)
       for (const Record& record : log->recovered()) {
         all_.add(tally_from(record.bytes));
-        known_[record.tile] = true;
+        known.insert(record.tile);
       }
-    const auto blocks = std::uint64_t((table_.flights + block - 1) / block);
-    constexpr std::uint64_t at_once = 16;
-    for (std::uint64_t from = 0; from < blocks && !stopped(); from += at_once)
-      fly(from, std::min(blocks, from + at_once), log.get());
+    all_.keep(std::size_t(table_.worst));
+    in_parallel(std::size_t((table_.flights + block_ - 1) / block_), [&](std::size_t number) {
+      if (!known.contains(number)) finish(number, flown(long(number)), log.get());
+    });
     MonteCarlo answer = so_far();
     answer.interrupted = answer.flown < answer.asked;
-    if (log && !answer.interrupted) log->remove();
+    if (log) log->sync();
     return answer;
   }
 
@@ -206,24 +210,20 @@ class Flights {
   const MonteCarloTable& table_;
   const FlightPlan& plan_;
   const MonteCarloOptions& options_;
-  std::map<std::uint64_t, bool> known_;
+  const long block_;  // flights of one record
+  std::mutex finishing_;
   Tally all_;
   std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
 
   bool stopped() const { return options_.stop.stop_requested(); }
 
-  void fly(std::uint64_t from, std::uint64_t to, Log* log) {
-    std::vector<Tally> tallies(to - from);
-    in_parallel(tallies.size(), [&](std::size_t k) {
-      if (!known_.contains(from + k)) tallies[k] = flown(long(from + k));
-    });
-    for (std::uint64_t b = from; b < to; ++b) {
-      const Tally& tally = tallies[b - from];
-      if (tally.flown == 0) continue;  // known, or stopped
-      all_.add(tally);
-      if (log) log->append(b, as_bytes(tally));
-    }
+  // Counts and the worst are the same in whatever order blocks come.
+  void finish(std::uint64_t number, const Tally& tally, Log* log) {
+    if (tally.flown == 0) return;  // stopped
+    const std::lock_guard one_at_a_time(finishing_);
+    all_.add(tally);
     all_.keep(std::size_t(table_.worst));
+    if (log) log->append(number, as_bytes(tally));
     const std::chrono::duration<double> since = std::chrono::steady_clock::now() - synced_;
     if (log && since.count() >= options_.checkpoint) {
       log->sync();
@@ -235,7 +235,7 @@ class Flights {
   // A block whole, or nothing of it where the run is stopped.
   Tally flown(long number) const {
     Tally tally;
-    for (long i = number * block; i < std::min((number + 1) * block, table_.flights); ++i) {
+    for (long i = number * block_; i < std::min((number + 1) * block_, table_.flights); ++i) {
       if (stopped()) return {};
       const FlightPlan plan = scattered(study_, plan_, i);
       tally.add(judged(plan, table_, i, tiltrim::fly(plan.flight, plan.start, plan.options)));
@@ -258,9 +258,7 @@ class Flights {
       answer.names.push_back(u.name + (angle ? "_deg" : ""));
       per_si.push_back(angle ? 180 / std::numbers::pi : 1.0);
     }
-    Tally sorted = all_;
-    sorted.keep(std::size_t(table_.worst));
-    for (const Outcome& o : sorted.worst) {
+    for (const Outcome& o : all_.worst) {
       std::vector<double> numbers = numbers_of(table_, o.number);
       for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] *= per_si[k];
       answer.worst.push_back({o, std::move(numbers)});
@@ -283,6 +281,9 @@ MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options) {
 }
 
 FlightPlan flight_plan_of(const Study& study, long number) {
+  if (const long flights = table_of(study).flights; number < 0 || number >= flights)
+    throw std::invalid_argument(
+        fmt::format("no flight {}; the {} of [montecarlo] are numbered from 0", number, flights));
   FlightPlan plan = scattered(study, flight_plan(study), number);
   plan.options.integrate.sample = study.simulate.value_or(SimulateTable{}).sample;
   return plan;

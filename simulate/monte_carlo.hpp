@@ -53,11 +53,12 @@ struct MonteCarloOptions {
 };
 
 /// Flight i depends on the study and i alone: its scattered numbers are uniform, its turbulence has
-/// a seed of its own. All begin as the nominal one does. A log is removed when its work is done.
+/// a seed of its own. All begin as the nominal one does. The log stays: who has the answer safe
+/// removes it.
 /// Throws std::invalid_argument without [montecarlo], LogError for a log that cannot be used.
 [[nodiscard]] MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options = {});
 
-/// Flight `number` of it, to be looked at.
+/// Flight `number` of it, to be looked at. Throws std::invalid_argument if there is none.
 [[nodiscard]] FlightPlan flight_plan_of(const Study& study, long number);
 
 }  // namespace tiltrim

@@ -109,7 +109,8 @@ std::vector<PaperFact> paper_facts(const FlightTable& table) {
     const double to = flown.most("gamma_deg", climb_from, climb_to) * radians;
     f.flight = fmt::format("{:.2f} to {:.2f} rad from 5 to 25 s", from, to);
     settle(f, from > 0.75 && to < 1.55,
-           std::string("the slow integral leaves a path below the one commanded; and ") +
+           std::string(
+               "the path comes to its command only as the integral x2 comes to its trim; and ") +
                schedule_over_height);
   });
   say("5", "path to 0 in level flight", whole, [&](PaperFact& f) {

@@ -51,8 +51,12 @@ Schedule schedule_of(const Study& study, const SimulateTable& table) {
     commands.values.push_back(command);
   }
   if (own.over_time) return over_time(commands);
-  // What the table leaves out is (16) itself, not what lies between its values at the points.
   Schedule schedule = over_height(commands);
+  if (!own.V.empty() && !own.gamma.empty() && !own.eta.empty()) return schedule;
+  // What the table leaves out is (16) itself with its kinks, not what lies between its values.
+  schedule.kink_heights.clear();
+  std::ranges::set_union(commands.at, Schedule{}.kink_heights,
+                         std::back_inserter(schedule.kink_heights));
   schedule.command = [table_of = schedule.command, own](double t, double h) {
     Command command = table_of(t, h);
     const Command other = corridor(h);

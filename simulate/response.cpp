@@ -96,6 +96,7 @@ class Comparison {
 
   // A nonlinear motion that ends early is as far apart as can be.
   bool together(const VectorXd& offset) const {
+    if (!(trim_.state.along + offset[0] > 0)) return false;  // wind axes end there
     const Motions m = from(offset);
     return m.flown && m.apart <= options_.tolerated;
   }

@@ -69,7 +69,8 @@ SweepAxis axis_of(const Flight& flight, const std::vector<double>& tilts) {
   return axis;
 }
 
-// The loops at tilts from helicopter to airplane, falling; empty where one has no trim.
+// The loops at tilts from helicopter to airplane, falling; none where one has no trim, which `why`
+// says, or where it is interrupted.
 std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> tilts,
                                      const TiltRateOptions& options, std::string& why) {
   Study study;
@@ -84,7 +85,12 @@ std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> t
   sweeping.threads = options.threads;
   sweeping.trimming = options.trimming;
   sweeping.stop = options.stop;
-  const SweepMap map = sweep(sweep_requests(study, {condition}, axes), axes, sweeping);
+  SweepMap map;
+  try {
+    map = sweep(sweep_requests(study, {condition}, axes), axes, sweeping);
+  } catch (const SweepInterrupted&) {
+    return {};
+  }
   const Model model = closed_loop(flight.vehicle);
   const Eigen::VectorXd sizes = nominals(model.states);
   std::vector<FrozenLoop> loops;
@@ -138,7 +144,7 @@ std::vector<std::vector<double>> stretches_of(const Flight& flight, const TiltRa
   std::vector<std::vector<double>> stretches;
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
     const double share = (ends[k] - ends[k + 1]) / (o.from - o.to);
-    if (ends[k] - ends[k + 1] <= 2 * hair) continue;  // the hand-over itself
+    if (ends[k] - ends[k + 1] <= 3 * hair) continue;  // the hand-over itself, to rounding
     stretches.push_back(between(ends[k], ends[k + 1], std::max(3, int(o.loops * share))));
   }
   return stretches;
@@ -298,6 +304,7 @@ class Flights {
       std::vector<char> back(offsets_.size());
       in_parallel(back.size(), [&](std::size_t i) { back[i] = fly_with(0.0, offsets_[i]).holds; });
       if (std::ranges::all_of(back, [](char b) { return b != 0; })) return true;
+      if (options_.stop.stop_requested()) return false;
     }
     return false;
   }
@@ -306,6 +313,7 @@ class Flights {
   bool hold(double rate) {
     std::vector<TiltFlight> flown(offsets_.size());
     in_parallel(flown.size(), [&](std::size_t k) { flown[k] = fly_with(rate, offsets_[k]); });
+    if (options_.stop.stop_requested()) return false;  // some were cut short
     bool all = true;
     for (const TiltFlight& f : flown) {
       result_.flights.push_back(f);
@@ -348,6 +356,7 @@ class Flights {
     flying.duration = options_.settles + (still ? 0.0 : tilting_at(options_, rate).ends());
     flying.integrate.tolerance = 1e-7;
     flying.integrate.sample = 0.1;
+    flying.integrate.stop = options_.stop;
     const FlightResult flown = fly(tilting, start, flying);
     TiltFlight answer{rate, offset.words, false, flown.status, flown.message, 0.0};
     const std::size_t strayed = strays(tilting, flown, result_.loops, options_);
@@ -392,32 +401,31 @@ void bisect(const Flight& flight, const TiltRateOptions& options, TiltRateLimit&
     limit.status = status;
     if (status != TiltRateStatus::always) limit.message = cause(flight, options, limit);
   };
-  if (!flights.shrink_to_frozen()) {
+  const auto stopped = [&] {
+    if (options.stop.stop_requested()) limit.status = TiltRateStatus::interrupted;
+    return options.stop.stop_requested();
+  };
+  const bool brought_back = flights.shrink_to_frozen();
+  if (stopped()) return;
+  if (!brought_back) {
     limit.status = TiltRateStatus::never;
     limit.message = "the loop frozen at the beginning brings no disturbance back";
     return;
   }
-  if (!flights.hold(options.slowest)) {
-    limit.fails = options.slowest;
-    return ends(TiltRateStatus::never);
-  }
-  limit.holds = options.slowest;
+  const auto fly_at = [&](double rate) {
+    const bool holds = flights.hold(rate);
+    if (!options.stop.stop_requested()) (holds ? limit.holds : limit.fails) = rate;
+  };
+  fly_at(options.slowest);
   while (limit.fails == 0) {
-    if (options.stop.stop_requested()) {
-      limit.status = TiltRateStatus::interrupted;
-      return;
-    }
+    if (stopped()) return;
     if (limit.holds >= options.fastest) return ends(TiltRateStatus::always);
-    const double faster = std::min(2 * limit.holds, options.fastest);
-    (flights.hold(faster) ? limit.holds : limit.fails) = faster;
+    fly_at(std::min(2 * limit.holds, options.fastest));
   }
+  if (limit.holds == 0) return ends(TiltRateStatus::never);
   while (limit.fails > limit.holds * (1 + options.relative)) {
-    if (options.stop.stop_requested()) {
-      limit.status = TiltRateStatus::interrupted;
-      return;
-    }
-    const double middle = std::sqrt(limit.holds * limit.fails);
-    (flights.hold(middle) ? limit.holds : limit.fails) = middle;
+    if (stopped()) return;
+    fly_at(std::sqrt(limit.holds * limit.fails));
   }
   ends(TiltRateStatus::found);
 }
@@ -446,7 +454,8 @@ TiltRateLimit limit_of(const Flight& flight, const TiltRateOptions& options) {
   for (const std::vector<double>& tilts : stretches_of(flight, options)) {
     const std::vector<FrozenLoop> loops = frozen_loops(flight, tilts, options, limit.message);
     if (loops.empty()) {
-      limit.status = TiltRateStatus::no_trim;
+      const bool stopped = limit.message.empty();
+      limit.status = stopped ? TiltRateStatus::interrupted : TiltRateStatus::no_trim;
       return limit;
     }
     limit.stretches.push_back(slow_tilt(flight, tilts, options));
@@ -469,8 +478,12 @@ std::string to_string(TiltRateStatus status) {
 TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& options) {
   if (!(options.from > options.to && options.to >= 0 && options.from <= pi / 2))
     throw std::invalid_argument("tilts must fall, within 90 to 0 degrees");
+  TiltRateOptions asked = options;
+  const Aircraft& aircraft = flight.vehicle.aircraft;
+  if (!(aircraft.cyclic_blend > 0) && options.from == aircraft.cyclic_off)
+    asked.from -= hair;  // on the elevator's side of it
   TiltRateLimit limit;
-  with_threads(options.threads, [&] { limit = limit_of(flight, options); });
+  with_threads(options.threads, [&] { limit = limit_of(flight, asked); });
   return limit;
 }
 

@@ -26,14 +26,15 @@ struct FrozenLoop {
 struct SlowTilt {
   double from = 0.0, to = 0.0;  ///< tilts, rad, falling
   bool stable = false;          ///< all frozen loops are; else nothing follows from them
-  /// rad/s: at slower tilt V = eᵀP(η)e with AᵀP + PA = -I falls along every linear motion about the
-  /// moving trim [57]; checked on a grid four times finer than P's own.
+  /// rad/s: at slower tilt V = eᵀP(η)e with AᵀP + PA = -I falls along every unforced linear motion
+  /// about the moving trim [57]; checked on a grid four times finer than P's own.
   double certified = 0.0;
   double certificate = 0.0;  ///< largest eigenvalue of AᵀP + PA + η'P' on that grid; below zero
   double decided_at = 0.0;   ///< tilt, rad, at which the rate is decided
 };
 
-/// At one tilt rate: how much the linear motions about the moving trim grow.
+/// At one tilt rate: how much the unforced linear motions about the moving trim grow. That the trim
+/// moves drives them too; nonlinear flights have it.
 struct Growth {
   double rate = 0.0;   ///< rad/s
   double worst = 0.0;  ///< largest ‖Φ(t, s)‖ over the transition, nominal sizes
@@ -90,9 +91,10 @@ struct TiltRateOptions {
 };
 
 /// The largest constant tilt rate at which the frozen loops' conclusion holds in nonlinear flight:
-/// every disturbed trim of the helicopter comes to the trim of the airplane. By bisection, so of
-/// the first failure the bisection meets; beside it what linear theory certifies. Throws
-/// std::invalid_argument as fly().
+/// every disturbed trim of the first tilt stays near the moving trims and comes to that of the
+/// last. Rates are doubled from the slowest until one fails, then bisected: faster ones may hold
+/// again. Beside it stands what linear theory certifies. Throws std::invalid_argument as fly(), and
+/// for tilts that do not fall.
 [[nodiscard]] TiltRateLimit tilt_rate_limit(const Flight& flight,
                                             const TiltRateOptions& options = {});
 

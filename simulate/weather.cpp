@@ -77,8 +77,21 @@ void check(const GustTable& table) {
     if (!holds) throw std::invalid_argument(std::string("gust: ") + why);
   };
   require(std::isfinite(table.size) && std::isfinite(table.at), "its size or time is not finite");
-  require(table.duration > 0, "its duration must be above zero");
-  require(table.length > 0 && table.speed > 0, "length and speed must be above zero");
+  const auto above_zero = [](double value) { return value > 0 && std::isfinite(value); };
+  require(above_zero(table.duration), "its duration must be above zero and finite");
+  require(above_zero(table.length) && above_zero(table.speed),
+          "length and speed must be above zero and finite");
+}
+
+void check(const DisturbanceTable& table) {
+  const auto require = [](bool holds, const char* why) {
+    if (!holds) throw std::invalid_argument(std::string("disturbance: ") + why);
+  };
+  require(std::isfinite(table.size) && std::isfinite(table.at), "its size or time is not finite");
+  require(table.duration >= 0 && std::isfinite(table.duration),
+          "its duration must be finite, zero or above");
+  require(table.duration > 0 || table.kind == DisturbanceTable::Kind::step,
+          "a doublet's duration must be above zero");
 }
 
 double Disturbance::*member(const std::string& name) {
@@ -139,6 +152,7 @@ Disturbances disturbances(const std::vector<DisturbanceTable>& tables) {
   };
   std::vector<Piece> pieces;
   for (const DisturbanceTable& table : tables) {
+    check(table);
     const auto on = member(table.on);
     const double ends =
         table.duration > 0 ? table.at + table.duration : std::numeric_limits<double>::infinity();

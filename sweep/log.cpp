@@ -152,7 +152,7 @@ std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint6
     return start.size() == ours.size() ? ours.size() : 0;
   if (size < before_identity + word ||
       !std::ranges::equal(std::span(start).first(magic.size()), bytes_of(magic)))
-    refuse(file, fmt::format("is not a log of a sweep; {}", remedy));
+    refuse(file, fmt::format("is not a log of ours; {}", remedy));
   if (number_at(start, word) != format)
     refuse(file, fmt::format("is a log of another format, {} in place of {}; {}",
                              number_at(start, word), format, remedy));
@@ -164,8 +164,8 @@ std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint6
   const auto checked = std::span(header).first(before_identity + length);
   if (number_at(header, checked.size()) != checksum(checked)) refuse(file, damaged);
   const std::string there(reinterpret_cast<const char*>(header.data()) + before_identity, length);
-  refuse(file, fmt::format("is the log of another sweep ({}); {}", what_differs(there, identity),
-                           remedy));
+  refuse(file,
+         fmt::format("is the log of other work ({}); {}", what_differs(there, identity), remedy));
 }
 
 void sync_folder(const std::filesystem::path& file) {

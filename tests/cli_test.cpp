@@ -660,7 +660,7 @@ TEST_CASE("the documents show what the program prints" * doctest::skip(sanitized
   fs::create_directory_symlink(source / "studies", scratch.path / "studies");
   std::map<std::string, std::string> ran;  // a study of one name is the same in all documents
   for (const std::string document : {"README.md", "docs/follow.md", "docs/trim.md", "docs/sweep.md",
-                                     "docs/linearize.md", "docs/tune.md"}) {
+                                     "docs/linearize.md", "docs/tune.md", "docs/simulate.md"}) {
     const std::vector<Shown> all = shown_in(source / document, scratch);
     CHECK(!all.empty());
     for (const Shown& shown : all) {

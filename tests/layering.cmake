@@ -2,7 +2,7 @@
 # Holds every #include of the folders to what CMakeLists.txt says in tiltrim_module(... USES ...):
 #   - a folder includes itself, what it USES, and what those use;
 #   - a public header includes public headers of ours, Eigen and the standard library only;
-#   - a solver's or parser's headers enter by one .cpp, its door.
+#   - a solver's or parser's headers enter a folder by one .cpp, its door.
 cmake_minimum_required(VERSION 3.25)
 
 set(doors Ipopt NLopt toml++ MPI NetCDF)
@@ -60,10 +60,10 @@ macro(judge_door folder name path)
     if("${path}" MATCHES "${door_${door}}")
       if(NOT "${name}" MATCHES "\\.cpp$")
         set(fault "${door} is included in one .cpp only")
-      elseif(NOT DEFINED found_${door})
-        set(found_${door} ${folder}/${name})
-      elseif(NOT found_${door} STREQUAL "${folder}/${name}")
-        set(fault "${door} is included in ${found_${door}} already")
+      elseif(NOT DEFINED found_${door}_in_${folder})
+        set(found_${door}_in_${folder} ${folder}/${name})
+      elseif(NOT found_${door}_in_${folder} STREQUAL "${folder}/${name}")
+        set(fault "${door} is included in ${found_${door}_in_${folder}} already")
       endif()
     endif()
   endforeach()

@@ -50,6 +50,6 @@ plant(trim/trim.hpp "#include \"model/private.hpp\""
       "2: #include \"model/private.hpp\"  -- a public header includes one that is not")
 plant(trim/problem.hpp "#include <IpTNLP.hpp>"
       "1: #include <IpTNLP.hpp>  -- Ipopt is included in one .cpp only")
-plant(sweep/sweep.cpp "#include <IpTNLP.hpp>"
-      "3: #include <IpTNLP.hpp>  -- Ipopt is included in trim/trim.cpp already")
+plant(trim/trim_too.cpp "#include <IpTNLP.hpp>"
+      "1: #include <IpTNLP.hpp>  -- Ipopt is included in trim/trim.cpp already")
 file(REMOVE_RECURSE ${TREE})

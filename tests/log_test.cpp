@@ -264,7 +264,7 @@ TEST_CASE("another identity is refused with what differs and what to do") {
   const auto why = [&](const Text& other) { return refusal([&] { Log(file, other); }); };
   CHECK(why("program 1\nV = 16.0\nK_Lp = 0.3\n") ==
         file.string() +
-            ": is the log of another sweep (line 2: 'V = 15.0' there, 'V = 16.0' here); "
+            ": is the log of other work (line 2: 'V = 15.0' there, 'V = 16.0' here); "
             "delete it, or choose another output");
   CHECK(contains(why(identity + "eta = 0"), "line 4: '' there, 'eta = 0' here"));
   CHECK(contains(why(""), "line 1: 'program 1' there, '' here"));
@@ -291,8 +291,8 @@ TEST_CASE("what is no log, or a damaged one, is refused and left as it is") {
     CHECK(contents(file) == bytes);
     return text;
   };
-  CHECK(contains(why("a letter to a friend\n"), "is not a log of a sweep"));
-  CHECK(contains(why(Text(100, '\0')), "is not a log of a sweep"));
+  CHECK(contains(why("a letter to a friend\n"), "is not a log of ours"));
+  CHECK(contains(why(Text(100, '\0')), "is not a log of ours"));
   Text header = written(file, some_records(0, 0)).bytes;
   header[8] = 2;
   CHECK(contains(why(header), "is a log of another format, 2 in place of 1"));

@@ -310,7 +310,7 @@ TEST_CASE("the log of another study is refused, with the line that is another, a
   scratch.write("s.toml", std::regex_replace(corridor_study(), std::regex("to = 5"), "to = 6"));
   const Ran ran = run(scratch, sweep_command);
   CHECK(ran.exit_code == 2);
-  for (const char* words : {"map.nc.log: is the log of another sweep", "'to = 5' there",
+  for (const char* words : {"map.nc.log: is the log of other work", "'to = 5' there",
                             "'to = 6' here", "delete it, or choose another output"}) {
     CAPTURE(ran.err);
     CHECK(says(ran.err, words));

@@ -905,14 +905,14 @@ count = 61)");
 
 namespace {
 
-struct Flight {
+struct FlownAt {
   std::string name;
   double V, gamma, eta, blend;
 };
-const Flight helicopter{"helicopter", 2, 90, 90, 0}, airplane{"airplane", 15, 0, 0, 0},
+const FlownAt helicopter{"helicopter", 2, 90, 90, 0}, airplane{"airplane", 15, 0, 0, 0},
     hand_over{"hand-over", 12, 0, 60, 20};  // where cyclic and elevator share the work
 
-std::string flight_text(const Flight& f) {
+std::string flight_text(const FlownAt& f) {
   return fmt::format(
       "[aircraft]\ncyclic_blend_deg = {}\n[[condition]]\nname = \"{}\"\nV = {}\ngamma_deg = "
       "{}\neta_deg = {}\n",
@@ -940,7 +940,7 @@ TEST_CASE("along every gain each point is what trim, linearize and modes say") {
   SweepOptions options;
   options.crossings = false;
   const Gains reference;
-  for (const Flight& flight : {helicopter, airplane, hand_over})
+  for (const FlownAt& flight : {helicopter, airplane, hand_over})
     for (std::size_t g = 0; g < gain_signals().size(); ++g) {
       Gains gains = reference;
       const double middle = gain_value(gains, g);
@@ -964,7 +964,7 @@ TEST_CASE("one gain, its crossings, no other axis") {
 }
 
 TEST_CASE("crossings along gains are those of bisection") {
-  const std::vector<std::tuple<Flight, std::string, double, double>> lines{
+  const std::vector<std::tuple<FlownAt, std::string, double, double>> lines{
       {airplane, "gains.k_pe", 0.01, 30},   {airplane, "gains.k_de", 0.01, 10},
       {airplane, "gains.K_Lp", 0.05, 30},   {airplane, "gains.K_Li", 0.01, 30},
       {helicopter, "gains.K_Ei", 0.1, 100}, {helicopter, "gains.K_Ep", 0.1, 20},
@@ -1482,7 +1482,7 @@ TEST_CASE("a true claim whose φ turns on the line: its crossings") {
 
 TEST_CASE("the tiltrotor's gains: the map with the claim is the map without") {
   int steady = 0, moving = 0, saved = 0;  // derivatives: most lines need a dozen less
-  for (const Flight& flight : {helicopter, airplane})
+  for (const FlownAt& flight : {helicopter, airplane})
     for (std::size_t g = 0; g < gain_signals().size(); ++g) {
       const std::string name = gain_signals()[g].name;
       INFO(flight.name << ", " << name);

@@ -35,18 +35,18 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double pi = std::numbers::pi;
 
-struct Flight {
+struct FlownAt {
   const char* name;
   double V, gamma_deg, eta_deg;
 };
-constexpr Flight climb{"climb", 2.0, 90.0, 90.0};
-constexpr Flight transition{"transition", 6.0, 45.0, 45.0};
-constexpr Flight level{"level", 15.0, 0.0, 0.0};
+constexpr FlownAt climb{"climb", 2.0, 90.0, 90.0};
+constexpr FlownAt transition{"transition", 6.0, 45.0, 45.0};
+constexpr FlownAt level{"level", 15.0, 0.0, 0.0};
 
 // The reference aircraft, its cyclic handed over to the elevator within `blend_deg` about 60°.
-Study study_of(const std::vector<Flight>& flights, double blend_deg = 0.0) {
+Study study_of(const std::vector<FlownAt>& flights, double blend_deg = 0.0) {
   std::string text = fmt::format("[aircraft]\ncyclic_blend_deg = {}\n", blend_deg);
-  for (const Flight& f : flights)
+  for (const FlownAt& f : flights)
     text += fmt::format("[[condition]]\nname = \"{}\"\nV = {}\ngamma_deg = {}\neta_deg = {}\n",
                         f.name, f.V, f.gamma_deg, f.eta_deg);
   return parse_study(text, "tune_cases_test.toml");
@@ -151,7 +151,7 @@ struct Moved {
   Stability frozen_gains, true_gains;  // both on the truth
 };
 
-Moved tuned_both_ways(const Flight& flight, double blend_deg, const Requirement& goal,
+Moved tuned_both_ways(const FlownAt& flight, double blend_deg, const Requirement& goal,
                       const std::vector<Requirement>& limits) {
   const Study study = study_of({flight}, blend_deg);
   TuneProblem truth = problem_of(study, 3.0);
@@ -817,7 +817,7 @@ TuneResult evaluated(const Study& study, const std::vector<Requirement>& limits)
 }
 
 // Gains drawn about the reference ones that keep the condition stable.
-std::optional<Study> drawn(const Flight& flight, std::mt19937_64& random) {
+std::optional<Study> drawn(const FlownAt& flight, std::mt19937_64& random) {
   std::uniform_real_distribution<double> power(-1.0, 1.0);
   Study study = study_of({flight});
   for (std::size_t k = 0; k < gain_signals().size(); ++k)
@@ -938,7 +938,7 @@ void check_sensitivity(const Study& study, const LinearModel& linear) {
 
 TEST_CASE("margins, uses, half-times, sensitivities: each as another road has it") {
   std::mt19937_64 random(31);
-  for (const Flight& flight : {climb, transition, level}) {
+  for (const FlownAt& flight : {climb, transition, level}) {
     CAPTURE(flight.name);
     for (int done = 0; done < (sanitized ? 1 : 3);) {
       const std::optional<Study> study = drawn(flight, random);
@@ -998,7 +998,7 @@ TEST_CASE("a schedule's ends are two sets of constant gains") {
   const auto per_place = found.gains.reshaped(2, 9);
   CHECK((per_place.row(0) - per_place.row(1)).norm() > 0.1);
   for (std::size_t point = 0; point < 2; ++point) {
-    const Flight& flight = point == 0 ? climb : level;  // tilts of pi/2 and 0
+    const FlownAt& flight = point == 0 ? climb : level;  // tilts of pi/2 and 0
     const VectorXd own = per_place.row(point == 0 ? 1 : 0);
     const Stability s = stability_of(study_of({flight}), own);
     const std::array<double, 3> expected{s.decay, s.damping, s.frequency};

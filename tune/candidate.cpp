@@ -72,6 +72,13 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
                     name));
   if (r.measure == Measure::response_use && problem.disturbance.empty())
     throw std::invalid_argument("response_use after no disturbance; expected one");
+  const bool flies = r.measure == Measure::flight || r.measure == Measure::tracking;
+  if (flies && !problem.flight)
+    throw std::invalid_argument(to_string(r.measure) + " needs a flight");
+  if (flies && !problem.schedule.empty())
+    throw std::invalid_argument(
+        to_string(r.measure) +
+        " is for gains that do not depend on the tilt; expected no schedule");
   if (r.measure == Measure::sensitivity && problem.uncertain.empty())
     throw std::invalid_argument("sensitivity to nothing; expected uncertain numbers");
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "tune/flown.hpp"
 #include "tune/tune.hpp"
 
 namespace tiltrim {
@@ -76,6 +77,12 @@ TuneProblem tune_problem(const Study& study) {
   problem.samples = table.samples;
   problem.sample_seed = table.seed;
   problem.disturbance = state_of(table.disturbance);
+  const auto flies = [](const Requirement& r) {
+    return r.measure == Measure::flight || r.measure == Measure::tracking;
+  };
+  if (flies(table.goal) || std::ranges::any_of(table.limits, flies) ||
+      (table.front && flies(table.front->limit)))
+    problem.flight = flight_figure(study);
   problem.goal = table.goal;
   problem.limits = table.limits;
   for (const SweepRequest& r : problem.points) {

@@ -220,6 +220,9 @@ double score(const TuneProblem& problem, const Requirement& r, const Place& plac
       return use_score(r, place, e);
     case Measure::response_use:
       return response_score(problem, r, place, e, eigenvalues);
+    case Measure::flight:
+    case Measure::tracking:
+      return place.where.point == 0 ? -problem.flight(r.measure, e.at.p) : not_a_number;
     case Measure::sensitivity:
       return sensitivity_score(problem, place, e);
     default:

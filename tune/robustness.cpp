@@ -2,12 +2,13 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <boost/math/distributions/binomial.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <tuple>
 
 #include "linearize/modes.hpp"
+#include "simulate/proportion.hpp"
 #include "sweep/threads.hpp"
 #include "tune/requirement.hpp"
 
@@ -56,15 +57,10 @@ Sample tried(const Candidates& candidates, const VectorXd& gains, const VectorXd
 
 }  // namespace
 
-// [50]: Clopper and Pearson's interval, which holds at least as often as it says.
 static void set_interval(Robustness& r) {
   if (r.samples == 0) return;
-  using Binomial = boost::math::binomial_distribution<double>;
-  constexpr double outside = 0.025;  // on either side
-  const auto n = double(r.samples), met = double(r.met);
-  r.fraction = met / n;
-  r.lower = Binomial::find_lower_bound_on_p(n, met, outside);
-  r.upper = Binomial::find_upper_bound_on_p(n, met, outside);
+  const Proportion p = proportion(r.met, r.samples);
+  std::tie(r.fraction, r.lower, r.upper) = std::tuple(p.share, p.lower, p.upper);
 }
 
 static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, long samples,

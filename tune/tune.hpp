@@ -14,6 +14,10 @@
 
 namespace tiltrim {
 
+/// What a whole flight is worth, Measure::flight or Measure::tracking, at a closed loop's
+/// parameters.
+using FlightFigure = std::function<double(Measure measure, const Eigen::VectorXd& parameters)>;
+
 struct TuneProblem {
   std::vector<SweepRequest> points;  ///< each trimmed again for every candidate
   /// Each point's model with inputs added behind its actuators, "theta0_added" for the output
@@ -30,6 +34,8 @@ struct TuneProblem {
   std::uint64_t sample_seed = 1;
   /// By state, in its unit: where the closed loop starts from, beside its trim (response_use).
   std::map<std::string, double> disturbance{};
+  /// Needed for flight and tracking alone. They count once for each scatter, at the first point.
+  FlightFigure flight{};
   Requirement goal{Measure::decay};  ///< its worst value is to be as good as it can be
   std::vector<Requirement> limits{};
 
