@@ -66,6 +66,10 @@ Signals flight_signals(Axes axes) {
           {"delta_e", "rad", 0.1}};
 }
 
+Gains gains_at(const Flight& flight, double eta) {
+  return flight.gains.eta.empty() ? flight.vehicle.gains : gains_at(flight.gains, eta);
+}
+
 bool elevator_side(const Aircraft& aircraft, double eta) { return eta < aircraft.cyclic_off; }
 
 FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
@@ -82,7 +86,7 @@ FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
   at.command.gamma += added.gamma;
   at.eta = std::isinf(fastest.eta) ? at.command.eta : x.eta;
   const double s = share_of_cyclic(flight, mode, at.eta);
-  const Gains k = flight.gains.eta.empty() ? flight.vehicle.gains : gains_at(flight.gains, at.eta);
+  const Gains k = gains_at(flight, at.eta);
 
   const auto [V, alpha, gamma] = air_of(flight, x, at.command.gamma);
   at.V = V;

@@ -60,6 +60,9 @@ struct Flight {
   double anti_windup = 1.0;
 };
 
+/// The gains that it has at a tilt.
+Gains gains_at(const Flight& flight, double eta);
+
 /// The state of a flight. First velocities through the air: V, gamma in wind axes, u, w in body
 /// axes. Works are per mass [m²/s²]; the last four belong to actuators that lag, else stay.
 struct FlightState {

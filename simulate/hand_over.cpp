@@ -25,10 +25,6 @@ namespace {
 constexpr double degrees = 180 / std::numbers::pi;
 constexpr double beside = 1e-9;  // rad: how far from the hand-over its two sides are trimmed
 
-Gains gains_of(const Flight& flight, double eta) {
-  return flight.gains.eta.empty() ? flight.vehicle.gains : gains_at(flight.gains, eta);
-}
-
 // Places along a line at which a function changes sign, between points that are close together.
 std::vector<double> sign_changes(const std::function<double(double)>& f, double from, double to) {
   constexpr int points = 2000;
@@ -108,7 +104,7 @@ HandOverSide side_of(const Flight& flight, const Command& command, bool airplane
   side.state = trim.start.state;
   side.inputs = flight_point(still, {false, airplane}, 0.0, side.state).used;
   Vehicle vehicle = flight.vehicle;
-  vehicle.gains = gains_of(flight, at.eta);
+  vehicle.gains = gains_at(flight, at.eta);
   Eigen::VectorXd x(6);
   x << 0.0, 0.0, side.state.theta, side.state.q, side.state.x1, side.state.x2;
   const Eigen::VectorXd p = closed_loop_parameters(vehicle, at);
@@ -154,7 +150,7 @@ std::string beyond(double value, const Range& range, const char* name, double un
 }
 
 std::string cause(const Flight& flight, const HandOverCheck& c) {
-  const Gains k = gains_of(flight, c.command.eta);
+  const Gains k = gains_at(flight, c.command.eta);
   const Limits& limits = flight.vehicle.limits;
   const std::string demand =
       c.behind.airplane ? beyond(c.asked.delta_e, limits.delta_e, "the elevator", degrees, "°")
@@ -178,7 +174,7 @@ void judge(const Flight& flight, const HandOverOptions& options, HandOverCheck& 
                                   side == &check.front ? "in front of" : "behind", side->message);
       return;
     }
-  const Gains k = gains_of(flight, check.command.eta);
+  const Gains k = gains_at(flight, check.command.eta);
   Flight behind = frozen(flight, check.command, check.behind.airplane);
   if (flight.hand_over == HandOver::bumpless)
     check.front.state.x2 =

@@ -101,7 +101,7 @@ void put(const std::map<std::string, double>& states, Axes axes, FlightState& x)
 TrimmedStart trimmed_start(const Flight& flight, const Command& command, double height,
                            const TrimOptions& options) {
   Vehicle vehicle = flight.vehicle;
-  if (!flight.gains.eta.empty()) vehicle.gains = gains_at(flight.gains, command.eta);
+  vehicle.gains = gains_at(flight, command.eta);
   const TrimResult trim = trim_closed_loop(vehicle, command, options);
   TrimmedStart answer{trim.status, trim.message, {}};
   if (!answer) return answer;

@@ -148,7 +148,7 @@ Response response(const Flight& flight, const Command& command,
   still.disturbance = {};
   still.kink_times.clear();
   still.rates = {};
-  if (!still.gains.eta.empty()) still.vehicle.gains = gains_at(still.gains, command.eta);
+  still.vehicle.gains = gains_at(still, command.eta);
   still.gains = {};
   constexpr double high = 1e6;  // m: no ground
   const TrimmedStart trim = trimmed_start(still, command, high, options.trimming);

@@ -37,10 +37,6 @@ constexpr double hair = 1e-9;  // rad beside the hand-over, where a stretch ends
 
 // ---- Frozen loops ------------------------------------------------------------------------------
 
-Gains gains_of(const Flight& flight, double eta) {
-  return flight.gains.eta.empty() ? flight.vehicle.gains : gains_at(flight.gains, eta);
-}
-
 Command command_at(double eta) {
   Command command = corridor(corridor_height(eta));
   command.eta = eta;
@@ -63,7 +59,7 @@ SweepAxis axis_of(const Flight& flight, const std::vector<double>& tilts) {
   const Signals gains = gain_signals();
   for (std::size_t j = 0; j < gains.size(); ++j)
     column(gains[j].name, [&](double eta) {
-      Gains k = gains_of(flight, eta);
+      Gains k = gains_at(flight, eta);
       return gain_value(k, j);
     });
   return axis;
@@ -105,7 +101,7 @@ std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> t
     loop.eta = eta;
     loop.command = command_at(eta);
     Vehicle vehicle = flight.vehicle;
-    vehicle.gains = gains_of(flight, eta);
+    vehicle.gains = gains_at(flight, eta);
     const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(map.state.data() + k * 6, 6);
     const LinearModel linear =
         linearize(model, {x, Eigen::VectorXd(), closed_loop_parameters(vehicle, loop.command)});
