@@ -183,8 +183,6 @@ void judge(const Flight& flight, const HandOverOptions& options, HandOverCheck& 
       flight_point(behind, {false, check.behind.airplane}, 0.0, check.front.state);
   check.asked = after.asked;
   check.integral_jump = k.K_Li * (check.behind.state.x2 - check.front.state.x2);
-  check.seconds_to_make_up =
-      std::abs((check.behind.state.x2 - check.front.state.x2) / after.rates.x2);
   const FlightResult flown = flown_on(flight, check, options.seconds);
   check.ends = flown.status;
   check.ends_at = flown.t.back() - check.t;

@@ -40,7 +40,6 @@ struct HandOverCheck {
   HandOverSide front{}, behind{};
   Actuators asked{};           ///< behind, of the state in front (bumpless: with x2 set anew)
   double integral_jump = 0.0;  ///< K_Li x2 behind less in front, what the switch asks to be made up
-  double seconds_to_make_up = 0.0;          ///< of the integral, at the Le there is just behind
   FlightStatus ends = FlightStatus::flown;  ///< of the flight on from the trim in front
   double ends_at = 0.0;                     ///< s after the hand-over
   double seconds_there =

@@ -10,11 +10,11 @@
 #include <memory>
 #include <mutex>
 #include <numbers>
-#include <random>
 #include <set>
 
 #include "model/keys.hpp"
 #include "simulate/plan.hpp"
+#include "simulate/random.hpp"
 #include "simulate/weather.hpp"
 #include "sweep/log.hpp"
 #include "sweep/threads.hpp"
@@ -35,8 +35,6 @@ std::mt19937_64 random_for(std::uint64_t seed, long number) {
                       std::uint32_t(std::uint64_t(number) >> 32)};
   return std::mt19937_64(mixed);
 }
-
-double uniform(std::mt19937_64& random) { return double(random() >> 11) * 0x1.0p-53; }
 
 // The scattered numbers of a flight, SI.
 std::vector<double> numbers_of(const MonteCarloTable& table, long number) {

@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
 #include <stdexcept>
 #include <utility>
+
+#include "simulate/random.hpp"
 
 namespace tiltrim {
 
@@ -26,9 +27,6 @@ GustAt one_minus_cosine(const GustTable& table) {
     return {table.size / 2 * (1 - std::cos(phase)), table.size / 2 * turn * std::sin(phase)};
   };
 }
-
-// A uniform number in [0, 1) from the top 53 bits: the same with every standard library.
-double uniform(std::mt19937_64& random) { return double(random() >> 11) * 0x1.0p-53; }
 
 // Waves a cos(ω t + φ) with a²/2 the spectrum's share of each band, bands of equal ratio.
 GustAt dryden(const GustTable& table) {
