@@ -532,7 +532,7 @@ TEST_CASE("Ctrl-C in a flight: exit 130, as far as it came") {
   const Running flight = start(scratch, "simulate s.toml -f json");
   std::this_thread::sleep_for(500ms);
   ::kill(flight.pid, SIGINT);
-  const Ran ran = finish(flight, 20s);
+  const Ran ran = finish(flight, 60s);
   CHECK(ran.exit_code == 128 + SIGINT);
   CHECK(ran.err.empty());
   const json j = json::parse(ran.out);

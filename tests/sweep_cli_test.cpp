@@ -231,7 +231,7 @@ TEST_CASE("ranks: the log's disk is full: all end") {
   std::ofstream(limited) << fmt::format("ulimit -f 100\ntrap '' XFSZ\nexec {} \"$@\"\n",
                                         mpi_program);
   const Ran full =
-      finish(start(scratch, sweep_command + "--checkpoint 0", on_ranks(2, "sh " + limited)), 20s);
+      finish(start(scratch, sweep_command + "--checkpoint 0", on_ranks(2, "sh " + limited)), 60s);
   REQUIRE(says(full.err, "map.nc.log: File too large"));
   REQUIRE(scratch.files() == interrupted_files);
   CHECK(full.exit_code == 2);
@@ -244,7 +244,7 @@ TEST_CASE("ranks: the log is in use: all end") {
   const Running first = start(scratch, sweep_command + "--checkpoint 0");
   REQUIRE(holds_soon([&] { return size_of(scratch.path / "map.nc.log") > 30'000; }));
   ::kill(first.pid, SIGSTOP);
-  const Ran second = finish(start(scratch, sweep_command, on_ranks(2)), 10s);
+  const Ran second = finish(start(scratch, sweep_command, on_ranks(2)), 60s);
   ::kill(first.pid, SIGKILL);
   (void)finish(first);
   REQUIRE(says(second.err, "map.nc.log: another process is at work on it"));
