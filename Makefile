@@ -68,6 +68,8 @@ figures: release
 	gnuplot docs/figures/envelope.gp
 	build/bin/tiltrim simulate studies/transition.toml --plots build/figures -o build/transition.txt
 	cp build/figures/fig5_angles.svg docs/figures/transition.svg
+	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
+	cp build/figures/locus_slow_1_climb.svg docs/figures/locus.svg
 
 clean:
 	rm -rf build

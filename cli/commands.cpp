@@ -6,9 +6,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "cli/model_files.hpp"
 #include "cli/terminal.hpp"
 #include "model/study.hpp"
 #include "report/envelopes.hpp"
+#include "report/linear_models.hpp"
 #include "report/maps.hpp"
 #include "report/margins.hpp"
 #include "report/paper.hpp"
@@ -45,12 +47,8 @@ std::string identity_of(const Study& study, const std::vector<Condition>& condit
   return identity;
 }
 
-namespace {
-
-// Calls work(condition, progress) on each condition in turn. What cannot be asked of one is said
-// with its name.
-template <class Work>
-void for_each(const Study& study, const Common& common, const Work& work) {
+void for_each(const Study& study, const Common& common,
+              const std::function<void(const Condition&, Progress&)>& work) {
   const std::vector<Condition> conditions = chosen(study, common.only);
   Progress progress(conditions.size());
   for (const Condition& condition : conditions) {
@@ -66,6 +64,8 @@ void for_each(const Study& study, const Common& common, const Work& work) {
   }
 }
 
+namespace {
+
 ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
                         const TrimOptions& options) {
   ConditionReport report{answer(vehicle, condition, options), {}, {}, {}, {}};
@@ -75,28 +75,27 @@ ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
   return report;
 }
 
-// Each is called only if its format is the one asked for.
-template <class Json, class Csv, class Text>
-std::string in_format(Format format, const Json& json, const Csv& csv, const Text& text) {
-  switch (format) {
-    case Format::json:
-      return json();
-    case Format::csv:
-      return csv();
-    case Format::text:
-      break;
-  }
-  return text();
-}
-
 std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
                     const Sheet& csv, const TextStyle& style) {
   return in_format(
       common.format, [&] { return conditions_json(reports); }, [&] { return as_csv(csv); },
-      [&] { return conditions_text(reports, style); });
+      [&] { return conditions_text(reports, style); },
+      [&] { return conditions_document(reports); });
 }
 
 }  // namespace
+
+ConditionReport linearized(const Study& study, const Condition& condition,
+                           const TrimOptions& trimming, const LinearizeOptions& asked) {
+  ConditionReport r = trimmed(vehicle_at(study, condition), condition, trimming);
+  if (!r.answer.has_equilibrium() || r.answer.table) return r;
+  LinearizeOptions options = asked;
+  if (options.inputs.empty() && r.answer.model.inputs.empty())
+    options.inputs = {"V", "gamma", "eta"};
+  r.linear = linearize(r.answer.model, r.answer.trim.point, options);
+  if (*r.linear) r.modes = modes(*r.linear);
+  return r;
+}
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
@@ -114,29 +113,29 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
 }
 
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  check_model_files(command.models, command.common.study, command.common.output);
   const Study study = load_study(command.common.study);
   TrimOptions trimming = command.options;
   trimming.stop = stop;
-  const auto linear = [&](ConditionReport& r) {
-    if (!r.answer.has_equilibrium() || r.answer.table) return;
-    LinearizeOptions options;
-    options.method = command.method;
-    options.inputs = command.inputs;
-    if (options.inputs.empty() && r.answer.model.inputs.empty())
-      options.inputs = {"V", "gamma", "eta"};
-    r.linear = linearize(r.answer.model, r.answer.trim.point, options);
-    if (*r.linear) r.modes = modes(*r.linear);
-  };
+  LinearizeOptions options;
+  options.method = command.method;
+  options.inputs = command.inputs;
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
-    reports.push_back(trimmed(vehicle_at(study, condition), condition, trimming));
-    linear(reports.back());
+    reports.push_back(linearized(study, condition, trimming, options));
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) {
     return r.answer.trim && r.modes && r.modes->verdict != Verdict::undecided;
   });
-  return {printed(reports, command.common, all_modes_sheet(reports), style),
-          all ? answered : unanswered};
+  write_model_files(command.models, reports);
+  Outcome outcome{printed(reports, command.common, all_modes_sheet(reports), style),
+                  all ? answered : unanswered};
+  if (command.models.empty()) return outcome;
+  const auto nothing = [] { return std::string(); };
+  outcome.output += in_format(
+      command.common.format, nothing, nothing, [&] { return left_out_text(reports, style); },
+      [&] { return std::vector{paragraph_sheet(left_out_text(reports, unwrapped))}; });
+  return outcome;
 }
 
 // The branch asked for on the command line, or in the study.
@@ -181,7 +180,8 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
   return {in_format(
               command.common.format, [&] { return branches_json(branches); },
               [&] { return as_csv(branches_sheet(branches)); },
-              [&] { return branches_text(branches, style); }),
+              [&] { return branches_text(branches, style); },
+              [&] { return branches_document(branches); }),
           code};
 }
 
@@ -227,7 +227,8 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
   return {in_format(
               command.common.format, [&] { return envelopes_json(envelopes); },
               [&] { return as_csv(border_sheet(envelopes)); },
-              [&] { return envelopes_text(envelopes, style); }),
+              [&] { return envelopes_text(envelopes, style); },
+              [&] { return envelopes_document(envelopes); }),
           code};
 }
 
@@ -248,7 +249,8 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
   return {in_format(
               command.common.format, [&] { return sensitivities_json(conditions); },
               [&] { return as_csv(sensitivities_sheet(conditions)); },
-              [&] { return sensitivities_text(conditions, command.most, style); }),
+              [&] { return sensitivities_text(conditions, command.most, style); },
+              [&] { return sensitivities_document(conditions, command.most); }),
           code};
 }
 
@@ -285,7 +287,8 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
   return {in_format(
               command.common.format, [&] { return margins_json(conditions); },
               [&] { return as_csv(margins_sheet(conditions)); },
-              [&] { return margins_text(conditions, style); }),
+              [&] { return margins_text(conditions, style); },
+              [&] { return margins_document(conditions); }),
           code};
 }
 
@@ -296,19 +299,13 @@ std::string in_words(const SweepProgress& p) {
                      p.total, p.what, p.stable, p.unstable, p.undecided, p.no_trim);
 }
 
-bool has_extension(const std::filesystem::path& file, std::string_view extension) {
-  return file.extension() == extension;
-}
+bool is_netcdf(const std::filesystem::path& file) { return file.extension() == ".nc"; }
 
-SweepMap swept(const SweepCommand& command, const Study& study, const std::stop_token& stop) {
-  const std::vector<Condition> conditions = chosen(study, command.common.only);
-  SweepOptions options;
-  options.threads = command.threads;
-  options.crossings = study.sweep->crossings;
-  options.checkpoint = command.checkpoint;
-  options.identity = identity_of(study, conditions);
-  options.stop = stop;
-  if (!command.common.output.empty()) options.log = command.common.output.string() + ".log";
+}  // namespace
+
+SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
+               SweepOptions options) {
+  options.crossings = grid.crossings;
   std::optional<Progress> progress;
   const char* stage = nullptr;
   options.observe = [&](const SweepProgress& p) {
@@ -317,8 +314,7 @@ SweepMap swept(const SweepCommand& command, const Study& study, const std::stop_
     progress->tell(in_words(p), p.total > 0 ? double(p.done) / double(p.total) : 0.0);
   };
   try {
-    SweepMap map =
-        sweep(sweep_requests(study, conditions, study.sweep->axes), study.sweep->axes, options);
+    SweepMap map = sweep(sweep_requests(study, conditions, grid.axes), grid.axes, options);
     map.study = study.text;
     map.program = "tiltrim " TILTRIM_VERSION;
     return map;
@@ -326,8 +322,6 @@ SweepMap swept(const SweepCommand& command, const Study& study, const std::stop_
     throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
   }
 }
-
-}  // namespace
 
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
@@ -342,7 +336,14 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   const std::filesystem::path log = output.string() + ".log";
   SweepMap map;
   try {
-    map = swept(command, study, stop);
+    const std::vector<Condition> conditions = chosen(study, command.common.only);
+    SweepOptions options;
+    options.threads = command.threads;
+    options.checkpoint = command.checkpoint;
+    options.identity = identity_of(study, conditions);
+    options.stop = stop;
+    if (!output.empty()) options.log = log;
+    map = swept(study, conditions, *study.sweep, options);
   } catch (const SweepInterrupted& e) {
     if (e.failed_elsewhere) return {"", bad_input, true};
     if (!output.empty() && first_of_ranks())
@@ -356,14 +357,16 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
     return v < 0 || static_cast<Verdict>(v) == Verdict::undecided;
   });
   Outcome outcome{"", all ? answered : unanswered, false};
-  if (has_extension(output, ".nc")) {
+  const auto text = [&] { return map_text(map, style); };
+  const auto document = [&] { return map_document(map); };
+  if (is_netcdf(output)) {
     write_netcdf(map, output);
-    outcome.output = map_text(map, style);
+    outcome.output = in_format(command.common.format, text, text, text, document);
     outcome.written = true;
   } else {
     outcome.output = in_format(
         command.common.format, [&] { return map_json(map); },
-        [&] { return as_csv(map_sheet(map)); }, [&] { return map_text(map, style); });
+        [&] { return as_csv(map_sheet(map)); }, text, document);
     if (!output.empty()) {
       write_whole(output, outcome.output);
       outcome = {"", outcome.exit_code, true};
@@ -379,7 +382,8 @@ Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_
   return {in_format(
               command.common.format, [&] { return difference_json(before, difference); },
               [&] { return as_csv(difference_sheet(before, difference)); },
-              [&] { return difference_text(before, difference, style); }),
+              [&] { return difference_text(before, difference, style); },
+              [&] { return difference_document(before, difference); }),
           difference.changed.empty() ? answered : unanswered};
 }
 
@@ -391,7 +395,7 @@ Outcome run_tables(const Common& command, const TextStyle& style) {
   const int code = found ? answered : unanswered;
   return {in_format(
               command.format, [&] { return paper_json(tables); }, [&] { return paper_csv(tables); },
-              [&] { return paper_text(tables, style); }),
+              [&] { return paper_text(tables, style); }, [&] { return paper_document(tables); }),
           code};
 }
 

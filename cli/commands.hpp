@@ -3,22 +3,26 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "cli/terminal.hpp"
 #include "follow/actuator_loops.hpp"
 #include "report/branches.hpp"
 #include "report/conditions.hpp"
+#include "report/flights.hpp"
+#include "sweep/sweep.hpp"
 
 namespace tiltrim::cli {
 
 /// Exit codes: docs/cli.md.
 enum Exit { answered = 0, unanswered = 1, bad_input = 2 };
 
-enum class Format { text, json, csv };
+enum class Format { text, json, csv, markdown, latex };
 
 /// What every command takes.
 struct Common {
@@ -39,6 +43,14 @@ struct LinearizeCommand {
   TrimOptions options;
   Method method = Method::exact;
   std::vector<std::string> inputs;
+  std::vector<std::filesystem::path> models;  ///< files of all linear models; empty: none
+};
+
+struct ModesCommand {
+  Common common;                    ///< its study is the matrix; "-": standard input
+  std::filesystem::path error;      ///< bounds of its entries; empty: none
+  std::vector<std::string> states;  ///< empty: those of the file, or x1, x2, ...
+  std::string variable = "A";       ///< of MATLAB files and JSON objects
 };
 
 struct FollowCommand {
@@ -97,6 +109,13 @@ struct SimulateCommand {
   int threads = 0;
 };
 
+struct ReportCommand {
+  Common common;                              ///< its output is the page
+  std::vector<std::filesystem::path> sweeps;  ///< maps to use instead of computing them
+  std::filesystem::path figures, tables;      ///< folders for both as files; empty: none
+  int threads = 0;
+};
+
 struct DiffCommand {
   Common common;  ///< its study is the map before
   std::filesystem::path after;
@@ -111,6 +130,7 @@ struct Outcome {
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
@@ -119,11 +139,44 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
+/// What is asked for, and nothing else, is made: `document` for Markdown and LaTeX.
+template <class Json, class Csv, class Text, class Document>
+std::string in_format(Format format, const Json& json, const Csv& csv, const Text& text,
+                      const Document& document) {
+  switch (format) {
+    case Format::json:
+      return json();
+    case Format::csv:
+      return csv();
+    case Format::markdown:
+      return as_markdown(document());
+    case Format::latex:
+      return as_latex(document());
+    case Format::text:
+      break;
+  }
+  return text();
+}
+
 /// The conditions asked for by name, in the study's order. Throws StudyError with all names.
 std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only);
 /// What decides the numbers of a run that can be taken up again: a log is for the same alone.
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions);
+
+/// Calls work(condition, progress) on each condition in turn. What cannot be asked of one is said
+/// with its name, as a StudyError.
+void for_each(const Study& study, const Common& common,
+              const std::function<void(const Condition&, Progress&)>& work);
+/// Trimmed, linearized and its modes found, as far as it goes. Inputs: LinearizeCommand's.
+ConditionReport linearized(const Study& study, const Condition& condition,
+                           const TrimOptions& trimming, const LinearizeOptions& options = {});
+/// The study's flight, or this one of its Monte-Carlo flights.
+FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop);
+/// The study's grid for these conditions, progress said. Throws StudyError where it cannot be swept.
+SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
+               SweepOptions options);
 
 /// `study` may be empty: the reference vehicle.
 Outcome run_tables(const Common& command, const TextStyle& style);

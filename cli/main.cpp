@@ -23,6 +23,7 @@ constexpr const char* examples =
     "  tiltrim trim studies/paper.toml            equilibria of climb, transition and level "
     "flight\n"
     "  tiltrim linearize studies/paper.toml       their eigenvalues, modes and verdicts\n"
+    "  tiltrim modes studies/boeing747.csv        the same of a matrix from anywhere\n"
     "  tiltrim follow studies/stall.toml          a branch of trims: folds, limits, crossings\n"
     "  tiltrim envelope studies/stall.toml        the conversion corridor: speeds over tilt\n"
     "  tiltrim sensitivities studies/paper.toml   what would make each mode better\n"
@@ -30,6 +31,7 @@ constexpr const char* examples =
     "  tiltrim sweep studies/map_corridor.toml    eigenvalues over a grid, and between its points\n"
     "  tiltrim tune studies/tune_corridor.toml    gains for the worst of many operating points\n"
     "  tiltrim simulate studies/transition.toml   the flight from take-off to level flight\n"
+    "  tiltrim report studies/paper.toml          all of it as one page: paper.html\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -43,7 +45,8 @@ constexpr const char* examples =
     "still written); 2 bad input, said with file, line and key; 128 + n after signal n.";
 
 const std::map<std::string, Format> formats{
-    {"text", Format::text}, {"json", Format::json}, {"csv", Format::csv}};
+    {"text", Format::text},         {"json", Format::json},   {"csv", Format::csv},
+    {"markdown", Format::markdown}, {"latex", Format::latex}};
 const std::map<std::string, Method> jacobians{{"exact", Method::exact},
                                               {"differences", Method::differences}};
 const std::map<std::string, TrimMethod> methods{{"ipopt", TrimMethod::ipopt},
@@ -64,7 +67,7 @@ void add_common(CLI::App* app, Common& common, bool needs_study) {
       app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
   if (needs_study) study->required();
   add_choice(app, "-f,--format", common.format, formats,
-             "text for people (default), json with every digit, csv");
+             "text for people (default), json and csv with every digit, markdown or latex tables");
   app->add_option("-o,--output", common.output, "write to this file, whole or not at all")
       ->type_name("FILE");
 }
@@ -134,7 +137,39 @@ CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
                    "model's inputs; closed loop: V,gamma,eta)")
       ->delimiter(',')
       ->type_name("NAME,...");
+  linearize
+      ->add_option("--models", command.models,
+                   "write all linear models to this file, .mat, .json, .csv or .py")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("FILE");
   return linearize;
+}
+
+CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
+  CLI::App* modes = app.add_subcommand(
+      "modes", "eigenvalues, modes and stability verdict of a matrix from anywhere");
+  modes
+      ->add_option("matrix", command.common.study,
+                   "numbers as CSV, JSON or MATLAB has them; - reads standard input")
+      ->type_name("A.csv")
+      ->required();
+  modes
+      ->add_option("--error", command.error,
+                   "bounds of the matrix's error, entry by entry, in a file of the same kinds")
+      ->type_name("E.csv");
+  modes->add_option("--states", command.states, "names of the states (the file's, or x1,x2,...)")
+      ->delimiter(',')
+      ->type_name("NAME,...");
+  modes
+      ->add_option("--variable", command.variable,
+                   "of a .mat file or a JSON object (A); of --error: the same with _error")
+      ->type_name("NAME");
+  add_choice(modes, "-f,--format", command.common.format, formats,
+             "text for people (default), json and csv with every digit, markdown or latex tables");
+  modes->add_option("-o,--output", command.common.output, "write to this file, whole or not at all")
+      ->type_name("FILE");
+  return modes;
 }
 
 CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
@@ -300,6 +335,35 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
   return simulate;
 }
 
+CLI::App* add_report(CLI::App& app, ReportCommand& command) {
+  CLI::App* report = app.add_subcommand(
+      "report", "one page of everything: tables, figures, maps, margins, flight, audit");
+  report->add_option("study", command.common.study, "the study file (TOML)")
+      ->type_name("STUDY.toml")
+      ->required();
+  report
+      ->add_option("-o,--output", command.common.output,
+                   "the page, written whole or not at all (STUDY.html in this folder)")
+      ->type_name("FILE.html");
+  add_only(report, command.common);
+  report
+      ->add_option("--sweep", command.sweeps,
+                   "use this map, which sweep wrote, instead of computing one over the same axes")
+      ->type_name("MAP.nc");
+  report
+      ->add_option("--figures", command.figures,
+                   "write each figure into this folder too: SVG, PDF, PNG for a column of 88 mm")
+      ->type_name("DIR");
+  report
+      ->add_option("--tables", command.tables,
+                   "write each table into this folder too: text, CSV, Markdown, LaTeX")
+      ->type_name("DIR");
+  report->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return report;
+}
+
 CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
   CLI::App* diff =
       app.add_subcommand("diff", "which points of two maps differ in status or stability");
@@ -310,7 +374,7 @@ CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
       ->type_name("AFTER.nc")
       ->required();
   add_choice(diff, "-f,--format", command.common.format, formats,
-             "text for people (default), json with every digit, csv");
+             "text for people (default), json and csv with every digit, markdown or latex tables");
   diff->add_option("-o,--output", command.common.output, "write to this file, whole or not at all")
       ->type_name("FILE");
   return diff;
@@ -323,6 +387,7 @@ int run_program(int argc, char** argv) {
   app.require_subcommand(1);
   TrimCommand trimming;
   LinearizeCommand linearizing;
+  ModesCommand finding_modes;
   FollowCommand following;
   EnvelopeCommand enveloping;
   SensitivitiesCommand sensing;
@@ -330,10 +395,12 @@ int run_program(int argc, char** argv) {
   SweepCommand sweeping;
   TuneCommand tuning;
   SimulateCommand simulating;
+  ReportCommand reporting;
   DiffCommand differing;
   Common tabling;
   const CLI::App* trim = add_trim(app, trimming);
   const CLI::App* linearize = add_linearize(app, linearizing);
+  const CLI::App* modes = add_modes(app, finding_modes);
   const CLI::App* follow = add_follow(app, following);
   const CLI::App* envelope = add_envelope(app, enveloping);
   const CLI::App* sensitivities = add_sensitivities(app, sensing);
@@ -341,6 +408,7 @@ int run_program(int argc, char** argv) {
   const CLI::App* sweep = add_sweep(app, sweeping);
   const CLI::App* tune = add_tune(app, tuning);
   const CLI::App* simulate = add_simulate(app, simulating);
+  const CLI::App* report = add_report(app, reporting);
   const CLI::App* diff = add_diff(app, differing);
   CLI::App* tables = app.add_subcommand(
       "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
@@ -361,6 +429,7 @@ int run_program(int argc, char** argv) {
   if (trimming.all && trim->get_option("--starts")->count() == 0) trimming.options.starts = many;
   if (*trim) return finish(trimming.common, with(trimming));
   if (*linearize) return finish(linearizing.common, with(linearizing));
+  if (*modes) return finish(finding_modes.common, with(finding_modes));
   if (*follow) return finish(following.common, with(following));
   if (*envelope) return finish(enveloping.common, with(enveloping));
   if (*sensitivities) return finish(sensing.common, with(sensing));
@@ -368,6 +437,9 @@ int run_program(int argc, char** argv) {
   if (*sweep) return finish(sweeping.common, with(sweeping));
   if (*tune) return finish(tuning.common, with(tuning));
   if (*simulate) return finish(simulating.common, with(simulating));
+  if (reporting.common.output.empty())
+    reporting.common.output = reporting.common.study.stem().string() + ".html";
+  if (*report) return finish(reporting.common, with(reporting));
   if (*diff) return finish(differing.common, with(differing));
   return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
     return run_tables(tabling, style);

@@ -1,10 +1,6 @@
 // tiltrim simulate: a flight, how fast the tilt may be, responses, Monte Carlo.
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <fmt/ranges.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
@@ -13,6 +9,7 @@
 #include <numbers>
 
 #include "cli/commands.hpp"
+#include "cli/gnuplot.hpp"
 #include "cli/terminal.hpp"
 #include "model/study.hpp"
 #include "report/flights.hpp"
@@ -40,16 +37,6 @@ void check_samples(const SimulateCommand& command) {
   check_writable(samples);
 }
 
-// Could the folder be made and written in?
-void check_plots(const fs::path& folder) {
-  if (folder.empty()) return;
-  fs::path there = folder;
-  while (!there.empty() && !fs::exists(there)) there = there.parent_path();
-  if (!there.empty() && !fs::is_directory(there))
-    throw std::runtime_error(fmt::format("{}: Not a directory", there.string()));
-  check_writable(there / "figures.gp");
-}
-
 // What would be passed over in silence is refused; so is what cannot be written.
 void check(const SimulateCommand& command) {
   const auto goes_with = [](bool given, const char* option, bool asked, const char* what) {
@@ -63,7 +50,7 @@ void check(const SimulateCommand& command) {
   goes_with(!command.log.empty(), "--log", command.monte_carlo, "--monte-carlo");
   goes_with(!command.common.only.empty(), "--only", !command.response.empty(), "--response");
   check_samples(command);
-  check_plots(command.plots);
+  check_folder(command.plots);
   check_apart(command.log, "--log", command.common.study, "the study");
   check_apart(command.log, "--log", command.common.output, "-o");
 }
@@ -75,6 +62,8 @@ bool as_in_paper(const Study& study) {
   const SimulateTable table = study.simulate.value_or(SimulateTable{});
   return table.schedule.kind == ScheduleTable::Kind::corridor && from_ground(table);
 }
+
+}  // namespace
 
 FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop) {
   FlightReport report{study_name(study), {}, {}, {}, {}, {}};
@@ -91,6 +80,8 @@ FlightReport flown(const Study& study, std::optional<long> number, const std::st
   return report;
 }
 
+namespace {
+
 void write_samples(const SimulateCommand& command, const Study& study, const FlightReport& report) {
   if (command.samples.empty() || !report.flown) return;
   if (command.samples.extension() == ".csv")
@@ -100,39 +91,13 @@ void write_samples(const SimulateCommand& command, const Study& study, const Fli
                  command.samples);
 }
 
-// Runs gnuplot on the script in its folder; throws std::runtime_error with what it said.
-void run_gnuplot(const fs::path& folder) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-  const fs::path errors = fs::absolute(folder) / "figures.log";
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors.c_str(),
-                                   O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  char program[] = "gnuplot", script[] = "figures.gp";
-  char* const arguments[] = {program, script, nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawnp(&child, program, &actions, nullptr, arguments, environ);
-  posix_spawn_file_actions_destroy(&actions);
-  const std::string kept = fmt::format("; its script and data are in {}", folder.string());
-  if (failed != 0)
-    throw std::runtime_error("gnuplot is not installed (Debian: gnuplot-nox)" + kept);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw std::runtime_error("gnuplot failed: " + errors.string() + " says why" + kept);
-  fs::remove(errors);
-}
-
 void draw(const SimulateCommand& command, const FlightReport& report) {
   if (command.plots.empty() || !report.flown) return;
-  std::error_code error;
-  fs::create_directories(command.plots, error);
-  if (error)
-    throw std::runtime_error(fmt::format("{}: {}", command.plots.string(), error.message()));
+  make_folder(command.plots);
   write_whole(command.plots / "flight.csv", as_csv(flight_sheet(report)));
   write_whole(command.plots / "figures.gp", flight_plots(report));
-  run_gnuplot(command.plots);
+  run_gnuplot(command.plots, "figures.gp",
+              fmt::format("; its script and data are in {}", command.plots.string()));
 }
 
 Outcome fly_study(const SimulateCommand& command, const Study& study, const TextStyle& style,
@@ -143,15 +108,11 @@ Outcome fly_study(const SimulateCommand& command, const Study& study, const Text
   const bool whole = report.flown && (report.flown->status == FlightStatus::flown ||
                                       report.flown->status == FlightStatus::landed);
   const int code = whole ? answered : unanswered;
-  switch (command.common.format) {
-    case Format::json:
-      return {flight_json(report), code};
-    case Format::csv:
-      return {as_csv(flight_sheet(report)), code};
-    case Format::text:
-      break;
-  }
-  return {flight_text(report, style), code};
+  return {in_format(
+              command.common.format, [&] { return flight_json(report); },
+              [&] { return as_csv(flight_sheet(report)); },
+              [&] { return flight_text(report, style); }, [&] { return flight_document(report); }),
+          code};
 }
 
 // ---- Instead of it -----------------------------------------------------------------------------
@@ -176,15 +137,12 @@ Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, cons
   const bool open =
       limit.status == TiltRateStatus::no_trim || limit.status == TiltRateStatus::interrupted;
   const int code = open ? unanswered : answered;
-  switch (command.common.format) {
-    case Format::json:
-      return {tilt_rate_json(limit), code};
-    case Format::csv:
-      return {as_csv(tilt_rate_sheet(limit)), code};
-    case Format::text:
-      break;
-  }
-  return {tilt_rate_text(limit, style), code};
+  return {
+      in_format(
+          command.common.format, [&] { return tilt_rate_json(limit); },
+          [&] { return as_csv(tilt_rate_sheet(limit)); },
+          [&] { return tilt_rate_text(limit, style); }, [&] { return tilt_rate_document(limit); }),
+      code};
 }
 
 // "theta_deg=2" as a state and SI.
@@ -235,15 +193,12 @@ Outcome respond(const SimulateCommand& command, const Study& study, const TextSt
     throw StudyError(
         fmt::format("{}: no condition of formulation closed_loop", study.file.string()));
   const int code = all ? answered : unanswered;
-  switch (command.common.format) {
-    case Format::json:
-      return {responses_json(responses), code};
-    case Format::csv:
-      return {as_csv(responses_sheet(responses)), code};
-    case Format::text:
-      break;
-  }
-  return {responses_text(responses, style), code};
+  return {in_format(
+              command.common.format, [&] { return responses_json(responses); },
+              [&] { return as_csv(responses_sheet(responses)); },
+              [&] { return responses_text(responses, style); },
+              [&] { return responses_document(responses); }),
+          code};
 }
 
 Outcome scatter(const SimulateCommand& command, const Study& study, const TextStyle& style,
@@ -260,9 +215,10 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
   };
   const MonteCarlo run = monte_carlo(study, options);
   const int code = run.interrupted || !run.message.empty() ? unanswered : answered;
-  const std::string text = command.common.format == Format::json  ? monte_carlo_json(run)
-                           : command.common.format == Format::csv ? as_csv(monte_carlo_sheet(run))
-                                                                  : monte_carlo_text(run, style);
+  const std::string text = in_format(
+      command.common.format, [&] { return monte_carlo_json(run); },
+      [&] { return as_csv(monte_carlo_sheet(run)); }, [&] { return monte_carlo_text(run, style); },
+      [&] { return monte_carlo_document(run); });
   // The answer is safe before the log goes.
   if (command.common.output.empty())
     print_whole(text);

@@ -142,6 +142,22 @@ void check_writable(const std::filesystem::path& file) {
   if (::access(folder.c_str(), W_OK | X_OK) != 0) refuse(folder, errno);
 }
 
+void check_folder(const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  if (folder.empty()) return;
+  fs::path there = folder;
+  while (!there.empty() && !fs::exists(there)) there = there.parent_path();
+  if (!there.empty() && !fs::is_directory(there))
+    throw std::runtime_error(fmt::format("{}: Not a directory", there.string()));
+  check_writable(there / "figures.gp");
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw std::runtime_error(fmt::format("{}: {}", folder.string(), error.message()));
+}
+
 void write_whole(const std::filesystem::path& file, const std::string& text) {
   check_writable(file);
   std::string beside = file.string() + ".XXXXXX";

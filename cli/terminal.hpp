@@ -58,6 +58,10 @@ void check_apart(const std::filesystem::path& file, const std::string& name,
                  const std::filesystem::path& other, const std::string& other_name);
 /// Throws std::runtime_error "path: why" if a file could not be written there.
 void check_writable(const std::filesystem::path& file);
+/// The same for a file in a folder that may have to be made first. An empty path is none.
+void check_folder(const std::filesystem::path& folder);
+/// Makes it, and those it lies in; throws std::runtime_error "path: why".
+void make_folder(const std::filesystem::path& folder);
 /// Writes beside the file, syncs and renames, so that the file is the old one or the new one.
 /// Throws std::runtime_error "path: why".
 void write_whole(const std::filesystem::path& file, const std::string& text);

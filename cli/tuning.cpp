@@ -131,15 +131,11 @@ Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_
   const std::string gains = tuning_toml(report);
   if (!command.gains.empty() && !gains.empty()) write_whole(command.gains, gains);
   const int code = report.result ? answered : unanswered;
-  switch (command.common.format) {
-    case Format::json:
-      return {tuning_json(report), code};
-    case Format::csv:
-      return {as_csv(tuning_sheet(report)), code};
-    case Format::text:
-      break;
-  }
-  return {tuning_text(report, style), code};
+  return {in_format(
+              command.common.format, [&] { return tuning_json(report); },
+              [&] { return as_csv(tuning_sheet(report)); },
+              [&] { return tuning_text(report, style); }, [&] { return tuning_document(report); }),
+          code};
 }
 
 }  // namespace tiltrim::cli

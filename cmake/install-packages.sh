@@ -2,15 +2,16 @@
 # Installs the Debian packages that are missing, and only those.
 #   cmake/install-packages.sh        what building, testing and benchmarks need
 #   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
-#                                    MPI, Python's netCDF4 and SciPy, LAPACK; gnuplot draws flights
+#                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config
   libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
-  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev
-  doctest-dev libbenchmark-dev"
+  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev
+  doctest-dev libbenchmark-dev gnuplot-nox"
 [ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy
-  libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy liblapack-dev gnuplot-nox"
+  libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy liblapack-dev
+  texlive-latex-recommended texlive-science"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2

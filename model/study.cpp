@@ -191,7 +191,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
   const Entry root = parse_toml(text, file);
   const Section top(file, root, "at the top level", "");
   top.allow_only({"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope",
-                  "sweep", "tune", "simulate", "montecarlo"});
+                  "sweep", "tune", "simulate", "montecarlo", "report"});
   Study study;
   study.file = file;
   study.text = text;
@@ -217,6 +217,9 @@ Study parse_study(std::string_view text, const fs::path& file) {
   with_table(root, "montecarlo", file, [&](const Section& s) {
     if (!study.simulate) study.simulate.emplace();
     study.montecarlo = read_montecarlo(s, study);
+  });
+  with_table(root, "report", file, [&](const Section& s) {
+    study.report = read_report(s, file, study.schedule, study.conditions);
   });
   read_polar(root, study);
   return study;

@@ -77,6 +77,18 @@ struct SweepTable {
   bool crossings = true;        ///< look between the grid's points
 };
 
+/// [report]: what a report shows beside the conditions themselves.
+struct ReportTable {
+  /// A grid: over one axis trim curves and a root locus, over two a stability map.
+  struct Map {
+    std::string condition;  ///< empty: each; of a grid over h, which sets all of them, the first
+    SweepTable grid;
+  };
+  std::vector<Map> maps;         ///< empty: the report chooses
+  std::optional<bool> flight{};  ///< not given: where there is a closed loop
+  std::optional<bool> audit{};   ///< of the paper's tables; not given: of the paper's aircraft
+};
+
 /// The default envelope over "eta_deg" or "gamma_deg".
 EnvelopeTable envelope_over(std::string_view angle);
 
@@ -93,6 +105,7 @@ struct Study {
   std::optional<TuneTable> tune;
   std::optional<SimulateTable> simulate;
   std::optional<MonteCarloTable> montecarlo;
+  std::optional<ReportTable> report;
 };
 
 /// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the

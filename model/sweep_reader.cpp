@@ -105,7 +105,8 @@ void add_corridor(SweepAxis& axis) {
   axis.columns.insert(axis.columns.end(), {V, gamma, eta});
 }
 
-void read_coupled(const Section& section, const std::filesystem::path& file, SweepAxis& axis) {
+void read_coupled(const Section& section, const std::filesystem::path& file,
+                  const std::string& prefix, SweepAxis& axis) {
   const Entry* list = section.find("with");
   if (!list) return;
   constexpr std::string_view expected = "expected [{key = \"V\", from = 5, to = 15}, ...]";
@@ -114,8 +115,8 @@ void read_coupled(const Section& section, const std::filesystem::path& file, Swe
   for (const Entry& entry : list->entries) {
     if (entry.kind != Entry::Kind::table)
       refuse(file, entry.place,
-             fmt::format("sweep.axis.with: {} is not a table; {}", describe(entry), expected));
-    const Section with(file, entry, "in with", "sweep.axis.with.");
+             fmt::format("{}with: {} is not a table; {}", prefix, describe(entry), expected));
+    const Section with(file, entry, "in with", prefix + "with.");
     with.allow_only({"key", "from", "to", "spacing", "values"},
                     {{"count", "the axis has the count"}});
     axis.columns.push_back(read_column(with, axis.size()));
@@ -146,7 +147,8 @@ void add_schedule(const GainSchedule& schedule, SweepAxis& axis) {
   }
 }
 
-SweepAxis read_axis(const Section& section, const std::filesystem::path& file) {
+SweepAxis read_axis(const Section& section, const std::filesystem::path& file,
+                    const std::string& prefix) {
   section.allow_only({"key", "from", "to", "count", "spacing", "values", "with"});
   section.require("key", "a number of the study in quotes, as \"eta_deg\" or \"gains.K_Lp\"");
   SweepAxis axis;
@@ -155,7 +157,7 @@ SweepAxis read_axis(const Section& section, const std::filesystem::path& file) {
   axis.name = name.substr(name.rfind('.') + 1);
   check_monotone(section, axis.columns.front());
   if (name == "h") add_corridor(axis);
-  read_coupled(section, file, axis);
+  read_coupled(section, file, prefix, axis);
   return axis;
 }
 
@@ -171,24 +173,25 @@ void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) 
                                    column.name));
 }
 
-}  // namespace
-
-SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
-                      const GainSchedule& schedule) {
-  constexpr std::string_view expected = "expected [[sweep.axis]] tables";
-  section.allow_only({"axis", "crossings"});
+// [[sweep.axis]] or [[report.map.axis]]; `path` is what stands before "axis".
+SweepTable read_grid(const Section& section, const std::filesystem::path& file,
+                     const GainSchedule& schedule, const std::string& path) {
+  const std::string tables = fmt::format("[[{}axis]]", path);
   SweepTable sweep;
   if (section.find("crossings"))
     sweep.crossings = section.choice("crossings", {"locate", "skip"}) == 0;
-  const Entry& list = section.require("axis", "[[sweep.axis]] tables");
+  const Entry& list = section.require("axis", tables + " tables");
   if (list.kind != Entry::Kind::array || list.entries.empty())
-    section.refuse(list, fmt::format("{} is no list of tables; {}", describe(list), expected));
+    section.refuse(
+        list, fmt::format("{} is no list of tables; expected {} tables", describe(list), tables));
+  const std::string prefix = path + "axis.";
   double points = 1;
   for (const Entry& entry : list.entries) {
     if (entry.kind != Entry::Kind::table)
       refuse(file, entry.place,
-             fmt::format("sweep.axis: {} is not a table; {}", describe(entry), expected));
-    sweep.axes.push_back(read_axis(Section(file, entry, "in [[sweep.axis]]", "sweep.axis."), file));
+             fmt::format("{}axis: {} is not a table; expected {} tables", path, describe(entry),
+                         tables));
+    sweep.axes.push_back(read_axis(Section(file, entry, "in " + tables, prefix), file, prefix));
     add_schedule(schedule, sweep.axes.back());
     points *= double(sweep.axes.back().size());
   }
@@ -197,6 +200,47 @@ SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
     section.refuse(list, fmt::format("the grid has {:.3g} points; expected at most {:.0f}", points,
                                      most_points));
   return sweep;
+}
+
+// Yes or no, where it is said.
+std::optional<bool> read_shown(const Section& section, const char* key) {
+  if (!section.find(key)) return {};
+  return section.choice(key, {"show", "skip"}) == 0;
+}
+
+ReportTable::Map read_map(const Section& section, const std::filesystem::path& file,
+                          const GainSchedule& schedule, const std::vector<Condition>& conditions) {
+  section.allow_only({"condition", "axis", "crossings"});
+  ReportTable::Map map{"", read_grid(section, file, schedule, "report.map.")};
+  if (section.find("condition")) {
+    std::vector<std::string> names;
+    for (const Condition& c : conditions) names.push_back(c.name);
+    map.condition = names[section.choice("condition", names)];
+  }
+  if (map.grid.axes.size() > 2)
+    section.refuse(
+        *section.find("axis"),
+        fmt::format("{} axes cannot be drawn; expected one or two", map.grid.axes.size()));
+  return map;
+}
+
+}  // namespace
+
+SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
+                      const GainSchedule& schedule) {
+  section.allow_only({"axis", "crossings"});
+  return read_grid(section, file, schedule, "sweep.");
+}
+
+ReportTable read_report(const Section& section, const std::filesystem::path& file,
+                        const GainSchedule& schedule, const std::vector<Condition>& conditions) {
+  section.allow_only({"map", "flight", "audit"});
+  ReportTable report;
+  for (const Section& map : section.tables("map"))
+    report.maps.push_back(read_map(map, file, schedule, conditions));
+  report.flight = read_shown(section, "flight");
+  report.audit = read_shown(section, "audit");
+  return report;
 }
 
 }  // namespace tiltrim::reading

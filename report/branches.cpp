@@ -156,24 +156,46 @@ Sheet branches_sheet(const std::vector<BranchAnswer>& branches) {
   return sheet;
 }
 
+namespace {
+
+// "level: V from 15 towards 5 m/s"
+std::string way(const BranchAnswer& b) {
+  return fmt::format("{}: {} from {:.6g} towards {:.6g}{}", b.start.condition.name,
+                     b.parameter.name, b.from(), b.parameter.in_study(b.to),
+                     b.parameter.unit.empty() ? "" : " " + b.parameter.unit);
+}
+
+std::string how_it_went(const BranchAnswer& b) {
+  return fmt::format("{}{}.", b.branch.message,
+                     b.branch.points.empty()
+                         ? ""
+                         : fmt::format("; {} verified points, {} evaluations",
+                                       b.branch.points.size(), b.branch.evaluations));
+}
+
+}  // namespace
+
 std::string branches_text(const std::vector<BranchAnswer>& branches, const TextStyle& style) {
   std::string text;
   for (const BranchAnswer& b : branches) {
     const bool good = b.answered();
-    text +=
-        fmt::format("{}{}: {} from {:.6g} towards {:.6g}{}: {}\n", text.empty() ? "" : "\n",
-                    b.start.condition.name, b.parameter.name, b.from(), b.parameter.in_study(b.to),
-                    b.parameter.unit.empty() ? "" : " " + b.parameter.unit,
-                    toned(to_string(b.branch.end), good ? Tone::good : Tone::bad, style));
-    text += wrapped(fmt::format("{}{}.", b.branch.message,
-                                b.branch.points.empty()
-                                    ? ""
-                                    : fmt::format("; {} verified points, {} evaluations",
-                                                  b.branch.points.size(), b.branch.evaluations)),
-                    2, style.width);
+    text += fmt::format("{}{}: {}\n", text.empty() ? "" : "\n", way(b),
+                        toned(to_string(b.branch.end), good ? Tone::good : Tone::bad, style));
+    text += wrapped(how_it_went(b), 2, style.width);
     if (!b.branch.points.empty()) text += as_text(events_sheet(b), style);
   }
   return text;
+}
+
+std::vector<Sheet> branches_document(const std::vector<BranchAnswer>& branches) {
+  std::vector<Sheet> sheets;
+  for (const BranchAnswer& b : branches) {
+    Sheet sheet = b.branch.points.empty() ? Sheet{} : events_sheet(b);
+    sheet.title = way(b) + ": " + to_string(b.branch.end);
+    sheet.notes.push_back(how_it_went(b));
+    sheets.push_back(std::move(sheet));
+  }
+  return sheets;
 }
 
 std::string branches_json(const std::vector<BranchAnswer>& branches) {

@@ -14,6 +14,8 @@ Sheet events_sheet(const BranchAnswer& branch);
 /// All points and events of all branches, in the order they are met.
 Sheet branches_sheet(const std::vector<BranchAnswer>& branches);
 
+/// What the text has, for documents.
+std::vector<Sheet> branches_document(const std::vector<BranchAnswer>& branches);
 std::string branches_text(const std::vector<BranchAnswer>& branches, const TextStyle& style);
 /// The stable JSON that docs/cli.md describes.
 std::string branches_json(const std::vector<BranchAnswer>& branches);

@@ -31,6 +31,8 @@ Sheet modes_sheet(const ConditionReport& condition);
 /// Eigenvalues of all conditions, one row for each eigenvalue, for CSV.
 Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions);
 
+/// What the text has, for documents: equilibria, all of them if asked for, eigenvalues of each.
+std::vector<Sheet> conditions_document(const std::vector<ConditionReport>& conditions);
 /// The trims, remarks and, where there are any, linear models and modes of all conditions.
 std::string conditions_text(const std::vector<ConditionReport>& conditions, const TextStyle& style);
 /// The stable JSON that docs/cli.md describes.

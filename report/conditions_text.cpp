@@ -1,10 +1,11 @@
-#include <fmt/ranges.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <initializer_list>
 #include <numbers>
 
 #include "report/conditions.hpp"
+#include "report/modes.hpp"
 
 namespace tiltrim {
 
@@ -84,48 +85,6 @@ std::vector<std::string> remarks(const ConditionReport& c) {
   return notes;
 }
 
-std::string shares(const Eigen::VectorXd& participation, const Signals& states) {
-  constexpr double shown = 0.1;  // smaller shares are left to the JSON
-  std::vector<std::pair<double, std::string>> parts;
-  for (Index k = 0; k < participation.size(); ++k)
-    if (participation[k] >= shown)
-      parts.emplace_back(participation[k], states[std::size_t(k)].name);
-  std::ranges::stable_sort(parts, std::greater{}, &std::pair<double, std::string>::first);
-  std::vector<std::string> words;
-  for (const auto& [share, name] : parts)
-    words.push_back(fmt::format("{} {:.0f}%", name, 100 * share));
-  return fmt::format("{}", fmt::join(words, ", "));
-}
-
-std::string number(const Mode& m) {
-  const double re = m.eigenvalue.real(), im = m.eigenvalue.imag();
-  return im == 0 ? fmt::format("{:.4f}", re) : fmt::format("{:.4f} ± {:.4f}i", re, std::abs(im));
-}
-
-Tone tone_of(Verdict verdict) {
-  return verdict == Verdict::stable     ? Tone::good
-         : verdict == Verdict::unstable ? Tone::bad
-                                        : Tone::doubtful;
-}
-
-std::string verdict_in_words(const ConditionReport& c) {
-  const Modes& m = *c.modes;
-  if (!m.converged) return "the eigenvalue iteration did not converge";
-  if (m.modes.empty()) return "no states";
-  const Mode& last = m.modes.back();
-  const std::string least =
-      fmt::format("the rightmost eigenvalue is {:.4f} 1/s ({})", last.eigenvalue.real(), last.name);
-  switch (m.verdict) {
-    case Verdict::stable:
-      return least + ", left of the axis by more than its error bound";
-    case Verdict::unstable:
-      return least + ", right of the axis by more than its error bound";
-    case Verdict::undecided:
-      return least + fmt::format(", the axis lies within its error bound {:.1e}", last.error);
-  }
-  return least;
-}
-
 const char* formulation_name(Formulation f) {
   return f == Formulation::closed_loop ? "closed loop"
          : f == Formulation::airframe  ? "airframe alone"
@@ -185,31 +144,7 @@ Sheet all_sheet(const std::vector<ConditionReport>& conditions) {
   return sheet;
 }
 
-Sheet modes_sheet(const ConditionReport& c) {
-  Sheet sheet;
-  sheet.columns = {{"eigenvalue", "eigenvalue", "1/s"},
-                   {"error", "± bound", "1/s", "{:.0e}"},
-                   {"frequency", "frequency", "rad/s", "{:.4f}"},
-                   {"damping", "damping", "", "{:.3f}"},
-                   {"time_to_half", "t half", "s", "{:.3g}"},
-                   {"condition", "cond.", "", "{:.1f}"},
-                   {"mode", "mode", ""},
-                   {"participation", "taking part", ""}};
-  bool growing = false, undetermined = false;
-  for (const Mode& m : c.modes->modes) {
-    if (m.eigenvalue.imag() < 0) continue;  // its partner stands for both
-    growing = growing || m.eigenvalue.real() > 0;
-    undetermined = undetermined || !m.determined;
-    sheet.rows.push_back({SheetCell(number(m)), m.error, m.frequency(), m.damping(),
-                          m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
-                          shares(m.participation, c.linear->states)});
-  }
-  if (growing) sheet.notes.push_back("Of a growing mode, t half is the time to double.");
-  if (undetermined)
-    sheet.notes.push_back(
-        "(!) condition above 1e8: the value of this eigenvalue is not determined.");
-  return sheet;
-}
+Sheet modes_sheet(const ConditionReport& c) { return modes_sheet(*c.modes, c.linear->states); }
 
 Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions) {
   Sheet sheet;
@@ -242,10 +177,41 @@ Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions) {
   return sheet;
 }
 
+namespace {
+
+bool any_all(const std::vector<ConditionReport>& conditions) {
+  return std::ranges::any_of(conditions, [](const auto& c) { return c.all.has_value(); });
+}
+
+// Verdict, eigenvalues and remarks; or why there is no linear model.
+Sheet linear_sheet(const ConditionReport& c) {
+  const std::string& name = c.answer.condition.name;
+  if (!c.modes) return {name + ": no linear model", {}, {}, {c.linear->message + "."}};
+  Sheet sheet = judged_modes_sheet(
+      fmt::format("{} ({})", name, formulation_name(c.answer.condition.formulation)), *c.modes,
+      c.linear->states);
+  for (const std::string& remark : c.linear->remarks) sheet.notes.push_back(remark + ".");
+  return sheet;
+}
+
+}  // namespace
+
+std::vector<Sheet> conditions_document(const std::vector<ConditionReport>& conditions) {
+  std::vector<Sheet> sheets{trim_sheet(conditions)};
+  sheets.front().title = "Equilibria";
+  if (any_all(conditions)) {
+    sheets.push_back(all_sheet(conditions));
+    sheets.back().title = "All equilibria found";
+  }
+  for (const ConditionReport& c : conditions)
+    if (c.linear) sheets.push_back(linear_sheet(c));
+  return sheets;
+}
+
 std::string conditions_text(const std::vector<ConditionReport>& conditions,
                             const TextStyle& style) {
   std::string text = as_text(trim_sheet(conditions), style);
-  if (std::ranges::any_of(conditions, [](const auto& c) { return c.all.has_value(); }))
+  if (any_all(conditions))
     text += '\n' + as_text(all_sheet(conditions), style);
   for (const ConditionReport& c : conditions) {
     if (!c.linear) continue;
@@ -257,7 +223,7 @@ std::string conditions_text(const std::vector<ConditionReport>& conditions,
     }
     text += fmt::format("\n{} ({}): {}\n", name, formulation_name(c.answer.condition.formulation),
                         toned(to_string(c.modes->verdict), tone_of(c.modes->verdict), style));
-    text += wrapped(verdict_in_words(c) + ".", 2, style.width);
+    text += wrapped(verdict_in_words(*c.modes) + ".", 2, style.width);
     text += as_text(modes_sheet(c), style);
     for (const std::string& remark : c.linear->remarks)
       text += wrapped(remark + ".", 2, style.width);

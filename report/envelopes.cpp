@@ -84,51 +84,76 @@ Sheet border_sheet(const std::vector<EnvelopeAnswer>& envelopes) {
   return sheet;
 }
 
+namespace {
+
+// The pieces of the border, for people.
+Sheet pieces_sheet(const EnvelopeAnswer& e) {
+  const Key& over = e.table.over;
+  Sheet border;
+  border.columns = {{"", "border", ""},
+                    {"", "V", "m/s", "{:.4f}"},
+                    {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
+                    {"", "begins at", ""},
+                    {"", "V", "m/s", "{:.4f}"},
+                    {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
+                    {"", "ends at", ""},
+                    {"", "points", "", "{:.0f}"}};
+  std::size_t inner = 0, multiple = 0;
+  for (const Envelope& part : e.parts) {
+    for (Index k = 0; k < part.count.size(); ++k) multiple += part.count.data()[k] > 1;
+    for (const BorderPiece& b : part.pieces) {
+      if (b.points.empty()) continue;
+      if (std::ranges::none_of(b.points, &BorderPoint::outer)) {
+        ++inner;
+        continue;
+      }
+      const BorderPoint &first = b.points.front(), &last = b.points.back();
+      border.rows.push_back({SheetCell(words(b.name)), first.x, first.y * degrees,
+                             SheetCell(words(b.from)), last.x, last.y * degrees,
+                             SheetCell(words(b.to)), double(b.points.size())});
+    }
+  }
+  if (multiple > 0)
+    border.notes.push_back(fmt::format(
+        "{} grid points have more than one trim; {} piece{} of border (folds, limits of one of "
+        "several trims) lie{} within: --format csv or json has them.",
+        multiple, inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
+  return border;
+}
+
+std::string asked(const EnvelopeAnswer& e) {
+  return fmt::format(
+      "{}: speeds with a trim within the limits, over {} at {}", e.condition.name,
+      e.table.over.signal == "eta" ? "tilt (conversion corridor)" : "path angle", held(e));
+}
+
+const char* const interrupted = "interrupted: what is missing here may be there";
+
+}  // namespace
+
 std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const TextStyle& style) {
   std::string text;
   for (const EnvelopeAnswer& e : envelopes) {
-    const Key& over = e.table.over;
-    text +=
-        fmt::format("{}{}: speeds with a trim within the limits, over {} at {}\n",
-                    text.empty() ? "" : "\n", e.condition.name,
-                    over.signal == "eta" ? "tilt (conversion corridor)" : "path angle", held(e));
-    if (!e.answered())
-      text +=
-          wrapped(toned("interrupted: what is missing here may be there", Tone::bad, style) + ".",
-                  2, style.width);
+    text += (text.empty() ? "" : "\n") + asked(e) + '\n';
+    if (!e.answered()) text += wrapped(toned(interrupted, Tone::bad, style) + ".", 2, style.width);
     text += as_text(envelope_sheet(e), style);
-    Sheet border;
-    border.columns = {{"", "border", ""},
-                      {"", "V", "m/s", "{:.4f}"},
-                      {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
-                      {"", "begins at", ""},
-                      {"", "V", "m/s", "{:.4f}"},
-                      {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
-                      {"", "ends at", ""},
-                      {"", "points", "", "{:.0f}"}};
-    std::size_t inner = 0, multiple = 0;
-    for (const Envelope& part : e.parts) {
-      for (Index k = 0; k < part.count.size(); ++k) multiple += part.count.data()[k] > 1;
-      for (const BorderPiece& b : part.pieces) {
-        if (b.points.empty()) continue;
-        if (std::ranges::none_of(b.points, &BorderPoint::outer)) {
-          ++inner;
-          continue;
-        }
-        const BorderPoint &first = b.points.front(), &last = b.points.back();
-        border.rows.push_back({SheetCell(words(b.name)), first.x, first.y * degrees,
-                               SheetCell(words(b.from)), last.x, last.y * degrees,
-                               SheetCell(words(b.to)), double(b.points.size())});
-      }
-    }
-    if (multiple > 0)
-      border.notes.push_back(fmt::format(
-          "{} grid points have more than one trim; {} piece{} of border (folds, limits of one of "
-          "several trims) lie{} within: --format csv or json has them.",
-          multiple, inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
+    const Sheet border = pieces_sheet(e);
     if (!border.rows.empty()) text += '\n' + as_text(border, style);
   }
   return text;
+}
+
+std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelopes) {
+  std::vector<Sheet> sheets;
+  for (const EnvelopeAnswer& e : envelopes) {
+    sheets.push_back(envelope_sheet(e));
+    sheets.back().title = asked(e);
+    if (!e.answered()) sheets.back().notes.push_back(std::string(interrupted) + ".");
+    Sheet border = pieces_sheet(e);
+    border.title = e.condition.name + ": the border";
+    if (!border.rows.empty()) sheets.push_back(std::move(border));
+  }
+  return sheets;
 }
 
 std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {

@@ -90,6 +90,10 @@ std::string tilt_rate_text(const TiltRateLimit& l, const TextStyle& style) {
   return text;
 }
 
+std::vector<Sheet> tilt_rate_document(const TiltRateLimit& l) {
+  return {paragraph_sheet(tilt_rate_text(l, unwrapped))};
+}
+
 std::string tilt_rate_json(const TiltRateLimit& l) {
   ordered_json root{{"status", to_string(l.status)},    {"message", l.message},
                     {"holds_deg_s", l.holds * degrees}, {"fails_deg_s", l.fails * degrees},
@@ -136,46 +140,70 @@ Sheet tilt_rate_sheet(const TiltRateLimit& l) {
 
 // ---- Responses ---------------------------------------------------------------------------------
 
+namespace {
+
+// What came of it: "level: " and the rest, wrapped.
+std::string in_words(const NamedResponse& named, const TextStyle& style) {
+  const Response& r = named.response;
+  if (r.status == ResponseStatus::no_trim)
+    return wrapped(named.name + ": " + toned("no trim", Tone::bad, style) + ": " + r.message, 0,
+                   style.width);
+  const std::string cut = r.status == ResponseStatus::cut_short
+                              ? toned("the nonlinear motion is cut short", Tone::bad, style) +
+                                    ": " + r.message + "; until then "
+                              : std::string();
+  const std::string line = fmt::format(
+      "{}: {}linear and nonlinear are at most {:.3g} % apart; the linear model reaches {} this "
+      "offset ({:.0f} % apart)",
+      named.name, cut, 100 * r.apart,
+      r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("not a millionth of"),
+      10.0);
+  return wrapped(line, 0, style.width);
+}
+
+// Of each state the largest of the response.
+Sheet largest_sheet(const Response& r) {
+  Sheet sheet{"",
+              {{"state", "state", ""},
+               {"offset", "offset", "", "{:.5g}"},
+               {"linear", "linear, largest", "", "{:.5g}"},
+               {"nonlinear", "nonlinear, largest", "", "{:.5g}"},
+               {"apart", "apart by", "", "{:.3g}"},
+               {"unit", "", ""}},
+              {},
+              {}};
+  for (Index i = 0; i < std::ssize(r.states); ++i) {
+    const Signal& s = r.states[std::size_t(i)];
+    const double scale = is_angle(s) ? degrees : 1.0;
+    sheet.rows.push_back({s.name, r.offset[i] * scale, largest(r.linear, i) * scale,
+                          largest(r.nonlinear, i) * scale,
+                          largest(r.linear - r.nonlinear, i) * scale,
+                          is_angle(s) ? (s.unit == "rad" ? "°" : "°/s") : s.unit});
+  }
+  return sheet;
+}
+
+}  // namespace
+
 std::string responses_text(const std::vector<NamedResponse>& responses, const TextStyle& style) {
   std::string text;
-  for (const auto& [name, r] : responses) {
-    if (!text.empty()) text += "\n";
-    if (r.status == ResponseStatus::no_trim) {
-      text += wrapped(name + ": " + toned("no trim", Tone::bad, style) + ": " + r.message, 0,
-                      style.width);
-      continue;
-    }
-    const std::string cut = r.status == ResponseStatus::cut_short
-                                ? toned("the nonlinear motion is cut short", Tone::bad, style) +
-                                      ": " + r.message + "; until then "
-                                : std::string();
-    const std::string line = fmt::format(
-        "{}: {}linear and nonlinear are at most {:.3g} % apart; the linear model reaches {} this "
-        "offset ({:.0f} % apart)",
-        name, cut, 100 * r.apart,
-        r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("not a millionth of"),
-        10.0);
-    text += wrapped(line, 0, style.width);
-    Sheet sheet{"",
-                {{"state", "state", ""},
-                 {"offset", "offset", "", "{:.5g}"},
-                 {"linear", "linear, largest", "", "{:.5g}"},
-                 {"nonlinear", "nonlinear, largest", "", "{:.5g}"},
-                 {"apart", "apart by", "", "{:.3g}"},
-                 {"unit", "", ""}},
-                {},
-                {}};
-    for (Index i = 0; i < std::ssize(r.states); ++i) {
-      const Signal& s = r.states[std::size_t(i)];
-      const double scale = is_angle(s) ? degrees : 1.0;
-      sheet.rows.push_back({s.name, r.offset[i] * scale, largest(r.linear, i) * scale,
-                            largest(r.nonlinear, i) * scale,
-                            largest(r.linear - r.nonlinear, i) * scale,
-                            is_angle(s) ? (s.unit == "rad" ? "°" : "°/s") : s.unit});
-    }
-    text += as_text(sheet, style);
+  for (const NamedResponse& r : responses) {
+    text += (text.empty() ? "" : "\n") + in_words(r, style);
+    if (r.response.status != ResponseStatus::no_trim)
+      text += as_text(largest_sheet(r.response), style);
   }
   return text;
+}
+
+std::vector<Sheet> responses_document(const std::vector<NamedResponse>& responses) {
+  std::vector<Sheet> sheets;
+  for (const NamedResponse& r : responses) {
+    sheets.push_back(paragraph_sheet(in_words(r, unwrapped)));
+    if (r.response.status == ResponseStatus::no_trim) continue;
+    sheets.push_back(largest_sheet(r.response));
+    sheets.back().title = r.name;
+  }
+  return sheets;
 }
 
 std::string responses_json(const std::vector<NamedResponse>& responses) {
@@ -250,7 +278,10 @@ Sheet monte_carlo_sheet(const MonteCarlo& run) {
   return sheet;
 }
 
-std::string monte_carlo_text(const MonteCarlo& run, const TextStyle& style) {
+namespace {
+
+// How many flights are good, and how they end.
+std::string shares_in_words(const MonteCarlo& run, const TextStyle& style) {
   if (!run.message.empty()) return wrapped("no flight: " + run.message, 0, style.width);
   std::string line = fmt::format(
       "{} of {} flights are good: {:.4g} %, with 95 % confidence between {:.4g} and {:.4g} %",
@@ -265,12 +296,31 @@ std::string monte_carlo_text(const MonteCarlo& run, const TextStyle& style) {
                           to_string(FlightStatus(k)));
   std::ranges::replace(ends, '_', ' ');
   if (!ends.empty()) text += wrapped(ends, 0, style.width);
-  if (run.worst.empty()) return text;
+  return text;
+}
+
+Sheet worst_flights(const MonteCarlo& run) {
   Sheet worst = monte_carlo_sheet(run);
   constexpr double early = 1e6;  // Outcome::miss
   if (run.worst.front().outcome.miss >= early)
     worst.notes.push_back("a miss beyond a million: ended early, the earlier the more");
-  return text + "\nThe worst of them:\n" + as_text(worst, style);
+  return worst;
+}
+
+}  // namespace
+
+std::string monte_carlo_text(const MonteCarlo& run, const TextStyle& style) {
+  const std::string text = shares_in_words(run, style);
+  if (!run.message.empty() || run.worst.empty()) return text;
+  return text + "\nThe worst of them:\n" + as_text(worst_flights(run), style);
+}
+
+std::vector<Sheet> monte_carlo_document(const MonteCarlo& run) {
+  std::vector<Sheet> sheets{paragraph_sheet(shares_in_words(run, unwrapped))};
+  if (!run.message.empty() || run.worst.empty()) return sheets;
+  sheets.push_back(worst_flights(run));
+  sheets.back().title = "The worst of the flights";
+  return sheets;
 }
 
 std::string monte_carlo_json(const MonteCarlo& run) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <sstream>
+#include <utility>
 
 #include "report/json.hpp"
 
@@ -122,7 +124,7 @@ std::string limits_touched(const FlightResult& f) {
   return touched.empty() ? "no limit is touched" : "limits touched: " + all;
 }
 
-std::string events_text(const FlightResult& f) {
+Sheet events_sheet(const FlightResult& f) {
   Sheet sheet{
       "", {{"t", "t", "s", "{:.6f}"}, {"h", "h", "m", "{:.2f}"}, {"what", "event", ""}}, {}, {}};
   for (std::size_t k = 0; k < std::min(f.events.size(), most_events); ++k) {
@@ -132,7 +134,7 @@ std::string events_text(const FlightResult& f) {
   if (f.events.size() > most_events)
     sheet.notes.push_back(
         fmt::format("and {} more: --format json has them", f.events.size() - most_events));
-  return f.events.empty() ? "" : "\n" + as_text(sheet);
+  return sheet;
 }
 
 std::string balance_text(const FlightReport& r) {
@@ -197,6 +199,24 @@ std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
   return wrapped(text, 0, style.width) + wrapped(c.message, 2, style.width);
 }
 
+Sheet facts_sheet(const std::vector<PaperFact>& facts) {
+  Sheet sheet{fmt::format("Beside the paper's figures, {} of {} agree",
+                          std::ranges::count_if(facts, &PaperFact::agrees), facts.size()),
+              {{"figure", "figure", ""},
+               {"agrees", "verdict", ""},
+               {"paper", "paper", ""},
+               {"flight", "flight", ""},
+               {"why", "why", ""}},
+              {},
+              {}};
+  for (const PaperFact& f : facts)
+    sheet.rows.push_back(
+        {fmt::format("{}", f.figure),
+         SheetCell(f.agrees ? "agrees" : "differs", f.agrees ? Tone::good : Tone::doubtful),
+         f.paper, f.flight, f.why});
+  return sheet;
+}
+
 std::string facts_text(const std::vector<PaperFact>& facts, const TextStyle& style) {
   if (facts.empty()) return "";
   constexpr std::size_t indent = 19;  // behind "  fig. 5  differs  "
@@ -253,10 +273,51 @@ std::string flight_text(const FlightReport& report, const TextStyle& style) {
   std::string text = wrapped(verdict(report, style), 0, style.width);
   for (const HandOverCheck& c : report.hand_over) text += "\n" + hand_over_text(c, style);
   if (!report.flown) return text;
-  text += "\n" + as_text(course(report), style) + events_text(*report.flown);
+  for (const Sheet& sheet : flight_sheets(report)) text += "\n" + as_text(sheet, style);
   text += "\n" + wrapped(limits_touched(*report.flown), 0, style.width) +
           wrapped(balance_text(report), 0, style.width);
   return text + facts_text(report.facts, style);
+}
+
+std::vector<Sheet> flight_sheets(const FlightReport& report) {
+  if (!report.flown) return {};
+  std::vector<Sheet> sheets{course(report)};
+  if (!report.flown->events.empty()) sheets.push_back(events_sheet(*report.flown));
+  return sheets;
+}
+
+// Lines of a paragraph as its sentences.
+static std::string joined(const std::string& lines) {
+  std::istringstream in(lines);
+  std::string words;
+  for (std::string line; std::getline(in, line);) {
+    line.erase(0, line.find_first_not_of(' '));
+    if (!line.empty()) words += (words.empty() ? "" : ". ") + line;
+  }
+  return words + ".";
+}
+
+std::vector<std::string> flight_words(const FlightReport& report) {
+  constexpr TextStyle unbroken{false, std::size_t(1) << 30};
+  std::vector<std::string> words{joined(verdict(report, unbroken))};
+  for (const HandOverCheck& c : report.hand_over)
+    words.push_back(joined(hand_over_text(c, unbroken)));
+  if (!report.flown) return words;
+  words.push_back(joined(limits_touched(*report.flown)));
+  words.push_back(joined(balance_text(report)));
+  return words;
+}
+
+std::vector<Sheet> flight_document(const FlightReport& report) {
+  std::vector<Sheet> sheets;
+  for (const std::string& words : flight_words(report)) sheets.push_back({"", {}, {}, {words}});
+  const char* title = "The flight";
+  for (Sheet& sheet : flight_sheets(report)) {
+    sheet.title = std::exchange(title, "Its events");
+    sheets.push_back(std::move(sheet));
+  }
+  if (!report.facts.empty()) sheets.push_back(facts_sheet(report.facts));
+  return sheets;
 }
 
 Sheet flight_sheet(const FlightReport& report) {

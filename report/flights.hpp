@@ -24,8 +24,14 @@ struct FlightReport {
   FlightTable table;                  ///< of it
   std::vector<PaperFact> facts;       ///< empty: another flight than the paper's
 };
+/// What the text has, for documents.
+std::vector<Sheet> flight_document(const FlightReport& report);
 std::string flight_text(const FlightReport& report, const TextStyle& style);
 std::string flight_json(const FlightReport& report);
+/// The flight at about ten instants, and its events.
+std::vector<Sheet> flight_sheets(const FlightReport& report);
+/// What the text says between its tables, a paragraph each.
+std::vector<std::string> flight_words(const FlightReport& report);
 /// Every sample.
 Sheet flight_sheet(const FlightReport& report);
 
@@ -35,6 +41,7 @@ std::string flight_plots(const FlightReport& report);
 /// Their names: "fig5_angles", ...
 std::vector<std::string> flight_plot_names();
 
+std::vector<Sheet> tilt_rate_document(const TiltRateLimit& limit);
 std::string tilt_rate_text(const TiltRateLimit& limit, const TextStyle& style);
 std::string tilt_rate_json(const TiltRateLimit& limit);
 /// Every flight flown.
@@ -44,11 +51,13 @@ struct NamedResponse {
   std::string name;  ///< of the condition
   Response response;
 };
+std::vector<Sheet> responses_document(const std::vector<NamedResponse>& responses);
 std::string responses_text(const std::vector<NamedResponse>& responses, const TextStyle& style);
 std::string responses_json(const std::vector<NamedResponse>& responses);
 /// Every sample of each: linear, nonlinear, their difference.
 Sheet responses_sheet(const std::vector<NamedResponse>& responses);
 
+std::vector<Sheet> monte_carlo_document(const MonteCarlo& run);
 std::string monte_carlo_text(const MonteCarlo& run, const TextStyle& style);
 std::string monte_carlo_json(const MonteCarlo& run);
 /// The worst flights.

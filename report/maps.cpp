@@ -62,6 +62,8 @@ std::string axis_in_words(const SweepAxis& axis) {
   return words + (axis.columns.size() > 1 ? ")" : "") + fmt::format(", {} points", axis.size());
 }
 
+}  // namespace
+
 std::string counts_in_words(const SweepMap& map, std::size_t c) {
   std::string words =
       fmt::format("{} stable, {} unstable, {} undecided, {} without trim",
@@ -74,8 +76,7 @@ std::string counts_in_words(const SweepMap& map, std::size_t c) {
   return words;
 }
 
-// Why points have no equilibrium, the commonest reasons first.
-std::string reasons_in_words(const SweepMap& map, std::size_t c, const TextStyle& style) {
+std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
   std::vector<std::pair<std::size_t, std::size_t>> counts(map.reasons.size());
   for (std::size_t r = 0; r < counts.size(); ++r) counts[r] = {0, r};
   const std::size_t n = map.points_per_condition();
@@ -83,17 +84,18 @@ std::string reasons_in_words(const SweepMap& map, std::size_t c, const TextStyle
     if (map.reason[p] > 0) ++counts[std::size_t(map.reason[p])].first;
   std::ranges::stable_sort(counts, std::greater{}, [](const auto& r) { return r.first; });
   constexpr std::size_t most = 3;
-  std::string words;
-  std::size_t said = 0, left = 0;
+  std::vector<std::string> reasons;
+  std::size_t left = 0;
   for (const auto& [times, r] : counts) {
     if (times == 0) continue;
-    if (said++ < most)
-      words += wrapped(fmt::format("{} x {}", times, map.reasons[r]), 2, style.width);
+    if (reasons.size() < most)
+      reasons.push_back(fmt::format("{} x {}", times, map.reasons[r]));
     else
       left += times;
   }
-  if (left > 0) words += fmt::format("  {} points for other reasons: see reason_text\n", left);
-  return words;
+  if (left > 0)
+    reasons.push_back(fmt::format("{} points for other reasons: see reason_text", left));
+  return reasons;
 }
 
 Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t axis) {
@@ -131,7 +133,6 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
   return sheet;
 }
 
-// "stable on the whole of it" or what is not, for people who read one line.
 std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
   double unstable = 0, rest = 0;
   std::size_t stretches = 0;
@@ -164,6 +165,8 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
   return words;
 }
 
+namespace {
+
 // For grids of several axes: how many lines along each are stable throughout.
 std::string lines_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
   std::size_t lines = 0, crossings = 0, doubtful = 0, stable = 0;
@@ -190,7 +193,7 @@ std::string map_text(const SweepMap& map, const TextStyle& style) {
     text += (c > 0 ? "\n" : "") + map.conditions[c] + "\n";
     for (const SweepAxis& axis : map.axes) text += "  " + axis_in_words(axis) + "\n";
     text += "  " + counts_in_words(map, c) + "\n";
-    text += reasons_in_words(map, c, style);
+    for (const std::string& reason : reasons_of(map, c)) text += wrapped(reason, 2, style.width);
     if (map.intervals.empty()) continue;
     if (map.axes.size() > 1) {
       for (std::size_t a = 0; a < map.axes.size(); ++a)
@@ -201,6 +204,26 @@ std::string map_text(const SweepMap& map, const TextStyle& style) {
     text += as_text(intervals_sheet(map, c, 0), style);
   }
   return text;
+}
+
+std::vector<Sheet> map_document(const SweepMap& map) {
+  std::vector<Sheet> sheets;
+  for (std::size_t c = 0; c < map.conditions.size(); ++c) {
+    Sheet counts{map.conditions[c], {}, {}, {}};
+    for (const SweepAxis& axis : map.axes) counts.notes.push_back(axis_in_words(axis));
+    counts.notes.push_back(counts_in_words(map, c));
+    for (const std::string& reason : reasons_of(map, c)) counts.notes.push_back(reason);
+    const bool along = !map.intervals.empty();
+    if (along && map.axes.size() == 1) counts.notes.push_back(line_in_words(map, c, 0));
+    if (along && map.axes.size() > 1)
+      for (std::size_t a = 0; a < map.axes.size(); ++a)
+        counts.notes.push_back(lines_in_words(map, c, a));
+    sheets.push_back(std::move(counts));
+    if (!along || map.axes.size() != 1) continue;
+    sheets.push_back(intervals_sheet(map, c, 0));
+    sheets.back().title = map.conditions[c] + ": " + sheets.back().title;
+  }
+  return sheets;
 }
 
 Sheet map_sheet(const SweepMap& map) {
@@ -354,29 +377,61 @@ Sheet difference_sheet(const SweepMap& before, const MapDifference& d) {
   return sheet;
 }
 
+namespace {
+
+constexpr std::size_t most_changed = 20;  // printed
+
+std::string largest_change(const SweepMap& before, const MapDifference& d) {
+  std::string words =
+      fmt::format("largest change of the largest real part: {:.6g} 1/s", d.largest_abscissa_change);
+  if (!(d.largest_abscissa_change > 0)) return words;
+  const std::vector<std::size_t> at = before.position(d.largest_at);
+  std::vector<double> where;
+  for (std::size_t a = 0; a < before.axes.size(); ++a)
+    where.push_back(before.axes[a].columns.front().values[at[a + 1]]);
+  return words +
+         fmt::format(", {} at {}", before.conditions[at[0]], place_in_words(before, where));
+}
+
+std::string in_words(const SweepMap& before, const MapDifference& d) {
+  return fmt::format(
+      "{} of {} points changed status or stability\n{}\n"
+      "crossings: {} moved, {} appeared, {} vanished\n",
+      d.changed.size(), d.compared, largest_change(before, d), d.moved.size(), d.appeared.size(),
+      d.vanished.size());
+}
+
+// The first changes, and how many there are more.
+Sheet first_changes(const SweepMap& before, const MapDifference& d) {
+  Sheet sheet = difference_sheet(before, d);
+  if (sheet.rows.size() > most_changed) sheet.rows.resize(most_changed);
+  return sheet;
+}
+
+std::string and_more(const MapDifference& d) {
+  return d.changed.size() <= most_changed
+             ? ""
+             : fmt::format("... and {} more: --format csv has all", d.changed.size() - most_changed);
+}
+
+}  // namespace
+
 std::string difference_text(const SweepMap& before, const MapDifference& d,
                             const TextStyle& style) {
-  std::string text =
-      fmt::format("{} of {} points changed status or stability\n", d.changed.size(), d.compared);
-  text +=
-      fmt::format("largest change of the largest real part: {:.6g} 1/s", d.largest_abscissa_change);
-  if (d.largest_abscissa_change > 0) {
-    const std::vector<std::size_t> at = before.position(d.largest_at);
-    std::vector<double> where;
-    for (std::size_t a = 0; a < before.axes.size(); ++a)
-      where.push_back(before.axes[a].columns.front().values[at[a + 1]]);
-    text += fmt::format(", {} at {}", before.conditions[at[0]], place_in_words(before, where));
-  }
-  text += fmt::format("\ncrossings: {} moved, {} appeared, {} vanished\n", d.moved.size(),
-                      d.appeared.size(), d.vanished.size());
-  constexpr std::size_t most = 20;
-  Sheet sheet = difference_sheet(before, d);
-  if (sheet.rows.empty()) return text;
-  const std::size_t all = sheet.rows.size();
-  if (all > most) sheet.rows.resize(most);
-  text += "\n" + as_text(sheet, style);
-  if (all > most) text += fmt::format("... and {} more: --format csv has all\n", all - most);
-  return text;
+  const std::string text = in_words(before, d);
+  if (d.changed.empty()) return text;
+  const std::string more = and_more(d);
+  return text + "\n" + as_text(first_changes(before, d), style) +
+         (more.empty() ? "" : more + "\n");
+}
+
+std::vector<Sheet> difference_document(const SweepMap& before, const MapDifference& d) {
+  std::vector<Sheet> sheets{paragraph_sheet(in_words(before, d))};
+  if (d.changed.empty()) return sheets;
+  sheets.push_back(first_changes(before, d));
+  sheets.back().title = "Points that changed";
+  if (const std::string more = and_more(d); !more.empty()) sheets.back().notes.push_back(more);
+  return sheets;
 }
 
 std::string difference_json(const SweepMap& before, const MapDifference& d) {

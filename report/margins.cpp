@@ -212,8 +212,18 @@ Sheet bode_sheet(const std::vector<LoopsAnswer>& conditions) {
   return sheet;
 }
 
+static Sheet for_people(const std::vector<LoopsAnswer>& conditions) {
+  return without(margins_sheet(conditions), {"delay_at", "sensitivity_peak_at"});
+}
+
 std::string margins_text(const std::vector<LoopsAnswer>& conditions, const TextStyle& style) {
-  return as_text(without(margins_sheet(conditions), {"delay_at", "sensitivity_peak_at"}), style);
+  return as_text(for_people(conditions), style);
+}
+
+std::vector<Sheet> margins_document(const std::vector<LoopsAnswer>& conditions) {
+  Sheet sheet = for_people(conditions);
+  sheet.title = "Margins of the loop broken at each actuator";
+  return {sheet};
 }
 
 std::string margins_json(const std::vector<LoopsAnswer>& conditions) {

@@ -14,6 +14,7 @@ namespace tiltrim {
 Sheet margins_sheet(const std::vector<LoopsAnswer>& conditions);
 /// L along the imaginary axis, one row for each frequency of each loop.
 Sheet bode_sheet(const std::vector<LoopsAnswer>& conditions);
+std::vector<Sheet> margins_document(const std::vector<LoopsAnswer>& conditions);
 /// The margins, and in words why there are none.
 std::string margins_text(const std::vector<LoopsAnswer>& conditions, const TextStyle& style);
 /// The stable JSON that docs/cli.md describes.

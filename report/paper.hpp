@@ -2,12 +2,17 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "report/sheet.hpp"
 #include "tables/tables.hpp"
 
 namespace tiltrim {
 
+/// Tables 1-3 beside what they should be, and the tables that explain them.
+std::vector<Sheet> paper_sheets(const PaperTables& tables);
+/// What the text has, for documents.
+std::vector<Sheet> paper_document(const PaperTables& tables);
 std::string paper_text(const PaperTables& tables, const TextStyle& style);
 /// Tables 1-3, one row for each printed number.
 std::string paper_csv(const PaperTables& tables);

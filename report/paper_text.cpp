@@ -150,23 +150,43 @@ std::vector<CorrectedColumn> list(const CorrectedTable& table) {
 
 }  // namespace
 
+std::vector<Sheet> paper_sheets(const PaperTables& t) {
+  std::vector<Sheet> sheets;
+  for (const Table* table : {&t.table1, &t.table2, &t.table3})
+    sheets.push_back(table_sheet(*table, t.published.columns));
+  sheets.push_back(identification_sheet(t));
+  sheets.push_back(elevator_sheet(t));
+  for (const CorrectedTable* table : {&t.level_body, &t.free_pitch})
+    sheets.push_back(corrected_sheet(table->title, list(*table)));
+  sheets.push_back(corrected_sheet("The climb with (3) as printed", {t.wake_as_printed}));
+  return sheets;
+}
+
+static const char* const off =
+    "off: computed less printed, in units of the last printed digit.";
+
 std::string paper_text(const PaperTables& t, const TextStyle& style) {
   std::string text = wrapped("Source: " + t.published.source + ".", 0, style.width);
-  text +=
-      wrapped("off: computed less printed, in units of the last printed digit.", 0, style.width);
-  for (const Table* table : {&t.table1, &t.table2, &t.table3})
-    text += '\n' + as_text(table_sheet(*table, t.published.columns), style);
-  text += '\n' + as_text(identification_sheet(t), style);
-  text += '\n' + as_text(elevator_sheet(t), style);
-  for (const CorrectedTable* table : {&t.level_body, &t.free_pitch})
-    text += '\n' + as_text(corrected_sheet(table->title, list(*table)), style);
-  text +=
-      '\n' + as_text(corrected_sheet("The climb with (3) as printed", {t.wake_as_printed}), style);
+  text += wrapped(off, 0, style.width);
+  for (const Sheet& sheet : paper_sheets(t)) text += '\n' + as_text(sheet, style);
   text += "\nSlips in the printed equations and tables\n";
   for (std::size_t i = 0; i < t.slips.size(); ++i) text += slip_text(t.slips[i], i + 1, style);
   text += "\nThe outcome\n";
   for (const std::string& finding : t.findings) text += wrapped("- " + finding, 2, style.width);
   return text;
+}
+
+std::vector<Sheet> paper_document(const PaperTables& t) {
+  std::vector<Sheet> sheets{{"Source: " + t.published.source + ".", {}, {}, {off}}};
+  for (Sheet& sheet : paper_sheets(t)) {
+    if (sheet.title.starts_with("Table ")) sheet.title.insert(0, "The paper's ");
+    sheets.push_back(std::move(sheet));
+  }
+  sheets.push_back({"Slips in the printed equations and tables", {}, {}, {}});
+  for (std::size_t i = 0; i < t.slips.size(); ++i)
+    sheets.push_back(paragraph_sheet(slip_text(t.slips[i], i + 1, unwrapped)));
+  sheets.push_back({"The outcome", {}, {}, t.findings});
+  return sheets;
 }
 
 std::string paper_csv(const PaperTables& t) {

@@ -85,6 +85,40 @@ Sheet sensitivities_sheet(const std::vector<SensitivityAnswer>& conditions) {
   return sheet;
 }
 
+namespace {
+
+const char* const explained =
+    "What one percent more of a parameter changes, the trim's own shift included; "
+    "the most telling first.";
+
+std::vector<Sheet> mode_sheets(const Sensitivities& s, std::size_t most) {
+  std::vector<Sheet> sheets;
+  for (std::size_t k = 0; k < s.modes.modes.size(); ++k)
+    if (s.modes.modes[k].eigenvalue.imag() >= 0 && s.simple[k])
+      sheets.push_back(mode_sheet(s, k, most));
+  return sheets;
+}
+
+}  // namespace
+
+std::vector<Sheet> sensitivities_document(const std::vector<SensitivityAnswer>& conditions,
+                                        std::size_t most) {
+  std::vector<Sheet> sheets;
+  for (const SensitivityAnswer& c : conditions) {
+    const Sensitivities& s = c.sensitivities;
+    const std::string& name = c.trimmed.condition.name;
+    sheets.push_back({name + ": " + to_string(s.status), {}, {}, {}});
+    if (!s.message.empty()) sheets.back().notes.push_back(s.message + ".");
+    if (!s) continue;
+    sheets.back().notes.emplace_back(explained);
+    for (Sheet& sheet : mode_sheets(s, most)) {
+      sheet.title = name + ": " + sheet.title;
+      sheets.push_back(std::move(sheet));
+    }
+  }
+  return sheets;
+}
+
 std::string sensitivities_text(const std::vector<SensitivityAnswer>& conditions, std::size_t most,
                                const TextStyle& style) {
   std::string text;
@@ -94,14 +128,8 @@ std::string sensitivities_text(const std::vector<SensitivityAnswer>& conditions,
                         toned(to_string(s.status), s ? Tone::good : Tone::bad, style));
     if (!s.message.empty()) text += wrapped(s.message + ".", 2, style.width);
     if (!s) continue;
-    text += wrapped(
-        "What one percent more of a parameter changes, the trim's own shift included; "
-        "the most telling first.",
-        2, style.width);
-    for (std::size_t k = 0; k < s.modes.modes.size(); ++k) {
-      if (s.modes.modes[k].eigenvalue.imag() < 0 || !s.simple[k]) continue;
-      text += '\n' + as_text(mode_sheet(s, k, most), style);
-    }
+    text += wrapped(explained, 2, style.width);
+    for (const Sheet& sheet : mode_sheets(s, most)) text += '\n' + as_text(sheet, style);
   }
   return text;
 }

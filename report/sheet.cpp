@@ -15,21 +15,6 @@ std::size_t characters(const std::string& text) {
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-std::string text_of(const SheetCell& cell, const SheetColumn& column) {
-  if (const auto* number = std::get_if<double>(&cell.value)) {
-    const double shown = *number == 0 ? 0.0 : *number;  // no minus before a zero
-    return fmt::format(fmt::runtime(column.format), shown);
-  }
-  if (const auto* words = std::get_if<std::string>(&cell.value)) return *words;
-  return "-";
-}
-
-bool is_numeric(const Sheet& sheet, std::size_t column) {
-  return std::ranges::any_of(sheet.rows, [&](const auto& row) {
-    return column < row.size() && std::holds_alternative<double>(row[column].value);
-  });
-}
-
 std::string padded(const std::string& text, std::size_t width, bool right) {
   const std::string space(width - std::min(width, characters(text)), ' ');
   return right ? space + text : text + space;
@@ -47,10 +32,39 @@ std::string csv_field(const SheetCell& cell) {
 
 }  // namespace
 
+std::string cell_text(const SheetCell& cell, const SheetColumn& column) {
+  if (const auto* number = std::get_if<double>(&cell.value)) {
+    const double shown = *number == 0 ? 0.0 : *number;  // no minus before a zero
+    return fmt::format(fmt::runtime(column.format), shown);
+  }
+  if (const auto* words = std::get_if<std::string>(&cell.value)) return *words;
+  return "-";
+}
+
+bool is_numeric(const Sheet& sheet, std::size_t column) {
+  return std::ranges::any_of(sheet.rows, [&](const auto& row) {
+    return column < row.size() && std::holds_alternative<double>(row[column].value);
+  });
+}
+
 std::string toned(const std::string& words, Tone tone, const TextStyle& style) {
   if (!style.colour || tone == Tone::plain) return words;
   const char* code = tone == Tone::good ? "32" : tone == Tone::bad ? "31" : "33";
   return fmt::format("\033[{}m{}\033[0m", code, words);
+}
+
+Sheet paragraph_sheet(const std::string& lines) {
+  Sheet sheet;
+  std::istringstream in(lines);
+  for (std::string line; std::getline(in, line);) {
+    const std::size_t first = line.find_first_not_of(' ');
+    if (first == std::string::npos) continue;
+    if (sheet.title.empty())
+      sheet.title = line.substr(first);
+    else
+      sheet.notes.push_back(line.substr(first));
+  }
+  return sheet;
 }
 
 std::string wrapped(const std::string& words, std::size_t indent, std::size_t width) {
@@ -78,7 +92,7 @@ std::string as_text(const Sheet& sheet, const TextStyle& style) {
     width[k] = std::max(characters(c.title), characters(c.unit));
     right[k] = is_numeric(sheet, k);
     for (const auto& row : sheet.rows)
-      width[k] = std::max(width[k], characters(text_of(row.at(k), c)));
+      width[k] = std::max(width[k], characters(cell_text(row.at(k), c)));
   }
   const auto line = [&](const auto& text_at, const auto& tone_at) {
     std::string text = " ";
@@ -92,7 +106,7 @@ std::string as_text(const Sheet& sheet, const TextStyle& style) {
   if (std::ranges::any_of(sheet.columns, [](const auto& c) { return !c.unit.empty(); }))
     text += line([&](std::size_t k) { return sheet.columns[k].unit; }, plain);
   for (const auto& row : sheet.rows)
-    text += line([&](std::size_t k) { return text_of(row[k], sheet.columns[k]); },
+    text += line([&](std::size_t k) { return cell_text(row[k], sheet.columns[k]); },
                  [&](std::size_t k) { return row[k].tone; });
   for (const std::string& note : sheet.notes) text += wrapped(note, 2, style.width);
   return text;

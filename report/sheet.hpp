@@ -1,7 +1,9 @@
-/// A table described once, printed as text for people and as CSV for programs.
+/// A table described once, printed as text for people, as CSV for programs, and for documents as
+/// Markdown, LaTeX and HTML. The numbers are the same words in all but CSV, which has every digit.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>
@@ -45,6 +47,35 @@ struct TextStyle {
 std::string as_text(const Sheet& sheet, const TextStyle& style = {});
 /// One header line, then the rows; notes are left out.
 std::string as_csv(const Sheet& sheet);
+/// A table of GitHub's Markdown: title in bold, numbers to the right, notes as a list.
+std::string as_markdown(const Sheet& sheet);
+/// A table* (two columns wide), scaled down if it is wider; needs amsmath, array, booktabs,
+/// graphicx and siunitx 3.
+std::string as_latex(const Sheet& sheet);
+/// One after the other, as a report has them; a sheet without columns is a paragraph of its title
+/// and its notes.
+std::string as_markdown(const std::vector<Sheet>& sheets);
+std::string as_latex(const std::vector<Sheet>& sheets);
+/// A <table> with classes (number, unit, good, bad, doubtful), then <ul class="notes">; no styles.
+std::string as_html(const Sheet& sheet);
+
+/// A cell as text prints it: a number by its column's format, "-" for nothing.
+std::string cell_text(const SheetCell& cell, const SheetColumn& column);
+/// Is there any number in this column?
+bool is_numeric(const Sheet& sheet, std::size_t column);
+
+/// Words so that a document shows them as they are: nothing in them acts as markup. Control
+/// characters are dropped, what is not UTF-8 becomes U+FFFD. Also for attribute values.
+std::string html_escaped(const std::string& text);
+/// The same; known symbols become commands, line ends become spaces.
+std::string latex_escaped(const std::string& text);
+/// The same, for one line or one cell: line ends become spaces.
+std::string markdown_escaped(const std::string& text);
+
+/// Every note on one line.
+inline constexpr TextStyle unwrapped{.colour = false, .width = SIZE_MAX};
+/// A paragraph: a sheet without columns whose title is the first of these lines, its notes the rest.
+Sheet paragraph_sheet(const std::string& lines);
 
 /// Words broken into lines of at most `width` characters, each after `indent` spaces.
 std::string wrapped(const std::string& words, std::size_t indent, std::size_t width);

@@ -31,6 +31,8 @@ struct TuningReport {
 /// The verdict, the gains to paste, what was asked and what became of it, what each gain does; for
 /// people, in the study's units.
 std::string tuning_text(const TuningReport& report, const TextStyle& style);
+/// What the text has, for documents.
+std::vector<Sheet> tuning_document(const TuningReport& report);
 /// Everything, in SI units and the measures' own, every digit; null for what is not finite.
 std::string tuning_json(const TuningReport& report);
 /// Each requirement at each place, one row each; empty where it does not apply.

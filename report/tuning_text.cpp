@@ -258,7 +258,8 @@ std::vector<PlacesOfPoint> places_by_point(const TuningReport& report) {
   return counts;
 }
 
-std::string points_text(const TuningReport& report, const TextStyle& style) {
+// And how many rows are left out.
+std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
   Sheet sheet;
   sheet.title = "\nAt each operating point (* holds the answer where it is):";
@@ -289,17 +290,25 @@ std::string points_text(const TuningReport& report, const TextStyle& style) {
                       grouped(counts[p].scattered)),
           scattered);
   }
+  return {sheet, left_out};
+}
+
+std::string and_more(std::size_t left_out) {
+  return left_out > 0 ? fmt::format("... and {} more (JSON has all)", left_out) : "";
+}
+
+std::string points_text(const TuningReport& report, const TextStyle& style) {
+  auto [sheet, left_out] = points_sheet(report);
   for (std::size_t k = 1; k < sheet.columns.size(); ++k) align_right(sheet, k);
-  const std::string more =
-      left_out > 0 ? fmt::format("  ... and {} more (JSON has all)\n", left_out) : "";
-  return as_narrow_text(sheet, style) + more;
+  const std::string more = and_more(left_out);
+  return as_narrow_text(sheet, style) + (more.empty() ? "" : "  " + more + '\n');
 }
 
 SheetCell met_cell(bool met) {
   return met ? SheetCell("met") : SheetCell("missed", Tone::doubtful);
 }
 
-std::string effects_text(const TuningReport& report, const TextStyle& style) {
+Sheet effects_sheet(const TuningReport& report) {
   constexpr double ten_percent = 0.1;
   const std::vector<Requirement> asked = asked_of(report.problem);
   const bool limited = asked.size() > 1;
@@ -324,12 +333,17 @@ std::string effects_text(const TuningReport& report, const TextStyle& style) {
       row.push_back(number(i < e.slopes.size() ? ten_percent * e.slopes[i] : nan));
     sheet.rows.push_back(std::move(row));
   }
-  std::string text = as_narrow_text(sheet, style);
   if (report.result.coalescing)
-    text += wrapped(
+    sheet.notes.emplace_back(
         "Two of the deciding eigenvalues meet: slopes of single eigenvalues are unbounded there; "
-        "the two columns at 10 % less and more are evaluated.",
-        2, style.width);
+        "the two columns at 10 % less and more are evaluated.");
+  return sheet;
+}
+
+std::string effects_text(const TuningReport& report, const TextStyle& style) {
+  const Sheet sheet = effects_sheet(report);
+  std::string text = as_narrow_text(sheet, style);
+  for (const std::string& note : sheet.notes) text += wrapped(note, 2, style.width);
   return text;
 }
 
@@ -423,6 +437,43 @@ std::string effort_in_words(const TuningReport& report) {
       to_string(report.options.global), to_string(report.options.local), report.options.seed);
 }
 
+// What is said after the tables, one paragraph each.
+std::vector<std::string> paragraphs(const TuningReport& report) {
+  std::vector<std::string> words;
+  if (report.second) words.push_back(second_in_words(report));
+  if (report.robustness) words.push_back(robustness_in_words(report));
+  words.push_back(corner_in_words(report));
+  if (report.interrupted && !report.result.interrupted)
+    words.emplace_back("What comes after the first search was interrupted, or not begun.");
+  std::erase(words, "");
+  return words;
+}
+
+// The gains in the study's units, one row each; a column for each place of a schedule.
+Sheet gains_sheet(const TuningReport& report) {
+  const TuneProblem& problem = report.problem;
+  const Key over = key_of(problem.schedule_over);
+  Sheet sheet;
+  sheet.title = report.result ? "The gains" : "The best found";
+  sheet.columns = {{"gain", "gain", ""}};
+  if (problem.schedule.empty()) sheet.columns.push_back({"value", "value", "", "{}"});
+  for (const double at : problem.schedule)
+    sheet.columns.push_back({"value",
+                             fmt::format("{} = {:.6g}{}", problem.schedule_over, over.in_study(at),
+                                         unit_in_text(over.unit)),
+                             "", "{}"});
+  sheet.columns.push_back({"unit", "unit", ""});
+  for (std::size_t g = 0; g < problem.gains.size(); ++g) {
+    const Key key = key_of(problem.gains[g].name);
+    std::vector<SheetCell> row{without_prefix(problem.gains[g].name)};
+    for (const double value : values_of(problem, report.result, g))
+      row.emplace_back(key.in_study(value));
+    row.emplace_back(unit_in_text(key.unit));
+    sheet.rows.push_back(std::move(row));
+  }
+  return sheet;
+}
+
 }  // namespace
 
 std::string tuning_text(const TuningReport& report, const TextStyle& style) {
@@ -430,17 +481,27 @@ std::string tuning_text(const TuningReport& report, const TextStyle& style) {
   if (!report.result.achieved.empty())
     text += as_text(requirements_sheet(report, style), style) + points_text(report, style);
   if (!report.result.effects.empty()) text += effects_text(report, style);
-  std::vector<std::string> paragraphs;
-  if (report.second) paragraphs.push_back(second_in_words(report));
-  if (report.robustness) paragraphs.push_back(robustness_in_words(report));
-  paragraphs.push_back(corner_in_words(report));
-  for (const std::string& words : paragraphs)
-    if (!words.empty()) text += '\n' + wrapped(words, 0, style.width);
-  if (report.interrupted && !report.result.interrupted)
-    text += '\n' + wrapped("What comes after the first search was interrupted, or not begun.", 0,
-                           style.width);
+  for (const std::string& words : paragraphs(report)) text += '\n' + wrapped(words, 0, style.width);
   if (!report.front.empty()) text += as_text(front_sheet(report), style);
   return text + '\n' + wrapped(effort_in_words(report), 0, style.width);
+}
+
+std::vector<Sheet> tuning_document(const TuningReport& report) {
+  std::vector<Sheet> sheets{paragraph_sheet(verdict_text(report, unwrapped))};
+  if (!tuning_toml(report).empty()) sheets.push_back(gains_sheet(report));
+  if (!report.result.achieved.empty()) {
+    sheets.push_back(requirements_sheet(report, unwrapped));
+    const auto [points, left_out] = points_sheet(report);
+    sheets.push_back(points);
+    if (left_out > 0) sheets.back().notes.push_back(and_more(left_out));
+  }
+  if (!report.result.effects.empty()) sheets.push_back(effects_sheet(report));
+  for (const std::string& words : paragraphs(report)) sheets.push_back({"", {}, {}, {words}});
+  if (!report.front.empty()) sheets.push_back(front_sheet(report));
+  sheets.push_back({"", {}, {}, {effort_in_words(report)}});
+  for (Sheet& sheet : sheets)  // as captions, not as text's lines
+    if (sheet.title.ends_with(':')) sheet.title.pop_back();
+  return sheets;
 }
 
 }  // namespace tiltrim

@@ -5,12 +5,13 @@
 #   - a solver's or parser's headers enter a folder by one .cpp, its door.
 cmake_minimum_required(VERSION 3.25)
 
-set(doors Ipopt NLopt toml++ MPI NetCDF)
+set(doors Ipopt NLopt toml++ MPI NetCDF matio)
 set(door_Ipopt "^(coin/)?Ip[A-Z]")
 set(door_NLopt "^nlopt")
 set(door_toml++ "^toml\\+\\+/")
 set(door_MPI "^mpi\\.h$")
 set(door_NetCDF "^netcdf")
+set(door_matio "^matio")
 
 # <folder>_HEADERS and <folder>_MAY (include) from the build's own words.
 file(READ ${ROOT}/CMakeLists.txt build)

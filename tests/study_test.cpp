@@ -755,3 +755,49 @@ TEST_CASE("sweeps that cannot be are refused at their line") {
   check_refused(axis + "key = 'h'\nvalues = [1]\n[[sweep.axis]]\nkey = 'V'\nvalues = [1]\n", "6:1",
                 {"V is set twice"});
 }
+
+TEST_CASE("reports: lines and maps, and what else is shown") {
+  const std::string map =
+      "[[report.map]]\n[[report.map.axis]]\nkey = 'h'\nfrom = 0\nto = 60\ncount = 3\n";
+  const Study study =
+      parse_study("[report]\nflight = 'skip'\naudit = 'show'\n" + map +
+                      "[[report.map]]\ncondition = 'level'\ncrossings = 'skip'\n"
+                      "[[report.map.axis]]\nkey = 'gains.K_Lp'\nvalues = [1, 2]\n"
+                      "[[report.map.axis]]\nkey = 'gains.K_Li'\nvalues = [1, 2, 3]\n" +
+                      one_condition,
+                  "s.toml");
+  REQUIRE(study.report);
+  CHECK(study.report->flight == false);
+  CHECK(study.report->audit == true);
+  REQUIRE(study.report->maps.size() == 2);
+  CHECK(study.report->maps[0].condition.empty());
+  CHECK(study.report->maps[0].grid.crossings);
+  CHECK(study.report->maps[0].grid.axes.at(0).columns.size() == 4);  // V, gamma, eta with h
+  CHECK(study.report->maps[1].condition == "level");
+  CHECK(!study.report->maps[1].grid.crossings);
+  CHECK(study.report->maps[1].grid.axes.at(1).size() == 3);
+  CHECK(!parse_study(one_condition, "s.toml").report);
+  const Study bare = parse_study(one_condition + "[report]\n", "s.toml");
+  CHECK(bare.report->maps.empty());
+  CHECK(!bare.report->flight);
+}
+
+TEST_CASE("reports that cannot be are refused at their line") {
+  const std::string report = one_condition + "[report]\n", map = one_condition + "[[report.map]]\n";
+  const std::string K = "[[report.map.axis]]\nkey = 'gains.K_Lp'\nvalues = [1]\n";
+  check_refused(report + "flight = 'shw'\n", "7:10", {"report.flight", "did you mean 'show'?"});
+  check_refused(report + "audit = true\n", "7:9", {"report.audit", "a boolean"});
+  check_refused(report + "maps = 3\n", "7:1", {"unknown key 'maps'", "did you mean 'map'?"});
+  check_refused(report + "map = 3\n", "7:7", {"report.map"});
+  check_refused(map, "6:1", {"report.map.axis: is missing"});
+  check_refused(map + "condition = 'lvel'\n" + K, "7:13",
+                {"report.map.condition", "mean 'level'?"});
+  check_refused(map + "axis = 3\n", "7:8",
+                {"report.map.axis: 3 is no list", "[[report.map.axis]]"});
+  check_refused(map + "[[report.map.axis]]\nkey = 'gains.K_Lpp'\nvalues = [1]\n", "8:7",
+                {"report.map.axis.key", "did you mean 'gains.K_Lp'?"});
+  check_refused(map + K + "with = [{key = 'V', from = 1, two = 2}]\n", "10:31", {"two"});
+  check_refused(map + K + "[[report.map.axis]]\nkey = 'V'\nvalues = [1]\n" +
+                    "[[report.map.axis]]\nkey = 'eta_deg'\nvalues = [1]\n",
+                "7:1", {"3 axes cannot be drawn; expected one or two"});
+}

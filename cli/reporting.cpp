@@ -1,0 +1,303 @@
+// tiltrim report: what a study has to show, computed where it is not given, as one page.
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "cli/commands.hpp"
+#include "cli/gnuplot.hpp"
+#include "cli/terminal.hpp"
+#include "report/study_report.hpp"
+#include "sweep/map_file.hpp"
+#include "tables/tables.hpp"
+
+namespace tiltrim::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- Which maps
+// ----------------------------------------------------------------------------------
+
+// What is drawn where the study does not say, as a study would say it.
+constexpr const char* corridor_map = R"(
+[[report.map]]
+[[report.map.axis]]
+key = "h"
+from = 0
+to = 120
+count = 481
+)";
+constexpr const char* gain_map = R"(
+[[report.map]]
+[[report.map.axis]]
+key = "h"
+from = 0
+to = 120
+count = 121
+[[report.map.axis]]
+key = "gains.K_Lp"
+from = 0.05
+to = 5
+count = 101
+spacing = "log"
+)";
+
+bool has_closed_loop(const Study& study) {
+  return std::ranges::any_of(study.conditions, [](const Condition& c) {
+    return c.formulation == Formulation::closed_loop;
+  });
+}
+
+std::vector<ReportTable::Map> maps_of(const Study& study) {
+  if (study.report && !study.report->maps.empty()) return study.report->maps;
+  if (study.sweep && study.sweep->axes.size() <= 2) return {{"", *study.sweep}};
+  if (!has_closed_loop(study)) return {};
+  // A gain that moves with the tilt cannot be an axis of its own.
+  const std::string chosen =
+      study.schedule.eta.empty() ? std::string(corridor_map) + gain_map : corridor_map;
+  return parse_study(study.text + chosen, study.file).report->maps;
+}
+
+bool along_corridor(const SweepTable& grid) {
+  return std::ranges::any_of(grid.axes, [](const SweepAxis& a) { return a.name == "h"; });
+}
+
+// A map has conditions of one formulation; the corridor makes all of them the same.
+std::vector<Condition> conditions_of(const ReportTable::Map& map,
+                                     const std::vector<Condition>& all) {
+  std::vector<Condition> closed, airframe;
+  for (const Condition& c : all) {
+    if (!map.condition.empty() && c.name != map.condition) continue;
+    if (c.formulation == Formulation::closed_loop) closed.push_back(c);
+    if (c.formulation == Formulation::airframe) airframe.push_back(c);
+  }
+  std::vector<Condition> chosen = closed.empty() ? airframe : closed;
+  if (map.condition.empty() && along_corridor(map.grid) && !chosen.empty()) chosen.resize(1);
+  return chosen;
+}
+
+// ---- Maps that are given
+// -------------------------------------------------------------------------
+
+// Numbers, limits and polar by which two studies differ beside what the map's axes set.
+std::vector<std::string> differences(const Study& a, const Study& b, const SweepMap& map) {
+  const auto is_axis = [&](const std::string& signal) {
+    return std::ranges::any_of(map.axes, [&](const SweepAxis& axis) {
+      return std::ranges::any_of(axis.columns,
+                                 [&](const SweepAxis::Column& c) { return c.signal == signal; });
+    });
+  };
+  std::vector<std::string> found;
+  const Command any{};
+  const TrimProblem p = closed_loop_problem(a.vehicle, any),
+                    q = closed_loop_problem(b.vehicle, any);
+  for (std::size_t i = 0; i < p.model.parameters.size(); ++i)
+    if (p.guess.p[Eigen::Index(i)] != q.guess.p[Eigen::Index(i)] &&
+        !is_axis(p.model.parameters[i].name))
+      found.push_back(p.model.parameters[i].name);
+  const auto limit = [&](const char* name, const Range& r, const Range& s) {
+    if (r.lower != s.lower || r.upper != s.upper) found.push_back(std::string("limits.") + name);
+  };
+  limit("theta0", a.vehicle.limits.theta0, b.vehicle.limits.theta0);
+  limit("a1s_deg", a.vehicle.limits.a1s, b.vehicle.limits.a1s);
+  limit("delta_e_deg", a.vehicle.limits.delta_e, b.vehicle.limits.delta_e);
+  limit("theta_deg", a.vehicle.limits.theta, b.vehicle.limits.theta);
+  if (a.vehicle.equations != b.vehicle.equations) found.emplace_back("equations");
+  if (a.polar_name != b.polar_name) found.emplace_back("aircraft.polar");
+  return found;
+}
+
+StudyReport::Map given(const fs::path& file, const Study& study) {
+  SweepMap map = read_netcdf(file);
+  if (map.axes.empty() || map.axes.size() > 2)
+    throw std::runtime_error(
+        fmt::format("{}: a map over {} axes cannot be drawn; expected one or two", file.string(),
+                    map.axes.size()));
+  std::vector<std::string> differ;
+  try {
+    differ = differences(study, parse_study(map.study, study.file), map);
+  } catch (const StudyError& e) {
+    throw std::runtime_error(fmt::format(
+        "{}: the study that it was computed from cannot be read: {}", file.string(), e.what()));
+  }
+  if (!differ.empty())
+    throw std::runtime_error(
+        fmt::format("{}: computed from another study than {}: they differ in {}; expected a map of "
+                    "this study, or none",
+                    file.string(), study.file.string(), fmt::join(differ, ", ")));
+  return {std::move(map), file.filename().string()};
+}
+
+bool same_axes(const SweepMap& map, const SweepTable& grid) {
+  return std::ranges::equal(map.axes, grid.axes, {}, &SweepAxis::name, &SweepAxis::name);
+}
+
+void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyReport& report) {
+  const Study& study = report.study;
+  for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
+  const std::size_t files = report.maps.size();
+  const std::vector<Condition> all = chosen(study, command.common.only);
+  for (const ReportTable::Map& map : maps_of(study)) {
+    const bool there =
+        std::any_of(report.maps.begin(), report.maps.begin() + std::ptrdiff_t(files),
+                    [&](const StudyReport::Map& m) { return same_axes(m.map, map.grid); });
+    const std::vector<Condition> conditions = conditions_of(map, all);
+    if (there || conditions.empty() || report.interrupted) continue;
+    SweepOptions options;
+    options.threads = command.threads;
+    options.stop = stop;
+    try {
+      report.maps.push_back({swept(study, conditions, map.grid, options), ""});
+    } catch (const SweepInterrupted&) {
+      report.interrupted = true;
+    }
+  }
+}
+
+// ---- The rest
+// ------------------------------------------------------------------------------------
+
+// Tables 1-3 are those of the paper's aircraft.
+bool wants_audit(const Study& study) {
+  if (study.report && study.report->audit) return *study.report->audit;
+  const Vehicle reference = reference_vehicle();
+  const TrimProblem p = closed_loop_problem(study.vehicle, {}),
+                    q = closed_loop_problem(reference, {});
+  for (std::size_t i = 0; i < p.model.parameters.size(); ++i)
+    if (!p.model.parameters[i].name.starts_with("gains.") &&
+        p.guess.p[Eigen::Index(i)] != q.guess.p[Eigen::Index(i)])
+      return false;
+  return true;
+}
+
+bool wants_flight(const Study& study) {
+  const bool can = has_closed_loop(study) && study.vehicle.equations == Equations::consistent;
+  return can && (!study.report || study.report->flight.value_or(true));
+}
+
+StudyReport computed(const ReportCommand& command, const std::stop_token& stop) {
+  StudyReport report{
+      load_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}};
+  const Study& study = report.study;
+  for (const fs::path& file : command.sweeps) (void)given(file, study);  // before any work
+  TrimOptions trimming;
+  trimming.stop = stop;
+  for_each(study, command.common, [&](const Condition& c, Progress&) {
+    report.conditions.push_back(linearized(study, c, trimming));
+    if (c.formulation == Formulation::closed_loop)
+      report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
+  });
+  report.interrupted = stop.stop_requested();
+  add_maps(command, stop, report);
+  if (wants_flight(study) && !report.interrupted) report.flight = flown(study, {}, stop);
+  report.interrupted = report.interrupted || stop.stop_requested();
+  if (wants_audit(study) && !report.interrupted)
+    report.paper = paper_tables(data_directory(), study.vehicle);
+  return report;
+}
+
+// ---- Files
+// ---------------------------------------------------------------------------------------
+
+std::string slurp(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// A folder of this process's own, removed at the end.
+struct Workshop {
+  fs::path path;
+  Workshop() {
+    std::string name = (fs::temp_directory_path() / "tiltrim-XXXXXX").string();
+    if (!::mkdtemp(name.data())) throw std::runtime_error(name + ": cannot be made");
+    path = name;
+  }
+  ~Workshop() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+  Workshop(const Workshop&) = delete;
+  Workshop& operator=(const Workshop&) = delete;
+};
+
+std::vector<std::string> drawn(const std::vector<Figure>& figures) {
+  const Workshop shop;
+  write_whole(shop.path / "figures.gp", gnuplot_script(figures, Device::page));
+  run_gnuplot(shop.path, "figures.gp", "");
+  std::vector<std::string> svg;
+  for (const Figure& f : figures) svg.push_back(slurp(shop.path / (f.name + ".svg")));
+  return svg;
+}
+
+void write_figures(const fs::path& folder, const std::vector<Figure>& figures) {
+  if (folder.empty()) return;
+  make_folder(folder);
+  write_whole(folder / "figures.gp", gnuplot_script(figures, Device::column));
+  run_gnuplot(folder, "figures.gp", fmt::format("; its script is in {}", folder.string()));
+}
+
+void write_tables(const fs::path& folder, const std::vector<NamedSheet>& sheets) {
+  if (folder.empty()) return;
+  make_folder(folder);
+  for (const auto& [name, sheet] : sheets) {
+    write_whole(folder / (name + ".txt"), as_text(sheet));
+    write_whole(folder / (name + ".csv"), as_csv(sheet));
+    write_whole(folder / (name + ".md"), as_markdown(sheet));
+    write_whole(folder / (name + ".tex"), as_latex(sheet));
+  }
+}
+
+// As a shell takes it.
+std::string command_line(const ReportCommand& command) {
+  const auto word = [](const std::string& text) {
+    const bool plain = !text.empty() &&
+                       text.find_first_not_of(
+                           "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=") ==
+                           std::string::npos;
+    if (plain) return text;
+    std::string quoted = "'";
+    for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return quoted + "'";
+  };
+  std::string line = "tiltrim report " + word(command.common.study.string()) + " -o " +
+                     word(command.common.output.string());
+  for (const std::string& name : command.common.only) line += " --only " + word(name);
+  for (const fs::path& file : command.sweeps) line += " --sweep " + word(file.string());
+  return line;
+}
+
+std::string summary(const StudyReport& report, const fs::path& page, const TextStyle& style) {
+  std::string text = wrapped(verdict_in_words(report), 0, style.width);
+  for (const Unanswered& u : tiltrim::unanswered(report)) {
+    text += wrapped("- " + u.what + ": " + u.why, 2, style.width);
+    for (const std::string& words : u.more) text += wrapped("- " + words, 4, style.width);
+  }
+  return text + page.string() + "\n";
+}
+
+void check(const ReportCommand& command) {
+  for (const fs::path& file : command.sweeps)
+    check_apart(command.common.output, "-o", file, "--sweep");
+  check_folder(command.figures);
+  check_folder(command.tables);
+}
+
+}  // namespace
+
+Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  check(command);
+  StudyReport report = computed(command, stop);
+  report.command = command_line(command);
+  const ReportFigures figures = report_figures(report);
+  write_tables(command.tables, report_sheets(report));
+  write_figures(command.figures, figures.figures);
+  write_whole(command.common.output, report_page(report, figures, drawn(figures.figures)));
+  return {summary(report, command.common.output, style),
+          tiltrim::unanswered(report).empty() ? answered : Exit::unanswered, true};
+}
+
+}  // namespace tiltrim::cli

@@ -1,0 +1,29 @@
+/// Linear models for other programs: JSON, CSV, Python, MATLAB. Computes nothing.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/conditions.hpp"
+
+namespace tiltrim {
+
+/// {"models": [...], "left_out": [{"name", "why"}]}; docs/linearize.md describes it.
+std::string linear_models_json(const std::vector<ConditionReport>& conditions);
+/// One row for each entry of each matrix, and of the point.
+Sheet linear_models_sheet(const std::vector<ConditionReport>& conditions);
+/// A Python module that needs numpy alone: the numbers, to_scipy(name), to_control(name).
+std::string linear_models_python(const std::vector<ConditionReport>& conditions);
+/// The bytes of a MAT-file of version 5: one struct for each model.
+std::string linear_models_mat(const std::vector<ConditionReport>& conditions);
+
+/// Why a condition has no linear model; empty if it has.
+std::string why_left_out(const ConditionReport& condition);
+/// One line for each condition without a linear model; empty if there is none.
+std::string left_out_text(const std::vector<ConditionReport>& conditions, const TextStyle& style);
+
+/// Names as MATLAB has them for variables: a letter, then letters, digits and _, at most 63, no
+/// keyword, each once.
+std::vector<std::string> matlab_names(const std::vector<std::string>& names);
+
+}  // namespace tiltrim

@@ -1,0 +1,29 @@
+/// Modes of one matrix, as text, CSV and JSON. Computes nothing.
+#pragma once
+
+#include <string>
+
+#include "linearize/modes.hpp"
+#include "report/sheet.hpp"
+
+namespace tiltrim {
+
+/// Eigenvalues, one row for each (a pair is one row).
+Sheet modes_sheet(const Modes& modes, const Signals& states);
+/// Eigenvalues, one row for each (both of a pair), for CSV.
+Sheet all_modes_sheet(const Modes& modes);
+
+Tone tone_of(Verdict verdict);
+/// "the rightmost eigenvalue is -0.1686 1/s (phugoid), left of the axis by more than its error
+/// bound".
+std::string verdict_in_words(const Modes& modes);
+
+/// Eigenvalues under the name and the verdict, which a note says in words: for documents.
+Sheet judged_modes_sheet(const std::string& name, const Modes& modes, const Signals& states);
+/// Verdict and eigenvalues of the matrix of this name.
+std::string modes_text(const std::string& name, const Modes& modes, const Signals& states,
+                       const TextStyle& style);
+/// The modes, spectral abscissa and verdict, with the keys that `linearize` has for a condition.
+std::string modes_json(const Modes& modes, const Signals& states);
+
+}  // namespace tiltrim

@@ -1,0 +1,11 @@
+/// Style sheet and script of the report's page: report/page/page.css and page.js as they are.
+/// Internal to report/.
+#pragma once
+
+#include <string_view>
+
+namespace tiltrim {
+
+extern const std::string_view page_style, page_script;
+
+}  // namespace tiltrim

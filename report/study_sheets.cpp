@@ -1,0 +1,246 @@
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "report/maps.hpp"
+#include "report/margins.hpp"
+#include "report/paper.hpp"
+#include "report/study_report.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+// "2 conditions", "1 condition"
+std::string counted(std::size_t n, const std::string& what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+}
+
+std::string listed(const std::vector<std::string>& names) {
+  constexpr std::size_t most = 6;
+  if (names.size() <= most) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{} and {} more",
+                     fmt::join(names.begin(), names.begin() + std::ptrdiff_t(most), ", "),
+                     names.size() - most);
+}
+
+bool has_verdict(const ConditionReport& c) {
+  return c.modes && c.modes->converged && c.modes->verdict != Verdict::undecided;
+}
+
+// The table formulation is coefficients, not a flight: it has no eigenvalues to ask for.
+bool wants_verdict(const ConditionReport& c) {
+  return c.answer.condition.formulation != Formulation::table;
+}
+
+std::string ended(const std::string& sentence) {
+  return sentence.empty() || sentence.back() == '.' ? sentence : sentence + ".";
+}
+
+std::string why_not(const ConditionReport& c) {
+  const TrimResult& t = c.answer.trim;
+  return ended(to_string(t.status) + (t.message.empty() ? "" : ": " + t.message));
+}
+
+void add_condition(const ConditionReport& c, std::vector<Unanswered>& all) {
+  const std::string& name = c.answer.condition.name;
+  if (!c.answer.has_equilibrium()) {
+    all.push_back({"Trim of " + name, why_not(c)});
+    if (c.why)
+      for (const std::string& words : c.why->words) all.back().more.push_back(ended(words));
+    return;
+  }
+  if (!c.answer.trim) all.push_back({"Trim of " + name + ", with a remark", why_not(c)});
+  if (!wants_verdict(c)) return;
+  if (c.linear && !*c.linear)
+    all.push_back({"Linear model of " + name, ended(c.linear->message)});
+  else if (!has_verdict(c))
+    all.push_back(
+        {"Stability of " + name,
+         "undecided: the imaginary axis lies within the error bounds of the eigenvalues."});
+}
+
+void add_map(const SweepMap& map, std::vector<Unanswered>& all) {
+  const std::size_t n = map.points_per_condition();
+  for (std::size_t c = 0; c < map.conditions.size(); ++c) {
+    const auto first = map.verdict.begin() + std::ptrdiff_t(c * n);
+    const auto open = std::count_if(first, first + std::ptrdiff_t(n), [](std::int8_t v) {
+      return v < 0 || v == std::int8_t(Verdict::undecided);
+    });
+    if (open == 0) continue;
+    std::string axes;
+    for (const SweepAxis& a : map.axes) axes += (axes.empty() ? "" : " and ") + a.name;
+    std::vector<std::string> reasons = reasons_of(map, c);
+    if (reasons.empty()) reasons.push_back("the imaginary axis lies within the error bounds");
+    all.push_back({fmt::format("{} of {} points over {} ({})", open, n, axes, map.conditions[c]),
+                   ended(fmt::format("{}", fmt::join(reasons, "; ")))});
+  }
+}
+
+}  // namespace
+
+bool flown_well(const FlightReport& f) {
+  return f.flown &&
+         (f.flown->status == FlightStatus::flown || f.flown->status == FlightStatus::landed);
+}
+
+std::vector<Unanswered> unanswered(const StudyReport& report) {
+  std::vector<Unanswered> all;
+  for (const ConditionReport& c : report.conditions) add_condition(c, all);
+  for (const LoopsAnswer& c : report.loops)
+    if (c.trimmed.has_equilibrium() && !c.answered())
+      all.push_back({"Margins of " + c.trimmed.condition.name,
+                     c.modes.verdict == Verdict::stable
+                         ? "some margin may have been missed: the table's notes say which."
+                         : "a loop that is not stable has none."});
+  for (const StudyReport::Map& m : report.maps) add_map(m.map, all);
+  if (report.flight && !report.flight->flown)
+    all.push_back({"The flight", "no trim to start from: " + ended(report.flight->plan.message)});
+  if (report.paper && report.paper->identified.status != IdentifyStatus::reproduced)
+    all.push_back({"The constants behind Table 3", ended(report.paper->identified.message)});
+  if (report.interrupted)
+    all.push_back(
+        {"The rest of this report", "it was interrupted: what is missing was not computed."});
+  return all;
+}
+
+std::string verdict_in_words(const StudyReport& report) {
+  std::vector<std::string> without, undecided, unstable, stable;
+  for (const ConditionReport& c : report.conditions) {
+    const std::string& name = c.answer.condition.name;
+    if (!c.answer.has_equilibrium())
+      without.push_back(fmt::format("{}: {}", name, to_string(c.answer.trim.status)));
+    else if (!wants_verdict(c))
+      continue;
+    else if (!has_verdict(c))
+      undecided.push_back(name);
+    else
+      (c.modes->verdict == Verdict::stable ? stable : unstable).push_back(name);
+  }
+  const std::string all = counted(report.conditions.size(), "condition");
+  std::vector<std::string> parts;
+  if (!without.empty())
+    parts.push_back(fmt::format("no verified equilibrium for {} of {} ({})", without.size(), all,
+                                listed(without)));
+  if (!undecided.empty())
+    parts.push_back(
+        fmt::format("stability undecided for {} ({})", undecided.size(), listed(undecided)));
+  if (!unstable.empty())
+    parts.push_back(fmt::format("{} of {} unstable ({})", unstable.size(), all, listed(unstable)));
+  if (!stable.empty())
+    parts.push_back(
+        stable.size() == report.conditions.size()
+            ? fmt::format("{} in verified equilibrium and stable",
+                          stable.size() == 1 ? "the condition is" : fmt::format("all {} are", all))
+            : fmt::format("{} in verified equilibrium and stable", stable.size()));
+  if (parts.empty()) parts.push_back(fmt::format("{} in verified equilibrium", all));
+  std::string words = fmt::format("{}", fmt::join(parts, "; "));
+  for (const StudyReport::Map& m : report.maps)
+    if (m.map.axes.size() == 1 && !m.map.intervals.empty())
+      for (std::size_t c = 0; c < m.map.conditions.size(); ++c)
+        words += fmt::format(". Along {}{}: {}", m.map.axes[0].name,
+                             m.map.conditions.size() > 1 ? " (" + m.map.conditions[c] + ")" : "",
+                             line_in_words(m.map, c, 0));
+  if (report.flight && report.flight->flown && !flown_well(*report.flight)) {
+    const FlightResult& f = *report.flight->flown;
+    words += fmt::format(". The flight ends at {:.4g} s: {}", f.t.back(),
+                         f.message.empty() ? to_string(f.status) : f.message);
+  } else if (report.flight && report.flight->flown) {
+    words +=
+        fmt::format(". The flight is flown to its end ({:.4g} s)", report.flight->flown->t.back());
+  }
+  if (report.interrupted) words = "Interrupted, so incomplete. " + words;
+  words.front() = char(std::toupper(static_cast<unsigned char>(words.front())));
+  return words + ".";
+}
+
+// ---- Tables
+// --------------------------------------------------------------------------------------
+
+namespace {
+
+std::string limits_in_words(const TrimResult& trim) {
+  std::vector<std::string> limits;
+  for (const ActiveLimit& l : trim.limits_active)
+    limits.push_back(l.signal + (l.upper ? " upper" : " lower"));
+  return limits.empty() ? "none" : fmt::format("{}", fmt::join(limits, ", "));
+}
+
+Tone tone_of(Verdict v) {
+  return v == Verdict::stable ? Tone::good : v == Verdict::unstable ? Tone::bad : Tone::doubtful;
+}
+
+// Trims as `trim` prints them, in front of them how it ended, behind them the least damped mode.
+Sheet overview_sheet(const std::vector<ConditionReport>& conditions) {
+  const Sheet trims = trim_sheet(conditions);
+  const auto at = [&](const char* key) {
+    return std::size_t(std::ranges::find(trims.columns, key, &SheetColumn::key) -
+                       trims.columns.begin());
+  };
+  const std::size_t name = at("name"), status = at("status");
+  Sheet sheet{"Conditions",
+              {trims.columns[name], trims.columns[status], {"verdict", "verdict", ""}},
+              {},
+              {}};
+  for (std::size_t k = 0; k < trims.columns.size(); ++k)
+    if (k != name && k != status) sheet.columns.push_back(trims.columns[k]);
+  sheet.columns.insert(sheet.columns.end(), {{"limits", "at limits", ""},
+                                             {"spectral_abscissa", "max Re λ", "1/s", "{:.4f}"},
+                                             {"least_damping", "least ζ", "", "{:.3f}"},
+                                             {"least_damped", "least damped mode", ""}});
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    const ConditionReport& c = conditions[i];
+    const bool known = c.modes && !c.modes->modes.empty();
+    std::vector<SheetCell> row{
+        trims.rows[i][name], trims.rows[i][status],
+        known ? SheetCell(to_string(c.modes->verdict), tone_of(c.modes->verdict)) : SheetCell()};
+    for (std::size_t k = 0; k < trims.columns.size(); ++k)
+      if (k != name && k != status) row.push_back(trims.rows[i][k]);
+    row.push_back(c.answer.has_equilibrium() ? SheetCell(limits_in_words(c.answer.trim))
+                                             : SheetCell());
+    if (known) {
+      const Mode& least = *std::ranges::min_element(c.modes->modes, {}, &Mode::damping);
+      row.insert(row.end(), {c.modes->spectral_abscissa, least.damping(), least.name});
+    }
+    row.resize(sheet.columns.size());
+    sheet.rows.push_back(std::move(row));
+  }
+  return sheet;
+}
+
+}  // namespace
+
+std::vector<NamedSheet> report_sheets(const StudyReport& report) {
+  std::vector<NamedSheet> all{{"conditions", overview_sheet(report.conditions)}};
+  for (std::size_t i = 0; i < report.conditions.size(); ++i) {
+    const ConditionReport& c = report.conditions[i];
+    if (!c.modes || c.modes->modes.empty()) continue;
+    all.push_back({file_name_of("modes_", i, c.answer.condition.name), modes_sheet(c)});
+    all.back().sheet.title = "Eigenvalues: " + c.answer.condition.name;
+  }
+  if (!report.loops.empty()) {
+    all.push_back({"margins", margins_sheet(report.loops)});
+    all.back().sheet.title = "Margins of the loops broken at each actuator";
+  }
+  std::size_t number = 0;
+  for (const StudyReport::Map& m : report.maps)
+    for (std::size_t c = 0; c < m.map.conditions.size(); ++c, ++number) {
+      if (m.map.axes.size() != 1 || m.map.intervals.empty()) continue;
+      all.push_back(
+          {file_name_of("intervals_", number, m.map.conditions[c]), intervals_sheet(m.map, c, 0)});
+    }
+  if (report.flight && report.flight->flown) {
+    std::size_t k = 0;
+    for (const Sheet& sheet : flight_sheets(*report.flight))
+      all.push_back({fmt::format("flight_{}", ++k), sheet});
+  }
+  if (report.paper) {
+    std::size_t k = 0;
+    for (const Sheet& sheet : paper_sheets(*report.paper))
+      all.push_back({fmt::format("paper_{}", ++k), sheet});
+  }
+  return all;
+}
+
+}  // namespace tiltrim

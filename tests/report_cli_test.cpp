@@ -1,0 +1,215 @@
+// The program as a user calls it: tiltrim report. What a browser makes of the page: report_page.py.
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/check.hpp"
+#include "tests/program.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+namespace fs = std::filesystem;
+using program::finish;
+using program::Ran;
+using program::run;
+using program::Scratch;
+using program::slurp;
+using program::start;
+
+bool says(const std::string& text, const std::string& words) {
+  return text.find(words) != std::string::npos;
+}
+
+const std::string level =
+    "[[condition]]\nname = \"level\"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n";
+const std::string steep =
+    "[[condition]]\nname = \"steep\"\nV = 15.0\ngamma_deg = 80.0\neta_deg = 0.0\n";
+const std::string bare = "[report]\nflight = \"skip\"\naudit = \"skip\"\n";
+
+std::string map_over(const std::string& key, int count) {
+  return fmt::format(
+      "[[report.map]]\n[[report.map.axis]]\nkey = \"{}\"\nfrom = 0.5\nto = 1.0\ncount = {}\n", key,
+      count);
+}
+
+const std::string small = bare + map_over("gains.K_Lp", 5) + level;
+
+// What the page's script is given.
+json data_of(const std::string& page) {
+  const std::string begin = "<script type=\"application/json\" id=\"data\">";
+  const std::size_t at = page.find(begin) + begin.size();
+  return json::parse(page.substr(at, page.find("</script>", at) - at));
+}
+
+std::string page_of(const Scratch& scratch, const std::string& study,
+                    const std::string& options = "") {
+  scratch.write("s.toml", study);
+  const Ran ran = run(scratch, "report s.toml " + options);
+  CHECK(ran.exit_code == 0);
+  CHECK(ran.err.empty());
+  return slurp(scratch.path / "s.html");
+}
+
+void check_refused(const Scratch& scratch, const std::string& command,
+                   const std::vector<std::string>& words) {
+  const std::set<std::string> before = scratch.files();
+  const Ran ran = run(scratch, command);
+  CAPTURE(ran.err);
+  CHECK(ran.exit_code == 2);
+  CHECK(ran.out.empty());
+  for (const std::string& word : words) CHECK_MESSAGE(says(ran.err, word), word);
+  CHECK(scratch.files() == before);
+}
+
+}  // namespace
+
+TEST_CASE("the page is STUDY.html here, and the terminal is told the verdict") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", small);
+  const Ran ran = run(scratch, "report s.toml");
+  CHECK(ran.exit_code == 0);
+  CHECK(says(ran.out,
+             "The condition is in verified equilibrium and stable. Along K_Lp: stable on all of"));
+  CHECK(says(ran.out, "s.html\n"));
+  CHECK(scratch.files() == std::set<std::string>{"s.toml", "s.html"});
+  CHECK(run(scratch, "report s.toml -o other.html").exit_code == 0);
+  const std::string page = slurp(scratch.path / "s.html"),
+                    other = slurp(scratch.path / "other.html");
+  CHECK(says(other, "tiltrim report s.toml -o other.html"));
+  CHECK(page.size() == other.size() - 4);  // the same but for the name: s, other
+}
+
+TEST_CASE("the numbers of a line are those of sweep, to ten digits") {
+  const Scratch scratch("report");
+  const json track = data_of(page_of(scratch, small))["tracks"].at(0);
+  scratch.write("sweep.toml",
+                "[[sweep.axis]]\nkey = \"gains.K_Lp\"\nfrom = 0.5\nto = 1.0\ncount = 5\n" + level);
+  const json points = json::parse(run(scratch, "sweep sweep.toml -f json").out)["points"];
+  std::map<std::string, std::vector<double>> columns;
+  for (const json& c : track["columns"])
+    for (const json& v : c["values"]) columns[c["key"]].push_back(v);
+  REQUIRE(points.size() == 5);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto same = [&](const std::string& key, double value) {
+      CHECK_NEAR(columns.at(key).at(i), value, 1e-9 * std::abs(value));
+    };
+    same("parameter", points[i]["gains.K_Lp"]);
+    same("theta0", points[i]["input"]["theta0"]);
+    for (std::size_t m = 0; m < 6; ++m) {
+      same(fmt::format("re_{}", m), points[i]["modes"][m]["re"]);
+      same(fmt::format("im_{}", m), points[i]["modes"][m]["im"]);
+    }
+  }
+}
+
+TEST_CASE("--sweep: a map that is there is taken over, and the page says from where") {
+  const Scratch scratch("report");
+  const std::string computed = page_of(scratch, small);
+  scratch.write("sweep.toml",
+                "[[sweep.axis]]\nkey = \"gains.K_Lp\"\nfrom = 0.5\nto = 1.0\ncount = 5\n" + level);
+  REQUIRE(run(scratch, "sweep sweep.toml -o map.nc").exit_code == 0);
+  const std::string reused = page_of(scratch, small, "--sweep map.nc");
+  CHECK(data_of(reused) == data_of(computed));
+  CHECK(says(reused, "Read from map.nc."));
+  CHECK(!says(computed, "Read from"));
+  // Over other axes it stands beside what is computed.
+  const std::string both =
+      page_of(scratch, bare + map_over("gains.K_Li", 3) + level, "--sweep map.nc");
+  CHECK(data_of(both)["tracks"].size() > data_of(computed)["tracks"].size());
+}
+
+TEST_CASE("--sweep: another study's map is refused, and what differs is named") {
+  const Scratch scratch("report");
+  const std::string grid =
+      "[[sweep.axis]]\nkey = \"gains.K_Lp\"\nfrom = 0.5\nto = 1.0\ncount = 3\n";
+  scratch.write("s.toml", small);
+  const auto map_of = [&](const std::string& study) {
+    scratch.write("other.toml", study);
+    REQUIRE(run(scratch, "sweep other.toml -o map.nc").exit_code == 0);
+  };
+  map_of("[aircraft]\nmass = 5.0\n[gains]\nK_Li = 0.1\n" + grid + level);
+  check_refused(scratch, "report s.toml --sweep map.nc",
+                {"map.nc: computed from another study than s.toml", "aircraft.mass", "gains.K_Li"});
+  map_of("[limits]\ntheta0 = [0, 0.9]\n" + grid + level);
+  check_refused(scratch, "report s.toml --sweep map.nc", {"limits.theta0"});
+  map_of("[gains]\nK_Lp = 0.9\n" + grid + level);  // its axis sets it
+  CHECK(run(scratch, "report s.toml --sweep map.nc").exit_code == 0);
+  map_of(
+      "[[sweep.axis]]\nkey = \"V\"\nvalues = [15, 16]\n[[sweep.axis]]\nkey = "
+      "\"gains.K_Li\"\nvalues = [0.1, 0.2]\n" +
+      grid + level);
+  check_refused(scratch, "report s.toml --sweep map.nc",
+                {"map.nc: a map over 3 axes cannot be drawn"});
+  scratch.write("no.nc", "not a map");
+  check_refused(scratch, "report s.toml --sweep no.nc", {"no.nc"});
+  check_refused(scratch, "report s.toml --sweep nowhere.nc", {"nowhere.nc"});
+}
+
+TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", bare + map_over("gains.K_Lp", 3) + steep + level);
+  const Ran ran = run(scratch, "report s.toml");
+  CHECK(ran.exit_code == 1);
+  CHECK(says(ran.out,
+             "No verified equilibrium for 1 of 2 conditions (steep: infeasible); 1 in verified"));
+  const std::string page = slurp(scratch.path / "s.html");
+  const std::size_t unanswered = page.find("<section id=\"unanswered\""),
+                    conditions = page.find("<section id=\"conditions\"");
+  CHECK(unanswered < conditions);
+  CHECK(conditions != std::string::npos);
+  CHECK(says(page, "<dt>Trim of steep</dt><dd>infeasible: "));
+  CHECK(says(page, "data-figure=\"participation_2_level\""));
+  CHECK(says(page, "<dt>3 of 3 points over K_Lp (steep)</dt>"));
+}
+
+TEST_CASE("--figures and --tables: every one, in every form") {
+  const Scratch scratch("report");
+  const std::string page = page_of(scratch, small, "--figures made/fig --tables tab");
+  for (const json& figure : data_of(page)["figures"])
+    for (const char* ending : {".svg", ".pdf", ".png"})
+      CHECK(program::size_of(scratch.path / "made/fig" / (std::string(figure["name"]) + ending)) >
+            500);
+  for (const char* name : {"conditions", "modes_1_level", "margins", "intervals_1_level"})
+    for (const char* ending : {".txt", ".csv", ".md", ".tex"})
+      CHECK(program::size_of(scratch.path / "tab" / (std::string(name) + ending)) > 0);
+}
+
+TEST_CASE("bad calls: exit 2, nothing written") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", small);
+  check_refused(scratch, "report", {"study"});
+  check_refused(scratch, "report nowhere.toml", {"nowhere.toml"});
+  check_refused(scratch, "report s.toml -o s.toml", {"s.toml"});
+  check_refused(scratch, "report s.toml -o nowhere/page.html", {"nowhere"});
+  check_refused(scratch, "report s.toml --only lvel", {"no condition 'lvel' (nearest: 'level')"});
+  check_refused(scratch, "report s.toml --figures s.toml/fig", {"s.toml: Not a directory"});
+  check_refused(scratch, "report s.toml --tables s.toml", {"s.toml: Not a directory"});
+  check_refused(scratch, "report s.toml --format json", {"--format"});
+}
+
+TEST_CASE("without gnuplot: said with the package's name, no page") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", small);
+  const Ran ran = run(scratch, "report s.toml", {.before = "PATH=/nowhere;"});
+  CHECK(ran.exit_code == 2);
+  CHECK(says(ran.err, "gnuplot is not installed (Debian: gnuplot-nox)"));
+  CHECK(scratch.files() == std::set<std::string>{"s.toml"});
+}
+
+TEST_CASE("Ctrl-C: a page of what there is, which says so first; exit 130") {
+  const Scratch scratch("report");
+  std::string many = bare + map_over("gains.K_Lp", 3);
+  for (int i = 0; i < 400; ++i)
+    many +=
+        fmt::format("[[condition]]\nname = \"{}\"\nV = 15.0\ngamma_deg = 80.0\neta_deg = 0.0\n", i);
+  scratch.write("s.toml", many);
+  const program::Running report = start(scratch, "report s.toml");
+  std::this_thread::sleep_for(500ms);
+  ::kill(report.pid, SIGINT);
+  const Ran ran = finish(report, 120s);
+  CHECK(ran.exit_code == 128 + SIGINT);
+  CHECK(says(ran.out, "Interrupted, so incomplete. "));
+  CHECK(says(slurp(scratch.path / "s.html"),
+             "<p id=\"verdict\" class=\"verdict doubtful\">Interrupted, so incomplete."));
+}
