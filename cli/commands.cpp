@@ -75,12 +75,20 @@ ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
   return report;
 }
 
+// `models`: files of linear models were asked for, so what is not in them is said.
 std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
-                    const Sheet& csv, const TextStyle& style) {
+                    const Sheet& csv, const TextStyle& style, bool models = false) {
+  const auto left_out = [&](const TextStyle& words) {
+    return models ? left_out_text(reports, words) : std::string();
+  };
   return in_format(
       common.format, [&] { return conditions_json(reports); }, [&] { return as_csv(csv); },
-      [&] { return conditions_text(reports, style); },
-      [&] { return conditions_document(reports); });
+      [&] { return conditions_text(reports, style) + left_out(style); },
+      [&] {
+        std::vector<Sheet> sheets = conditions_document(reports);
+        sheets.push_back(paragraph_sheet(left_out(unwrapped)));
+        return sheets;
+      });
 }
 
 }  // namespace
@@ -128,14 +136,9 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
     return r.answer.trim && r.modes && r.modes->verdict != Verdict::undecided;
   });
   write_model_files(command.models, reports);
-  Outcome outcome{printed(reports, command.common, all_modes_sheet(reports), style),
-                  all ? answered : unanswered};
-  if (command.models.empty()) return outcome;
-  const auto nothing = [] { return std::string(); };
-  outcome.output += in_format(
-      command.common.format, nothing, nothing, [&] { return left_out_text(reports, style); },
-      [&] { return std::vector{paragraph_sheet(left_out_text(reports, unwrapped))}; });
-  return outcome;
+  return {
+      printed(reports, command.common, all_modes_sheet(reports), style, !command.models.empty()),
+      all ? answered : unanswered};
 }
 
 // The branch asked for on the command line, or in the study.

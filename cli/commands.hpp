@@ -174,7 +174,8 @@ ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});
 /// The study's flight, or this one of its Monte-Carlo flights.
 FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop);
-/// The study's grid for these conditions, progress said. Throws StudyError where it cannot be swept.
+/// The study's grid for these conditions, progress said. Throws StudyError where it cannot be
+/// swept.
 SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
                SweepOptions options);
 

@@ -44,9 +44,11 @@ constexpr const char* examples =
     "are\n"
     "still written); 2 bad input, said with file, line and key; 128 + n after signal n.";
 
-const std::map<std::string, Format> formats{
-    {"text", Format::text},         {"json", Format::json},   {"csv", Format::csv},
-    {"markdown", Format::markdown}, {"latex", Format::latex}};
+const std::map<std::string, Format> formats{{"text", Format::text},
+                                            {"json", Format::json},
+                                            {"csv", Format::csv},
+                                            {"markdown", Format::markdown},
+                                            {"latex", Format::latex}};
 const std::map<std::string, Method> jacobians{{"exact", Method::exact},
                                               {"differences", Method::differences}};
 const std::map<std::string, TrimMethod> methods{{"ipopt", TrimMethod::ipopt},

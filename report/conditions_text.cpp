@@ -211,8 +211,7 @@ std::vector<Sheet> conditions_document(const std::vector<ConditionReport>& condi
 std::string conditions_text(const std::vector<ConditionReport>& conditions,
                             const TextStyle& style) {
   std::string text = as_text(trim_sheet(conditions), style);
-  if (any_all(conditions))
-    text += '\n' + as_text(all_sheet(conditions), style);
+  if (any_all(conditions)) text += '\n' + as_text(all_sheet(conditions), style);
   for (const ConditionReport& c : conditions) {
     if (!c.linear) continue;
     const std::string& name = c.answer.condition.name;

@@ -122,9 +122,9 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
 }
 
 std::string asked(const EnvelopeAnswer& e) {
-  return fmt::format(
-      "{}: speeds with a trim within the limits, over {} at {}", e.condition.name,
-      e.table.over.signal == "eta" ? "tilt (conversion corridor)" : "path angle", held(e));
+  return fmt::format("{}: speeds with a trim within the limits, over {} at {}", e.condition.name,
+                     e.table.over.signal == "eta" ? "tilt (conversion corridor)" : "path angle",
+                     held(e));
 }
 
 const char* const interrupted = "interrupted: what is missing here may be there";

@@ -156,8 +156,7 @@ std::string in_words(const NamedResponse& named, const TextStyle& style) {
       "{}: {}linear and nonlinear are at most {:.3g} % apart; the linear model reaches {} this "
       "offset ({:.0f} % apart)",
       named.name, cut, 100 * r.apart,
-      r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("not a millionth of"),
-      10.0);
+      r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("not a millionth of"), 10.0);
   return wrapped(line, 0, style.width);
 }
 

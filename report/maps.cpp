@@ -389,8 +389,7 @@ std::string largest_change(const SweepMap& before, const MapDifference& d) {
   std::vector<double> where;
   for (std::size_t a = 0; a < before.axes.size(); ++a)
     where.push_back(before.axes[a].columns.front().values[at[a + 1]]);
-  return words +
-         fmt::format(", {} at {}", before.conditions[at[0]], place_in_words(before, where));
+  return words + fmt::format(", {} at {}", before.conditions[at[0]], place_in_words(before, where));
 }
 
 std::string in_words(const SweepMap& before, const MapDifference& d) {
@@ -409,9 +408,9 @@ Sheet first_changes(const SweepMap& before, const MapDifference& d) {
 }
 
 std::string and_more(const MapDifference& d) {
-  return d.changed.size() <= most_changed
-             ? ""
-             : fmt::format("... and {} more: --format csv has all", d.changed.size() - most_changed);
+  return d.changed.size() <= most_changed ? ""
+                                          : fmt::format("... and {} more: --format csv has all",
+                                                        d.changed.size() - most_changed);
 }
 
 }  // namespace
@@ -421,8 +420,7 @@ std::string difference_text(const SweepMap& before, const MapDifference& d,
   const std::string text = in_words(before, d);
   if (d.changed.empty()) return text;
   const std::string more = and_more(d);
-  return text + "\n" + as_text(first_changes(before, d), style) +
-         (more.empty() ? "" : more + "\n");
+  return text + "\n" + as_text(first_changes(before, d), style) + (more.empty() ? "" : more + "\n");
 }
 
 std::vector<Sheet> difference_document(const SweepMap& before, const MapDifference& d) {

@@ -162,8 +162,7 @@ std::vector<Sheet> paper_sheets(const PaperTables& t) {
   return sheets;
 }
 
-static const char* const off =
-    "off: computed less printed, in units of the last printed digit.";
+static const char* const off = "off: computed less printed, in units of the last printed digit.";
 
 std::string paper_text(const PaperTables& t, const TextStyle& style) {
   std::string text = wrapped("Source: " + t.published.source + ".", 0, style.width);

@@ -102,7 +102,7 @@ std::vector<Sheet> mode_sheets(const Sensitivities& s, std::size_t most) {
 }  // namespace
 
 std::vector<Sheet> sensitivities_document(const std::vector<SensitivityAnswer>& conditions,
-                                        std::size_t most) {
+                                          std::size_t most) {
   std::vector<Sheet> sheets;
   for (const SensitivityAnswer& c : conditions) {
     const Sensitivities& s = c.sensitivities;

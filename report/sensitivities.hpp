@@ -13,7 +13,7 @@ namespace tiltrim {
 Sheet sensitivities_sheet(const std::vector<SensitivityAnswer>& conditions);
 /// For each mode the `most` parameters that move it most.
 std::vector<Sheet> sensitivities_document(const std::vector<SensitivityAnswer>& conditions,
-                                        std::size_t most);
+                                          std::size_t most);
 std::string sensitivities_text(const std::vector<SensitivityAnswer>& conditions, std::size_t most,
                                const TextStyle& style);
 /// The stable JSON that docs/cli.md describes.

@@ -74,7 +74,8 @@ std::string markdown_escaped(const std::string& text);
 
 /// Every note on one line.
 inline constexpr TextStyle unwrapped{.colour = false, .width = SIZE_MAX};
-/// A paragraph: a sheet without columns whose title is the first of these lines, its notes the rest.
+/// A paragraph: a sheet without columns whose title is the first of these lines, its notes the
+/// rest.
 Sheet paragraph_sheet(const std::string& lines);
 
 /// Words broken into lines of at most `width` characters, each after `indent` spaces.

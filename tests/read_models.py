@@ -189,7 +189,7 @@ def check_modes_of_mat(program, A):
 
 
 def main():
-    program, study = sys.argv[1:]
+    program, study = (os.path.abspath(path) for path in sys.argv[1:])
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         conditions, keys, _ = check(program, study)

@@ -1,0 +1,169 @@
+// Over two axes: shades of the largest real part, and where it is zero.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "report/figure_parts.hpp"
+
+namespace tiltrim::figures {
+
+namespace {
+
+// Cell borders: half way between the points, in logarithms on a logarithmic axis.
+std::vector<double> borders(const std::vector<double>& at, bool log) {
+  std::vector<double> edges{at.front()};
+  for (std::size_t i = 1; i < at.size(); ++i)
+    edges.push_back(log ? std::sqrt(at[i - 1] * at[i]) : 0.5 * (at[i - 1] + at[i]));
+  edges.push_back(at.back());
+  return edges;
+}
+
+// Borders between the shades of one sign: rounded shares of the largest that most points have.
+std::array<double, 2> shade_steps(const std::vector<double>& abscissa, double sign) {
+  std::vector<double> sizes;
+  for (const double a : abscissa)
+    if (a * sign > 0) sizes.push_back(a * sign);
+  if (sizes.empty()) return {1, 2};
+  std::ranges::sort(sizes);
+  const double step = round_step(std::max(sizes[sizes.size() * 9 / 10], 1e-9), 3);
+  return {step, 2 * step};
+}
+
+struct Shades {
+  std::array<double, 2> stable, unstable;
+  // Position among the colours.
+  int of(int verdict, double abscissa) const {
+    if (verdict < 0) return colour::none;
+    if (static_cast<Verdict>(verdict) == Verdict::undecided) return colour::undecided;
+    if (static_cast<Verdict>(verdict) == Verdict::stable)
+      return -abscissa >= stable[1]   ? colour::stable
+             : -abscissa >= stable[0] ? colour::stable + 1
+                                      : colour::stable + 2;
+    return abscissa >= unstable[1]   ? colour::unstable + 2
+           : abscissa >= unstable[0] ? colour::unstable + 1
+                                     : colour::unstable;
+  }
+  std::string name(int colour) const {
+    switch (colour - colour::stable) {
+      case 0:
+        return fmt::format("Re λ ≤ -{:.3g}", stable[1]);
+      case 1:
+        return fmt::format("-{:.3g} to -{:.3g}", stable[1], stable[0]);
+      case 2:
+        return fmt::format("-{:.3g} to 0", stable[0]);
+      case 3:
+        return fmt::format("0 to {:.3g}", unstable[0]);
+      case 4:
+        return fmt::format("{:.3g} to {:.3g}", unstable[0], unstable[1]);
+      case 5:
+        return fmt::format("≥ {:.3g}", unstable[1]);
+      case 6:
+        return "undecided";
+      default:
+        return "without trim";
+    }
+  }
+};
+
+// Neighbours of one shade along y are one rectangle.
+std::vector<Boxes> cells(const MapGrid& grid, const Shades& shades, bool log_x, bool log_y) {
+  std::vector<Boxes> boxes;
+  for (int c = colour::stable; c <= colour::none; ++c)
+    boxes.push_back({shades.name(c), c, false, {}});
+  const std::vector<double> x = borders(grid.x.values, log_x), y = borders(grid.y.values, log_y);
+  const std::size_t rows = grid.y.values.size();
+  for (std::size_t i = 0; i < grid.x.values.size(); ++i) {
+    std::size_t begin = 0;
+    const auto shade = [&](std::size_t j) {
+      return shades.of(grid.verdict[i * rows + j], grid.abscissa[i * rows + j]);
+    };
+    for (std::size_t j = 1; j <= rows; ++j) {
+      if (j < rows && shade(j) == shade(begin)) continue;
+      // A little wider than the cell: no seam shows between two.
+      constexpr double seam = 0.05;
+      const double right = std::min(x.back(), x[i + 1] + seam * (x[i + 1] - x[i]));
+      boxes[std::size_t(shade(begin) - colour::stable)].corners.push_back(
+          {x[i], right, y[begin], y[j]});
+      begin = j;
+    }
+  }
+  std::erase_if(boxes, [](const Boxes& b) { return b.corners.empty(); });
+  return boxes;
+}
+
+MapGrid grid_of(const SweepMap& map, std::size_t condition, const std::string& id) {
+  const std::size_t n = map.points_per_condition();
+  const auto part = [&](const auto& all) {
+    return std::vector(all.begin() + std::ptrdiff_t(condition * n),
+                       all.begin() + std::ptrdiff_t((condition + 1) * n));
+  };
+  MapGrid grid{"map_" + id,
+               map.axes[0].name,
+               map.axes[1].name,
+               map.axes[0].columns.front(),
+               map.axes[1].columns.front(),
+               {},
+               part(map.spectral_abscissa)};
+  for (const std::int8_t v : part(map.verdict)) grid.verdict.push_back(v);
+  return grid;
+}
+
+std::string counted(const MapGrid& grid) {
+  std::array<std::size_t, 4> count{};
+  for (const int v : grid.verdict) ++count[std::size_t(v < 0 ? 3 : v)];
+  return fmt::format("{} points stable, {} unstable, {} undecided, {} without trim", count[0],
+                     count[1], count[2], count[3]);
+}
+
+Figure map_figure(const SweepMap& map, std::size_t condition, const MapGrid& grid,
+                  const std::string& name) {
+  Panel panel{axis_of(map.axes[0]), axis_of(map.axes[1]), {}, {}, {}, 26.0, grid.name};
+  panel.x.key = map.axes[0].name;
+  panel.y.key = map.axes[1].name;
+  const Shades shades{shade_steps(grid.abscissa, -1), shade_steps(grid.abscissa, 1)};
+  panel.boxes = cells(grid, shades, panel.x.logarithmic, panel.y.logarithmic);
+  const auto add = [&](auto which, const char* title, int shape, double size) {
+    Curve located;
+    located.kind = Curve::Kind::points;
+    located.title = title;
+    located.colour = colour::ink;
+    located.dash = shape;
+    located.width = size;
+    for (const AxisCrossing& c : map.crossings)
+      if (c.condition == int(condition) && which(c.kind)) {
+        located.x.push_back(c.at[0]);
+        located.y.push_back(c.at[1]);
+      }
+    if (!located.x.empty()) panel.curves.push_back(located);
+  };
+  add(
+      [](CrossingKind k) {
+        return k == CrossingKind::hopf || k == CrossingKind::zero || k == CrossingKind::touch;
+      },
+      "boundary, located", 7, 0.3);
+  add([](CrossingKind k) { return k == CrossingKind::jump || k == CrossingKind::end; },
+      "the model jumps, or trims end", 1, 0.5);
+  Figure figure{
+      name,
+      fmt::format(
+          "Largest real part of the eigenvalues [1/s] over {} and {} ({}), and where it is zero",
+          grid.x_name, grid.y_name, map.conditions[condition]),
+      fmt::format("Stability map over {} and {} for {}: {}.", grid.x_name, grid.y_name,
+                  map.conditions[condition], counted(grid)),
+      "",
+      {}};
+  figure.panels.push_back(panel);
+  return figure;
+}
+
+}  // namespace
+
+void add_map(const SweepMap& map, std::size_t condition, const std::string& id,
+             ReportFigures& all) {
+  all.grids.push_back(grid_of(map, condition, id));
+  all.figures.push_back(map_figure(map, condition, all.grids.back(), "stability_" + id));
+}
+
+}  // namespace tiltrim::figures
