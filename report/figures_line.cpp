@@ -18,6 +18,7 @@ struct Line {
   const SweepMap& map;
   std::size_t condition;
   std::string id;
+  std::vector<bool> after{};  // points behind which it is broken
   std::size_t points() const { return map.axes[0].size(); }
   std::size_t first() const { return condition * points(); }
   const std::vector<double>& along() const { return map.axes[0].columns.front().values; }
@@ -59,20 +60,36 @@ Track track_of(const Line& line) {
   return track;
 }
 
-// Points after which the line does not go on continuously.
-std::vector<bool> breaks(const Line& line) {
+// A step that its neighbours do not announce, and that shows.
+bool jumps(const std::vector<double>& values, std::size_t i, double range) {
+  constexpr double times = 8, shows = 0.02;  // a square root's first step is 2.4 times the next
+  const auto step = [&](std::size_t k) {
+    const bool there = k + 1 < values.size();
+    return there ? std::abs(values[k + 1] - values[k]) : 0.0;
+  };
+  const double before = i > 0 ? step(i - 1) : 0.0;
+  return step(i) > shows * range && step(i) > times * std::max(before, step(i + 1));
+}
+
+// Points after which the line does not go on continuously: the sweep says so, or the trim jumps.
+std::vector<bool> breaks(const Line& line, const Track& track) {
   std::vector<bool> after(line.points(), false);
   for (const AxisCrossing& c : line.map.crossings) {
     if (c.condition != int(line.condition) || c.kind != CrossingKind::jump) continue;
     for (std::size_t i = 0; i + 1 < line.points(); ++i)
       if ((line.along()[i] <= c.at[0]) != (line.along()[i + 1] <= c.at[0])) after[i] = true;
   }
+  for (const Track::Column& c : track.columns) {
+    const Range range = around(c.values, 0.0);
+    for (std::size_t i = 0; i + 1 < line.points(); ++i)
+      if (jumps(c.values, i, range.upper - range.lower)) after[i] = true;
+  }
   return after;
 }
 
 // x and y with a gap at each break, as they are drawn.
-Curve curve_along(const Line& line, const std::vector<double>& x, const std::vector<double>& y) {
-  const std::vector<bool> after = breaks(line);
+Curve curve_along(const std::vector<bool>& after, const std::vector<double>& x,
+                  const std::vector<double>& y) {
   Curve curve;
   for (std::size_t i = 0; i < x.size(); ++i) {
     curve.x.push_back(x[i]);
@@ -133,7 +150,7 @@ Panel trim_panel(const Line& line, const Track& track, const Track::Column& show
     panel.labels.push_back(
         {panel.x.range.upper, limit, lower ? "lower limit" : "upper limit", true, !lower});
   }
-  Curve curve = curve_along(line, track.columns.front().values, shown.values);
+  Curve curve = curve_along(line.after, track.columns.front().values, shown.values);
   curve.colour = colour::first;
   curve.width = 2;
   curve.x_key = "parameter";
@@ -285,7 +302,7 @@ Figure locus_figure(const Line& line, const Track& track, bool slow) {
     const Track::Column& re = *column(track, fmt::format("re_{}", m));
     std::vector<double> im = column(track, fmt::format("im_{}", m))->values;
     for (double& v : im) v = std::abs(v);
-    Curve curve = curve_along(line, re.values, im);
+    Curve curve = curve_along(line.after, re.values, im);
     curve.title = fmt::format("{} {}", m + 1, track.modes[m]);
     curve.colour = curve_colour(m);
     curve.dash = curve_dash(m);
@@ -337,7 +354,7 @@ Figure modes_figure(const Line& line, const Track& track) {
     for (std::size_t i = 0; i < re.size(); ++i) zeta[i] = -re[i] / std::hypot(re[i], im[i]);
     const auto add = [&](Panel& panel, const std::vector<double>& y, const std::string& key,
                          bool titled) {
-      Curve curve = curve_along(line, track.columns.front().values, y);
+      Curve curve = curve_along(line.after, track.columns.front().values, y);
       if (titled) curve.title = fmt::format("{} {}", m + 1, track.modes[m]);
       curve.colour = curve_colour(m);
       curve.dash = curve_dash(m);
@@ -360,8 +377,9 @@ Figure modes_figure(const Line& line, const Track& track) {
 
 void add_line(const SweepMap& map, std::size_t condition, const std::string& id,
               const Vehicle& vehicle, ReportFigures& all) {
-  const Line line{map, condition, id};
+  Line line{map, condition, id};
   const Track track = track_of(line);
+  line.after = breaks(line, track);
   all.figures.push_back(trim_figure(line, track, vehicle));
   all.figures.push_back(locus_figure(line, track, false));
   all.figures.push_back(locus_figure(line, track, true));

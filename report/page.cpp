@@ -145,7 +145,7 @@ std::string table(const Parts& parts, const std::string& name) {
   const auto found = std::ranges::find(parts.sheets, name, &NamedSheet::name);
   if (found == parts.sheets.end() || found->sheet.rows.empty()) return "";
   return fmt::format(
-      "<div class=\"table\" data-table=\"{}\" role=\"region\" aria-label=\"{}\" "
+      "<div class=\"table\" data-table=\"{}\" role=\"group\" aria-label=\"{}\" "
       "tabindex=\"0\">\n{}</div>\n",
       name, html_escaped(found->sheet.title.empty() ? name : found->sheet.title),
       as_html(found->sheet));

@@ -20,7 +20,8 @@ import subprocess
 import sys
 import tempfile
 
-import colour_vision
+sys.dont_write_bytecode = True
+import colour_vision  # noqa: E402
 
 try:
     from selenium import webdriver
@@ -155,11 +156,18 @@ def check_structure(driver):
         yield f"headings out of order: {found['headings']}"
 
 
-def check_widths(driver):
+def check_widths(driver, data):
     for width in (1200, 400):
         look(driver, width=width)
         if ask(driver, "structure")["wide"] > 0:
             yield f"a window of {width} px has to be scrolled sideways"
+        locus = next(f["name"] for f in data["figures"] if f["name"].startswith("locus_slow"))
+        if not pointed(driver, locus, 300, 300)["inside"]:
+            yield f"in a window of {width} px a tip is cut off"
+        driver.switch_to.active_element.send_keys(Keys.ESCAPE)
+        if ask(driver, "tip", locus)["visible"]:
+            yield "Escape does not take a tip away"
+        pointed(driver, locus, 310, 290)  # one is there when the page is printed
     look(driver)
 
 
@@ -414,6 +422,10 @@ def check_print(driver):
     for selector in ("nav", "input[type=range]", ".skip", ".tip", ".cursor", ".marker", "output"):
         if ask(driver, "visible", selector):
             yield f"{selector} is printed"
+    look(driver, "dark", "print")
+    if min(ask(driver, "palette")["paper"]) < 1:
+        yield "a dark page is printed"
+    yield from (f"printed: {words}" for words in ask(driver, "faint"))
     look(driver)
 
 
@@ -498,7 +510,7 @@ def misses_of_paper(driver, program, source, folder):
     yield from check_flight(driver, data, program, source)
     yield from check_readable(driver)
     yield from check_keyboard(driver)
-    yield from check_widths(driver)
+    yield from check_widths(driver, data)
     yield from check_print(driver)
     yield from check_quiet(driver, page)
     yield from check_axe(driver)
@@ -514,7 +526,7 @@ def misses_of_hostile(driver, program, folder):
     yield from check_structure(driver)
     yield from check_names(driver)
     yield from check_unanswered(driver)
-    yield from check_widths(driver)
+    yield from check_widths(driver, data)
     yield from check_quiet(driver, page)
 
 

@@ -246,6 +246,10 @@
     });
   }
 
+  window.addEventListener('keydown', (event) => {
+    if (event.key === 'Escape') for (const figure of data.figures) figure.tip.style.display = 'none';
+  });
+
   // What is wider than the window is scrolled, by keyboard too.
   const reach = new ResizeObserver((entries) => {
     for (const { target } of entries)
