@@ -145,7 +145,7 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
       "set tmargin at screen {:.6f}\nset bmargin at screen {:.6f}\n",
       at.left, at.right, 1 - at.top, 1 - at.bottom);
   const auto [width, height] = figure_size(figure, device);
-  script += axis_of("x", panel.x, (at.right - at.left) * width, 5.0);
+  script += axis_of("x", panel.x, (at.right - at.left) * width, 4.0);
   script += axis_of("y", panel.y, (at.bottom - at.top) * height, 1.7);
   const KeyGrid key = key_grid(panel, device);
   const double row = key_row(device) / height;
@@ -185,6 +185,7 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
 struct Output {
   const char* extension;
   std::string terminal;
+  double key_spacing = 1.0;  // that makes its keys as high as key_row()
 };
 
 // 88 mm are the column of most journals.
@@ -197,14 +198,18 @@ std::vector<Output> outputs(const Figure& figure, Device device) {
   }
   constexpr double font = 8, inch = 72, dots = 300, pixels = 96;  // points
   const double width = w * font, height = h * font;
-  return {{"svg", fmt::format("svg size {:.0f},{:.0f} font 'sans-serif,{:.2f}' linewidth 0.8",
-                              width * pixels / inch, height * pixels / inch, font * pixels / inch)},
-          {"pdf", fmt::format("pdfcairo size {:.4f}in,{:.4f}in font 'sans-serif,{}' linewidth 0.7",
-                              width / inch, height / inch, font)},
-          {"png", fmt::format("pngcairo size {:.0f},{:.0f} font 'sans-serif,{:.2f}' linewidth "
-                              "{:.2f} pointscale {:.2f}",
-                              width * dots / inch, height * dots / inch, font * dots / pixels,
-                              0.7 * dots / inch, 0.7 * dots / inch)}};
+  return {
+      {"svg",
+       fmt::format(
+           "svg size {:.0f},{:.0f} background rgb 'white' font 'sans-serif,{:.2f}' linewidth 0.8",
+           width * pixels / inch, height * pixels / inch, font * pixels / inch),
+       0.8},
+      {"pdf", fmt::format("pdfcairo size {:.4f}in,{:.4f}in font 'sans-serif,{}' linewidth 0.7",
+                          width / inch, height / inch, font)},
+      {"png", fmt::format("pngcairo size {:.0f},{:.0f} font 'sans-serif,{:.2f}' linewidth "
+                          "{:.2f} pointscale {:.2f}",
+                          width * dots / inch, height * dots / inch, font * dots / pixels,
+                          0.7 * dots / inch, 0.7 * dots / inch)}};
 }
 
 }  // namespace
@@ -256,8 +261,9 @@ std::string gnuplot_script(const std::vector<Figure>& figures, Device device) {
       figure_colours()[colour::ink].light, figure_colours()[colour::grid].light);
   for (const Figure& f : figures)
     for (const Output& out : outputs(f, device)) {
-      script += fmt::format("\nset terminal {} noenhanced\nset output '{}.{}'\nset multiplot\n",
-                            out.terminal, f.name, out.extension);
+      script += fmt::format(
+          "\nset terminal {} noenhanced\nset output '{}.{}'\nset multiplot\nset key spacing {}\n",
+          out.terminal, f.name, out.extension, out.key_spacing);
       for (std::size_t k = 0; k < f.panels.size(); ++k) script += panel_of(f, k, device);
       script += "unset multiplot\n";
     }

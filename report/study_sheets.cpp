@@ -171,40 +171,40 @@ Tone tone_of(Verdict v) {
   return v == Verdict::stable ? Tone::good : v == Verdict::unstable ? Tone::bad : Tone::doubtful;
 }
 
-// Trims as `trim` prints them, in front of them how it ended, behind them the least damped mode.
+// What is asked first of a condition: limits, verdict, the mode that is damped least.
+std::vector<SheetCell> in_short(const ConditionReport& c) {
+  std::vector<SheetCell> cells(5);
+  if (c.answer.has_equilibrium()) cells[4] = SheetCell(limits_in_words(c.answer.trim));
+  if (!c.modes || c.modes->modes.empty()) return cells;
+  const Mode& least = *std::ranges::min_element(c.modes->modes, {}, &Mode::damping);
+  cells[0] = SheetCell(to_string(c.modes->verdict), tone_of(c.modes->verdict));
+  cells[1] = c.modes->spectral_abscissa;
+  cells[2] = least.damping();
+  cells[3] = least.name;
+  return cells;
+}
+
+// That, and the trim as `trim` prints it.
 Sheet overview_sheet(const std::vector<ConditionReport>& conditions) {
-  const Sheet trims = trim_sheet(conditions);
-  const auto at = [&](const char* key) {
-    return std::size_t(std::ranges::find(trims.columns, key, &SheetColumn::key) -
-                       trims.columns.begin());
+  Sheet sheet = trim_sheet(conditions);
+  sheet.title = "Trims, verdicts and least damped modes";
+  sheet.notes.clear();  // they are among what has no answer
+  const auto status = std::ranges::find(sheet.columns, "status", &SheetColumn::key);
+  const std::ptrdiff_t from = status - sheet.columns.begin();
+  const auto to_front = [from](auto& list) {
+    std::rotate(list.begin() + 1, list.begin() + from, list.begin() + from + 1);
   };
-  const std::size_t name = at("name"), status = at("status");
-  Sheet sheet{"Conditions",
-              {trims.columns[name], trims.columns[status], {"verdict", "verdict", ""}},
-              {},
-              {}};
-  for (std::size_t k = 0; k < trims.columns.size(); ++k)
-    if (k != name && k != status) sheet.columns.push_back(trims.columns[k]);
-  sheet.columns.insert(sheet.columns.end(), {{"limits", "at limits", ""},
-                                             {"spectral_abscissa", "max Re λ", "1/s", "{:.4f}"},
-                                             {"least_damping", "least ζ", "", "{:.3f}"},
-                                             {"least_damped", "least damped mode", ""}});
+  to_front(sheet.columns);
+  sheet.columns.insert(sheet.columns.begin() + 2,
+                       {{"verdict", "verdict", ""},
+                        {"spectral_abscissa", "max Re λ", "1/s", "{:.4f}"},
+                        {"least_damping", "least ζ", "", "{:.3f}"},
+                        {"least_damped", "of the mode", ""},
+                        {"limits", "at limits", ""}});
   for (std::size_t i = 0; i < conditions.size(); ++i) {
-    const ConditionReport& c = conditions[i];
-    const bool known = c.modes && !c.modes->modes.empty();
-    std::vector<SheetCell> row{
-        trims.rows[i][name], trims.rows[i][status],
-        known ? SheetCell(to_string(c.modes->verdict), tone_of(c.modes->verdict)) : SheetCell()};
-    for (std::size_t k = 0; k < trims.columns.size(); ++k)
-      if (k != name && k != status) row.push_back(trims.rows[i][k]);
-    row.push_back(c.answer.has_equilibrium() ? SheetCell(limits_in_words(c.answer.trim))
-                                             : SheetCell());
-    if (known) {
-      const Mode& least = *std::ranges::min_element(c.modes->modes, {}, &Mode::damping);
-      row.insert(row.end(), {c.modes->spectral_abscissa, least.damping(), least.name});
-    }
-    row.resize(sheet.columns.size());
-    sheet.rows.push_back(std::move(row));
+    to_front(sheet.rows[i]);
+    const std::vector<SheetCell> cells = in_short(conditions[i]);
+    sheet.rows[i].insert(sheet.rows[i].begin() + 2, cells.begin(), cells.end());
   }
   return sheet;
 }
