@@ -19,8 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// ---- Which maps
-// ----------------------------------------------------------------------------------
+// ---- Which maps ---------------------------------------------------------------------------------
 
 // What is drawn where the study does not say, as a study would say it.
 constexpr const char* corridor_map = R"(
@@ -83,8 +82,7 @@ std::vector<Condition> conditions_of(const ReportTable::Map& map,
   return chosen;
 }
 
-// ---- Maps that are given
-// -------------------------------------------------------------------------
+// ---- Maps that are given ------------------------------------------------------------------------
 
 // Numbers, limits and polar by which two studies differ beside what the map's axes set.
 std::vector<std::string> differences(const Study& a, const Study& b, const SweepMap& map) {
@@ -161,8 +159,7 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
   }
 }
 
-// ---- The rest
-// ------------------------------------------------------------------------------------
+// ---- The rest -----------------------------------------------------------------------------------
 
 // Tables 1-3 are those of the paper's aircraft.
 bool wants_audit(const Study& study) {
@@ -202,8 +199,7 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   return report;
 }
 
-// ---- Files
-// ---------------------------------------------------------------------------------------
+// ---- Files --------------------------------------------------------------------------------------
 
 std::string slurp(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);

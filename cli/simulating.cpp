@@ -24,7 +24,7 @@ constexpr double degrees = 180 / std::numbers::pi;
 
 std::string study_name(const Study& study) { return study.file.stem().string(); }
 
-// ---- What is asked -----------------------------------------------------------------------------
+// ---- What is asked ------------------------------------------------------------------------------
 
 void check_samples(const SimulateCommand& command) {
   const fs::path& samples = command.samples;
@@ -55,7 +55,7 @@ void check(const SimulateCommand& command) {
   check_apart(command.log, "--log", command.common.output, "-o");
 }
 
-// ---- The flight --------------------------------------------------------------------------------
+// ---- The flight ---------------------------------------------------------------------------------
 
 // The paper's own flight: (16) from the ground.
 bool as_in_paper(const Study& study) {
@@ -115,7 +115,7 @@ Outcome fly_study(const SimulateCommand& command, const Study& study, const Text
           code};
 }
 
-// ---- Instead of it -----------------------------------------------------------------------------
+// ---- Instead of it ------------------------------------------------------------------------------
 
 Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, const TextStyle& style,
                         const std::stop_token& stop) {

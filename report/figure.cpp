@@ -72,8 +72,7 @@ double height_of(const Panel& panel, Device device) {
   return height_above(panel, device) + axes_height(panel, device) + height_below(panel);
 }
 
-// ---- The script
-// ----------------------------------------------------------------------------------
+// ---- The script ---------------------------------------------------------------------------------
 
 // A string of gnuplot's that stands for itself.
 std::string quoted(const std::string& text) {
@@ -109,10 +108,11 @@ std::string data_block(const std::string& name, const Boxes& boxes) {
 
 // `length` of the axis in heights of the font; a tick wants `room` of them.
 std::string axis_of(const char* axis, const FigureAxis& a, double length, double room) {
+  // The scale first: a range beyond zero fits no logarithm.
   std::string script = fmt::format(
-      "set {0}range [{1:.9g}:{2:.9g}]\nset {0}label {3} offset {5}\n{4}set logscale {0}\n", axis,
-      a.range.lower, a.range.upper, quoted(a.label), a.logarithmic ? "" : "un",
-      *axis == 'x' ? "0,0.5" : "0,0");
+      "unset logscale {0}\nset {0}range [{1:.9g}:{2:.9g}]\n{4}set {0}label {3} offset {5}\n", axis,
+      a.range.lower, a.range.upper, quoted(a.label),
+      a.logarithmic ? fmt::format("set logscale {}\n", axis) : "", *axis == 'x' ? "0,0.5" : "0,0");
   const bool own = a.ticks.empty() && !a.logarithmic;
   if (own)
     return script +
@@ -270,8 +270,7 @@ std::string gnuplot_script(const std::vector<Figure>& figures, Device device) {
   return script + "set output\n";
 }
 
-// ---- SVG in a page
-// -------------------------------------------------------------------------------
+// ---- SVG in a page ------------------------------------------------------------------------------
 
 namespace {
 

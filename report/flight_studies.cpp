@@ -61,7 +61,7 @@ bool is_angle(const Signal& s) { return s.unit == "rad" || s.unit == "rad/s"; }
 
 }  // namespace
 
-// ---- Tilt rate ---------------------------------------------------------------------------------
+// ---- Tilt rate ----------------------------------------------------------------------------------
 
 std::string tilt_rate_text(const TiltRateLimit& l, const TextStyle& style) {
   std::string text = wrapped(in_words(l, style), 0, style.width);
@@ -138,7 +138,7 @@ Sheet tilt_rate_sheet(const TiltRateLimit& l) {
   return sheet;
 }
 
-// ---- Responses ---------------------------------------------------------------------------------
+// ---- Responses ----------------------------------------------------------------------------------
 
 namespace {
 
@@ -246,7 +246,7 @@ Sheet responses_sheet(const std::vector<NamedResponse>& responses) {
   return sheet;
 }
 
-// ---- Monte Carlo -------------------------------------------------------------------------------
+// ---- Monte Carlo --------------------------------------------------------------------------------
 
 Sheet monte_carlo_sheet(const MonteCarlo& run) {
   Sheet sheet{"",

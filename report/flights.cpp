@@ -64,7 +64,7 @@ std::string in_words(const FlightEvent& event) {
   return "?";
 }
 
-// ---- The flight --------------------------------------------------------------------------------
+// ---- The flight ---------------------------------------------------------------------------------
 
 std::string verdict(const FlightReport& r, const TextStyle& style) {
   if (!r.flown)
@@ -267,6 +267,14 @@ ordered_json hand_over_json(const HandOverCheck& c) {
   return check;
 }
 
+// The flight at about ten instants, and its events.
+std::vector<Sheet> flight_sheets(const FlightReport& report) {
+  if (!report.flown) return {};
+  std::vector<Sheet> sheets{course(report)};
+  if (!report.flown->events.empty()) sheets.push_back(events_sheet(*report.flown));
+  return sheets;
+}
+
 }  // namespace
 
 std::string flight_text(const FlightReport& report, const TextStyle& style) {
@@ -277,13 +285,6 @@ std::string flight_text(const FlightReport& report, const TextStyle& style) {
   text += "\n" + wrapped(limits_touched(*report.flown), 0, style.width) +
           wrapped(balance_text(report), 0, style.width);
   return text + facts_text(report.facts, style);
-}
-
-std::vector<Sheet> flight_sheets(const FlightReport& report) {
-  if (!report.flown) return {};
-  std::vector<Sheet> sheets{course(report)};
-  if (!report.flown->events.empty()) sheets.push_back(events_sheet(*report.flown));
-  return sheets;
 }
 
 // Lines of a paragraph as its sentences.

@@ -28,8 +28,6 @@ struct FlightReport {
 std::vector<Sheet> flight_document(const FlightReport& report);
 std::string flight_text(const FlightReport& report, const TextStyle& style);
 std::string flight_json(const FlightReport& report);
-/// The flight at about ten instants, and its events.
-std::vector<Sheet> flight_sheets(const FlightReport& report);
 /// What the text says between its tables, a paragraph each.
 std::vector<std::string> flight_words(const FlightReport& report);
 /// Every sample.

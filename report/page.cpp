@@ -18,8 +18,7 @@ using json::ordered_json;
 
 namespace {
 
-// ---- Colours
-// -------------------------------------------------------------------------------------
+// ---- Colours ------------------------------------------------------------------------------------
 
 // As gnuplot writes "#rrggbb".
 std::string as_drawn(const std::string& colour) {
@@ -43,8 +42,7 @@ std::string colour_styles() {
       dark, rules);
 }
 
-// ---- Data for the script
-// -------------------------------------------------------------------------
+// ---- Data for the script ------------------------------------------------------------------------
 
 // Ten digits: the page shows six.
 ordered_json number(double value) {
@@ -117,8 +115,7 @@ std::string script_data(const ReportFigures& all) {
   return in_script(data);
 }
 
-// ---- Parts
-// ---------------------------------------------------------------------------------------
+// ---- Parts --------------------------------------------------------------------------------------
 
 // What the parts are taken from.
 struct Parts {

@@ -17,7 +17,7 @@ constexpr const char* packages =
     "% Needs \\usepackage{amsmath,array,booktabs,graphicx,siunitx}, siunitx 3 or later.\n"
     "% A table* is as wide as the text of a two-column page; a wider table is scaled down to it.\n";
 
-// ---- Words -------------------------------------------------------------------------------------
+// ---- Words --------------------------------------------------------------------------------------
 
 // α to ω and Α to Ω; what looks as a Latin letter is one.
 constexpr std::array<const char*, 25> lower_greek{
@@ -128,7 +128,7 @@ std::string latex_title(const std::string& title) {
   return latex_escaped(title);
 }
 
-// ---- Numbers -----------------------------------------------------------------------------------
+// ---- Numbers ------------------------------------------------------------------------------------
 
 // A number as it is printed, taken apart: -12.50e-3 is '-', "12", "50", '-', "3".
 struct Printed {
@@ -200,7 +200,7 @@ std::string number_column(const Sheet& sheet, std::size_t k) {
   return fmt::format("S[table-format = {}{}]", format, plus ? ", retain-explicit-plus" : "");
 }
 
-// ---- The table ---------------------------------------------------------------------------------
+// ---- The table ----------------------------------------------------------------------------------
 
 std::string words_column(const Sheet& sheet, std::size_t k) {
   constexpr std::size_t most = 40;  // bytes on one line

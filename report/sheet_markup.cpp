@@ -42,7 +42,7 @@ std::size_t characters(const std::string& text) {
 // Notes of nothing are paragraphs, not a list.
 bool is_words(const Sheet& sheet) { return sheet.columns.empty() && trimmed(sheet.title).empty(); }
 
-// ---- Markdown ----------------------------------------------------------------------------------
+// ---- Markdown -----------------------------------------------------------------------------------
 
 std::string markdown_cell(const SheetCell& cell, const SheetColumn& column) {
   return is_nothing(cell) ? "–" : markdown_escaped(trimmed(cell_text(cell, column)));
@@ -80,7 +80,7 @@ std::string markdown_table(const Sheet& sheet) {
   return text;
 }
 
-// ---- HTML --------------------------------------------------------------------------------------
+// ---- HTML ---------------------------------------------------------------------------------------
 
 const char* tone_class(Tone tone) {
   switch (tone) {

@@ -155,8 +155,7 @@ std::string verdict_in_words(const StudyReport& report) {
   return words + ".";
 }
 
-// ---- Tables
-// --------------------------------------------------------------------------------------
+// ---- Tables -------------------------------------------------------------------------------------
 
 namespace {
 
@@ -232,8 +231,8 @@ std::vector<NamedSheet> report_sheets(const StudyReport& report) {
     }
   if (report.flight && report.flight->flown) {
     std::size_t k = 0;
-    for (const Sheet& sheet : flight_sheets(*report.flight))
-      all.push_back({fmt::format("flight_{}", ++k), sheet});
+    for (const Sheet& sheet : flight_document(*report.flight))
+      if (!sheet.columns.empty()) all.push_back({fmt::format("flight_{}", ++k), sheet});
   }
   if (report.paper) {
     std::size_t k = 0;
