@@ -398,8 +398,8 @@ TEST_CASE("--models leaves out what has no linear model, and says so") {
   CHECK(models["left_out"][0] ==
         json{{"name", "too steep"}, {"why", "no equilibrium: infeasible"}});
   // Machine-readable output stays what it is.
-  CHECK(json::parse(run(scratch, "linearize study.toml -f json --models all.json").out) ==
-        json::parse(run(scratch, "linearize study.toml -f json").out));
+  const std::string level = "linearize study.toml --only level -f json";
+  CHECK(run(scratch, level + " --models all.json").out == run(scratch, level).out);
   // The same input gives the same bytes; --only chooses.
   const std::string once = slurp(scratch.path / "all.mat");
   CHECK(run(scratch, "linearize study.toml --only level --models all.mat").exit_code == 0);
