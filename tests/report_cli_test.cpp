@@ -166,7 +166,8 @@ TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
 TEST_CASE("--figures and --tables: every one, in every form") {
   const Scratch scratch("report");
   const std::string page = page_of(scratch, small, "--figures made/fig --tables tab");
-  for (const json& figure : data_of(page)["figures"])
+  const json data = data_of(page);
+  for (const json& figure : data["figures"])
     for (const char* ending : {".svg", ".pdf", ".png"})
       CHECK(program::size_of(scratch.path / "made/fig" / (std::string(figure["name"]) + ending)) >
             500);
