@@ -390,7 +390,8 @@ Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_
           difference.changed.empty() ? answered : unanswered};
 }
 
-Outcome run_tables(const Common& command, const TextStyle& style) {
+Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_token&) {
+  const Common& command = asked.common;
   const Vehicle vehicle =
       command.study.empty() ? reference_vehicle() : load_study(command.study).vehicle;
   const PaperTables tables = paper_tables(data_directory(), vehicle);

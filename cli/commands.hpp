@@ -121,6 +121,10 @@ struct DiffCommand {
   std::filesystem::path after;
 };
 
+struct TablesCommand {
+  Common common;  ///< its study may be empty: the reference vehicle
+};
+
 /// What a command has to say: the text for its output, and the exit code.
 struct Outcome {
   std::string output;
@@ -140,6 +144,7 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const TablesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
 /// What is asked for, and nothing else, is made: `document` for Markdown and LaTeX.
 template <class Json, class Csv, class Text, class Document>
@@ -178,8 +183,5 @@ FlightReport flown(const Study& study, std::optional<long> number, const std::st
 /// swept.
 SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
                SweepOptions options);
-
-/// `study` may be empty: the reference vehicle.
-Outcome run_tables(const Common& command, const TextStyle& style);
 
 }  // namespace tiltrim::cli

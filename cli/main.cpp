@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <map>
 
 #include "cli/commands.hpp"
@@ -382,70 +383,86 @@ CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
   return diff;
 }
 
+CLI::App* add_tables(CLI::App& app, TablesCommand& command) {
+  CLI::App* tables = app.add_subcommand(
+      "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
+  add_common(tables, command.common, false);
+  return tables;
+}
+
+// A subcommand, and what it does once it is chosen.
+struct Choice {
+  const CLI::App* command;
+  std::function<int()> go;
+};
+
+template <class Command>
+Choice choice(const CLI::App* app, const Command& command) {
+  return {app, [&command] {
+            return finish(command.common, [&](const TextStyle& style, const std::stop_token& stop) {
+              return run(command, style, stop);
+            });
+          }};
+}
+
+// Every command's options, as they are before anything is said of them.
+struct Commands {
+  TrimCommand trim;
+  LinearizeCommand linearize;
+  ModesCommand modes;
+  FollowCommand follow;
+  EnvelopeCommand envelope;
+  SensitivitiesCommand sensitivities;
+  MarginsCommand margins;
+  SweepCommand sweep;
+  TuneCommand tune;
+  SimulateCommand simulate;
+  ReportCommand report;
+  DiffCommand diff;
+  TablesCommand tables;
+};
+
+std::vector<Choice> add_all(CLI::App& app, Commands& all) {
+  return {choice(add_trim(app, all.trim), all.trim),
+          choice(add_linearize(app, all.linearize), all.linearize),
+          choice(add_modes(app, all.modes), all.modes),
+          choice(add_follow(app, all.follow), all.follow),
+          choice(add_envelope(app, all.envelope), all.envelope),
+          choice(add_sensitivities(app, all.sensitivities), all.sensitivities),
+          choice(add_margins(app, all.margins), all.margins),
+          choice(add_sweep(app, all.sweep), all.sweep),
+          choice(add_tune(app, all.tune), all.tune),
+          choice(add_simulate(app, all.simulate), all.simulate),
+          choice(add_report(app, all.report), all.report),
+          choice(add_diff(app, all.diff), all.diff),
+          choice(add_tables(app, all.tables), all.tables)};
+}
+
+// What depends on other options.
+void fill_in(const CLI::App& app, Commands& all) {
+  constexpr int many = 200;  // starts, where every equilibrium is looked for
+  if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)
+    all.trim.options.starts = many;
+  if (all.report.common.output.empty())
+    all.report.common.output = all.report.common.study.stem().string() + ".html";
+}
+
 int run_program(int argc, char** argv) {
   CLI::App app{about, "tiltrim"};
   app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
   app.footer(examples);
   app.require_subcommand(1);
-  TrimCommand trimming;
-  LinearizeCommand linearizing;
-  ModesCommand finding_modes;
-  FollowCommand following;
-  EnvelopeCommand enveloping;
-  SensitivitiesCommand sensing;
-  MarginsCommand margining;
-  SweepCommand sweeping;
-  TuneCommand tuning;
-  SimulateCommand simulating;
-  ReportCommand reporting;
-  DiffCommand differing;
-  Common tabling;
-  const CLI::App* trim = add_trim(app, trimming);
-  const CLI::App* linearize = add_linearize(app, linearizing);
-  const CLI::App* modes = add_modes(app, finding_modes);
-  const CLI::App* follow = add_follow(app, following);
-  const CLI::App* envelope = add_envelope(app, enveloping);
-  const CLI::App* sensitivities = add_sensitivities(app, sensing);
-  const CLI::App* margins = add_margins(app, margining);
-  const CLI::App* sweep = add_sweep(app, sweeping);
-  const CLI::App* tune = add_tune(app, tuning);
-  const CLI::App* simulate = add_simulate(app, simulating);
-  const CLI::App* report = add_report(app, reporting);
-  const CLI::App* diff = add_diff(app, differing);
-  CLI::App* tables = app.add_subcommand(
-      "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
-  add_common(tables, tabling, false);
-
+  Commands all;
+  const std::vector<Choice> choices = add_all(app, all);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
     throw std::invalid_argument(refusal(app, e, argc > 1 ? argv[1] : ""));
   }
-  const auto with = [](const auto& command) {
-    return [&command](const TextStyle& style, const std::stop_token& stop) {
-      return run(command, style, stop);
-    };
-  };
-  constexpr int many = 200;  // starts, where every equilibrium is looked for
-  if (trimming.all && trim->get_option("--starts")->count() == 0) trimming.options.starts = many;
-  if (*trim) return finish(trimming.common, with(trimming));
-  if (*linearize) return finish(linearizing.common, with(linearizing));
-  if (*modes) return finish(finding_modes.common, with(finding_modes));
-  if (*follow) return finish(following.common, with(following));
-  if (*envelope) return finish(enveloping.common, with(enveloping));
-  if (*sensitivities) return finish(sensing.common, with(sensing));
-  if (*margins) return finish(margining.common, with(margining));
-  if (*sweep) return finish(sweeping.common, with(sweeping));
-  if (*tune) return finish(tuning.common, with(tuning));
-  if (*simulate) return finish(simulating.common, with(simulating));
-  if (reporting.common.output.empty())
-    reporting.common.output = reporting.common.study.stem().string() + ".html";
-  if (*report) return finish(reporting.common, with(reporting));
-  if (*diff) return finish(differing.common, with(differing));
-  return finish(tabling, [&](const TextStyle& style, const std::stop_token&) {
-    return run_tables(tabling, style);
-  });
+  fill_in(app, all);
+  const auto chosen = [](const Choice& c) { return bool(*c.command); };
+  return std::ranges::find_if(choices, chosen)->go();
 }
 
 }  // namespace
