@@ -11,7 +11,8 @@ namespace tiltrim::reading {
 SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
                       const GainSchedule& schedule);
 
-/// Reads [report] of a study whose conditions are read; throws StudyError. A grid has one axis or two.
+/// Reads [report] of a study whose conditions are read; throws StudyError. A grid has one axis or
+/// two.
 ReportTable read_report(const Section& section, const std::filesystem::path& file,
                         const GainSchedule& schedule, const std::vector<Condition>& conditions);
 
