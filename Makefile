@@ -5,7 +5,7 @@
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SOURCES = $(wildcard $(foreach d,model trim linearize follow simulate sweep optimize tune tables report cli tests \
-            tests/install bench,$(d)/*.cpp $(d)/*.hpp))
+            examples bench,$(d)/*.cpp $(d)/*.hpp))
 # The program for MPI runs is built and tested where there is an MPI.
 MPI = $(if $(shell command -v mpicxx 2>/dev/null),ON,OFF)
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
