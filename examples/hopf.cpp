@@ -26,9 +26,9 @@ void walk(const char* name, const tiltrim::Model& m, const VectorXd& x, double p
   const tiltrim::Branch branch = follow(m, still, start.point, m.parameters[0].name, to);
   for (const tiltrim::BranchEvent& event : branch.events) {
     if (event.kind == tiltrim::EventKind::end) continue;
-    std::printf(
-        "  %s at %s = %.4f", to_string(event.kind).c_str(), m.parameters[0].name.c_str(),
-        event.at.parameter + 0.0 < 5e-5 && event.at.parameter > -5e-5 ? 0.0 : event.at.parameter);
+    const double at = std::round(event.at.parameter * 1e4) / 1e4 + 0.0;  // no -0
+    std::printf("  %s at %s = %.4f", to_string(event.kind).c_str(), m.parameters[0].name.c_str(),
+                at);
     if (event.kind == tiltrim::EventKind::hopf)
       std::printf(", %.4f rad/s", std::abs(event.eigenvalue->imag()));
     std::printf("\n");
