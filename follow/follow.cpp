@@ -212,6 +212,18 @@ std::optional<VectorXd> start_of(Follower& f, const Problem& at_start) {
   return f.path.start(start);
 }
 
+// Why the start is none: the model's words, or what it leaves over.
+std::string no_start(Follower& f) {
+  const Values v = values(f.problem, unknowns_of(f.problem, f.problem.base));
+  const std::string said = "the start is no verified trim";
+  if (!f.problem.thrown.empty()) return said + ": the model threw: " + f.problem.thrown;
+  if (!v.finite) return said + ": the model gives no finite numbers there";
+  constexpr double far = 1e-6;
+  const double left = v.residual.lpNorm<Eigen::Infinity>();
+  if (left <= far) return said + ": outside its limits, or not of least effort";
+  return fmt::format("{}: {:.3g} nominal sizes a second are left over", said, left);
+}
+
 }  // namespace
 
 Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& start,
@@ -230,7 +242,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
   const auto y = start_of(f, at_start);
   if (!y) {
     f.last.y = unknowns_of(f.problem, start);
-    end(f, BranchEnd::no_start, f.last, "the start is no verified trim");
+    end(f, BranchEnd::no_start, f.last, no_start(f));
     f.branch.evaluations = f.problem.evaluations;
     return f.branch;
   }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
+#include <limits>
 #include <utility>
 
 #include "linearize/batch.hpp"
@@ -529,6 +531,25 @@ static void clear(Walk& w, std::size_t k) {
   if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
 }
 
+// A matrix of differences has errors that verdicts() knows nothing of: near the axis the bounds of
+// linearize() decide.
+static void judge_differences(Walk& w) {
+  constexpr double near = 1e-6;  // 1/s, or of the largest entry: well above what differences leave
+  for (std::size_t k = 0; k < w.count; ++k) {
+    if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
+    const double size = std::max(1.0, w.A.matrix(Index(k)).cwiseAbs().maxCoeff());
+    if (!(std::abs(w.points.spectral_abscissa[k]) <= near * size)) continue;
+    Verdict verdict = Verdict::undecided;
+    try {
+      const double any_rate = std::numeric_limits<double>::infinity();
+      const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
+      if (linear) verdict = modes(linear).verdict;
+    } catch (const std::exception&) {  // beside the point the model has no answer
+    }
+    w.points.verdict[k] = std::int8_t(verdict);
+  }
+}
+
 void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
   static thread_local Room room;
   Walk w = begin(sweep, start, points, room);
@@ -544,6 +565,7 @@ void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points
     if (!w.valid[k] || room.eigenvalues.status[k] >= LaneStatus::not_converged) clear(w, k);
   }
   follow_modes(w, start, room.eigenvalues);
+  if (!sweep.model().derivatives) judge_differences(w);
 }
 
 }  // namespace tiltrim

@@ -52,6 +52,12 @@ std::string free_direction(const Problem& p, const VectorXd& direction) {
   return signal_of(p.model, p.unknowns[std::size_t(most)]).name;
 }
 
+// The rows that are longer than one, brought to one: a stiff equation says no less of its own
+// unknown for being large, and nothing of the others'.
+MatrixXd without_stiffness(const MatrixXd& J) {
+  return J.rowwise().norm().cwiseMax(1.0).cwiseInverse().asDiagonal() * J;
+}
+
 // How well the equations determine the unknowns, and how far Newton would still move.
 void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
   if (p.m() == 0) {
@@ -66,6 +72,10 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
   r.rcond = sigma[p.m() - 1] / std::max(sigma[0], 1.0);
   const VectorXd dz = svd.solve(v.residual);
   r.step = dz.allFinite() ? dz.lpNorm<Eigen::Infinity>() : std::numeric_limits<double>::infinity();
+  if (r.rcond < singular_below) {
+    const VectorXd even = without_stiffness(s.residual).jacobiSvd().singularValues();
+    r.rcond = even[p.m() - 1] / std::max(even[0], 1.0);
+  }
   if (r.rcond < singular_below)
     r.message = fmt::format("the equations do not determine {}: the Jacobian is singular there",
                             free_direction(p, svd.matrixV().col(p.m() - 1)));
