@@ -71,7 +71,9 @@ struct TrimResult {
   Eigen::VectorXd outputs;  ///< all outputs at the point
   double residual = 0.0;    ///< largest |rate - held value| / nominal over the held rates [1/s]
   double step = 0.0;        ///< last Newton step, largest over nominal sizes
-  double rcond = 0.0;   ///< reciprocal condition (2-norm) of the scaled Jacobian of the equations
+  /// Reciprocal condition (2-norm) of the scaled Jacobian of the equations; where that is below
+  /// 1e-8, of the same with its rows no longer than one, which stiffness does not spoil.
+  double rcond = 0.0;
   double effort = 0.0;  ///< the objective
   std::vector<ActiveLimit> limits_active;
   std::vector<OperatingPoint> others;  ///< further verified equilibria, by rising effort
