@@ -65,14 +65,18 @@ CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, con
       ->type_name(names);
 }
 
-void add_common(CLI::App* app, Common& common, bool needs_study) {
-  auto* study =
-      app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
-  if (needs_study) study->required();
+void add_output(CLI::App* app, Common& common) {
   add_choice(app, "-f,--format", common.format, formats,
              "text for people (default), json and csv with every digit, markdown or latex tables");
   app->add_option("-o,--output", common.output, "write to this file, whole or not at all")
       ->type_name("FILE");
+}
+
+void add_common(CLI::App* app, Common& common, bool needs_study) {
+  auto* study =
+      app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
+  if (needs_study) study->required();
+  add_output(app, common);
 }
 
 void add_only(CLI::App* app, Common& common) {
@@ -168,10 +172,7 @@ CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
       ->add_option("--variable", command.variable,
                    "of a .mat file or a JSON object (A); of --error: the same with _error")
       ->type_name("NAME");
-  add_choice(modes, "-f,--format", command.common.format, formats,
-             "text for people (default), json and csv with every digit, markdown or latex tables");
-  modes->add_option("-o,--output", command.common.output, "write to this file, whole or not at all")
-      ->type_name("FILE");
+  add_output(modes, command.common);
   return modes;
 }
 
@@ -376,10 +377,7 @@ CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
   diff->add_option("after", command.after, "another, over the same grid")
       ->type_name("AFTER.nc")
       ->required();
-  add_choice(diff, "-f,--format", command.common.format, formats,
-             "text for people (default), json and csv with every digit, markdown or latex tables");
-  diff->add_option("-o,--output", command.common.output, "write to this file, whole or not at all")
-      ->type_name("FILE");
+  add_output(diff, command.common);
   return diff;
 }
 

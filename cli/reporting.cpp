@@ -139,7 +139,6 @@ bool same_axes(const SweepMap& map, const SweepTable& grid) {
 
 void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyReport& report) {
   const Study& study = report.study;
-  for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
   const std::size_t files = report.maps.size();
   const std::vector<Condition> all = chosen(study, command.common.only);
   for (const ReportTable::Map& map : maps_of(study)) {
@@ -182,7 +181,7 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   StudyReport report{
       load_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}};
   const Study& study = report.study;
-  for (const fs::path& file : command.sweeps) (void)given(file, study);  // before any work
+  for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
   TrimOptions trimming;
   trimming.stop = stop;
   for_each(study, command.common, [&](const Condition& c, Progress&) {

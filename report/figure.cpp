@@ -74,20 +74,12 @@ double height_of(const Panel& panel, Device device) {
 
 // ---- The script ---------------------------------------------------------------------------------
 
-// A string of gnuplot's that stands for itself.
-std::string quoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text)
-    quoted += c == '\'' ? "''" : std::string(1, static_cast<unsigned char>(c) < ' ' ? ' ' : c);
-  return quoted + "'";
-}
-
 std::string colour_of(int colour) {
   return fmt::format("lc rgb '{}'", figure_colours().at(std::size_t(colour)).light);
 }
 
 std::string titled(const std::string& title) {
-  return title.empty() ? "notitle" : "title " + quoted(title);
+  return title.empty() ? "notitle" : "title " + gnuplot_text(title);
 }
 
 std::string data_block(const std::string& name, const Curve& curve) {
@@ -111,7 +103,7 @@ std::string axis_of(const char* axis, const FigureAxis& a, double length, double
   // The scale first: a range beyond zero fits no logarithm.
   std::string script = fmt::format(
       "unset logscale {0}\nset {0}range [{1:.9g}:{2:.9g}]\n{4}set {0}label {3} offset {5}\n", axis,
-      a.range.lower, a.range.upper, quoted(a.label),
+      a.range.lower, a.range.upper, gnuplot_text(a.label),
       a.logarithmic ? fmt::format("set logscale {}\n", axis) : "", *axis == 'x' ? "0,0.5" : "0,0");
   const bool own = a.ticks.empty() && !a.logarithmic;
   if (own)
@@ -121,7 +113,7 @@ std::string axis_of(const char* axis, const FigureAxis& a, double length, double
   if (a.ticks.empty()) return script + fmt::format("set {}tics autofreq\n", axis);
   std::string ticks;
   for (const auto& [at, words] : a.ticks)
-    ticks += fmt::format("{}{} {:.9g}", ticks.empty() ? "" : ", ", quoted(words), at);
+    ticks += fmt::format("{}{} {:.9g}", ticks.empty() ? "" : ", ", gnuplot_text(words), at);
   return script + fmt::format("set {}tics ({})\n", axis, ticks);
 }
 
@@ -155,10 +147,10 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
       "unset label\n",
       at.left, 1 - at.top + (key.rows + 0.4) * row, std::max(1, key.rows));
   for (const FigureLabel& l : panel.labels)
-    script +=
-        fmt::format("set label {} at {:.9g},{:.9g} {} front offset {},{} tc rgb '{}'\n",
-                    quoted(l.text), l.x, l.y, l.right ? "right" : "left", l.right ? -0.3 : 0.3,
-                    l.below ? -0.6 : 0.6, figure_colours()[colour::limit].light);
+    script += fmt::format("set label {} at {:.9g},{:.9g} {} front offset {},{} tc rgb '{}'\n",
+                          gnuplot_text(l.text), l.x, l.y, l.right ? "right" : "left",
+                          l.right ? -0.3 : 0.3, l.below ? -0.6 : 0.6,
+                          figure_colours()[colour::limit].light);
   std::string blocks, plots;
   const auto add = [&](const std::string& block, const std::string& plot) {
     blocks += block;
@@ -224,6 +216,13 @@ const std::vector<FigureColour>& figure_colours() {
       {"#fbe0c8", "#4a3624"}, {"#f3b889", "#7d4a1c"}, {"#e58a4a", "#b3621c"},  // unstable
       {"#f0e05a", "#8a8016"}, {"#c4c8ce", "#4a4f57"}};                         // undecided, no trim
   return colours;
+}
+
+std::string gnuplot_text(const std::string& text) {
+  std::string quoted = "'";
+  for (const char c : text)
+    quoted += c == '\'' ? "''" : std::string(1, static_cast<unsigned char>(c) < ' ' ? ' ' : c);
+  return quoted + "'";
 }
 
 double round_step(double reach, int count) {

@@ -79,6 +79,8 @@ inline constexpr int ink = 0, first = 1, curves = 6, grid = 7, limit = 8;
 inline constexpr int stable = 9, levels = 3, unstable = stable + levels, undecided = 15, none = 16;
 }  // namespace colour
 
+/// One line of text as a string of gnuplot's that stands for itself.
+std::string gnuplot_text(const std::string& text);
 /// 1, 2 or 5 times a power of ten: the least step that goes at most `count` times into `reach` > 0.
 double round_step(double reach, int count);
 

@@ -1,24 +1,25 @@
 // The paper's Figures 5-9 of a flight, through gnuplot.
 #include <fmt/core.h>
 
+#include "report/figure.hpp"
 #include "report/flights.hpp"
 
 namespace tiltrim {
 
 namespace {
 
-struct Line {
+struct PaperLine {
   const char *column, *title;
   int style;  // of the script
 };
 
-struct Figure {
+struct PaperFigure {
   const char *name, *title, *x, *x_label, *y_label;
-  std::vector<Line> lines;
+  std::vector<PaperLine> lines;
 };
 
-const std::vector<Figure>& figures() {
-  static const std::vector<Figure> all{
+const std::vector<PaperFigure>& figures() {
+  static const std::vector<PaperFigure> all{
       {"fig5_angles",
        "Pitch and flight path",
        "time",
@@ -49,27 +50,19 @@ const std::vector<Figure>& figures() {
   return all;
 }
 
-// Of one line, as a string of gnuplot's has.
-std::string quoted(const std::string& text) {
-  std::string quoted = "'";
-  for (const char c : text)
-    quoted += c == '\'' ? "''" : std::string(1, static_cast<unsigned char>(c) < ' ' ? ' ' : c);
-  return quoted + "'";
-}
-
 // Angles are drawn in radians, as the paper has them.
 std::string value(const std::string& column) {
   const bool angle = column.ends_with("_deg");
   return fmt::format("(column('{}'){})", column, angle ? "*pi/180" : "");
 }
 
-std::string drawn(const Figure& figure) {
+std::string drawn(const PaperFigure& figure) {
   std::string plot;
-  for (const Line& line : figure.lines)
+  for (const PaperLine& line : figure.lines)
     plot +=
         fmt::format("{}'flight.csv' using {}:{} with lines ls {} {}",
                     plot.empty() ? "" : ", \\\n  ", value(figure.x), value(line.column), line.style,
-                    *line.title == '\0' ? "notitle" : "title " + quoted(line.title));
+                    *line.title == '\0' ? "notitle" : "title " + gnuplot_text(line.title));
   return plot;
 }
 
@@ -77,7 +70,7 @@ std::string drawn(const Figure& figure) {
 
 std::vector<std::string> flight_plot_names() {
   std::vector<std::string> names;
-  for (const Figure& f : figures()) names.emplace_back(f.name);
+  for (const PaperFigure& f : figures()) names.emplace_back(f.name);
   return names;
 }
 
@@ -106,12 +99,13 @@ std::string flight_plots(const FlightReport& report) {
             "set label {0} 'hand-over {2}' at {1:.6f}, graph 0.03 offset 0.5,0 tc rgb '#555555' "
             "font ',10'\n",
             ++arrow, e.t, e.what);
-  for (const Figure& f : figures()) {
+  for (const PaperFigure& f : figures()) {
     const bool over_time = std::string(f.x) == "time";
     script += "\nunset arrow\nunset label\n" + (over_time ? marks : std::string());
     script += fmt::format("set title {} noenhanced\n",
-                          quoted(fmt::format("{} ({})", f.title, report.name)));
-    script += fmt::format("set xlabel {}\nset ylabel {}\n", quoted(f.x_label), quoted(f.y_label));
+                          gnuplot_text(fmt::format("{} ({})", f.title, report.name)));
+    script += fmt::format("set xlabel {}\nset ylabel {}\n", gnuplot_text(f.x_label),
+                          gnuplot_text(f.y_label));
     script += f.lines.size() > 1 ? "set key\n" : "unset key\n";
     script += "set xrange [0:*]\n";
     const std::string plot = drawn(f);

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "report/json.hpp"
+#include "report/modes.hpp"
 
 namespace tiltrim {
 
@@ -18,16 +19,7 @@ constexpr double degrees = 180 / std::numbers::pi;
 
 double decibels(double factor) { return 20 * std::log10(factor); }
 
-std::string number(const Mode& m) {
-  const double re = m.eigenvalue.real(), im = m.eigenvalue.imag();
-  return im == 0 ? fmt::format("{:.4f}", re) : fmt::format("{:.4f} ± {:.4f}i", re, std::abs(im));
-}
-
-SheetCell in_one_word(Verdict verdict) {
-  return {to_string(verdict), verdict == Verdict::stable     ? Tone::good
-                              : verdict == Verdict::unstable ? Tone::bad
-                                                             : Tone::doubtful};
-}
+SheetCell in_one_word(Verdict verdict) { return {to_string(verdict), tone_of(verdict)}; }
 
 bool commanded(const ActuatorLoop& l) { return !l.loop.c.isZero(0); }
 
@@ -62,7 +54,7 @@ std::string reason(const LoopsAnswer& c) {
   if (!c.linear) return "no linear model, so no margins: " + c.linear.message;
   if (!c.modes.converged) return "no margins: the eigenvalue iteration did not converge";
   const Mode& last = c.modes.modes.back();
-  const std::string which = fmt::format("{} 1/s ({})", number(last), last.name);
+  const std::string which = fmt::format("{} 1/s ({})", eigenvalue_text(last), last.name);
   switch (c.modes.verdict) {
     case Verdict::stable:
       return {};

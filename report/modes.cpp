@@ -25,12 +25,12 @@ std::string shares(const Eigen::VectorXd& participation, const Signals& states) 
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-std::string number(const Mode& m) {
+}  // namespace
+
+std::string eigenvalue_text(const Mode& m) {
   const double re = m.eigenvalue.real(), im = m.eigenvalue.imag();
   return im == 0 ? fmt::format("{:.4f}", re) : fmt::format("{:.4f} ± {:.4f}i", re, std::abs(im));
 }
-
-}  // namespace
 
 Tone tone_of(Verdict verdict) {
   return verdict == Verdict::stable     ? Tone::good
@@ -70,7 +70,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
     if (m.eigenvalue.imag() < 0) continue;  // its partner stands for both
     growing = growing || m.eigenvalue.real() > 0;
     undetermined = undetermined || !m.determined;
-    sheet.rows.push_back({SheetCell(number(m)), m.error, m.frequency(), m.damping(),
+    sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(), m.damping(),
                           m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
                           shares(m.participation, states)});
   }

@@ -14,6 +14,8 @@ Sheet modes_sheet(const Modes& modes, const Signals& states);
 Sheet all_modes_sheet(const Modes& modes);
 
 Tone tone_of(Verdict verdict);
+/// "-0.4681 ± 0.0999i"
+std::string eigenvalue_text(const Mode& mode);
 /// "the rightmost eigenvalue is -0.1686 1/s (phugoid), left of the axis by more than its error
 /// bound".
 std::string verdict_in_words(const Modes& modes);

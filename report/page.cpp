@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "report/figure_parts.hpp"
 #include "report/json.hpp"
 #include "report/maps.hpp"
 #include "report/page_assets.hpp"
@@ -173,10 +174,6 @@ std::string slider(const std::string& id, const std::string& label, std::size_t 
       id, html_escaped(label), count - 1);
 }
 
-std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : fmt::format("{} [{}]", name, unit == "degrees" ? "°" : unit);
-}
-
 std::string controls(const Parts& parts, const std::string& track) {
   const auto t = std::ranges::find(parts.figures.tracks, track, &Track::name);
   if (t == parts.figures.tracks.end()) return "";
@@ -185,7 +182,7 @@ std::string controls(const Parts& parts, const std::string& track) {
       "<div class=\"controls{}\" data-track=\"{}\">\n{}<output for=\"slider-{}\" "
       "aria-live=\"polite\"></output></div>\n",
       t->modes.empty() ? " still" : "", track,
-      slider("slider-" + track, with_unit(p.title, p.unit), p.values.size()), track);
+      slider("slider-" + track, figures::with_unit(p.title, p.unit), p.values.size()), track);
 }
 
 std::string conditions_part(Parts& parts) {
@@ -264,8 +261,8 @@ std::string maps_part(Parts& parts) {
       body += fmt::format(
           "<div class=\"controls still\" data-grid=\"{}\">\n{}{}<output "
           "aria-live=\"polite\"></output></div>\n",
-          g.name, slider("x-" + g.name, with_unit(g.x_name, g.x.unit), g.x.values.size()),
-          slider("y-" + g.name, with_unit(g.y_name, g.y.unit), g.y.values.size()));
+          g.name, slider("x-" + g.name, figures::with_unit(g.x_name, g.x.unit), g.x.values.size()),
+          slider("y-" + g.name, figures::with_unit(g.y_name, g.y.unit), g.y.values.size()));
     }
   return section(parts, "maps", "Stability maps", body);
 }

@@ -5,6 +5,7 @@
 
 #include "report/maps.hpp"
 #include "report/margins.hpp"
+#include "report/modes.hpp"
 #include "report/paper.hpp"
 #include "report/study_report.hpp"
 
@@ -164,10 +165,6 @@ std::string limits_in_words(const TrimResult& trim) {
   for (const ActiveLimit& l : trim.limits_active)
     limits.push_back(l.signal + (l.upper ? " upper" : " lower"));
   return limits.empty() ? "none" : fmt::format("{}", fmt::join(limits, ", "));
-}
-
-Tone tone_of(Verdict v) {
-  return v == Verdict::stable ? Tone::good : v == Verdict::unstable ? Tone::bad : Tone::doubtful;
 }
 
 // What is asked first of a condition: limits, verdict, the mode that is damped least.
