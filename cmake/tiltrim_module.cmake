@@ -31,5 +31,5 @@ function(tiltrim_compile_options target)
   # Not these two: g++ 12 at -O3 sees them in temporary std::strings where they are not.
   target_compile_options(${target} PRIVATE
     -Wall -Wextra -Wconversion -Wshadow -Wpedantic -Wno-sign-conversion -Wno-maybe-uninitialized
-    -Wno-restrict -ffp-contract=off)
+    -Wno-restrict -ffp-contract=off -fno-semantic-interposition)
 endfunction()
