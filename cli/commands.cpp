@@ -39,6 +39,7 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
   std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
   for (const Condition& c : conditions) identity += " " + c.name;
+  if (study.own) return identity;
   identity += "\npolar:";
   for (int degree = -180; degree < 180; ++degree) {
     const auto c = study.vehicle.polar->at(degree * (std::numbers::pi / 180));
@@ -98,7 +99,7 @@ ConditionReport linearized(const Study& study, const Condition& condition,
   ConditionReport r = trimmed(vehicle_at(study, condition), condition, trimming);
   if (!r.answer.has_equilibrium() || r.answer.table) return r;
   LinearizeOptions options = asked;
-  if (options.inputs.empty() && r.answer.model.inputs.empty())
+  if (options.inputs.empty() && condition.formulation == Formulation::closed_loop)
     options.inputs = {"V", "gamma", "eta"};
   r.linear = linearize(r.answer.model, r.answer.trim.point, options);
   if (*r.linear) r.modes = modes(*r.linear);
@@ -151,7 +152,7 @@ static FollowTable asked(const FollowCommand& command, const Study& study) {
         "{}: no [follow] table; expected one with parameter and to, or --parameter KEY --to VALUE",
         file));
   if (command.parameter.empty()) return *study.follow;
-  const Key key = study_key(command.parameter);
+  const Key key = key_among(keys_of(study), command.parameter);
   if (!(*command.to >= key.accepted.lower && *command.to <= key.accepted.upper))
     throw StudyError(fmt::format("--to: {} is out of range; expected {} from {} to {} {}",
                                  *command.to, key.name, key.accepted.lower, key.accepted.upper,
@@ -190,6 +191,13 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
 
 // The envelope asked for on the command line, or in the study, or the conversion corridor.
 static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
+  if (study.own && !study.envelope)
+    throw StudyError(
+        fmt::format("{}: no [envelope] table; expected one with along and over, two "
+                    "numbers of the model, and the range of each",
+                    study.file.string()));
+  if (study.own && !command.over.empty())
+    throw StudyError("--over is of the tiltrotor; a study with [model] says it in [envelope]");
   EnvelopeTable table = study.envelope.value_or(EnvelopeTable{});
   if (!command.over.empty() && command.over != table.over.name) {
     const EnvelopeTable other = envelope_over(command.over);
@@ -200,9 +208,19 @@ static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
   return table;
 }
 
-// Rows for people: every ten degrees of tilt or path angle, and the ends.
-static std::vector<double> rows_of(const EnvelopeTable& table) {
+// Rows for people: every ten degrees of tilt or path angle, and the ends; of any other number, a
+// tenth of its range.
+static std::vector<double> rows_of(const EnvelopeTable& table, bool own) {
   constexpr double step = 10.0;
+  constexpr int tenths = 10;
+  if (own) {
+    std::vector<double> rows(tenths + 1);
+    for (int i = 0; i <= tenths; ++i)
+      rows[std::size_t(i)] =
+          table.range.lower + double(i) / tenths * (table.range.upper - table.range.lower);
+    rows.back() = table.range.upper;
+    return rows;
+  }
   const double lower = table.over.in_study(table.range.lower);
   const double upper = table.over.in_study(table.range.upper);
   std::vector<double> rows{table.range.lower};
@@ -218,7 +236,7 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
   std::vector<EnvelopeAnswer> envelopes;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
     EnvelopeOptions options;
-    options.rows = rows_of(table);
+    options.rows = rows_of(table, bool(study.own));
     options.stop = stop;
     options.observe = [&](double share) {
       progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share), share);
@@ -239,7 +257,8 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop) {
   const Study study = load_study(command.common.study);
   std::vector<Key> keys;
-  for (const std::string& name : command.parameters) keys.push_back(study_key(name));
+  for (const std::string& name : command.parameters)
+    keys.push_back(key_among(keys_of(study), name));
   std::vector<SensitivityAnswer> conditions;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     TrimOptions trimming = command.trimming;
@@ -392,8 +411,18 @@ Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_
 
 Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_token&) {
   const Common& command = asked.common;
-  const Vehicle vehicle =
-      command.study.empty() ? reference_vehicle() : load_study(command.study).vehicle;
+  Vehicle vehicle;
+  if (command.study.empty()) {
+    vehicle = reference_vehicle();
+  } else {
+    const Study study = load_study(command.study);
+    if (study.own)
+      throw StudyError(
+          fmt::format("{}: the tables are of the paper's tiltrotor; expected a study "
+                      "without [model], or none",
+                      command.study.string()));
+    vehicle = study.vehicle;
+  }
   const PaperTables tables = paper_tables(data_directory(), vehicle);
   const bool found = tables.identified.status == IdentifyStatus::reproduced;
   const int code = found ? answered : unanswered;

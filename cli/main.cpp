@@ -238,9 +238,8 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
   add_trim_options(margins, command.common, command.trimming);
   margins
       ->add_option("--loop", options.actuators,
-                   "where to break it: theta0, a1s, delta_e (default: each)")
+                   "where to break it: theta0, a1s, delta_e, or the model's own (default: each)")
       ->delimiter(',')
-      ->check(CLI::IsMember(actuators()))
       ->type_name("ACTUATOR,...");
   margins
       ->add_option("--bode", command.bode,

@@ -48,7 +48,7 @@ spacing = "log"
 // The printed equations do not fly, and no gain makes a point of theirs stable: of them the
 // conditions alone are shown.
 bool has_closed_loop(const Study& study) {
-  return study.vehicle.equations == Equations::consistent &&
+  return !study.own && study.vehicle.equations == Equations::consistent &&
          std::ranges::any_of(study.conditions, [](const Condition& c) {
            return c.formulation == Formulation::closed_loop;
          });
@@ -65,7 +65,8 @@ std::vector<ReportTable::Map> maps_of(const Study& study) {
 }
 
 bool along_corridor(const SweepTable& grid) {
-  return std::ranges::any_of(grid.axes, [](const SweepAxis& a) { return a.name == "h"; });
+  return std::ranges::any_of(grid.axes,
+                             [](const SweepAxis& a) { return a.columns.front().signal.empty(); });
 }
 
 // A map has conditions of one formulation; the corridor makes all of them the same.
@@ -74,8 +75,10 @@ std::vector<Condition> conditions_of(const ReportTable::Map& map,
   std::vector<Condition> closed, airframe;
   for (const Condition& c : all) {
     if (!map.condition.empty() && c.name != map.condition) continue;
-    if (c.formulation == Formulation::closed_loop) closed.push_back(c);
-    if (c.formulation == Formulation::airframe) airframe.push_back(c);
+    if (c.formulation == Formulation::closed_loop)
+      closed.push_back(c);
+    else if (c.formulation != Formulation::table)
+      airframe.push_back(c);
   }
   std::vector<Condition> chosen = closed.empty() ? airframe : closed;
   if (map.condition.empty() && along_corridor(map.grid) && !chosen.empty()) chosen.resize(1);
@@ -93,6 +96,10 @@ std::vector<std::string> differences(const Study& a, const Study& b, const Sweep
     });
   };
   std::vector<std::string> found;
+  if (a.own || b.own) {
+    if (a.text != b.text) found.emplace_back("their texts");
+    return found;
+  }
   const Command any{};
   const TrimProblem p = closed_loop_problem(a.vehicle, any),
                     q = closed_loop_problem(b.vehicle, any);
@@ -162,6 +169,7 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
 
 // Tables 1-3 are those of the paper's aircraft.
 bool wants_audit(const Study& study) {
+  if (study.own) return false;
   if (study.report && study.report->audit) return *study.report->audit;
   const Vehicle reference = reference_vehicle();
   const TrimProblem p = closed_loop_problem(study.vehicle, {}),
@@ -186,7 +194,7 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   trimming.stop = stop;
   for_each(study, command.common, [&](const Condition& c, Progress&) {
     report.conditions.push_back(linearized(study, c, trimming));
-    if (c.formulation == Formulation::closed_loop)
+    if (c.formulation == Formulation::closed_loop || (c.own && !c.own->loops.empty()))
       report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
   });
   report.interrupted = stop.stop_requested();

@@ -13,6 +13,7 @@
 #include "cli/terminal.hpp"
 #include "model/study.hpp"
 #include "report/flights.hpp"
+#include "report/motions.hpp"
 
 namespace tiltrim::cli {
 
@@ -82,13 +83,20 @@ FlightReport flown(const Study& study, std::optional<long> number, const std::st
 
 namespace {
 
+void write_table(const SimulateCommand& command, const Study& study, const FlightTable& table,
+                 FlightNotes notes) {
+  if (command.samples.extension() == ".csv") {
+    write_whole(command.samples, as_csv(table_sheet(table)));
+    return;
+  }
+  notes.study = study.text;
+  notes.program = "tiltrim " TILTRIM_VERSION;
+  write_netcdf(table, notes, command.samples);
+}
+
 void write_samples(const SimulateCommand& command, const Study& study, const FlightReport& report) {
   if (command.samples.empty() || !report.flown) return;
-  if (command.samples.extension() == ".csv")
-    write_whole(command.samples, as_csv(flight_sheet(report)));
-  else
-    write_netcdf(report.table, *report.flown, study.text, "tiltrim " TILTRIM_VERSION,
-                 command.samples);
+  write_table(command, study, report.table, notes_of(*report.flown));
 }
 
 void draw(const SimulateCommand& command, const FlightReport& report) {
@@ -113,6 +121,28 @@ Outcome fly_study(const SimulateCommand& command, const Study& study, const Text
               [&] { return as_csv(flight_sheet(report)); },
               [&] { return flight_text(report, style); }, [&] { return flight_document(report); }),
           code};
+}
+
+// Of a study with [model].
+Outcome move_model(const SimulateCommand& command, const Study& study, const TextStyle& style,
+                   const std::stop_token& stop) {
+  TrimOptions trimming;
+  trimming.stop = stop;
+  const MotionAnswer motion = own_motion(study, trimming);
+  if (motion.motion && !command.samples.empty())
+    write_table(command, study, motion.table, notes_of(motion));
+  if (motion.motion && !motion.motion->t.empty() && !command.plots.empty()) {
+    make_folder(command.plots);
+    write_whole(command.plots / "figures.gp",
+                gnuplot_script({motion_figure(motion)}, Device::column));
+    run_gnuplot(command.plots, "figures.gp",
+                fmt::format("; its script is in {}", command.plots.string()));
+  }
+  return {in_format(
+              command.common.format, [&] { return motion_json(motion); },
+              [&] { return as_csv(table_sheet(motion.table)); },
+              [&] { return motion_text(motion, style); }, [&] { return motion_document(motion); }),
+          motion.answered() ? answered : unanswered};
 }
 
 // ---- Instead of it ------------------------------------------------------------------------------
@@ -145,10 +175,28 @@ Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, cons
       code};
 }
 
+// What a response of the tiltrotor may be offset in.
+std::vector<Key> flight_keys() {
+  std::vector<Key> keys;
+  for (const char* name :
+       {"V", "gamma_deg", "theta_deg", "q", "energy_integral", "distribution_integral"}) {
+    const std::string key = name;
+    const bool angle = key.ends_with("_deg");
+    keys.push_back({key, angle ? key.substr(0, key.size() - 4) : key, angle ? "degrees" : "", {}});
+  }
+  return keys;
+}
+
+std::vector<Key> states_of(const OwnModel& own) {
+  std::vector<Key> keys = own.keys;
+  std::erase_if(keys, [&](const Key& key) { return find(own.model.states, key.signal) < 0; });
+  return keys;
+}
+
 // "theta_deg=2" as a state and SI.
-std::pair<std::string, double> offset_of(const std::string& text) {
-  const std::vector<std::string> keys{"V", "gamma_deg",       "theta_deg",
-                                      "q", "energy_integral", "distribution_integral"};
+std::pair<std::string, double> offset_of(const std::string& text, const std::vector<Key>& allowed) {
+  std::vector<std::string> keys;
+  for (const Key& key : allowed) keys.push_back(key.name);
   const std::size_t equals = text.find('=');
   std::string key = text.substr(0, equals);
   if (std::ranges::find(keys, key) == keys.end()) {
@@ -163,15 +211,15 @@ std::pair<std::string, double> offset_of(const std::string& text) {
   if (failed != std::errc() || end != number.data() + number.size() || !std::isfinite(value))
     throw std::invalid_argument(fmt::format(
         "--response: '{}' is not a number; expected {}=NUMBER, as {}=2", number, key, key));
-  constexpr std::string_view angle = "_deg";
-  if (!key.ends_with(angle)) return {key, value};
-  return {key.substr(0, key.size() - angle.size()), value / degrees};
+  const Key& found = *std::ranges::find(allowed, key, &Key::name);
+  return {found.signal, found.unit == "degrees" ? value / degrees : value};
 }
 
-std::map<std::string, double> offsets_of(const std::vector<std::string>& texts) {
+std::map<std::string, double> offsets_of(const std::vector<std::string>& texts,
+                                         const std::vector<Key>& allowed) {
   std::map<std::string, double> offsets;
   for (const std::string& text : texts)
-    if (!offsets.insert(offset_of(text)).second)
+    if (!offsets.insert(offset_of(text, allowed)).second)
       throw std::invalid_argument(
           fmt::format("--response: '{}' is given twice", text.substr(0, text.find('='))));
   return offsets;
@@ -179,14 +227,18 @@ std::map<std::string, double> offsets_of(const std::vector<std::string>& texts) 
 
 Outcome respond(const SimulateCommand& command, const Study& study, const TextStyle& style,
                 const std::stop_token& stop) {
-  const std::map<std::string, double> offset = offsets_of(command.response);
+  const std::map<std::string, double> offset =
+      offsets_of(command.response, study.own ? states_of(*study.own) : flight_keys());
   std::vector<NamedResponse> responses;
   bool all = true;
   for (const Condition& c : chosen(study, command.common.only)) {
     if (stop.stop_requested()) break;
-    if (c.formulation != Formulation::closed_loop) continue;
-    const Flight flight = flight_of(study, SimulateTable{});
-    responses.push_back({c.name, response(flight, c.command, offset)});
+    if (study.own)
+      responses.push_back({c.name, own_response(c, offset)});
+    else if (c.formulation == Formulation::closed_loop)
+      responses.push_back({c.name, response(flight_of(study, SimulateTable{}), c.command, offset)});
+    else
+      continue;
     all = all && responses.back().response.status == ResponseStatus::responded;
   }
   if (responses.empty() && !stop.stop_requested())
@@ -230,9 +282,14 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
 
 Outcome simulated(const SimulateCommand& command, const Study& study, const TextStyle& style,
                   const std::stop_token& stop) {
+  if (study.own && (command.tilt_rate_limit || command.monte_carlo || command.flight))
+    throw std::invalid_argument(
+        "--tilt-rate-limit, --monte-carlo and --flight are of the tiltrotor; a study with [model] "
+        "has its motion and --response");
   if (command.tilt_rate_limit) return limit_tilt_rate(command, study, style, stop);
   if (!command.response.empty()) return respond(command, study, style, stop);
   if (command.monte_carlo) return scatter(command, study, style, stop);
+  if (study.own) return move_model(command, study, style, stop);
   return fly_study(command, study, style, stop);
 }
 
@@ -240,8 +297,8 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
 
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
-  (void)offsets_of(command.response);
   const Study study = load_study(command.common.study);
+  if (!study.own) (void)offsets_of(command.response, flight_keys());
   try {
     return simulated(command, study, style, stop);
   } catch (const std::invalid_argument& e) {

@@ -6,7 +6,7 @@
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config
-  libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
+  libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev libmuparser-dev
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev
   doctest-dev libbenchmark-dev gnuplot-nox"
 [ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy

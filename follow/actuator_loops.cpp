@@ -12,18 +12,51 @@ using Eigen::VectorXd;
 
 namespace {
 
+// Where the condition's loops can be broken.
+std::vector<std::string> places_of(const Condition& condition) {
+  if (condition.formulation != Formulation::own) return actuators();
+  std::vector<std::string> names;
+  for (const OwnModel::Loop& loop : condition.own->loops) names.push_back(loop.name);
+  return names;
+}
+
 void check(const Condition& condition, const LoopsOptions& options) {
-  if (condition.formulation != Formulation::closed_loop)
+  if (condition.formulation == Formulation::own && condition.own->loops.empty())
+    throw std::invalid_argument(
+        "the model says no place to break a loop at; expected [[model.loop]] tables with input and "
+        "output");
+  if (condition.formulation != Formulation::own &&
+      condition.formulation != Formulation::closed_loop)
     throw std::invalid_argument("margins are of a closed loop; expected formulation closed_loop");
-  const std::vector<std::string> all = actuators();
+  const std::vector<std::string> all = places_of(condition);
   for (const std::string& name : options.actuators)
     if (std::ranges::find(all, name) == all.end())
       throw std::invalid_argument(
           fmt::format("no actuator '{}'; there are: {}", name, fmt::join(all, ", ")));
 }
 
+// Column j of B and row j of C and D belong to loop j.
+LinearModel own_loops(const Answer& trimmed) {
+  const OwnModel& own = *trimmed.condition.own;
+  LinearizeOptions options;
+  for (const OwnModel::Loop& loop : own.loops) options.inputs.push_back(loop.input);
+  LinearModel linear = linearize(own.model, trimmed.trim.point, options);
+  if (!linear) return linear;
+  const Index n = std::ssize(own.loops);
+  Eigen::MatrixXd C(n, linear.C.cols()), D(n, linear.D.cols());
+  for (Index j = 0; j < n; ++j) {
+    const Index row = index_of(own.model.outputs, own.loops[std::size_t(j)].output, "output");
+    C.row(j) = linear.C.row(row);
+    D.row(j) = linear.D.row(row);
+  }
+  linear.C = C;
+  linear.D = D;
+  return linear;
+}
+
 // The closed loop's linear model with what is added behind the law as inputs, at the trim.
 LinearModel with_inputs(const Vehicle& vehicle, const Answer& trimmed) {
+  if (trimmed.condition.formulation == Formulation::own) return own_loops(trimmed);
   const Axes axes = trimmed.condition.command.V < body_axes_below ? Axes::body : Axes::wind;
   const Model model = closed_loop_with_inputs(vehicle, axes);
   const OperatingPoint& at = trimmed.trim.point;
@@ -80,7 +113,7 @@ LoopsAnswer actuator_loops(const Vehicle& vehicle, const Condition& condition,
   answer.modes = modes(answer.linear);
   if (!answer.modes.converged) return answer;
   const auto [from, to] = frequencies(answer.modes, options);
-  const std::vector<std::string> all = actuators(), &wanted = options.actuators;
+  const std::vector<std::string> all = places_of(condition), &wanted = options.actuators;
   for (std::size_t j = 0; j < all.size(); ++j) {
     if (!wanted.empty() && std::ranges::find(wanted, all[j]) == wanted.end()) continue;
     ActuatorLoop& one = answer.loops.emplace_back(broken(answer.linear, Index(j), all[j]));

@@ -11,7 +11,8 @@
 
 namespace tiltrim {
 
-/// What the law commands, and where its loops are broken: theta0, a1s, delta_e.
+/// What the tiltrotor's law commands, and where its loops are broken: theta0, a1s, delta_e. A model
+/// of the user's own says its own places.
 std::vector<std::string> actuators();
 
 /// The loop broken at one actuator, behind the law, all others closed.
@@ -43,7 +44,7 @@ struct LoopsAnswer {
 };
 
 /// Trims the condition, linearizes it and breaks its loops. Throws std::invalid_argument for a
-/// condition that is not a closed loop, for an actuator that is none, and unless 0 < from < to and
+/// condition without a loop to break, for an actuator that is none, and unless 0 < from < to and
 /// points >= 2.
 [[nodiscard]] LoopsAnswer actuator_loops(const Vehicle& vehicle, const Condition& condition,
                                          const LoopsOptions& options = {},

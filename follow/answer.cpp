@@ -47,6 +47,7 @@ bool has_variable(const Model& model, const std::string& name) {
 }  // namespace
 
 TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
+  if (condition.formulation == Formulation::own) return own_problem(condition);
   const double V = condition.command.V;
   const bool slow = condition.formulation == Formulation::closed_loop && slowest < body_axes_below;
   if (slow && V == 0)
@@ -112,8 +113,21 @@ bool EnvelopeAnswer::answered() const {
       parts, [](const Envelope& e) { return e.status == EnvelopeStatus::interrupted; });
 }
 
+// Of a study with [model]: as it stands, over the two numbers.
+static EnvelopeAnswer own_envelope(const Condition& condition, const EnvelopeTable& table,
+                                   const EnvelopeOptions& options) {
+  const TrimProblem problem = own_problem(condition);
+  return {condition,
+          table,
+          problem.model,
+          {envelope(problem.model, problem.spec, problem.guess,
+                    {table.along.signal, table.along_range, table.count},
+                    {table.over.signal, table.range, table.count}, options)}};
+}
+
 EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
                         const EnvelopeTable& table, const EnvelopeOptions& options) {
+  if (condition.formulation == Formulation::own) return own_envelope(condition, table, options);
   if (condition.formulation != Formulation::closed_loop)
     throw std::invalid_argument(
         "an envelope is of the closed loop; expected formulation closed_loop");
@@ -129,7 +143,7 @@ EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
   for (const Range& stretch : stretches) {
     if (!(stretch.lower < stretch.upper)) continue;
     Command middle = condition.command;
-    middle.V = 0.5 * (table.V.lower + table.V.upper);
+    middle.V = 0.5 * (table.along_range.lower + table.along_range.upper);
     (over_tilt ? middle.eta : middle.gamma) = 0.5 * (stretch.lower + stretch.upper);
     const TrimProblem problem =
         without_integral_bounds(closed_loop_problem(vehicle, middle, Axes::wind));
@@ -142,7 +156,7 @@ EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
     if (options.observe) own.observe = [&](double done) { options.observe(before + done * share); };
     const int count = std::max(5, int(std::lround(table.count * share)));
     answer.parts.push_back(envelope(problem.model, problem.spec, problem.guess,
-                                    {"V", table.V, table.count},
+                                    {"V", table.along_range, table.count},
                                     {table.over.signal, stretch, count}, own));
   }
   return answer;

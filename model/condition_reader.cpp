@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 
+#include "model/model_reader.hpp"
 #include "model/section.hpp"
 
 namespace tiltrim::reading {
@@ -77,6 +78,8 @@ static std::vector<std::string> keys_of(Formulation formulation) {
       break;
     case Formulation::table:
       append_keys(keys, table_quantities);
+      break;
+    case Formulation::own:
       break;
     case Formulation::airframe:
       append_keys(keys, airframe_quantities);
@@ -224,6 +227,8 @@ static Condition read_condition(const Entry& entry, const std::filesystem::path&
     case Formulation::table:
       read_table(section, condition);
       break;
+    case Formulation::own:
+      break;
     case Formulation::airframe:
       read_airframe(section, equations, condition);
       read_objective(section, file, condition);
@@ -232,7 +237,8 @@ static Condition read_condition(const Entry& entry, const std::filesystem::path&
 }
 
 std::vector<Condition> read_conditions(const Entry& root, const std::filesystem::path& file,
-                                       Equations equations) {
+                                       Equations equations,
+                                       const std::shared_ptr<const OwnModel>& own) {
   constexpr std::string_view expected = "expected at least one [[condition]] table";
   const Section top(file, root, "at the top level", "");
   const Entry* list = top.find("condition");
@@ -249,7 +255,8 @@ std::vector<Condition> read_conditions(const Entry& root, const std::filesystem:
     if (entry.kind != Entry::Kind::table)
       refuse(file, entry.place,
              fmt::format("condition: {} is not a table; {}", describe(entry), expected));
-    conditions.push_back(read_condition(entry, file, equations));
+    conditions.push_back(own ? read_own_condition(entry, file, own)
+                             : read_condition(entry, file, equations));
     const std::string& name = conditions.back().name;
     if (!names.insert(name).second) {
       const auto key = std::ranges::find(entry.entries, "name", &Entry::key);

@@ -11,7 +11,8 @@ namespace tiltrim::reading {
 
 /// The [[condition]] tables of a study, checked; throws StudyError.
 std::vector<Condition> read_conditions(const Entry& root, const std::filesystem::path& file,
-                                       Equations equations);
+                                       Equations equations,
+                                       const std::shared_ptr<const OwnModel>& own);
 
 /// The keys of a condition that the models know as variables.
 std::vector<Key> condition_keys();

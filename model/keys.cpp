@@ -71,8 +71,9 @@ std::vector<Key> study_keys() {
   return keys;
 }
 
-Key study_key(std::string_view name) {
-  const std::vector<Key> keys = study_keys();
+Key study_key(std::string_view name) { return key_among(study_keys(), name); }
+
+Key key_among(const std::vector<Key>& keys, std::string_view name) {
   const auto at = std::ranges::find(keys, name, &Key::name);
   if (at != keys.end()) return *at;
   std::vector<std::string> all;

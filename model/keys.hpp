@@ -23,6 +23,8 @@ struct Key {
 std::vector<Key> study_keys();
 /// Throws std::invalid_argument with the nearest and all real names if there is none.
 Key study_key(std::string_view name);
+/// The same among these keys.
+Key key_among(const std::vector<Key>& keys, std::string_view name);
 
 /// Keys for the numbers behind aircraft_signals() or gain_signals(), in their order.
 std::vector<Key> number_keys(const Signals& signals);

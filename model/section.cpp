@@ -133,14 +133,19 @@ Range Section::range(const Entry& entry, const Accepted& accepted) const {
   return range;
 }
 
-std::string Section::text(std::string_view key) const {
-  constexpr std::size_t longest = 200;
+std::string Section::text(std::string_view key) const { return words(key, 200, false); }
+
+std::string Section::passage(std::string_view key) const { return words(key, 5000, true); }
+
+std::string Section::words(std::string_view key, std::size_t longest, bool lines) const {
   const Entry& entry = require(key, "text in quotes");
   if (entry.kind != Entry::Kind::text)
     refuse(entry, fmt::format("{} is not text; expected text in quotes", reading::describe(entry)));
   if (entry.text.empty() || entry.text.size() > longest)
     refuse(entry, fmt::format("{} bytes long; expected 1 to {}", entry.text.size(), longest));
-  const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  const auto control = [lines](unsigned char c) {
+    return (c < 0x20 && !(lines && (c == '\n' || c == '\t'))) || c == 0x7F;
+  };
   if (std::ranges::any_of(entry.text, control))
     refuse(entry, "has a control character; expected printable text");
   return entry.text;

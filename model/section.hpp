@@ -61,6 +61,8 @@ class Section {
   Range range(const Entry& entry, const Accepted& accepted) const;
   /// Text of 1 to 200 bytes without control characters.
   std::string text(std::string_view key) const;
+  /// Text of 1 to 5000 bytes that may have lines.
+  std::string passage(std::string_view key) const;
   /// Position of the text among `names`; 0 if the key is not there.
   std::size_t choice(std::string_view key, const std::vector<std::string>& names) const;
 
@@ -77,6 +79,7 @@ class Section {
  private:
   double accept(const Entry& entry, const Entry& named, const Accepted& accepted,
                 std::string_view expected) const;
+  std::string words(std::string_view key, std::size_t longest, bool lines) const;
 
   const std::filesystem::path& file_;
   const Entry& table_;

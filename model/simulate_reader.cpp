@@ -278,7 +278,8 @@ GustTable read_gust(const Section& section) {
 
 // ---- how it is computed ----
 
-void read_sampling(const Section& section, SimulateTable& simulate) {
+template <class Table>
+void read_sampling(const Section& section, Table& simulate) {
   read(section, "tolerance", {1e-13, 1e-3}, simulate.tolerance);
   simulate.sample = std::min(simulate.sample, simulate.duration);
   read(section, "sample", {shortest, simulate.duration, "s"}, simulate.sample);
@@ -287,6 +288,45 @@ void read_sampling(const Section& section, SimulateTable& simulate) {
         *section.find("sample"),
         fmt::format("{} s of {} s are {:.3g} samples; expected at most {:.0f}", simulate.sample,
                     simulate.duration, simulate.duration / simulate.sample, most_samples));
+}
+
+// ---- of a model of the user's own ----
+
+std::vector<std::string> names_of(const std::vector<Key>& keys) {
+  std::vector<std::string> all;
+  for (const Key& key : keys) all.push_back(key.name);
+  return all;
+}
+
+// States by name, added to the trim.
+std::map<std::string, double> read_offset(const Section& section, const OwnModel& own) {
+  std::vector<Key> keys = own.keys;
+  std::erase_if(keys, [&](const Key& key) { return find(own.model.states, key.signal) < 0; });
+  section.allow_only(names_of(keys));
+  std::map<std::string, double> offset;
+  for (const Key& key : keys)
+    if (section.find(key.name)) offset[key.signal] = section.number(key.name, accepted_by(key));
+  return offset;
+}
+
+OwnMotion::Change read_change(const Section& section, const OwnModel& own) {
+  section.allow_only({"kind", "on", "at", "size", "duration"});
+  std::vector<Key> keys = own.keys;
+  std::erase_if(keys, [&](const Key& key) { return find(own.model.states, key.signal) >= 0; });
+  section.require("kind", "\"step\" or \"doublet\"");
+  section.require("on", "an input or a parameter of the model in quotes");
+  if (keys.empty())
+    section.refuse(*section.find("on"), "the model has neither input nor parameter");
+  OwnMotion::Change change;
+  change.doublet = section.choice("kind", {"step", "doublet"}) == 1;
+  const Key& key = keys[section.choice("on", names_of(keys))];
+  change.signal = key.signal;
+  change.size = section.number("size", accepted_by(key));
+  read(section, "at", moment, change.at);
+  read_lasting(section, "duration", longest, change.duration);
+  if (change.doublet && change.duration == 0)
+    section.refuse("duration", "a doublet needs one; expected a number above 0 s");
+  return change;
 }
 
 // ---- [montecarlo] ----
@@ -357,7 +397,8 @@ Uncertain read_scatter(const Section& section, const Study& study,
   const bool turbulent = std::ranges::find(study.simulate->gusts, GustTable::Kind::dryden,
                                            &GustTable::kind) != study.simulate->gusts.end();
   if (key.name == "gust_size" && turbulent) key.accepted.lower = turbulence.lower;
-  const Range ends = read_reach(section, key, study.vehicle);
+  const Range ends = read_reach(
+      section, key, [&](const std::string& number) { return own_value(study.vehicle, number); });
   return {key.signal, ends.lower, ends.upper};
 }
 
@@ -383,6 +424,21 @@ SimulateTable read_simulate(const Section& section, const std::vector<Condition>
   for (const Section& gust : section.tables("gust")) simulate.gusts.push_back(read_gust(gust));
   read_sampling(section, simulate);
   return simulate;
+}
+
+OwnMotion read_own_motion(const Section& section, const OwnModel& own,
+                          const std::vector<Condition>& conditions) {
+  section.allow_only({"start", "duration", "tolerance", "sample", "offset", "disturbance"});
+  OwnMotion motion;
+  std::vector<std::string> starts;
+  for (const Condition& condition : conditions) starts.push_back(condition.name);
+  motion.start = starts[section.choice("start", starts)];
+  read(section, "duration", {shortest, longest, "s"}, motion.duration);
+  if (const auto offset = section.table("offset")) motion.offset = read_offset(*offset, own);
+  for (const Section& change : section.tables("disturbance"))
+    motion.changes.push_back(read_change(change, own));
+  read_sampling(section, motion);
+  return motion;
 }
 
 MonteCarloTable read_montecarlo(const Section& section, const Study& study) {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "model/condition_reader.hpp"
+#include "model/model_reader.hpp"
 #include "model/section.hpp"
 #include "model/simulate_reader.hpp"
 #include "model/sweep_reader.hpp"
@@ -113,18 +114,18 @@ static void read_limits(const Section& section, Limits& limits) {
   read("theta_deg", {-180, 180, "degrees"}, limits.theta);
 }
 
-static Key read_key(const Section& section, const char* name) {
+static Key read_key(const Section& section, const char* name, const std::vector<Key>& keys) {
   const std::string key = section.text(name);
   try {
-    return study_key(key);
+    return key_among(keys, key);
   } catch (const std::invalid_argument& e) {
     section.refuse(*section.find(name), e.what());
   }
 }
 
-static FollowTable read_follow(const Section& section) {
+static FollowTable read_follow(const Section& section, const std::vector<Key>& keys) {
   section.allow_only({"parameter", "to"});
-  FollowTable follow{read_key(section, "parameter"), 0.0};
+  FollowTable follow{read_key(section, "parameter", keys), 0.0};
   follow.to = section.number("to", accepted_by(follow.parameter));
   return follow;
 }
@@ -133,6 +134,26 @@ EnvelopeTable envelope_over(std::string_view angle) {
   EnvelopeTable envelope;
   envelope.over = study_key(angle);
   if (angle == "gamma_deg") envelope.range = {in_si(-30, "degrees"), in_si(30, "degrees")};
+  return envelope;
+}
+
+// Of a study with [model]: two of its numbers, and the range of each under its own name.
+static EnvelopeTable read_own_envelope(const Section& section, const std::vector<Key>& keys) {
+  section.require("along", "a number of the model in quotes");
+  section.require("over", "another number of the model in quotes");
+  EnvelopeTable envelope;
+  envelope.along = read_key(section, "along", keys);
+  envelope.over = read_key(section, "over", keys);
+  if (envelope.along.signal == envelope.over.signal)
+    section.refuse(*section.find("over"), "is `along` again; expected another number");
+  section.allow_only({"along", "over", envelope.along.name, envelope.over.name, "count"});
+  const auto range_of = [&](const Key& key) {
+    return section.range(section.require(key.name, "[lower, upper], the axis's ends"),
+                         accepted_by(key));
+  };
+  envelope.along_range = range_of(envelope.along);
+  envelope.range = range_of(envelope.over);
+  read_whole(section, "count", {5, 1000}, envelope.count);
   return envelope;
 }
 
@@ -146,7 +167,7 @@ static EnvelopeTable read_envelope(const Section& section) {
     section.refuse(*entry, fmt::format("is each condition's own; expected over = \"{}\", or no {}",
                                        other, other));
   if (const Entry* entry = section.find("V"))
-    envelope.V = section.range(*entry, {body_axes_below, 1000, "m/s"});
+    envelope.along_range = section.range(*entry, {body_axes_below, 1000, "m/s"});
   if (const Entry* entry = section.find(envelope.over.name))
     envelope.range = section.range(*entry, accepted_by(envelope.over));
   read_whole(section, "count", {5, 1000}, envelope.count);
@@ -182,20 +203,8 @@ static void check_equations(const Section& top, Equations equations) {
       top.refuse(*entry, "the printed equations do not fly; expected equations = \"consistent\"");
 }
 
-Study parse_study(std::string_view text, const fs::path& file) {
-  if (text.size() > largest_study)
-    refuse(file, {},
-           fmt::format("the file has more than {} bytes; expected a study, which has a "
-                       "few thousand",
-                       largest_study));
-  const Entry root = parse_toml(text, file);
-  const Section top(file, root, "at the top level", "");
-  top.allow_only({"equations", "aircraft", "gains", "limits", "condition", "follow", "envelope",
-                  "sweep", "tune", "simulate", "montecarlo", "report"});
-  Study study;
-  study.file = file;
-  study.text = text;
-  study.polar_name = default_polar;
+static void read_vehicle(const Section& top, const Entry& root, Study& study) {
+  const fs::path& file = study.file;
   Vehicle& vehicle = study.vehicle;
   vehicle.equations = static_cast<Equations>(top.choice("equations", {"consistent", "printed"}));
   with_table(root, "aircraft", file,
@@ -204,8 +213,64 @@ Study parse_study(std::string_view text, const fs::path& file) {
     read_gains(s, vehicle.aircraft, vehicle.gains, study.schedule);
   });
   with_table(root, "limits", file, [&](const Section& s) { read_limits(s, vehicle.limits); });
-  study.conditions = read_conditions(root, file, vehicle.equations);
-  with_table(root, "follow", file, [&](const Section& s) { study.follow = read_follow(s); });
+}
+
+// What a study with [model] has besides: everything that is not the tiltrotor's.
+static void read_own_study(const Section& top, const Entry& root, Study& study) {
+  const std::string others =
+      "it is the tiltrotor's, and a study with [model] has numbers of its own";
+  top.allow_only(
+      {"model", "condition", "follow", "envelope", "sweep", "tune", "simulate", "report"},
+      {{"equations", others},
+       {"aircraft", others},
+       {"gains", others},
+       {"limits", others},
+       {"montecarlo", others}});
+  const fs::path& file = study.file;
+  with_table(root, "model", file, [&](const Section& s) {
+    study.own = std::make_shared<const OwnModel>(read_model(s));
+  });
+  study.conditions = read_conditions(root, file, Equations::consistent, study.own);
+  const std::vector<Key>& keys = study.own->keys;
+  with_table(root, "follow", file, [&](const Section& s) { study.follow = read_follow(s, keys); });
+  with_table(root, "envelope", file,
+             [&](const Section& s) { study.envelope = read_own_envelope(s, keys); });
+  with_table(root, "sweep", file,
+             [&](const Section& s) { study.sweep = read_sweep(s, file, study.own); });
+  with_table(root, "tune", file, [&](const Section& s) {
+    study.tune = read_own_tune(s, file, *study.own, study.conditions);
+  });
+  with_table(root, "simulate", file, [&](const Section& s) {
+    study.own_motion = read_own_motion(s, *study.own, study.conditions);
+  });
+  with_table(root, "report", file, [&](const Section& s) {
+    study.report = read_report(s, file, study.own, study.conditions);
+  });
+}
+
+Study parse_study(std::string_view text, const fs::path& file) {
+  if (text.size() > largest_study)
+    refuse(file, {},
+           fmt::format("the file has more than {} bytes; expected a study, which has a "
+                       "few thousand",
+                       largest_study));
+  const Entry root = parse_toml(text, file);
+  const Section top(file, root, "at the top level", "");
+  Study study;
+  study.file = file;
+  study.text = text;
+  if (top.find("model")) {
+    read_own_study(top, root, study);
+    return study;
+  }
+  top.allow_only({"model", "equations", "aircraft", "gains", "limits", "condition", "follow",
+                  "envelope", "sweep", "tune", "simulate", "montecarlo", "report"});
+  study.polar_name = default_polar;
+  read_vehicle(top, root, study);
+  const Vehicle& vehicle = study.vehicle;
+  study.conditions = read_conditions(root, file, vehicle.equations, nullptr);
+  with_table(root, "follow", file,
+             [&](const Section& s) { study.follow = read_follow(s, study_keys()); });
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
@@ -223,6 +288,22 @@ Study parse_study(std::string_view text, const fs::path& file) {
   });
   read_polar(root, study);
   return study;
+}
+
+std::vector<Key> keys_of(const Study& study) { return study.own ? study.own->keys : study_keys(); }
+
+std::string to_string(Formulation formulation) {
+  switch (formulation) {
+    case Formulation::closed_loop:
+      break;
+    case Formulation::airframe:
+      return "airframe";
+    case Formulation::table:
+      return "table";
+    case Formulation::own:
+      return "model";
+  }
+  return "closed_loop";
 }
 
 Vehicle vehicle_at(const Study& study, const Condition& condition) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "model/keys.hpp"
+#include "model/own_model.hpp"
 #include "model/simulation.hpp"
 #include "model/tuning.hpp"
 #include "model/vehicle.hpp"
@@ -27,7 +29,10 @@ enum class Formulation {
   closed_loop,  ///< V, gamma, eta given; the control law finds the rest
   airframe,     ///< any of the airframe's variables fixed, free or bounded
   table,        ///< coefficients given, the paper's Table 2
+  own,          ///< of a study with [model]: any of its variables fixed, free or bounded
 };
+/// "closed_loop", "airframe", "table", "model".
+std::string to_string(Formulation formulation);
 
 struct Condition {
   std::string name;
@@ -39,6 +44,11 @@ struct Condition {
   std::map<std::string, double>
       rates;  ///< airframe: held rates of V, gamma, theta, q by those names; SI, rad
   std::vector<Effort> effort;  ///< airframe: empty means least control effort
+
+  // Own: `values` of states, inputs, parameters and outputs, `rates` that are held, `effort`, and
+  std::shared_ptr<const OwnModel> own;           ///< the study's [model]
+  std::map<std::string, double> guess{};         ///< where the unknowns start
+  std::vector<std::string> moving{}, implied{};  ///< states whose rates are not held; are verified
 };
 
 /// [follow]: a branch from each condition's own value of the parameter towards `to`.
@@ -47,11 +57,13 @@ struct FollowTable {
   double to = 0.0;  ///< SI
 };
 
-/// [envelope]: where there is an equilibrium within limits, over V and an angle.
+/// [envelope]: where there is an equilibrium within limits, over V and an angle; of a study with
+/// [model], over any two of its numbers.
 struct EnvelopeTable {
   Key over = study_key("eta_deg");         ///< or gamma_deg; the other is each condition's own
-  Range V{1.0, 30.0};                      ///< m/s
-  Range range{0.0, std::numbers::pi / 2};  ///< of the angle, rad
+  Key along = study_key("V");              ///< the other axis
+  Range along_range{1.0, 30.0};            ///< SI
+  Range range{0.0, std::numbers::pi / 2};  ///< of `over`, SI
   int count = 100;                         ///< grid points along each
 };
 
@@ -94,8 +106,9 @@ EnvelopeTable envelope_over(std::string_view angle);
 
 struct Study {
   std::filesystem::path file;
-  std::string text;        ///< the file's
-  std::string polar_name;  ///< as asked for
+  std::string text;                     ///< the file's
+  std::string polar_name;               ///< as asked for
+  std::shared_ptr<const OwnModel> own;  ///< [model]; then there is no vehicle
   Vehicle vehicle;
   GainSchedule schedule;              ///< of the gains; empty: vehicle.gains at any tilt
   std::vector<Condition> conditions;  ///< at least one, names distinct
@@ -104,6 +117,7 @@ struct Study {
   std::optional<SweepTable> sweep;
   std::optional<TuneTable> tune;
   std::optional<SimulateTable> simulate;
+  std::optional<OwnMotion> own_motion;  ///< [simulate] of a study with [model]
   std::optional<MonteCarloTable> montecarlo;
   std::optional<ReportTable> report;
 };
@@ -114,6 +128,9 @@ Study load_study(const std::filesystem::path& file);
 
 /// The same from text, `file` naming it in messages and giving the folder for polars.
 Study parse_study(std::string_view text, const std::filesystem::path& file);
+
+/// The numbers that the study's verbs may move: those of its [model], or study_keys().
+std::vector<Key> keys_of(const Study& study);
 
 /// The study's vehicle with the gains that it has at the condition's tilt.
 Vehicle vehicle_at(const Study& study, const Condition& condition);

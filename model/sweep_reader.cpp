@@ -14,17 +14,20 @@ namespace {
 constexpr double most_points = 2e7;      // of the whole grid: some 5 GB
 constexpr double most_of_an_axis = 1e6;  // its own points
 
-// h [m] is not a number of the models: it sets the three of the corridor (16).
-Key axis_key(const Section& section) {
+// h [m] is not a number of the tiltrotor's: it sets the three of the corridor (16).
+Key axis_key(const Section& section, const AxisKeys& keys) {
   const std::string name = section.text("key");
-  if (name == "h") return {"h", "", "m", {-1e6, 1e6}};
+  if (keys.corridor && name == "h") return {"h", "", "m", {-1e6, 1e6}};
   try {
-    return study_key(name);
+    return key_among(keys.keys, name);
   } catch (const std::invalid_argument& e) {
     section.refuse(*section.find("key"),
-                   fmt::format("{}; or h, the height along corridor (16)", e.what()));
+                   fmt::format("{}{}", e.what(),
+                               keys.corridor ? "; or h, the height along corridor (16)" : ""));
   }
 }
+
+bool is_corridor(const SweepAxis::Column& column) { return column.signal.empty(); }
 
 // count values from the first to the last, both exactly.
 std::vector<double> spaced(double from, double to, std::size_t count, bool logarithmic) {
@@ -66,8 +69,9 @@ std::vector<double> read_values(const Section& section, const Accepted& accepted
   return spaced(from, to, count ? *count : read_count(section), logarithmic);
 }
 
-SweepAxis::Column read_column(const Section& section, std::optional<std::size_t> count) {
-  const Key key = axis_key(section);
+SweepAxis::Column read_column(const Section& section, const AxisKeys& keys,
+                              std::optional<std::size_t> count) {
+  const Key key = axis_key(section, keys);
   const Accepted accepted{key.accepted.lower, key.accepted.upper, key.unit};
   SweepAxis::Column column{
       key.name, key.unit, key.signal, read_values(section, accepted, count), {}};
@@ -105,7 +109,7 @@ void add_corridor(SweepAxis& axis) {
   axis.columns.insert(axis.columns.end(), {V, gamma, eta});
 }
 
-void read_coupled(const Section& section, const std::filesystem::path& file,
+void read_coupled(const Section& section, const std::filesystem::path& file, const AxisKeys& keys,
                   const std::string& prefix, SweepAxis& axis) {
   const Entry* list = section.find("with");
   if (!list) return;
@@ -119,12 +123,12 @@ void read_coupled(const Section& section, const std::filesystem::path& file,
     const Section with(file, entry, "in with", prefix + "with.");
     with.allow_only({"key", "from", "to", "spacing", "values"},
                     {{"count", "the axis has the count"}});
-    axis.columns.push_back(read_column(with, axis.size()));
+    axis.columns.push_back(read_column(with, keys, axis.size()));
     if (axis.columns.back().values.size() != axis.size())
       with.refuse(*with.find("values"),
                   fmt::format("{} values beside an axis of {}; expected as many",
                               axis.columns.back().values.size(), axis.size()));
-    if (axis.columns.back().name == "h")
+    if (is_corridor(axis.columns.back()))
       with.refuse(*with.find("key"), "h sets V, gamma and eta; expected it as an axis's own key");
   }
 }
@@ -147,17 +151,17 @@ void add_schedule(const GainSchedule& schedule, SweepAxis& axis) {
   }
 }
 
-SweepAxis read_axis(const Section& section, const std::filesystem::path& file,
+SweepAxis read_axis(const Section& section, const std::filesystem::path& file, const AxisKeys& keys,
                     const std::string& prefix) {
   section.allow_only({"key", "from", "to", "count", "spacing", "values", "with"});
   section.require("key", "a number of the study in quotes, as \"eta_deg\" or \"gains.K_Lp\"");
   SweepAxis axis;
-  axis.columns.push_back(read_column(section, {}));
+  axis.columns.push_back(read_column(section, keys, {}));
   const std::string& name = axis.columns.front().name;
   axis.name = name.substr(name.rfind('.') + 1);
   check_monotone(section, axis.columns.front());
-  if (name == "h") add_corridor(axis);
-  read_coupled(section, file, prefix, axis);
+  if (is_corridor(axis.columns.front())) add_corridor(axis);
+  read_coupled(section, file, keys, prefix, axis);
   return axis;
 }
 
@@ -175,7 +179,7 @@ void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) 
 
 // [[sweep.axis]] or [[report.map.axis]]; `path` is what stands before "axis".
 SweepTable read_grid(const Section& section, const std::filesystem::path& file,
-                     const GainSchedule& schedule, const std::string& path) {
+                     const AxisKeys& keys, const std::string& path) {
   const std::string tables = fmt::format("[[{}axis]]", path);
   SweepTable sweep;
   if (section.find("crossings"))
@@ -191,8 +195,9 @@ SweepTable read_grid(const Section& section, const std::filesystem::path& file,
       refuse(file, entry.place,
              fmt::format("{}axis: {} is not a table; expected {} tables", path, describe(entry),
                          tables));
-    sweep.axes.push_back(read_axis(Section(file, entry, "in " + tables, prefix), file, prefix));
-    add_schedule(schedule, sweep.axes.back());
+    sweep.axes.push_back(
+        read_axis(Section(file, entry, "in " + tables, prefix), file, keys, prefix));
+    add_schedule(keys.schedule, sweep.axes.back());
     points *= double(sweep.axes.back().size());
   }
   check_distinct(section, sweep.axes);
@@ -209,9 +214,9 @@ std::optional<bool> read_shown(const Section& section, const char* key) {
 }
 
 ReportTable::Map read_map(const Section& section, const std::filesystem::path& file,
-                          const GainSchedule& schedule, const std::vector<Condition>& conditions) {
+                          const AxisKeys& keys, const std::vector<Condition>& conditions) {
   section.allow_only({"condition", "axis", "crossings"});
-  ReportTable::Map map{"", read_grid(section, file, schedule, "report.map.")};
+  ReportTable::Map map{"", read_grid(section, file, keys, "report.map.")};
   if (section.find("condition")) {
     std::vector<std::string> names;
     for (const Condition& c : conditions) names.push_back(c.name);
@@ -227,17 +232,17 @@ ReportTable::Map read_map(const Section& section, const std::filesystem::path& f
 }  // namespace
 
 SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
-                      const GainSchedule& schedule) {
+                      const AxisKeys& keys) {
   section.allow_only({"axis", "crossings"});
-  return read_grid(section, file, schedule, "sweep.");
+  return read_grid(section, file, keys, "sweep.");
 }
 
 ReportTable read_report(const Section& section, const std::filesystem::path& file,
-                        const GainSchedule& schedule, const std::vector<Condition>& conditions) {
+                        const AxisKeys& keys, const std::vector<Condition>& conditions) {
   section.allow_only({"map", "flight", "audit"});
   ReportTable report;
   for (const Section& map : section.tables("map"))
-    report.maps.push_back(read_map(map, file, schedule, conditions));
+    report.maps.push_back(read_map(map, file, keys, conditions));
   report.flight = read_shown(section, "flight");
   report.audit = read_shown(section, "audit");
   return report;

@@ -37,21 +37,25 @@ void read_name(const Section& section, const char* key, const std::vector<std::s
 
 // ---- where: conditions, heights, tilts of the schedule ----
 
-std::string_view name_of(Formulation formulation) {
-  switch (formulation) {
-    case Formulation::closed_loop:
-      break;
-    case Formulation::airframe:
-      return "airframe";
-    case Formulation::table:
-      return "table";
-  }
-  return "closed_loop";
+// What may be tuned, and whose value each number has.
+struct Tuned {
+  std::vector<Key> keys;      // of numbers that may be free or uncertain
+  std::string_view expected;  // what they are
+  std::function<double(const std::string& name)> own;
+  std::vector<Key> disturbed;  // states
+  std::vector<std::string> actuators;
+  std::vector<Measure> measures;
+  bool tiltrotor = true;
+};
+
+bool has_gains(const Condition& condition) {
+  return condition.formulation == Formulation::closed_loop ||
+         condition.formulation == Formulation::own;
 }
 
 std::string without_gains(const Condition& condition) {
   return fmt::format("{} is of formulation {}, which has no gains", in_quotes(condition.name),
-                     name_of(condition.formulation));
+                     to_string(condition.formulation));
 }
 
 // One of the names in the list `conditions`.
@@ -73,7 +77,7 @@ const Condition& named_condition(const Section& section, const Entry& list, cons
                     nearest.empty() ? "" : fmt::format("did you mean '{}'? ", nearest),
                     fmt::join(names, ", ")));
   }
-  if (at->formulation != Formulation::closed_loop)
+  if (!has_gains(*at))
     section.refuse(named,
                    fmt::format("{}; expected conditions of closed_loop alone", without_gains(*at)));
   return *at;
@@ -100,7 +104,7 @@ std::vector<std::string> every_condition(const Section& section,
                                          const std::vector<Condition>& conditions) {
   std::vector<std::string> names;
   for (const Condition& condition : conditions) {
-    if (condition.formulation != Formulation::closed_loop)
+    if (!has_gains(condition))
       section.refuse("conditions", fmt::format("is missing, so all are tuned, and {}; expected the "
                                                "names of conditions of closed_loop",
                                                without_gains(condition)));
@@ -179,20 +183,22 @@ std::vector<double> read_schedule(const Section& section) {
 // ---- what is free and what is uncertain ----
 
 // A number of the vehicle: those of a condition are its own at each operating point.
-Key vehicle_key(const Section& section) {
-  section.require("key", "a number in quotes, as \"gains.K_Lp\" or \"aircraft.mass\"");
+Key tuned_key(const Section& section, const Tuned& tuned) {
+  section.require("key", tuned.tiltrotor
+                             ? "a number in quotes, as \"gains.K_Lp\" or \"aircraft.mass\""
+                             : "the name of a parameter in quotes");
   const std::string name = section.text("key");
-  constexpr std::string_view expected = "expected an aircraft.* or gains.* number";
+  const auto at = std::ranges::find(tuned.keys, name, &Key::name);
+  if (at != tuned.keys.end()) return *at;
   try {
-    Key key = study_key(name);
-    if (key.name.find('.') != std::string::npos) return key;
+    (void)key_among(tuned.tiltrotor ? study_keys() : tuned.keys, name);
   } catch (const std::invalid_argument& e) {
-    section.refuse(*section.find("key"), fmt::format("{}; {}", e.what(), expected));
+    section.refuse(*section.find("key"), fmt::format("{}; {}", e.what(), tuned.expected));
   }
   section.refuse(*section.find("key"),
                  fmt::format("{} belongs to the conditions, and each operating point has its own; "
                              "{}",
-                             name, expected));
+                             name, tuned.expected));
 }
 
 // From `from` to `to`, in SI.
@@ -213,9 +219,10 @@ void check_new(const Section& section, const Key& key, const auto& earlier) {
                      fmt::format("{} is given twice; expected each number once", key.name));
 }
 
-FreeGain read_gain(const Section& section, const std::vector<FreeGain>& earlier) {
+FreeGain read_gain(const Section& section, const Tuned& tuned,
+                   const std::vector<FreeGain>& earlier) {
   section.allow_only({"key", "from", "to", "spacing"});
-  const Key key = vehicle_key(section);
+  const Key key = tuned_key(section, tuned);
   check_new(section, key, earlier);
   const Range ends = read_ends(section, key);
   const bool logarithmic = section.choice("spacing", {"log", "linear"}) == 0;
@@ -228,13 +235,14 @@ FreeGain read_gain(const Section& section, const std::vector<FreeGain>& earlier)
 }
 
 // Of the study's own value to either side, in SI.
-Range read_percent(const Section& section, const Key& key, const Vehicle& vehicle) {
+Range read_percent(const Section& section, const Key& key,
+                   const std::function<double(const std::string& name)>& own_value) {
   for (const char* other : {"from", "to"})
     if (const Entry* entry = section.find(other))
       section.refuse(*entry, "stands beside percent; expected one or the other");
   const Entry& entry = *section.find("percent");
   const double percent = section.number(entry, {0, 1000, "percent"});
-  const double own = own_value(vehicle, key.signal), reach = std::abs(own) * percent / 100;
+  const double own = own_value(key.signal), reach = std::abs(own) * percent / 100;
   if (own == 0)
     section.refuse(
         entry, fmt::format("{} is 0, and a share of it nothing; expected from and to", key.name));
@@ -251,25 +259,25 @@ Range read_percent(const Section& section, const Key& key, const Vehicle& vehicl
   return ends;
 }
 
-Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Vehicle& vehicle) {
+Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Tuned& tuned) {
   section.allow_only({"key", "percent", "from", "to"});
-  const Key key = vehicle_key(section);
+  const Key key = tuned_key(section, tuned);
   check_new(section, key, tune.uncertain);
   if (std::ranges::find(tune.gains, key.signal, &FreeGain::name) != tune.gains.end())
     section.refuse(
         *section.find("key"),
         fmt::format("{} is free in [[tune.gain]]; expected a number that is not chosen", key.name));
-  const Range ends = read_reach(section, key, vehicle);
+  const Range ends = read_reach(section, key, tuned.own);
   return {key.signal, ends.lower, ends.upper};
 }
 
 // Between which values a number is tried.
-Range reach_of(const std::string& name, const TuneTable& tune, const Vehicle& vehicle) {
+Range reach_of(const std::string& name, const TuneTable& tune, const Tuned& tuned) {
   for (const FreeGain& gain : tune.gains)
     if (gain.name == name) return {gain.lower, gain.upper};
   for (const Uncertain& number : tune.uncertain)
     if (number.name == name) return {number.lower, number.upper};
-  const double own = own_value(vehicle, name);
+  const double own = tuned.own(name);
   return {own, own};
 }
 
@@ -286,14 +294,15 @@ Range reach_of(const std::string& name, const TuneTable& tune, const Vehicle& ve
   section.refuse(lists.front(), fmt::format("makes {} zero", divisor));
 }
 
-void read_numbers(const Section& section, const Vehicle& vehicle, TuneTable& tune) {
+void read_numbers(const Section& section, const Tuned& tuned, TuneTable& tune) {
   section.require("gain", "at least one [[tune.gain]] table");
   for (const Section& gain : section.tables("gain"))
-    tune.gains.push_back(read_gain(gain, tune.gains));
+    tune.gains.push_back(read_gain(gain, tuned, tune.gains));
   for (const Section& number : section.tables("uncertain"))
-    tune.uncertain.push_back(read_uncertain(number, tune, vehicle));
-  check_divisors(section, {"gain", "uncertain"},
-                 [&](const std::string& name) { return reach_of(name, tune, vehicle); });
+    tune.uncertain.push_back(read_uncertain(number, tune, tuned));
+  if (tuned.tiltrotor)
+    check_divisors(section, {"gain", "uncertain"},
+                   [&](const std::string& name) { return reach_of(name, tune, tuned); });
   tune.corners = section.choice("corners", {"all", "none"}) == 0;
   if (tune.corners && tune.uncertain.size() > most_with_corners)
     section.refuse(*section.find("uncertain"),
@@ -304,15 +313,14 @@ void read_numbers(const Section& section, const Vehicle& vehicle, TuneTable& tun
   read_whole(section, "samples", {0, 1000}, tune.samples);
 }
 
-void read_disturbance(const Section& section, std::map<std::string, double>& disturbance) {
-  section.allow_only({"V", "gamma_deg", "theta_deg", "q_deg"});
-  const auto read = [&](const char* key, const char* state, const Accepted& accepted) {
-    if (section.find(key)) disturbance[state] = section.number(key, accepted);
-  };
-  read("V", "V", {-largest, largest, "m/s"});
-  read("gamma_deg", "gamma", any_angle);
-  read("theta_deg", "theta", any_angle);
-  read("q_deg", "q", {-largest, largest, "degrees/s"});
+void read_disturbance(const Section& section, const std::vector<Key>& keys,
+                      std::map<std::string, double>& disturbance) {
+  std::vector<std::string> allowed;
+  for (const Key& key : keys) allowed.push_back(key.name);
+  section.allow_only(allowed);
+  for (const Key& key : keys)
+    if (section.find(key.name))
+      disturbance[key.signal] = section.number(key.name, accepted_by(key));
 }
 
 // ---- what is asked ----
@@ -345,7 +353,7 @@ bool of_an_actuator(Measure measure) {
   }
 }
 
-std::string read_of(const Section& section, Measure measure) {
+std::string read_of(const Section& section, const Tuned& tuned, Measure measure) {
   if (measure == Measure::half_time) {
     section.require("of", "the name of a mode, as of = \"phugoid\"");
     return section.text("of");
@@ -355,17 +363,18 @@ std::string read_of(const Section& section, Measure measure) {
   if (!of_an_actuator(measure))
     section.refuse(
         *of, fmt::format("{} is not of a mode or an actuator; expected no of", to_string(measure)));
-  const std::vector<std::string> actuators{"theta0", "a1s", "delta_e"};
-  return actuators[section.choice("of", actuators)];
+  if (tuned.actuators.empty())
+    section.refuse(*of, "the model has no [[model.loop]]; expected no of");
+  return tuned.actuators[section.choice("of", tuned.actuators)];
 }
 
 // A measure and what it is of; without a limit yet.
-Requirement read_measure(const Section& section, const TuneTable& tune) {
+Requirement read_measure(const Section& section, const Tuned& tuned, const TuneTable& tune) {
   section.require("measure", "what is measured in quotes, as \"damping\"");
   std::vector<std::string> names;
-  for (const Measure measure : measures()) names.push_back(to_string(measure));
-  Requirement asked{measures()[section.choice("measure", names)]};
-  asked.of = read_of(section, asked.measure);
+  for (const Measure measure : tuned.measures) names.push_back(to_string(measure));
+  Requirement asked{tuned.measures[section.choice("measure", names)]};
+  asked.of = read_of(section, tuned, asked.measure);
   const bool disturbed =
       std::ranges::any_of(tune.disturbance, [](const auto& start) { return start.second != 0; });
   if (asked.measure == Measure::response_use && !disturbed)
@@ -379,7 +388,8 @@ Requirement read_measure(const Section& section, const TuneTable& tune) {
 }
 
 // The name alone is short for {measure = name}.
-Requirement read_goal(const Section& section, const path& file, const TuneTable& tune) {
+Requirement read_goal(const Section& section, const path& file, const Tuned& tuned,
+                      const TuneTable& tune) {
   const Entry* goal = section.find("goal");
   if (!goal) return tune.goal;
   Entry written = *goal;
@@ -394,12 +404,12 @@ Requirement read_goal(const Section& section, const path& file, const TuneTable&
   const Section asked(file, written, "in goal", "tune.goal.");
   const std::string no_limit = "a goal has no limit";
   asked.allow_only({"measure", "of"}, {{"at_least", no_limit}, {"at_most", no_limit}});
-  return read_measure(asked, tune);
+  return read_measure(asked, tuned, tune);
 }
 
-Requirement read_limit(const Section& section, const TuneTable& tune) {
+Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTable& tune) {
   section.allow_only({"measure", "at_least", "at_most", "of"});
-  Requirement limit = read_measure(section, tune);
+  Requirement limit = read_measure(section, tuned, tune);
   const bool more = more_is_better(limit.measure);
   const char* right = more ? "at_least" : "at_most";
   if (const Entry* wrong = section.find(more ? "at_most" : "at_least"))
@@ -409,11 +419,11 @@ Requirement read_limit(const Section& section, const TuneTable& tune) {
   return limit;
 }
 
-TuneTable::Front read_front(const Section& section, const TuneTable& tune) {
+TuneTable::Front read_front(const Section& section, const Tuned& tuned, const TuneTable& tune) {
   const std::string moves = "the limit goes from `from` to `to`";
   section.allow_only({"measure", "of", "from", "to", "count"},
                      {{"at_least", moves}, {"at_most", moves}});
-  TuneTable::Front front{read_measure(section, tune)};
+  TuneTable::Front front{read_measure(section, tuned, tune)};
   const Accepted accepted = accepted_by(front.limit.measure);
   front.from = as_written(section, "from", accepted);
   front.to = as_written(section, "to", accepted);
@@ -438,6 +448,32 @@ void read_search(const Section& section, TuneTable& tune) {
   read_whole(section, "robustness", {0, 1e7}, tune.robustness);
 }
 
+// What is free, what disturbs, what is asked, how it is searched.
+void read_rest(const Section& section, const path& file, const Tuned& tuned, TuneTable& tune) {
+  read_numbers(section, tuned, tune);
+  if (const auto start = section.table("disturbance"))
+    read_disturbance(*start, tuned.disturbed, tune.disturbance);
+  tune.goal = read_goal(section, file, tuned, tune);
+  for (const Section& limit : section.tables("limit"))
+    tune.limits.push_back(read_limit(limit, tuned, tune));
+  if (const auto front = section.table("front")) tune.front = read_front(*front, tuned, tune);
+  read_search(section, tune);
+}
+
+// Numbers of the aircraft and gains.
+std::vector<Key> vehicle_keys() {
+  std::vector<Key> keys = study_keys();
+  std::erase_if(keys, [](const Key& key) { return key.name.find('.') == std::string::npos; });
+  return keys;
+}
+
+// Names of its own signals in these.
+std::vector<Key> keys_in(const OwnModel& own, const Signals& signals) {
+  std::vector<Key> keys = own.keys;
+  std::erase_if(keys, [&](const Key& key) { return find(signals, key.signal) < 0; });
+  return keys;
+}
+
 }  // namespace
 
 double own_value(Vehicle vehicle, const std::string& name) {
@@ -447,10 +483,11 @@ double own_value(Vehicle vehicle, const std::string& name) {
                                     std::size_t(index_of(aircraft_signals(), name, "number")));
 }
 
-Range read_reach(const Section& section, const Key& key, const Vehicle& vehicle) {
+Range read_reach(const Section& section, const Key& key,
+                 const std::function<double(const std::string& name)>& own) {
   if (!section.find("percent") && !section.find("from") && !section.find("to"))
     section.refuse("percent", "is missing; expected percent, or from and to");
-  return section.find("percent") ? read_percent(section, key, vehicle) : read_ends(section, key);
+  return section.find("percent") ? read_percent(section, key, own) : read_ends(section, key);
 }
 
 // By which the control law (13) divides, as in [gains].
@@ -476,13 +513,41 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
   tune.conditions = read_places(section, conditions);
   tune.heights = read_heights(section, file);
   tune.schedule = read_schedule(section);
-  read_numbers(section, vehicle, tune);
-  if (const auto start = section.table("disturbance")) read_disturbance(*start, tune.disturbance);
-  tune.goal = read_goal(section, file, tune);
-  for (const Section& limit : section.tables("limit"))
-    tune.limits.push_back(read_limit(limit, tune));
-  if (const auto front = section.table("front")) tune.front = read_front(*front, tune);
-  read_search(section, tune);
+  const Range any{-largest, largest}, turn{any_angle.lower, any_angle.upper};
+  const Tuned tuned{vehicle_keys(),
+                    "expected an aircraft.* or gains.* number",
+                    [&](const std::string& name) { return own_value(vehicle, name); },
+                    {{"V", "V", "m/s", any},
+                     {"gamma_deg", "gamma", "degrees", turn},
+                     {"theta_deg", "theta", "degrees", turn},
+                     {"q_deg", "q", "degrees/s", any}},
+                    {"theta0", "a1s", "delta_e"},
+                    measures()};
+  read_rest(section, file, tuned, tune);
+  return tune;
+}
+
+TuneTable read_own_tune(const Section& section, const path& file, const OwnModel& own,
+                        const std::vector<Condition>& conditions) {
+  section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
+                      "seed", "evaluations", "seconds", "robustness", "disturbance", "gain",
+                      "uncertain", "limit", "front"});
+  TuneTable tune;
+  tune.conditions = read_places(section, conditions);
+  const Signals& parameters = own.model.parameters;
+  Tuned tuned{keys_in(own, parameters),
+              "expected a parameter of the model",
+              [&](const std::string& name) {
+                return own.parameters[index_of(parameters, name, "parameter")];
+              },
+              keys_in(own, own.model.states),
+              {},
+              measures(),
+              false};
+  for (const OwnModel::Loop& loop : own.loops) tuned.actuators.push_back(loop.name);
+  std::erase_if(tuned.measures,
+                [](Measure m) { return m == Measure::flight || m == Measure::tracking; });
+  read_rest(section, file, tuned, tune);
   return tune;
 }
 

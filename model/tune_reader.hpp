@@ -15,12 +15,17 @@ namespace tiltrim::reading {
 TuneTable read_tune(const Section& section, const std::filesystem::path& file,
                     const Vehicle& vehicle, const std::vector<Condition>& conditions);
 
+/// The same of a study with [model].
+TuneTable read_own_tune(const Section& section, const std::filesystem::path& file,
+                        const OwnModel& own, const std::vector<Condition>& conditions);
+
 // What [[montecarlo.scatter]] has in common with [[tune.uncertain]]; names are the models' signals.
 
 /// A number of the aircraft or the gains, SI.
 double own_value(Vehicle vehicle, const std::string& name);
-/// From `from` to `to`, or `percent` of the vehicle's own value to either side; SI.
-Range read_reach(const Section& section, const Key& key, const Vehicle& vehicle);
+/// From `from` to `to`, or `percent` of the number's own value to either side; SI.
+Range read_reach(const Section& section, const Key& key,
+                 const std::function<double(const std::string& name)>& own);
 /// Refuses ends between which the control law (13) divides by zero, at the key that moves them in
 /// the tables of these lists; `reach` has the ends of each number.
 void check_divisors(const Section& section, const std::vector<std::string>& lists,

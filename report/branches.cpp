@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "report/json.hpp"
+#include "report/own_columns.hpp"
 
 namespace tiltrim {
 
@@ -30,11 +31,25 @@ SheetCell value(const Model& model, const BranchPoint& at, std::initializer_list
   return {};
 }
 
-std::vector<SheetColumn> columns(const Key& parameter) {
+using Names = std::vector<std::string>;  // of a user's own model: parameters shown
+
+std::vector<SheetColumn> columns(const BranchAnswer& b, const Names& parameters) {
+  const Key& parameter = b.parameter;
+  const SheetColumn along{parameter.name, parameter.name,
+                          parameter.unit == "degrees" ? "°" : parameter.unit, "{:.8g}"};
+  if (b.start.condition.own) {
+    std::vector<SheetColumn> all = own_columns(b.start.model, parameters);
+    all.insert(all.begin(), {{"name", "condition", ""}, {"kind", "event", ""}, along});
+    all.insert(all.end(), {{"unstable", "unstable", "", "{:.0f}"},
+                           {"eigenvalue_re", "", "", "{}"},
+                           {"eigenvalue_im", "", "", "{}"},
+                           {"residual", "residual", "1/s", "{:.0e}"},
+                           {"which", "which", ""}});
+    return all;
+  }
   return {{"name", "condition", ""},
           {"kind", "event", ""},
-          {parameter.name, parameter.name, parameter.unit == "degrees" ? "°" : parameter.unit,
-           "{:.8g}"},
+          along,
           {"V", "V", "m/s", "{:.6f}"},
           {"gamma_deg", "γ", "°", "{:.4f}"},
           {"eta_deg", "η", "°", "{:.4f}"},
@@ -50,8 +65,17 @@ std::vector<SheetColumn> columns(const Key& parameter) {
           {"which", "which", ""}};
 }
 
-std::vector<SheetCell> row(const BranchAnswer& b, const BranchPoint& at, std::string kind) {
+std::vector<SheetCell> row(const BranchAnswer& b, const Names& parameters, const BranchPoint& at,
+                           std::string kind) {
   const Model& m = b.start.model;
+  const SheetCell unstable = at.unstable ? SheetCell(double(*at.unstable)) : SheetCell();
+  if (b.start.condition.own) {
+    std::vector<SheetCell> all = own_cells(m, parameters, at.point, at.outputs);
+    all.insert(all.begin(), {b.start.condition.name, SheetCell(std::move(kind)),
+                             b.parameter.in_study(at.parameter)});
+    all.insert(all.end(), {unstable, {}, {}, at.residual, {}});
+    return all;
+  }
   return {b.start.condition.name,
           std::move(kind),
           b.parameter.in_study(at.parameter),
@@ -63,18 +87,18 @@ std::vector<SheetCell> row(const BranchAnswer& b, const BranchPoint& at, std::st
           value(m, at, {"theta0"}),
           value(m, at, {"a1s"}, degrees),
           value(m, at, {"delta_e"}, degrees),
-          at.unstable ? SheetCell(double(*at.unstable)) : SheetCell(),
+          unstable,
           {},
           {},
           at.residual,
           {}};
 }
 
-std::vector<SheetCell> row(const BranchAnswer& b, const BranchEvent& e) {
-  std::vector<SheetCell> cells = row(b, e.at, to_string(e.kind));
+std::vector<SheetCell> row(const BranchAnswer& b, const Names& parameters, const BranchEvent& e) {
+  std::vector<SheetCell> cells = row(b, parameters, e.at, to_string(e.kind));
   if (e.eigenvalue) {
-    cells[12] = e.eigenvalue->real();
-    cells[13] = e.eigenvalue->imag();
+    cells[cells.size() - 4] = e.eigenvalue->real();
+    cells[cells.size() - 3] = e.eigenvalue->imag();
   }
   cells.back() = SheetCell(e.which);
   return cells;
@@ -123,11 +147,13 @@ void drop_repeated(Sheet& sheet) {
 // For people: eigenvalues are told in words.
 Sheet events_sheet(const BranchAnswer& b) {
   Sheet sheet;
-  sheet.columns = columns(b.parameter);
-  if (!b.branch.points.empty()) sheet.rows.push_back(row(b, b.branch.points.front(), "start"));
+  const Names parameters = shown_parameters({b.start.condition});
+  sheet.columns = columns(b, parameters);
+  if (!b.branch.points.empty())
+    sheet.rows.push_back(row(b, parameters, b.branch.points.front(), "start"));
   for (const BranchEvent& e : b.branch.events) {
     if (b.branch.points.empty()) break;  // the end has no trim
-    std::vector<SheetCell> cells = row(b, e);
+    std::vector<SheetCell> cells = row(b, parameters, e);
     cells.back() = SheetCell(words(e));
     sheet.rows.push_back(cells);
   }
@@ -139,16 +165,19 @@ Sheet events_sheet(const BranchAnswer& b) {
 
 Sheet branches_sheet(const std::vector<BranchAnswer>& branches) {
   Sheet sheet;
+  std::vector<Condition> conditions;
+  for (const BranchAnswer& b : branches) conditions.push_back(b.start.condition);
+  const Names parameters = shown_parameters(conditions);
   for (const BranchAnswer& b : branches) {
-    if (sheet.columns.empty()) sheet.columns = columns(b.parameter);
+    if (sheet.columns.empty()) sheet.columns = columns(b, parameters);
     auto event = b.branch.events.begin();
     const auto events_before = [&](std::size_t points) {
       for (; event != b.branch.events.end() && event->after <= points; ++event)
-        if (!b.branch.points.empty()) sheet.rows.push_back(row(b, *event));
+        if (!b.branch.points.empty()) sheet.rows.push_back(row(b, parameters, *event));
     };
     for (std::size_t i = 0; i < b.branch.points.size(); ++i) {
       events_before(i);
-      sheet.rows.push_back(row(b, b.branch.points[i], i == 0 ? "start" : "point"));
+      sheet.rows.push_back(row(b, parameters, b.branch.points[i], i == 0 ? "start" : "point"));
     }
     events_before(b.branch.points.size());
   }

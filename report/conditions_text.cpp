@@ -6,6 +6,7 @@
 
 #include "report/conditions.hpp"
 #include "report/modes.hpp"
+#include "report/own_columns.hpp"
 
 namespace tiltrim {
 
@@ -33,9 +34,40 @@ SheetCell cell(std::optional<double> number, double factor = 1.0) {
   return number ? SheetCell(*number * factor) : SheetCell();
 }
 
-// What was asked is shown whatever the outcome; what was found, only where it is an equilibrium.
-std::vector<SheetCell> trim_row(const ConditionReport& c) {
+bool is_own(const std::vector<ConditionReport>& conditions) {
+  return !conditions.empty() && conditions.front().answer.condition.own;
+}
+
+std::vector<std::string> shown_parameters(const std::vector<ConditionReport>& conditions) {
+  std::vector<Condition> all;
+  for (const ConditionReport& c : conditions) all.push_back(c.answer.condition);
+  return tiltrim::shown_parameters(all);
+}
+
+// How good the trim is, and what it is.
+void add_status(const Answer& a, std::vector<SheetCell>& row) {
+  row.push_back(SheetCell(a.trim.residual));
+  const Tone tone = a.trim ? Tone::good : a.has_equilibrium() ? Tone::doubtful : Tone::bad;
+  row.push_back(SheetCell(to_string(a.trim.status), tone));
+}
+
+// Of a study with [model]: every signal, where it is an equilibrium.
+std::vector<SheetCell> own_row(const ConditionReport& c,
+                               const std::vector<std::string>& parameters) {
   const Answer& a = c.answer;
+  std::vector<SheetCell> row{a.condition.name};
+  std::vector<SheetCell> cells = own_cells(a.model, parameters, a.trim.point, a.trim.outputs);
+  if (!a.has_equilibrium()) cells.assign(cells.size(), {});
+  row.insert(row.end(), cells.begin(), cells.end());
+  add_status(a, row);
+  return row;
+}
+
+// What was asked is shown whatever the outcome; what was found, only where it is an equilibrium.
+std::vector<SheetCell> trim_row(const ConditionReport& c,
+                                const std::vector<std::string>& parameters) {
+  const Answer& a = c.answer;
+  if (a.condition.own) return own_row(c, parameters);
   const bool found = a.has_equilibrium();
   const bool asked = a.condition.formulation == Formulation::closed_loop;
   const auto show = [&](bool known, std::initializer_list<const char*> names, double factor) {
@@ -58,9 +90,7 @@ std::vector<SheetCell> trim_row(const ConditionReport& c) {
   row.push_back(show(found, {"theta0"}, 1.0));
   row.push_back(show(found, {"a1s"}, degrees));
   row.push_back(show(found, {"delta_e"}, degrees));
-  row.push_back(SheetCell(a.trim.residual));
-  const Tone tone = a.trim ? Tone::good : found ? Tone::doubtful : Tone::bad;
-  row.push_back(SheetCell(to_string(a.trim.status), tone));
+  add_status(a, row);
   return row;
 }
 
@@ -88,26 +118,41 @@ std::vector<std::string> remarks(const ConditionReport& c) {
 const char* formulation_name(Formulation f) {
   return f == Formulation::closed_loop ? "closed loop"
          : f == Formulation::airframe  ? "airframe alone"
+         : f == Formulation::own       ? "own model"
                                        : "table";
+}
+
+std::vector<SheetColumn> trim_columns(const std::vector<ConditionReport>& conditions) {
+  const SheetColumn name{"name", "condition", ""}, status{"status", "status", ""};
+  const SheetColumn residual{"residual", "residual", "1/s", magnitude_only};
+  if (is_own(conditions)) {
+    std::vector<SheetColumn> columns =
+        own_columns(conditions.front().answer.model, shown_parameters(conditions));
+    columns.insert(columns.begin(), name);
+    columns.insert(columns.end(), {residual, status});
+    return columns;
+  }
+  return {name,
+          {"V", "V", "m/s", "{:.2f}"},
+          {"gamma_deg", "γ", "°", "{:.2f}"},
+          {"eta_deg", "η", "°", "{:.2f}"},
+          {"theta_deg", "θ", "°", "{:.3f}"},
+          {"alpha_deg", "α", "°", "{:.3f}"},
+          {"theta0", "θ₀", "", "{:.5f}"},
+          {"a1s_deg", "a1s", "°", "{:.3f}"},
+          {"delta_e_deg", "δe", "°", "{:.3f}"},
+          residual,
+          status};
 }
 
 }  // namespace
 
 Sheet trim_sheet(const std::vector<ConditionReport>& conditions) {
   Sheet sheet;
-  sheet.columns = {{"name", "condition", ""},
-                   {"V", "V", "m/s", "{:.2f}"},
-                   {"gamma_deg", "γ", "°", "{:.2f}"},
-                   {"eta_deg", "η", "°", "{:.2f}"},
-                   {"theta_deg", "θ", "°", "{:.3f}"},
-                   {"alpha_deg", "α", "°", "{:.3f}"},
-                   {"theta0", "θ₀", "", "{:.5f}"},
-                   {"a1s_deg", "a1s", "°", "{:.3f}"},
-                   {"delta_e_deg", "δe", "°", "{:.3f}"},
-                   {"residual", "residual", "1/s", magnitude_only},
-                   {"status", "status", ""}};
+  sheet.columns = trim_columns(conditions);
+  const std::vector<std::string> parameters = shown_parameters(conditions);
   for (const ConditionReport& c : conditions) {
-    sheet.rows.push_back(trim_row(c));
+    sheet.rows.push_back(trim_row(c, parameters));
     for (const std::string& note : remarks(c))
       sheet.notes.push_back(c.answer.condition.name + ": " + note + ".");
     if (c.why)
@@ -117,7 +162,9 @@ Sheet trim_sheet(const std::vector<ConditionReport>& conditions) {
 }
 
 Sheet all_sheet(const std::vector<ConditionReport>& conditions) {
-  Sheet sheet = trim_sheet({});
+  Sheet sheet;
+  sheet.columns = trim_columns(conditions);
+  const std::vector<std::string> parameters = shown_parameters(conditions);
   sheet.columns[0].title = "equilibrium";
   sheet.columns.push_back({"verdict", "verdict", ""});
   sheet.columns.push_back({"spectral_abscissa", "largest Re", "1/s", "{:.4f}"});
@@ -129,7 +176,7 @@ Sheet all_sheet(const std::vector<ConditionReport>& conditions) {
     for (const Equilibrium& e : c.all->equilibria) {
       ConditionReport one = c;
       one.answer.trim = e.trim;
-      std::vector<SheetCell> row = trim_row(one);
+      std::vector<SheetCell> row = trim_row(one, parameters);
       row[0] = SheetCell(fmt::format("{} {}", name, ++number));
       row.push_back(e.modes ? SheetCell(to_string(e.modes->verdict), tone_of(e.modes->verdict))
                             : SheetCell());

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "report/json.hpp"
+#include "report/own_columns.hpp"
 
 namespace tiltrim {
 
@@ -16,8 +17,25 @@ namespace {
 
 constexpr double degrees = 180 / std::numbers::pi;
 
-SheetColumn angle(const EnvelopeAnswer& e) {
-  return {e.table.over.name, e.table.over.signal == "eta" ? "η" : "γ", "°", "{:.2f}"};
+// A number of the envelope's plane in the study's unit: angles of the tiltrotor in degrees.
+double across(const EnvelopeAnswer& e, double x) { return e.table.along.in_study(x); }
+double up(const EnvelopeAnswer& e, double y) {
+  return e.condition.own ? e.table.over.in_study(y) : y * degrees;
+}
+
+std::string unit_of(const Key& key) { return key.unit == "degrees" ? "°" : key.unit; }
+
+SheetColumn over_column(const EnvelopeAnswer& e, const char* format) {
+  const Key& over = e.table.over;
+  if (e.condition.own) return {over.name, over.signal, unit_of(over), "{:.6g}"};
+  return {over.name, over.signal == "eta" ? "η" : "γ", "°", format};
+}
+
+SheetColumn along_column(const EnvelopeAnswer& e, const std::string& which, const char* format) {
+  const Key& along = e.table.along;
+  return {which.empty() ? along.name : along.name + "_" + which,
+          which.empty() ? along.signal : along.signal + " " + which, unit_of(along),
+          e.condition.own ? "{:.7g}" : format};
 }
 
 std::string held(const EnvelopeAnswer& e) {
@@ -35,49 +53,64 @@ std::string words(const std::string& name) {
 
 Sheet envelope_sheet(const EnvelopeAnswer& e) {
   Sheet sheet;
-  sheet.columns = {angle(e),
-                   {"V_from", "V from", "m/s", "{:.6f}"},
+  sheet.columns = {over_column(e, "{:.2f}"),
+                   along_column(e, "from", "{:.6f}"),
                    {"from", "stopped by", ""},
-                   {"V_to", "V to", "m/s", "{:.6f}"},
+                   along_column(e, "to", "{:.6f}"),
                    {"to", "stopped by", ""}};
   for (const Envelope& part : e.parts)
     for (const EnvelopeRow& row : part.rows) {
       if (row.intervals.empty())
-        sheet.rows.push_back({row.y * degrees, {}, SheetCell("no trim found"), {}, {}});
+        sheet.rows.push_back({up(e, row.y), {}, SheetCell("no trim found"), {}, {}});
       for (const EnvelopeInterval& i : row.intervals)
-        sheet.rows.push_back({row.y * degrees, i.from.x, SheetCell(words(i.from.name)), i.to.x,
-                              SheetCell(words(i.to.name))});
+        sheet.rows.push_back({up(e, row.y), across(e, i.from.x), SheetCell(words(i.from.name)),
+                              across(e, i.to.x), SheetCell(words(i.to.name))});
     }
   return sheet;
 }
 
+namespace {
+
+std::vector<SheetColumn> border_columns(const EnvelopeAnswer& e) {
+  std::vector<SheetColumn> columns{{"name", "", ""},
+                                   {"piece", "", ""},
+                                   {"stopped_by", "", ""},
+                                   along_column(e, "", "{}"),
+                                   over_column(e, "{}")};
+  const std::vector<SheetColumn> own = e.condition.own
+                                           ? own_columns(e.model, {})
+                                           : std::vector<SheetColumn>{{"theta_deg", "", ""},
+                                                                      {"theta0", "", ""},
+                                                                      {"a1s_deg", "", ""},
+                                                                      {"delta_e_deg", "", ""}};
+  columns.insert(columns.end(), own.begin(), own.end());
+  columns.insert(columns.end(), {{"outer", "", ""}, {"residual", "", ""}});
+  return columns;
+}
+
+std::vector<SheetCell> border_cells(const EnvelopeAnswer& e, const BorderPoint& p) {
+  if (e.condition.own) return own_cells(e.model, {}, p.point, p.outputs);
+  const auto output = [&](const char* name) { return p.outputs[find(e.model.outputs, name)]; };
+  return {p.point.x[find(e.model.states, "theta")] * degrees, output("theta0"),
+          output("a1s") * degrees, output("delta_e") * degrees};
+}
+
+}  // namespace
+
 Sheet border_sheet(const std::vector<EnvelopeAnswer>& envelopes) {
   Sheet sheet;
   for (const EnvelopeAnswer& e : envelopes) {
-    if (sheet.columns.empty())
-      sheet.columns = {{"name", "", ""},
-                       {"piece", "", ""},
-                       {"stopped_by", "", ""},
-                       {"V", "", ""},
-                       angle(e),
-                       {"theta_deg", "", ""},
-                       {"theta0", "", ""},
-                       {"a1s_deg", "", ""},
-                       {"delta_e_deg", "", ""},
-                       {"outer", "", ""},
-                       {"residual", "", ""}};
+    if (sheet.columns.empty()) sheet.columns = border_columns(e);
     double piece = 0;
     for (const Envelope& part : e.parts)
       for (const BorderPiece& b : part.pieces) {
         ++piece;
         for (const BorderPoint& p : b.points) {
-          const auto output = [&](const char* name) {
-            return p.outputs[find(e.model.outputs, name)];
-          };
-          sheet.rows.push_back({e.condition.name, piece, b.name, p.x, p.y * degrees,
-                                p.point.x[find(e.model.states, "theta")] * degrees,
-                                output("theta0"), output("a1s") * degrees,
-                                output("delta_e") * degrees, p.outer ? 1.0 : 0.0, p.residual});
+          std::vector<SheetCell> row{e.condition.name, piece, b.name, across(e, p.x), up(e, p.y)};
+          const std::vector<SheetCell> own = border_cells(e, p);
+          row.insert(row.end(), own.begin(), own.end());
+          row.insert(row.end(), {p.outer ? 1.0 : 0.0, p.residual});
+          sheet.rows.push_back(row);
         }
       }
   }
@@ -88,16 +121,10 @@ namespace {
 
 // The pieces of the border, for people.
 Sheet pieces_sheet(const EnvelopeAnswer& e) {
-  const Key& over = e.table.over;
   Sheet border;
-  border.columns = {{"", "border", ""},
-                    {"", "V", "m/s", "{:.4f}"},
-                    {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
-                    {"", "begins at", ""},
-                    {"", "V", "m/s", "{:.4f}"},
-                    {"", over.signal == "eta" ? "η" : "γ", "°", "{:.3f}"},
-                    {"", "ends at", ""},
-                    {"", "points", "", "{:.0f}"}};
+  border.columns = {{"", "border", ""},    along_column(e, "", "{:.4f}"), over_column(e, "{:.3f}"),
+                    {"", "begins at", ""}, along_column(e, "", "{:.4f}"), over_column(e, "{:.3f}"),
+                    {"", "ends at", ""},   {"", "points", "", "{:.0f}"}};
   std::size_t inner = 0, multiple = 0;
   for (const Envelope& part : e.parts) {
     for (Index k = 0; k < part.count.size(); ++k) multiple += part.count.data()[k] > 1;
@@ -108,8 +135,8 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
         continue;
       }
       const BorderPoint &first = b.points.front(), &last = b.points.back();
-      border.rows.push_back({SheetCell(words(b.name)), first.x, first.y * degrees,
-                             SheetCell(words(b.from)), last.x, last.y * degrees,
+      border.rows.push_back({SheetCell(words(b.name)), across(e, first.x), up(e, first.y),
+                             SheetCell(words(b.from)), across(e, last.x), up(e, last.y),
                              SheetCell(words(b.to)), double(b.points.size())});
     }
   }
@@ -122,6 +149,9 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
 }
 
 std::string asked(const EnvelopeAnswer& e) {
+  if (e.condition.own)
+    return fmt::format("{}: {} with a trim within the limits, over {}", e.condition.name,
+                       e.table.along.signal, e.table.over.signal);
   return fmt::format("{}: speeds with a trim within the limits, over {} at {}", e.condition.name,
                      e.table.over.signal == "eta" ? "tilt (conversion corridor)" : "path angle",
                      held(e));
@@ -159,7 +189,7 @@ std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelop
 std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
   ordered_json all{{"envelopes", ordered_json::array()}};
   for (const EnvelopeAnswer& e : envelopes) {
-    const std::string& over = e.table.over.name;
+    const std::string &over = e.table.over.name, &along = e.table.along.name;
     ordered_json j{{"condition", e.condition.name}, {"over", over}, {"model", e.model.name}};
     j["parts"] = ordered_json::array();
     for (const Envelope& part : e.parts) {
@@ -167,15 +197,16 @@ std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
       p["status"] = part.status == EnvelopeStatus::complete ? "complete"
                     : part.status == EnvelopeStatus::empty  ? "empty"
                                                             : "interrupted";
-      p["V"] = {part.x.range.lower, part.x.range.upper};
-      p[over] = {part.y.range.lower * degrees, part.y.range.upper * degrees};
+      p[along] = {across(e, part.x.range.lower), across(e, part.x.range.upper)};
+      p[over] = {up(e, part.y.range.lower), up(e, part.y.range.upper)};
       p["evaluations"] = part.evaluations;
       p["rows"] = ordered_json::array();
       for (const EnvelopeRow& row : part.rows) {
-        ordered_json r{{over, row.y * degrees}, {"intervals", ordered_json::array()}};
+        ordered_json r{{over, up(e, row.y)}, {"intervals", ordered_json::array()}};
         for (const EnvelopeInterval& i : row.intervals)
-          r["intervals"].push_back({{"from", {{"V", i.from.x}, {"which", i.from.name}}},
-                                    {"to", {{"V", i.to.x}, {"which", i.to.name}}}});
+          r["intervals"].push_back(
+              {{"from", {{along, across(e, i.from.x)}, {"which", i.from.name}}},
+               {"to", {{along, across(e, i.to.x)}, {"which", i.to.name}}}});
         p["rows"].push_back(r);
       }
       p["pieces"] = ordered_json::array();
@@ -183,7 +214,7 @@ std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
         ordered_json piece{{"which", b.name}, {"from", b.from}, {"to", b.to}};
         piece["points"] = ordered_json::array();
         for (const BorderPoint& at : b.points) {
-          ordered_json point{{"V", at.x}, {over, at.y * degrees}, {"outer", at.outer}};
+          ordered_json point{{along, across(e, at.x)}, {over, up(e, at.y)}, {"outer", at.outer}};
           point.update(json::point(e.model, at.point, at.outputs));
           point["residual"] = at.residual;
           piece["points"].push_back(point);

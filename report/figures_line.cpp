@@ -122,6 +122,7 @@ Range limits_of(const Vehicle& vehicle, const std::string& key) {
   const auto in_degrees = [](const Range& r) {
     return Range{r.lower * degrees, r.upper * degrees};
   };
+  if (!vehicle.polar) return {};
   if (key == "theta0") return vehicle.limits.theta0;
   if (key == "a1s_deg") return in_degrees(vehicle.limits.a1s);
   if (key == "delta_e_deg") return in_degrees(vehicle.limits.delta_e);
@@ -188,9 +189,17 @@ Figure trim_figure(const Line& line, const Track& track, const Vehicle& vehicle)
     if (!figure.panels.empty()) figure.panels.back().x.label.clear();
     figure.panels.push_back(trim_panel(line, track, *shown, vehicle, figure.panels.empty()));
   };
-  add("theta_deg");
+  const auto key_of = [](const Signal& s) { return s.name + (s.unit == "rad" ? "_deg" : ""); };
+  constexpr std::size_t most = 8;  // panels, of a model of the user's own
+  if (vehicle.polar) {
+    add("theta_deg");
+  } else {
+    for (const Signal& s : line.map.states)
+      if (figure.panels.size() < most) add(key_of(s));
+  }
   for (const Signal& s : line.map.inputs)
-    if (s.name != "eta") add(s.name + (s.unit == "rad" ? "_deg" : ""));
+    if (s.name != "eta" || !vehicle.polar)
+      if (figure.panels.size() < most) add(key_of(s));
   return figure;
 }
 

@@ -321,13 +321,15 @@ std::vector<Sheet> flight_document(const FlightReport& report) {
   return sheets;
 }
 
-Sheet flight_sheet(const FlightReport& report) {
+Sheet flight_sheet(const FlightReport& report) { return table_sheet(report.table); }
+
+Sheet table_sheet(const FlightTable& table) {
   Sheet sheet;
-  for (const FlightColumn& c : report.table.columns)
+  for (const FlightColumn& c : table.columns)
     sheet.columns.push_back({c.name, c.name, c.unit, "{}"});
-  for (std::size_t k = 0; k < report.table.rows(); ++k) {
+  for (std::size_t k = 0; k < table.rows(); ++k) {
     std::vector<SheetCell> row;
-    for (const FlightColumn& c : report.table.columns) row.emplace_back(c.values[k]);
+    for (const FlightColumn& c : table.columns) row.emplace_back(c.values[k]);
     sheet.rows.push_back(std::move(row));
   }
   return sheet;

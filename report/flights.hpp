@@ -32,6 +32,7 @@ std::string flight_json(const FlightReport& report);
 std::vector<std::string> flight_words(const FlightReport& report);
 /// Every sample.
 Sheet flight_sheet(const FlightReport& report);
+Sheet table_sheet(const FlightTable& table);
 
 /// The paper's Figures 5-9 for gnuplot, which reads flight.csv beside the script and writes each
 /// figure as NAME.svg and NAME.png.

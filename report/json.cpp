@@ -16,7 +16,8 @@ ordered_json named(const Signals& signals, const Eigen::VectorXd& values, std::s
 ordered_json actuators(const Model& model, const OperatingPoint& at,
                        const Eigen::VectorXd& outputs) {
   constexpr std::size_t count = 3;  // theta0, a1s, delta_e
-  return model.inputs.empty() ? named(model.outputs, outputs, count) : named(model.inputs, at.u);
+  const bool closed_loop = model.inputs.empty() && find(model.outputs, "theta0") == 0;
+  return closed_loop ? named(model.outputs, outputs, count) : named(model.inputs, at.u);
 }
 
 ordered_json point(const Model& model, const OperatingPoint& at, const Eigen::VectorXd& outputs) {

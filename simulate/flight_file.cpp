@@ -76,17 +76,25 @@ class Dataset {
 
 }  // namespace
 
-void write_netcdf(const FlightTable& table, const FlightResult& flown, const std::string& study,
-                  const std::string& program, const std::filesystem::path& file) {
+FlightNotes notes_of(const FlightResult& flown) {
+  FlightNotes notes{
+      "flight of the closed loop", "", "", to_string(flown.status), flown.message, {}};
+  for (const FlightEvent& e : flown.events)
+    notes.events.push_back({e.t, to_string(e.kind), e.what});
+  return notes;
+}
+
+void write_netcdf(const FlightTable& table, const FlightNotes& notes,
+                  const std::filesystem::path& file) {
   Dataset set(file);
   set.text(NC_GLOBAL, "Conventions", "CF-1.8");
-  set.text(NC_GLOBAL, "title", "flight of the closed loop");
-  set.text(NC_GLOBAL, "study", study);
-  set.text(NC_GLOBAL, "program", program);
-  set.text(NC_GLOBAL, "status", to_string(flown.status));
-  set.text(NC_GLOBAL, "message", flown.message);
+  set.text(NC_GLOBAL, "title", notes.title);
+  set.text(NC_GLOBAL, "study", notes.study);
+  set.text(NC_GLOBAL, "program", notes.program);
+  set.text(NC_GLOBAL, "status", notes.status);
+  set.text(NC_GLOBAL, "message", notes.message);
   const int time = set.dimension("time", table.rows());
-  const int event = set.dimension("event", flown.events.size());
+  const int event = set.dimension("event", notes.events.size());
   std::vector<int> columns;
   for (const FlightColumn& c : table.columns) {
     columns.push_back(set.variable(c.name, NC_DOUBLE, time));
@@ -100,9 +108,9 @@ void write_netcdf(const FlightTable& table, const FlightResult& flown, const std
   set.end_definitions();
   std::vector<double> times;
   std::vector<std::string> kinds, whats;
-  for (const FlightEvent& e : flown.events) {
+  for (const FlightNotes::Event& e : notes.events) {
     times.push_back(e.t);
-    kinds.push_back(to_string(e.kind));
+    kinds.push_back(e.kind);
     whats.push_back(e.what);
   }
   for (std::size_t k = 0; k < columns.size(); ++k) set.put(columns[k], table.columns[k].values);

@@ -26,9 +26,20 @@ struct FlightTable {
 };
 FlightTable flight_table(const Flight& flight, const FlightResult& flown);
 
-/// NetCDF-4 with dimension `time`, and the events beside it; written whole or not at all. `study`
-/// and `program` become attributes. Throws std::runtime_error "path: why".
-void write_netcdf(const FlightTable& table, const FlightResult& flown, const std::string& study,
-                  const std::string& program, const std::filesystem::path& file);
+/// What stands in a file beside the table: attributes and events.
+struct FlightNotes {
+  struct Event {
+    double t = 0.0;
+    std::string kind, what;
+  };
+  std::string title, study, program, status, message;
+  std::vector<Event> events;
+};
+FlightNotes notes_of(const FlightResult& flown);
+
+/// NetCDF-4 with dimension `time`, and the events beside it; written whole or not at all. Throws
+/// std::runtime_error "path: why".
+void write_netcdf(const FlightTable& table, const FlightNotes& notes,
+                  const std::filesystem::path& file);
 
 }  // namespace tiltrim

@@ -74,6 +74,27 @@ SweepRequest airframe_request(const Vehicle& vehicle, const Condition& condition
   return {condition.name, problem.model, problem.spec, problem.guess, names(problem.model.inputs)};
 }
 
+SweepRequest own_request(const Condition& condition) {
+  const TrimProblem problem = own_problem(condition);
+  return {condition.name, problem.model, problem.spec, problem.guess, names(problem.model.inputs)};
+}
+
+SweepRequest request_of(const Study& study, const Condition& condition,
+                        const std::vector<SweepAxis>& axes) {
+  switch (condition.formulation) {
+    case Formulation::closed_loop:
+      return closed_loop_request(vehicle_at(study, condition), condition, axes);
+    case Formulation::airframe:
+      return airframe_request(study.vehicle, condition);
+    case Formulation::own:
+      return own_request(condition);
+    case Formulation::table:
+      break;
+  }
+  throw std::invalid_argument(
+      "formulation table has no linear model to sweep; expected closed_loop or airframe");
+}
+
 void check_keys(const Model& model, const std::vector<SweepAxis>& axes) {
   for (const SweepAxis& axis : axes)
     for (const SweepAxis::Column& column : axis.columns) {
@@ -94,12 +115,7 @@ std::vector<SweepRequest> sweep_requests(const Study& study,
   std::vector<SweepRequest> requests;
   for (const Condition& condition : conditions) {
     try {
-      if (condition.formulation == Formulation::table)
-        throw std::invalid_argument(
-            "formulation table has no linear model to sweep; expected closed_loop or airframe");
-      requests.push_back(condition.formulation == Formulation::closed_loop
-                             ? closed_loop_request(vehicle_at(study, condition), condition, axes)
-                             : airframe_request(study.vehicle, condition));
+      requests.push_back(request_of(study, condition, axes));
       check_keys(requests.back().model, axes);
     } catch (const std::invalid_argument& e) {
       throw std::invalid_argument(fmt::format("condition '{}': {}", condition.name, e.what()));

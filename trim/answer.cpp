@@ -14,8 +14,8 @@ Answer closed_loop_answer(const Vehicle& vehicle, const Condition& condition,
           {}};
 }
 
-Answer airframe_answer(const Vehicle& vehicle, const Condition& condition,
-                       const TrimOptions& options) {
+Answer solved_answer(const Vehicle& vehicle, const Condition& condition,
+                     const TrimOptions& options) {
   const TrimProblem problem = problem_of(vehicle, condition);
   return {condition, problem.model, trim(problem.model, problem.spec, problem.guess, options), {}};
 }
@@ -37,6 +37,8 @@ TrimProblem problem_of(const Vehicle& vehicle, const Condition& condition) {
       return closed_loop_problem(vehicle, condition.command);
     case Formulation::airframe:
       return airframe_problem(vehicle, {condition.values, condition.rates, condition.effort});
+    case Formulation::own:
+      return own_problem(condition);
     case Formulation::table:
       break;
   }
@@ -50,7 +52,8 @@ Answer answer(const Vehicle& vehicle, const Condition& condition, const TrimOpti
     case Formulation::closed_loop:
       return closed_loop_answer(vehicle, condition, options);
     case Formulation::airframe:
-      return airframe_answer(vehicle, condition, options);
+    case Formulation::own:
+      return solved_answer(vehicle, condition, options);
     case Formulation::table:
       return table_answer(vehicle, condition, options);
   }

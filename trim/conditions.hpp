@@ -1,4 +1,5 @@
-/// The three trim formulations of the tiltrotor, as problems for trim().
+/// The three trim formulations of the tiltrotor, and those of a study with [model], as problems for
+/// trim().
 #pragma once
 
 #include <map>
@@ -6,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "model/study.hpp"
 #include "model/vehicle.hpp"
 #include "trim/trim.hpp"
 
@@ -40,6 +42,9 @@ struct AirframeCondition {
 };
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition);
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition, Axes axes);
+
+/// A condition of a study with [model]: what is fixed stands in the guess, the rest is free.
+TrimProblem own_problem(const Condition& condition);
 
 /// Formulation 3: coefficients given as in Table 2. theta0, a1s and the dynamic pressure's share k
 /// of the weight solve the first two rows of (15) as printed; the third leaves the moment

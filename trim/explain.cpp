@@ -183,7 +183,8 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
 
 std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& condition,
                                    const TrimOptions& options) {
-  if (condition.formulation == Formulation::table) return {};
+  if (condition.formulation == Formulation::table || condition.formulation == Formulation::own)
+    return {};
   const bool closed = condition.formulation == Formulation::closed_loop;
   if (closed && condition.command.V <= 0) return {};
   const AirframeCondition c = alone(vehicle, condition, condition.command.eta);

@@ -52,6 +52,12 @@ Eigen::VectorXd own_numbers(const Study& study) {
   const std::vector<double> tilts =
       table.schedule.empty() ? std::vector<double>{0.0} : table.schedule;
   std::vector<double> numbers;
+  if (study.own) {
+    for (const FreeGain& g : table.gains)
+      numbers.push_back(
+          study.own->parameters[index_of(study.own->model.parameters, g.name, "parameter")]);
+    return Eigen::Map<const Eigen::VectorXd>(numbers.data(), std::ssize(numbers));
+  }
   const Model model = closed_loop(study.vehicle);
   for (const FreeGain& g : table.gains)
     for (const double eta : tilts) {
@@ -61,6 +67,79 @@ Eigen::VectorXd own_numbers(const Study& study) {
       numbers.push_back(p[index_of(model.parameters, g.name, "parameter")]);
     }
   return Eigen::Map<const Eigen::VectorXd>(numbers.data(), std::ssize(numbers));
+}
+
+// The model of the user's own with nothing but its loops' inputs, the others held where the
+// condition holds them; named as margins look for them.
+Model broken(const OwnModel& own, const SweepRequest& request) {
+  Model loops = own.model;
+  loops.inputs.clear();
+  loops.outputs.clear();
+  std::vector<Eigen::Index> rows, columns;
+  for (const OwnModel::Loop& loop : own.loops) {
+    loops.inputs.push_back({loop.name + "_added", ""});
+    loops.outputs.push_back({loop.name, ""});
+    columns.push_back(index_of(own.model.inputs, loop.input, "input"));
+    rows.push_back(index_of(own.model.outputs, loop.output, "output"));
+  }
+  for (const Signal& s : own.model.inputs)
+    if (std::ranges::find(request.spec.free, s.name) != request.spec.free.end())
+      throw std::invalid_argument(fmt::format(
+          "the input {} is found by the trim of '{}'; expected a number for it where margins are "
+          "tuned",
+          s.name, request.name));
+  const auto with = [columns, u = request.guess.u](const Eigen::VectorXd& added) {
+    Eigen::VectorXd all = u;
+    for (std::size_t j = 0; j < columns.size(); ++j) all[columns[j]] += added[Eigen::Index(j)];
+    return all;
+  };
+  loops.f = [f = own.model.f, with](const auto& x, const auto& u, const auto& p) {
+    return f(x, with(u), p);
+  };
+  loops.h = [h = own.model.h, with, rows](const auto& x, const auto& u,
+                                          const auto& p) -> Eigen::VectorXd {
+    return h(x, with(u), p)(rows);
+  };
+  loops.switches.clear();
+  return loops;
+}
+
+bool is_margin(const Requirement& r) {
+  return r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
+}
+
+// Of a model of the user's own.
+void add_own(const Study& study, TuneProblem& problem) {
+  const TuneTable& table = table_of(study);
+  problem.disturbance = table.disturbance;
+  const bool margins = is_margin(table.goal) || std::ranges::any_of(table.limits, is_margin) ||
+                       (table.front && is_margin(table.front->limit));
+  if (!margins) return;
+  if (study.own->loops.empty())
+    throw std::invalid_argument(
+        "margins of a model that says no place to break a loop at; expected [[model.loop]] tables");
+  for (const SweepRequest& r : problem.points) problem.loops.push_back(broken(*study.own, r));
+}
+
+// Of the tiltrotor.
+void add_tiltrotor(const Study& study, TuneProblem& problem) {
+  const TuneTable& table = table_of(study);
+  problem.disturbance = state_of(table.disturbance);
+  const auto flies = [](const Requirement& r) {
+    return r.measure == Measure::flight || r.measure == Measure::tracking;
+  };
+  if (flies(table.goal) || std::ranges::any_of(table.limits, flies) ||
+      (table.front && flies(table.front->limit)))
+    problem.flight = flight_figure(study);
+  for (const SweepRequest& r : problem.points) {
+    const bool wind = find(r.model.states, "V_err") >= 0;
+    if (!wind && !problem.disturbance.empty())
+      throw std::invalid_argument(
+          fmt::format("condition '{}' is too slow for a disturbance in wind axes; expected V of {} "
+                      "m/s at least",
+                      r.name, body_axes_below));
+    problem.loops.push_back(closed_loop_with_inputs(study.vehicle, wind ? Axes::wind : Axes::body));
+  }
 }
 
 }  // namespace
@@ -76,24 +155,12 @@ TuneProblem tune_problem(const Study& study) {
   problem.corners = table.corners;
   problem.samples = table.samples;
   problem.sample_seed = table.seed;
-  problem.disturbance = state_of(table.disturbance);
-  const auto flies = [](const Requirement& r) {
-    return r.measure == Measure::flight || r.measure == Measure::tracking;
-  };
-  if (flies(table.goal) || std::ranges::any_of(table.limits, flies) ||
-      (table.front && flies(table.front->limit)))
-    problem.flight = flight_figure(study);
   problem.goal = table.goal;
   problem.limits = table.limits;
-  for (const SweepRequest& r : problem.points) {
-    const bool wind = find(r.model.states, "V_err") >= 0;
-    if (!wind && !problem.disturbance.empty())
-      throw std::invalid_argument(
-          fmt::format("condition '{}' is too slow for a disturbance in wind axes; expected V of {} "
-                      "m/s at least",
-                      r.name, body_axes_below));
-    problem.loops.push_back(closed_loop_with_inputs(study.vehicle, wind ? Axes::wind : Axes::body));
-  }
+  if (study.own)
+    add_own(study, problem);
+  else
+    add_tiltrotor(study, problem);
   return problem;
 }
 

@@ -1,0 +1,68 @@
+#include "report/own_columns.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+namespace tiltrim {
+
+using Eigen::Index;
+
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+bool is_angle(const Signal& signal) { return signal.unit == "rad"; }
+
+SheetColumn column_of(const Signal& s) {
+  return {s.name + (is_angle(s) ? "_deg" : ""), s.name, is_angle(s) ? "°" : s.unit, "{:.7g}"};
+}
+
+// Every signal that has a column, and its number.
+template <class Show>
+void for_each(const Model& model, const std::vector<std::string>& parameters, const Show& show) {
+  const auto all = [&](const Signals& signals, const auto& vector) {
+    for (std::size_t i = 0; i < signals.size(); ++i) show(signals[i], vector, Index(i));
+  };
+  all(model.states, &OperatingPoint::x);
+  all(model.inputs, &OperatingPoint::u);
+  for (std::size_t i = 0; i < model.parameters.size(); ++i)
+    if (std::ranges::find(parameters, model.parameters[i].name) != parameters.end())
+      show(model.parameters[i], &OperatingPoint::p, Index(i));
+}
+
+}  // namespace
+
+std::vector<std::string> shown_parameters(const std::vector<Condition>& conditions) {
+  std::vector<std::string> all;
+  for (const Condition& c : conditions)
+    for (const auto& [name, range] : c.values)
+      if (c.own && find(c.own->model.parameters, name) >= 0 &&
+          std::ranges::find(all, name) == all.end())
+        all.push_back(name);
+  return all;
+}
+
+std::vector<SheetColumn> own_columns(const Model& model,
+                                     const std::vector<std::string>& parameters) {
+  std::vector<SheetColumn> columns;
+  for_each(model, parameters,
+           [&](const Signal& s, auto, Index) { columns.push_back(column_of(s)); });
+  for (const Signal& s : model.outputs) columns.push_back(column_of(s));
+  return columns;
+}
+
+std::vector<SheetCell> own_cells(const Model& model, const std::vector<std::string>& parameters,
+                                 const OperatingPoint& at, const Eigen::VectorXd& outputs) {
+  std::vector<SheetCell> cells;
+  for_each(model, parameters, [&](const Signal& s, auto vector, Index i) {
+    cells.emplace_back((at.*vector)[i] * (is_angle(s) ? degrees : 1.0));
+  });
+  for (std::size_t i = 0; i < model.outputs.size(); ++i)
+    cells.push_back(
+        Index(i) < outputs.size()
+            ? SheetCell(outputs[Index(i)] * (is_angle(model.outputs[i]) ? degrees : 1.0))
+            : SheetCell());
+  return cells;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,116 @@
+#include "simulate/own_motion.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include "linearize/linearize.hpp"
+#include "simulate/comparison.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double degrees = 180 / std::numbers::pi;
+
+const Condition& start_of(const Study& study, const OwnMotion& asked) {
+  const auto at = std::ranges::find(study.conditions, asked.start, &Condition::name);
+  return at == study.conditions.end() ? study.conditions.front() : *at;
+}
+
+// A doublet is a step, then its opposite for as long.
+std::vector<SignalChange> changes_of(const OwnMotion& asked) {
+  constexpr double forever = std::numeric_limits<double>::infinity();
+  std::vector<SignalChange> changes;
+  for (const OwnMotion::Change& c : asked.changes) {
+    const double end = c.duration > 0 ? c.at + c.duration : forever;
+    changes.push_back({c.signal, c.size, c.at, end});
+    if (c.doublet) changes.push_back({c.signal, -c.size, end, end + c.duration});
+  }
+  return changes;
+}
+
+void add(const Signals& signals, const MatrixXd& samples, const char* kind, FlightTable& table,
+         const auto& shown) {
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const Signal& s = signals[i];
+    if (!shown(s)) continue;
+    const bool angle = s.unit == "rad";
+    const VectorXd values = samples.row(Index(i)) * (angle ? degrees : 1.0);
+    table.columns.push_back({s.name + (angle ? "_deg" : ""),
+                             angle ? "degrees" : s.unit,
+                             kind,
+                             {values.data(), values.data() + values.size()}});
+  }
+}
+
+FlightTable table_of(const Model& model, const OwnMotion& asked, const Simulation& s) {
+  FlightTable table;
+  table.columns.push_back({"time", "s", "time", s.t});
+  const auto always = [](const Signal&) { return true; };
+  add(model.states, s.x, "state", table, always);
+  add(model.inputs, s.u, "input", table, always);
+  add(model.parameters, s.p, "parameter", table, [&](const Signal& signal) {
+    return std::ranges::find(asked.changes, signal.name, &OwnMotion::Change::signal) !=
+           asked.changes.end();
+  });
+  add(model.outputs, s.y, "output", table, always);
+  return table;
+}
+
+}  // namespace
+
+MotionAnswer own_motion(const Study& study, const TrimOptions& trimming) {
+  if (!study.own)
+    throw std::invalid_argument("the study has no [model]; expected one, or flight_plan()");
+  MotionAnswer answer;
+  answer.asked = study.own_motion.value_or(OwnMotion{});
+  const Condition& condition = start_of(study, answer.asked);
+  answer.asked.start = condition.name;
+  answer.start = tiltrim::answer(study.vehicle, condition, trimming);
+  if (!answer.start.has_equilibrium()) return answer;
+  const Model& model = answer.start.model;
+  OperatingPoint from = answer.start.trim.point;
+  for (const auto& [name, by] : answer.asked.offset)
+    from.x[index_of(model.states, name, "state")] += by;
+  IntegrateOptions options;
+  options.tolerance = answer.asked.tolerance;
+  options.sample = answer.asked.sample;
+  options.stop = trimming.stop;
+  answer.motion = simulate(model, from, answer.asked.duration, changes_of(answer.asked), options);
+  answer.table = table_of(model, answer.asked, *answer.motion);
+  return answer;
+}
+
+Response own_response(const Condition& condition, const std::map<std::string, double>& offset,
+                      const ResponseOptions& options) {
+  Response response;
+  const Answer trimmed = tiltrim::answer({}, condition, options.trimming);
+  const Model& model = trimmed.model;
+  response.states = model.states;
+  response.offset = comparing::offset_of(model.states, offset);
+  response.message = trimmed.trim.message;
+  if (!trimmed.has_equilibrium()) return response;
+  const OperatingPoint& at = trimmed.trim.point;
+  const LinearModel linear = linearize(model, at);
+  response.message = linear.message;
+  if (!linear) return response;
+  const auto moved = [&](const VectorXd& by) {
+    IntegrateOptions integrate;
+    integrate.tolerance = options.tolerance;
+    integrate.sample = options.sample;
+    OperatingPoint from = at;
+    from.x += by;
+    const Simulation s = simulate(model, from, options.duration, {}, integrate);
+    return comparing::Nonlinear{s.t, s.x.colwise() - at.x, bool(s), s.message};
+  };
+  comparing::compare(moved, linear.A, options, response);
+  return response;
+}
+
+}  // namespace tiltrim

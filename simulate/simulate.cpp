@@ -1,0 +1,161 @@
+#include "simulate/simulate.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+struct Change {
+  Index variable;
+  SignalChange what;
+};
+
+// Which variable each change moves: none that is a state.
+std::vector<Change> checked(const Model& model, const std::vector<SignalChange>& changes) {
+  std::vector<Change> all;
+  for (const SignalChange& c : changes) {
+    const Index j = variable(model, c.signal);
+    if (j < std::ssize(model.states))
+      throw std::invalid_argument(fmt::format(
+          "'{}' is a state; expected an input or a parameter, which can be changed", c.signal));
+    if (!std::isfinite(c.size) || !std::isfinite(c.from) || !(c.to > c.from))
+      throw std::invalid_argument(
+          fmt::format("a change of '{}' by {} from {} to {} s; expected finite numbers, the end "
+                      "behind the beginning",
+                      c.signal, c.size, c.from, c.to));
+    all.push_back({j, c});
+  }
+  return all;
+}
+
+// The model along time, its exceptions kept as words.
+class Moving {
+ public:
+  Moving(const Model& model, const OperatingPoint& start, std::vector<Change> changes)
+      : model_(model), start_(start), changes_(std::move(changes)) {}
+
+  // At a break the changes are those behind it, unless the interval ends there.
+  OperatingPoint at(double t, const double* x) const {
+    OperatingPoint point = start_;
+    point.x = Eigen::Map<const VectorXd>(x, point.x.size());
+    for (const Change& c : changes_)
+      if (t >= c.what.from && t < c.what.to)
+        set_value(point, c.variable, value_of(point, c.variable) + c.what.size);
+    return point;
+  }
+
+  void rates(double t, const double* x, double* rates) {
+    const Index n = start_.x.size();
+    Eigen::Map<VectorXd> out(rates, n);
+    out.setConstant(nan);
+    const OperatingPoint point = at(t, x);
+    guarded([&] {
+      const VectorXd f = model_.f(point.x, point.u, point.p);
+      if (f.size() != n)
+        throw std::invalid_argument(
+            fmt::format("the model '{}' gives {} rates for {} states", model_.name, f.size(), n));
+      out = f;
+    });
+  }
+
+  void switches(double t, const double* x, double* values) {
+    const OperatingPoint point = at(t, x);
+    for (std::size_t i = 0; i < model_.switches.size(); ++i) {
+      values[i] = nan;
+      guarded([&] { values[i] = model_.switches[i].distance(point); });
+    }
+  }
+
+  VectorXd outputs(const OperatingPoint& point) {
+    VectorXd y = VectorXd::Constant(std::ssize(model_.outputs), nan);
+    guarded([&] {
+      if (!model_.h) return;
+      const VectorXd given = model_.h(point.x, point.u, point.p);
+      if (given.size() != y.size())
+        throw std::invalid_argument(fmt::format("the model '{}' gives {} values for {} outputs",
+                                                model_.name, given.size(), y.size()));
+      y = given;
+    });
+    return y;
+  }
+
+  const std::string& thrown() const { return thrown_; }
+
+ private:
+  const Model& model_;
+  const OperatingPoint& start_;
+  std::vector<Change> changes_;
+  std::string thrown_;
+
+  // The caller's mistakes pass; what nature, or the model, refuses is told in the answer.
+  template <class Call>
+  void guarded(const Call& call) {
+    try {
+      call();
+    } catch (const std::invalid_argument&) {
+      throw;
+    } catch (const std::exception& e) {
+      if (thrown_.empty()) thrown_ = e.what();
+    }
+  }
+};
+
+std::vector<double> breaks_of(const std::vector<SignalChange>& changes, double duration) {
+  std::vector<double> breaks;
+  for (const SignalChange& c : changes)
+    for (const double t : {c.from, c.to})
+      if (t > 0 && t < duration) breaks.push_back(t);
+  std::ranges::sort(breaks);
+  breaks.erase(std::unique(breaks.begin(), breaks.end()), breaks.end());
+  return breaks;
+}
+
+}  // namespace
+
+Simulation simulate(const Model& model, const OperatingPoint& start, double duration,
+                    const std::vector<SignalChange>& changes, const IntegrateOptions& options) {
+  check(model);
+  check(model, start);
+  Moving moving(model, start, checked(model, changes));
+  Motion motion{model.states,
+                [&](double t, const double* x, int, double* f) { moving.rates(t, x, f); }};
+  for (const Model::Switch& s : model.switches) motion.watched.push_back({s.name});
+  if (!model.switches.empty())
+    motion.g = [&](double t, const double* x, int, double* g) { moving.switches(t, x, g); };
+  motion.breaks = breaks_of(changes, duration);
+  const std::vector<double> x0(start.x.data(), start.x.data() + start.x.size());
+  const Trajectory found = integrate(motion, x0, 0, 0.0, duration, options);
+
+  Simulation s{found.status, found.message, found.t,          {}, {}, {}, {},
+               {},           found.steps,   found.evaluations};
+  const auto samples = Index(found.samples());
+  s.x.resize(std::ssize(model.states), samples);
+  s.u.resize(std::ssize(model.inputs), samples);
+  s.p.resize(std::ssize(model.parameters), samples);
+  s.y.resize(std::ssize(model.outputs), samples);
+  for (Index k = 0; k < samples; ++k) {
+    const OperatingPoint point = moving.at(found.t[std::size_t(k)], found.state(std::size_t(k)));
+    s.x.col(k) = point.x;
+    s.u.col(k) = point.u;
+    s.p.col(k) = point.p;
+    s.y.col(k) = moving.outputs(point);
+  }
+  for (const MotionEvent& e : found.events)
+    s.events.push_back({model.switches[e.which].name, e.t, e.rising});
+  if (!moving.thrown().empty())
+    s.message += (s.message.empty() ? "" : ": ") + ("the model threw: " + moving.thrown());
+  return s;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,48 @@
+/// Simulate: the motion of any model from a point, inputs and parameters changed on the way.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "model/model.hpp"
+#include "simulate/integrate.hpp"
+
+namespace tiltrim {
+
+/// `size` is added to an input or parameter from `from` until `to`.
+struct SignalChange {
+  std::string signal;
+  double size = 0.0;                                                ///< in its unit
+  double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< s
+};
+
+/// One of the model's switches, met on the way.
+struct SwitchEvent {
+  std::string name;
+  double t = 0.0;       ///< s
+  bool rising = false;  ///< its distance becomes positive
+};
+
+/// Samples along t. Where the model throws or gives no finite numbers the motion ends before, and
+/// the message has its words.
+struct Simulation {
+  MotionStatus status = MotionStatus::completed;
+  std::string message;         ///< where and why it ended early; else empty
+  std::vector<double> t;       ///< s
+  Eigen::MatrixXd x, u, p, y;  ///< [signal, sample]
+  std::vector<SwitchEvent> events;
+  long steps = 0, evaluations = 0;
+
+  explicit operator bool() const { return status == MotionStatus::completed; }
+};
+
+/// From `start` for `duration` seconds. Steps end where a change begins or ends and where a switch
+/// of the model is crossed. Throws std::invalid_argument for signals that are no input or parameter
+/// of the model, sizes and times that are not finite, and as integrate().
+[[nodiscard]] Simulation simulate(const Model& model, const OperatingPoint& start, double duration,
+                                  const std::vector<SignalChange>& changes = {},
+                                  const IntegrateOptions& options = {});
+
+}  // namespace tiltrim
