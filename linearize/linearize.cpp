@@ -18,6 +18,8 @@ std::string to_string(LinearizeStatus status) {
       return "not_equilibrium";
     case LinearizeStatus::not_finite:
       return "not_finite";
+    case LinearizeStatus::model_threw:
+      return "model_threw";
   }
   return "unknown";
 }
@@ -56,10 +58,10 @@ std::vector<Range> ranges(const Model& model, const Selection& selection,
   return bounds;
 }
 
-// Fills the residual; whether the point is an equilibrium but for what may move.
-bool at_rest(const Model& model, const LinearizeOptions& options, LinearModel& linear) {
-  for (const std::string& name : options.moving) (void)index_of(model.states, name, "state");
+// Fills the residual; what is not at rest but for what may move, in words.
+std::string left_over(const Model& model, const LinearizeOptions& options, LinearModel& linear) {
   std::vector<std::string> moving;
+  linear.residual = 0.0;
   for (Index i = 0; i < linear.rates.size(); ++i) {
     const Signal& s = model.states[std::size_t(i)];
     if (std::ranges::find(options.moving, s.name) != options.moving.end()) continue;
@@ -68,9 +70,7 @@ bool at_rest(const Model& model, const LinearizeOptions& options, LinearModel& l
     if (!(scaled <= options.tolerance))
       moving.push_back(fmt::format("{}' = {:.3g}", s.name, linear.rates[i]));
   }
-  if (moving.empty()) return true;
-  linear.message = fmt::format("not an equilibrium: {}", fmt::join(moving, ", "));
-  return false;
+  return moving.empty() ? "" : fmt::format("not an equilibrium: {}", fmt::join(moving, ", "));
 }
 
 // ∂row/∂variable in words: "V'" along a state's rate, the name of an output.
@@ -78,6 +78,17 @@ std::string row_name(const Model& model, Index row) {
   const Index nx = std::ssize(model.states);
   return row < nx ? model.states[std::size_t(row)].name + "'"
                   : model.outputs[std::size_t(row - nx)].name;
+}
+
+// The rates and outputs that are no finite numbers, in words; empty if all are.
+std::string not_finite(const Model& model, const Evaluation& e) {
+  Eigen::VectorXd y(e.rates.size() + e.outputs.size());
+  y << e.rates, e.outputs;
+  std::vector<std::string> words;
+  for (Index row = 0; row < y.size(); ++row)
+    if (!std::isfinite(y[row]))
+      words.push_back(fmt::format("{} = {}", row_name(model, row), y[row]));
+  return words.empty() ? "" : fmt::format("no finite numbers: {}", fmt::join(words, ", "));
 }
 
 // Exact and difference Jacobians that differ by more than their errors: one of them is wrong.
@@ -117,39 +128,61 @@ void split(const Estimate& all, LinearModel& linear) {
   linear.D_error = all.error.bottomRightCorner(l, m);
 }
 
+// A, B, C, D where the point is at rest; calls the model, and so throws what the model throws.
+void fill(const Model& model, const Selection& selection, const std::vector<Range>& bounds,
+          const LinearizeOptions& options, LinearModel& linear) {
+  const auto refused = [&linear](LinearizeStatus status, const std::string& why) {
+    linear.status = status;
+    linear.message = why;
+    return !why.empty();
+  };
+  const Evaluation e = evaluate(model, linear.point);
+  linear.rates = e.rates;
+  const std::string moving = left_over(model, options, linear);
+  if (refused(LinearizeStatus::not_finite, not_finite(model, e))) return;
+  if (refused(LinearizeStatus::not_equilibrium, moving)) return;
+
+  const Differences d = difference(model, linear.point, selection.variables, bounds);
+  const bool use_exact = options.method == Method::exact && model.derivatives;
+  const Estimate all = use_exact ? exact(model, linear.point, selection.variables) : d.jacobian;
+  linear.method = use_exact ? Method::exact : Method::differences;
+  linear.remarks = d.remarks;
+  if (refused(LinearizeStatus::not_finite, not_finite(all, model, selection))) return;
+  split(all, linear);
+  linear.status = LinearizeStatus::linear;
+  if (!use_exact) return;
+  const Index n = std::ssize(linear.states);
+  linear.A_differences = {d.jacobian.value.topLeftCorner(n, n),
+                          d.jacobian.error.topLeftCorner(n, n)};
+  compare(all, d.jacobian, model, selection, linear.remarks);
+}
+
 }  // namespace
 
 LinearModel linearize(const Model& model, const OperatingPoint& point,
                       const LinearizeOptions& options) {
   check(model);
   check(model, point);
+  for (const std::string& name : options.moving) (void)index_of(model.states, name, "state");
   const Selection selection = select(model, options);
+  const std::vector<Range> bounds = ranges(model, selection, options);
   LinearModel linear;
   linear.states = model.states;
   linear.inputs = selection.inputs;
   linear.outputs = model.outputs;
   linear.point = point;
-  linear.rates = evaluate(model, point).rates;
-  if (!at_rest(model, options, linear)) return linear;
-
-  const Differences d =
-      difference(model, point, selection.variables, ranges(model, selection, options));
-  const bool use_exact = options.method == Method::exact && model.derivatives;
-  const Estimate all = use_exact ? exact(model, point, selection.variables) : d.jacobian;
-  linear.method = use_exact ? Method::exact : Method::differences;
-  linear.remarks = d.remarks;
-  linear.message = not_finite(all, model, selection);
-  if (!linear.message.empty()) {
-    linear.status = LinearizeStatus::not_finite;
-    return linear;
-  }
-  split(all, linear);
-  linear.status = LinearizeStatus::linear;
-  if (use_exact) {
-    const Index n = std::ssize(linear.states);
-    linear.A_differences = {d.jacobian.value.topLeftCorner(n, n),
-                            d.jacobian.error.topLeftCorner(n, n)};
-    compare(all, d.jacobian, model, selection, linear.remarks);
+  const auto threw = [&linear](const char* words) {
+    linear.status = LinearizeStatus::model_threw;
+    linear.message = fmt::format("the model threw: {}", words);
+  };
+  try {
+    fill(model, selection, bounds, options, linear);
+  } catch (const CallerMistake&) {
+    throw;
+  } catch (const std::exception& e) {
+    threw(e.what());
+  } catch (...) {
+    threw("something that is not a std::exception");
   }
   return linear;
 }

@@ -1,6 +1,7 @@
 /// Linearization: x' = A δx + B δu, y = C δx + D δu at an operating point, with error bounds.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,7 +15,8 @@ namespace tiltrim {
 enum class LinearizeStatus {
   linear,           ///< at an equilibrium
   not_equilibrium,  ///< the rates left over exceed the tolerance: nothing is linearized
-  not_finite,       ///< a derivative is not finite
+  not_finite,       ///< a rate, an output or a derivative is not finite
+  model_threw,      ///< the model threw an exception; its words are in the message
 };
 std::string to_string(LinearizeStatus status);
 
@@ -38,7 +40,8 @@ struct LinearModel {
   Signals states, inputs, outputs;
   OperatingPoint point;
   Eigen::VectorXd rates;  ///< left over at the point
-  double residual = 0.0;  ///< largest left-over rate over its nominal size [1/s]
+  /// Largest left-over rate over its nominal size [1/s]; NaN where the model gives none.
+  double residual = std::numeric_limits<double>::quiet_NaN();
   Eigen::MatrixXd A, B, C, D;
   Eigen::MatrixXd A_error, B_error, C_error, D_error;  ///< estimated bounds, entry by entry
   Method method = Method::exact;                       ///< that A, B, C, D come from
@@ -50,7 +53,8 @@ struct LinearModel {
   explicit operator bool() const { return status == LinearizeStatus::linear; }
 };
 
-/// Throws std::invalid_argument for names the model does not have and points that do not fit.
+/// Throws std::invalid_argument for names the model does not have, points that do not fit, and
+/// answers of the model that do not fit its own signals.
 [[nodiscard]] LinearModel linearize(const Model& model, const OperatingPoint& point,
                                     const LinearizeOptions& options = {});
 

@@ -129,19 +129,16 @@ bool pass_on(const Loop& loop, std::size_t from, const VectorXd& outputs, Sides&
   return changed;
 }
 
-VectorXd sized(VectorXd values, const Signals& signals, const Model& m, const char* what) {
-  if (values.size() != std::ssize(signals))
-    throw std::invalid_argument(fmt::format("{} of '{}': expected {} values, got {}", what, m.name,
-                                            signals.size(), values.size()));
-  return values;
-}
-
 VectorXd rates_of(const Model& m, const OperatingPoint& at) {
-  return sized(m.f(at.x, at.u, at.p), m.states, m, "rates f");
+  VectorXd rates = m.f(at.x, at.u, at.p);
+  check_rates(m, rates);
+  return rates;
 }
 
 VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
-  return sized(m.h ? m.h(at.x, at.u, at.p) : VectorXd(), m.outputs, m, "outputs h");
+  VectorXd outputs = m.h ? m.h(at.x, at.u, at.p) : VectorXd();
+  check_outputs(m, outputs);
+  return outputs;
 }
 
 // The sides' points of a point of the loop. Inputs fed by outputs are not known yet: a start that

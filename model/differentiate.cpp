@@ -124,8 +124,7 @@ Column column(const Model& model, Line& line, const VectorXd& y0, const Range& b
   };
   if (!room(2) || !room(-2)) {
     if (!room(4) && !room(-4))
-      throw std::invalid_argument(
-          fmt::format("'{}': the bounds leave no room for a step", signal.name));
+      throw CallerMistake(fmt::format("'{}': the bounds leave no room for a step", signal.name));
     const double side = room(4) ? 1.0 : -1.0;
     remarks.push_back(fmt::format("{}: one-sided difference from {}, at a limit", signal.name,
                                   side > 0 ? "above" : "below"));
@@ -150,6 +149,13 @@ VectorXd term_sizes(const Model& model, const OperatingPoint& point,
     sizes += J.col(k).cwiseAbs() * reach;
   }
   return sizes;
+}
+
+MatrixXd own_derivatives(const Model& model, const OperatingPoint& point,
+                         const std::vector<Index>& variables) {
+  MatrixXd J = model.derivatives(point, variables);
+  check_derivatives(model, J, variables.size());
+  return J;
 }
 
 }  // namespace
@@ -186,7 +192,7 @@ Differences difference(const Model& model, const OperatingPoint& point,
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Index>& variables) {
   if (!model.derivatives) throw std::invalid_argument("the model has no exact derivatives");
-  Estimate e{model.derivatives(point, variables), {}};
+  Estimate e{own_derivatives(model, point, variables), {}};
   const VectorXd sizes =
       term_sizes(model, point, variables, e.value, VectorXd::Zero(e.value.rows()));
   constexpr double operations = 16;  // roundings that a derivative passes through, about
@@ -203,7 +209,7 @@ Estimate exact(const Model& model, const OperatingPoint& point,
 
 MatrixXd jacobian(const Model& model, const OperatingPoint& point,
                   const std::vector<Index>& variables) {
-  if (model.derivatives) return model.derivatives(point, variables);
+  if (model.derivatives) return own_derivatives(model, point, variables);
   MatrixXd J(std::ssize(model.states) + std::ssize(model.outputs), std::ssize(variables));
   for (Index k = 0; k < J.cols(); ++k) {
     Line line(model, point, variables[std::size_t(k)]);

@@ -23,7 +23,7 @@ struct Differences {
 /// entry's error estimate is the difference of the two and the round-off of the evaluations; it is
 /// zero where the entry's function does not move at all. Where `bounds` (one per variable asked, or
 /// empty) or a kink leaves one side, second-order differences to that side, and a remark.
-/// Throws std::invalid_argument if bounds leave no room for a step.
+/// Throws CallerMistake if bounds leave no room for a step.
 Differences difference(const Model& model, const OperatingPoint& point,
                        const std::vector<Eigen::Index>& variables,
                        const std::vector<Range>& bounds = {});

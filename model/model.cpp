@@ -11,10 +11,32 @@ namespace tiltrim {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-static void check_size(const char* what, Index expected, const VectorXd& got) {
+static void check_size(const std::string& what, Index expected, const VectorXd& got) {
   if (got.size() != expected)
-    throw std::invalid_argument(
-        fmt::format("{}: expected {} values, got {}", what, expected, got.size()));
+    throw CallerMistake(fmt::format("{}: expected {} values, got {}", what, expected, got.size()));
+}
+
+static std::string answer_of(const Model& model, const char* function) {
+  return model.name.empty() ? fmt::format("the model's {}", function)
+                            : fmt::format("model '{}': its {}", model.name, function);
+}
+
+void check_rates(const Model& model, const VectorXd& rates) {
+  if (rates.size() != std::ssize(model.states))
+    check_size(answer_of(model, "rates f"), std::ssize(model.states), rates);
+}
+
+void check_outputs(const Model& model, const VectorXd& outputs) {
+  if (outputs.size() != std::ssize(model.outputs))
+    check_size(answer_of(model, "outputs h"), std::ssize(model.outputs), outputs);
+}
+
+void check_derivatives(const Model& model, const Eigen::MatrixXd& J, std::size_t variables) {
+  const std::size_t rows = model.states.size() + model.outputs.size();
+  if (J.rows() != Index(rows) || J.cols() != Index(variables))
+    throw CallerMistake(fmt::format("{}: expected {} x {} values, got {} x {}",
+                                    answer_of(model, "derivatives"), rows, variables, J.rows(),
+                                    J.cols()));
 }
 
 static void check_sizes(const Model& model, const OperatingPoint& point) {
@@ -26,9 +48,9 @@ static void check_sizes(const Model& model, const OperatingPoint& point) {
 Evaluation evaluate(const Model& model, const OperatingPoint& point) {
   check_sizes(model, point);
   Evaluation e{model.f(point.x, point.u, point.p), {}};
-  check_size("the model's rates f", std::ssize(model.states), e.rates);
+  check_rates(model, e.rates);
   if (model.h) e.outputs = model.h(point.x, point.u, point.p);
-  check_size("the model's outputs h", std::ssize(model.outputs), e.outputs);
+  check_outputs(model, e.outputs);
   return e;
 }
 

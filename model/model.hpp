@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -57,13 +58,24 @@ struct Model {
   std::vector<Affine> affine;
 };
 
-/// Rates and outputs at a point, sizes checked: throws std::invalid_argument naming both sizes if
-/// a vector does not fit the model or the model's answer does not fit its own signals.
+/// The caller's mistake, met while a model is being called: told apart from what the model throws.
+struct CallerMistake : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Rates and outputs at a point, sizes checked: throws CallerMistake naming both sizes if a vector
+/// does not fit the model or the model's answer does not fit its own signals.
 struct Evaluation {
   Eigen::VectorXd rates;    ///< ẋ
   Eigen::VectorXd outputs;  ///< y
 };
 Evaluation evaluate(const Model& model, const OperatingPoint& point);
+
+/// Throw CallerMistake, which names the model and both sizes, where an answer of f, h or
+/// `derivatives` (along so many variables) does not fit the model's signals.
+void check_rates(const Model& model, const Eigen::VectorXd& rates);
+void check_outputs(const Model& model, const Eigen::VectorXd& outputs);
+void check_derivatives(const Model& model, const Eigen::MatrixXd& J, std::size_t variables);
 
 /// A variable of the model found by name among states, inputs and parameters, in that order.
 /// Throws std::invalid_argument with the nearest and all real names if there is none.

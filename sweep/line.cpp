@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <exception>
 #include <limits>
 #include <utility>
 
@@ -539,13 +538,9 @@ static void judge_differences(Walk& w) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
     const double size = std::max(1.0, w.A.matrix(Index(k)).cwiseAbs().maxCoeff());
     if (!(std::abs(w.points.spectral_abscissa[k]) <= near * size)) continue;
-    Verdict verdict = Verdict::undecided;
-    try {
-      const double any_rate = std::numeric_limits<double>::infinity();
-      const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
-      if (linear) verdict = modes(linear).verdict;
-    } catch (const std::exception&) {  // beside the point the model has no answer
-    }
+    const double any_rate = std::numeric_limits<double>::infinity();
+    const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
+    const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;
     w.points.verdict[k] = std::int8_t(verdict);
   }
 }

@@ -856,12 +856,14 @@ TEST_CASE("no derivative, no linear model") {
   CHECK(to_string(LinearizeStatus::linear) == "linear");
   CHECK(to_string(LinearizeStatus::not_equilibrium) == "not_equilibrium");
   CHECK(to_string(LinearizeStatus::not_finite) == "not_finite");
+  CHECK(to_string(LinearizeStatus::model_threw) == "model_threw");
 
-  // Rates that are not numbers are no equilibrium
+  // Rates that are not numbers have no derivatives either
   const Model nowhere = scalar_model([](double) { return std::nan(""); });
   const LinearModel none = linearize(nowhere, at(0));
-  CHECK_FALSE(none);
+  CHECK(none.status == LinearizeStatus::not_finite);
   CHECK(contains(none.message, "nan"));
+  CHECK(std::isnan(none.residual));
 }
 
 TEST_CASE("wrong exact derivatives are noticed, wherever they stand") {

@@ -476,10 +476,12 @@ TEST_CASE("the caller's mistakes throw, in real names") {
 
   Model m = pendulum();
   m.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({1, 2, 3}); };
-  CHECK(refusal(m, spec, hanging()) == "the model's rates f: expected 2 values, got 3");
+  CHECK(refusal(m, spec, hanging()) ==
+        "model 'damped pendulum': its rates f: expected 2 values, got 3");
   m = pendulum();
   m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({1, 2}); };
-  CHECK(refusal(m, spec, hanging()) == "the model's outputs h: expected 1 values, got 2");
+  CHECK(refusal(m, spec, hanging()) ==
+        "model 'damped pendulum': its outputs h: expected 1 values, got 2");
   m = pendulum();
   m.inputs[0].nominal = 0;
   CHECK(refusal(m, spec, hanging()).find("'torque'") != std::string::npos);

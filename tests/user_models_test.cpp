@@ -65,7 +65,10 @@ TEST_CASE("it throws") {
   const TrimResult r = trimmed(m);
   CHECK(r.status == TrimStatus::model_threw);
   CHECK(says(r.message, "no row 7"));
-  CHECK_THROWS_WITH((void)linear_at(m, 1), "no row 7");
+  const LinearModel linear = linear_at(m, 1);
+  CHECK(linear.status == LinearizeStatus::model_threw);
+  CHECK(linear.message == "the model threw: no row 7");
+  CHECK(linear.A.size() == 0);
   const Branch branch = branch_from(m, 1);
   CHECK(branch.end == BranchEnd::no_start);
   CHECK(says(branch.message, "the model threw: no row 7"));
@@ -77,7 +80,7 @@ TEST_CASE("it throws") {
 TEST_CASE("it throws what is no exception of the standard library") {
   const Model m = scalar([](double, double) -> VectorXd { throw 3; });
   CHECK(trimmed(m).status == TrimStatus::model_threw);
-  CHECK_THROWS_AS((void)linear_at(m, 1), int);
+  CHECK(linear_at(m, 1).status == LinearizeStatus::model_threw);
   CHECK(branch_from(m, 1).end == BranchEnd::no_start);
   CHECK(statuses(map_of(m)) == thrice(TrimStatus::model_threw));
 }
@@ -108,12 +111,42 @@ TEST_CASE("it gives NaN") {
   const Model m = scalar([](double, double) { return one(not_a_number); });
   CHECK(trimmed(m).status == TrimStatus::not_finite);
   const LinearModel linear = linear_at(m, 1);
-  CHECK_FALSE(linear);
-  CHECK(says(linear.message, "x' = nan"));
+  CHECK(linear.status == LinearizeStatus::not_finite);
+  CHECK(linear.message == "no finite numbers: x' = nan");
   const Branch branch = branch_from(m, 1);
   CHECK(branch.end == BranchEnd::no_start);
   CHECK(says(branch.message, "no finite numbers"));
   CHECK(statuses(map_of(m)) == thrice(TrimStatus::not_finite));
+}
+
+TEST_CASE("it throws, or gives NaN, beside the point that is linearized") {
+  for (const bool throws : {true, false}) {
+    CAPTURE(throws);
+    const LinearModel linear = linear_at(scalar([throws](double x, double) {
+                                           if (x <= 1) return one(1 - x);
+                                           if (throws) throw std::invalid_argument("x above 1");
+                                           return one(not_a_number);
+                                         }),
+                                         1);
+    CHECK(linear.status == (throws ? LinearizeStatus::model_threw : LinearizeStatus::not_finite));
+    CHECK(linear.rates == one(0));
+    CHECK(linear.A.size() == 0);
+    CHECK(says(linear.message, throws ? "the model threw: x above 1" : "derivative of x' along x"));
+  }
+}
+
+TEST_CASE("its derivatives throw, its outputs are NaN") {
+  Model m = scalar([](double x, double p) { return one(p - x); });
+  m.derivatives = [](const OperatingPoint&, const auto&) -> Eigen::MatrixXd {
+    throw std::runtime_error("not written yet");
+  };
+  CHECK(linear_at(m, 1).status == LinearizeStatus::model_threw);
+  CHECK(linear_at(m, 1).message == "the model threw: not written yet");
+  m.derivatives = nullptr;
+  m.outputs = {{"y", "", 1.0}};
+  m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return one(not_a_number); };
+  CHECK(linear_at(m, 1).status == LinearizeStatus::not_finite);
+  CHECK(linear_at(m, 1).message == "no finite numbers: y = nan");
 }
 
 TEST_CASE("it answers with the wrong length") {
@@ -123,6 +156,29 @@ TEST_CASE("it answers with the wrong length") {
   CHECK_THROWS_WITH_AS((void)linear_at(m, 1), words, std::invalid_argument);
   CHECK_THROWS_WITH_AS((void)branch_from(m, 1), words, std::invalid_argument);
   CHECK_THROWS_WITH_AS((void)map_of(m), words, std::invalid_argument);
+}
+
+TEST_CASE("it answers with the wrong length ahead in a sweep: the map says whose answer it was") {
+  Model m = scalar([](double x, double p) -> VectorXd {
+    return p > 1.4 ? VectorXd(Eigen::Vector2d::Zero()) : one(p - x);
+  });
+  m.name = "beam";
+  CHECK_THROWS_WITH_AS((void)map_of(m), "model 'beam': its rates f: expected 1 values, got 2",
+                       std::invalid_argument);
+  CHECK(branch_from(m, 1).end == BranchEnd::not_finite);
+}
+
+TEST_CASE("its derivatives are of the wrong size") {
+  Model m = scalar([](double x, double p) { return one(p - x); });
+  m.name = "beam";
+  m.derivatives = [](const OperatingPoint&, const auto&) -> Eigen::MatrixXd {
+    return Eigen::MatrixXd::Zero(2, 1);
+  };
+  const char* words = "model 'beam': its derivatives: expected 1 x 1 values, got 2 x 1";
+  CHECK_THROWS_WITH_AS((void)linear_at(m, 1), words, std::invalid_argument);
+  const TrimResult r = trimmed(m);
+  CHECK_FALSE(r);
+  CHECK(says(r.message, words));
 }
 
 TEST_CASE("it jumps") {

@@ -189,18 +189,13 @@ void count(const Problem& p) {
 
 // The model's answers have the sizes of its signals, if it answers at all at the guess.
 void check_answers(const Problem& p) {
-  const auto check_size = [](const char* what, std::size_t expected, Index got) {
-    if (got != Index(expected))
-      throw std::invalid_argument(
-          fmt::format("the model's {}: expected {} values, got {}", what, expected, got));
-  };
-  Index rates = std::ssize(p.model.states), out = std::ssize(p.model.outputs);
+  VectorXd rates(std::ssize(p.model.states)), outputs(std::ssize(p.model.outputs));
   guarded(p, [&] {
-    rates = p.model.f(p.base.x, p.base.u, p.base.p).size();
-    if (p.model.h) out = p.model.h(p.base.x, p.base.u, p.base.p).size();
+    rates = p.model.f(p.base.x, p.base.u, p.base.p);
+    if (p.model.h) outputs = p.model.h(p.base.x, p.base.u, p.base.p);
   });
-  check_size("rates f", p.model.states.size(), rates);
-  check_size("outputs h", p.model.outputs.size(), out);
+  check_rates(p.model, rates);
+  check_outputs(p.model, outputs);
 }
 
 }  // namespace
@@ -243,15 +238,14 @@ Values values(const Problem& p, const VectorXd& z) {
   const OperatingPoint at = point_of(p, z);
   VectorXd y = VectorXd::Zero(p.row_nominal.size());
   const Index nx = std::ssize(p.model.states);
-  const auto fill = [](auto part, const VectorXd& answer) {
-    if (answer.size() != part.size())
-      throw std::length_error(
-          fmt::format("expected {} values, got {}", part.size(), answer.size()));
-    part = answer;
-  };
   const bool answered = guarded(p, [&] {
-    fill(y.head(nx), p.model.f(at.x, at.u, at.p));
-    if (p.needs_outputs) fill(y.tail(y.size() - nx), p.model.h(at.x, at.u, at.p));
+    const VectorXd rates = p.model.f(at.x, at.u, at.p);
+    check_rates(p.model, rates);
+    y.head(nx) = rates;
+    if (!p.needs_outputs) return;
+    const VectorXd outputs = p.model.h(at.x, at.u, at.p);
+    check_outputs(p.model, outputs);
+    y.tail(y.size() - nx) = outputs;
   });
   if (!answered) return v;
   v.rates = y.head(nx);
