@@ -4,7 +4,9 @@
 #include <doctest/doctest.h>
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <string_view>
 
 /// |actual - expected| <= tolerance, absolute; NaN fails.
@@ -16,12 +18,14 @@
                               near_a_, near_e_, std::abs(near_a_ - near_e_), near_t_));       \
   } while (false)
 
-/// Half a unit of the last digit of a number as it is printed: printed_to("0.1485") is 5e-5.
+/// Half a unit of the last digit of a number as it is printed: printed_to("0.1485") is 5e-5,
+/// printed_to("1.49E-01") is 5e-4.
 inline double printed_to(std::string_view printed) {
-  const std::size_t point = printed.find('.');
-  const double decimals =
-      point == std::string_view::npos ? 0.0 : static_cast<double>(printed.size() - point - 1);
-  return 0.5 * std::pow(10.0, -decimals);
+  const std::size_t e = std::min(printed.find_first_of("eE"), printed.size());
+  const std::size_t point = std::min(printed.find('.'), e);
+  const double decimals = point == e ? 0.0 : static_cast<double>(e - point - 1);
+  const double power = e == printed.size() ? 0.0 : std::stod(std::string(printed.substr(e + 1)));
+  return 0.5 * std::pow(10.0, power - decimals);
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
