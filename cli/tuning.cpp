@@ -77,6 +77,7 @@ bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem
 TuningReport tuned(const TuneCommand& command, const Study& study, const std::stop_token& stop) {
   TuningReport report;
   report.problem = tune_problem(study);
+  report.own = bool(study.own);
   const TuneProblem& problem = report.problem;
   TuneOptions& options = report.options;
   options = tune_options(study);

@@ -77,6 +77,14 @@ std::vector<Section> tables_of(const Section& section, const char* key) {
   return tables;
 }
 
+// A parameter's value: [model.values], where tuned numbers are put, comes before its own.
+double value_of(const Section& model, const Section& parameter) {
+  parameter.require("name", "a name in quotes");
+  const std::string name = parameter.text("name");
+  const std::optional<Section> values = model.table("values");
+  return values && values->find(name) ? values->number(name, any) : parameter.number("value", any);
+}
+
 // The names come first, so that any formula may use any of them.
 void read_names(const Section& section, Formulas& model, std::vector<double>& values,
                 std::vector<std::string>& known) {
@@ -92,7 +100,7 @@ void read_names(const Section& section, Formulas& model, std::vector<double>& va
   }
   for (const Section& s : tables_of(section, "parameter")) {
     s.allow_only({"name", "unit", "nominal", "value"});
-    values.push_back(s.number("value", any));
+    values.push_back(value_of(section, s));
     const double tenth = std::abs(values.back()) / 10;
     model.parameters.push_back(read_signal(s, known, tenth > 0 ? tenth : 1.0));
   }
@@ -122,6 +130,11 @@ void read_formulas(const Section& section, Formulas& model, std::vector<std::str
         {s.text("name"),
          read_formula(s, "at", "a formula that is zero at the kink, as \"alpha - 0.2\"", known)});
   }
+}
+
+void check_values(const Section& section, const Model& model) {
+  if (const std::optional<Section> values = section.table("values"))
+    values->allow_only(names(model.parameters));
 }
 
 std::vector<OwnModel::Loop> read_loops(const Section& section, const Model& model) {
@@ -249,7 +262,8 @@ void check_inputs(const Section& section, const OwnModel& own, Condition& condit
 }  // namespace
 
 OwnModel read_model(const Section& section) {
-  section.allow_only({"name", "state", "input", "parameter", "let", "output", "switch", "loop"});
+  section.allow_only(
+      {"name", "state", "input", "parameter", "values", "let", "output", "switch", "loop"});
   Formulas formulas;
   formulas.name = section.find("name") ? section.text("name") : "model";
   std::vector<double> values;
@@ -258,6 +272,7 @@ OwnModel read_model(const Section& section) {
   read_formulas(section, formulas, known);
   OwnModel own;
   own.model = model_of(formulas);
+  check_values(section, own.model);
   own.parameters = Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
   own.keys = keys_of(own.model);
   own.loops = read_loops(section, own.model);

@@ -13,6 +13,7 @@ namespace tiltrim {
 /// What `tiltrim tune` has to say of one study.
 struct TuningReport {
   TuneProblem problem;
+  bool own = false;  ///< of a study with [model]
   TuneOptions options{};
   TuneResult result{};
   std::string second_algorithm{};  ///< whose answer stands beside; empty: none
@@ -38,8 +39,9 @@ std::string tuning_json(const TuningReport& report);
 /// Each requirement at each place, one row each; empty where it does not apply.
 Sheet tuning_sheet(const TuningReport& report);
 /// "[gains]" (and "[aircraft]") with the tuned numbers in the study's units, so that parse_study()
-/// reads the same bits; angles to rounding. With a schedule, lists over schedule_eta_deg. Empty
-/// where the result has no gains; a comment for what no study has.
+/// reads the same bits; angles to rounding. With a schedule, lists over schedule_eta_deg. Of a
+/// study with [model] "[model.values]". Empty where the result has no gains; a comment for what no
+/// study has.
 std::string tuning_toml(const TuningReport& report);
 
 }  // namespace tiltrim

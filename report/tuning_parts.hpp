@@ -19,7 +19,7 @@ const std::string& point_name(const TuneProblem& problem, const TunePlace& place
 std::vector<double> values_of(const TuneProblem& problem, const TuneResult& result,
                               std::size_t gain);
 /// The study's key for a number of the models; a model of one's own may have others.
-Key key_of(const std::string& signal);
+Key key_of(const TuneProblem& problem, const std::string& signal);
 
 /// The worst of a requirement among the places that count; none where it does not apply at any.
 template <class Counts>

@@ -20,7 +20,7 @@ constexpr double rounding = 1e-9;  // of a reserve: not yet a miss
 std::string variable_name(const TuneProblem& problem, Index variable) {
   if (problem.schedule.empty()) return problem.gains[std::size_t(variable)].name;
   const Index n = std::ssize(problem.schedule);
-  const Key over = key_of(problem.schedule_over);
+  const Key over = key_of(problem, problem.schedule_over);
   const double at = over.in_study(problem.schedule[std::size_t(variable % n)]);
   return fmt::format("{} at {} = {:.6g}{}", problem.gains[std::size_t(variable / n)].name,
                      problem.schedule_over, at, over.unit == "degrees" ? " deg" : "");
@@ -323,7 +323,7 @@ Sheet effects_sheet(const TuningReport& report) {
   }
   for (const Requirement& r : asked) sheet.columns.push_back({"", in_words(r), "slope", "{:+.2g}"});
   for (const GainEffect& e : report.result.effects) {
-    const Key key = key_of(e.name.substr(0, e.name.find(" at ")));
+    const Key key = key_of(problem, e.name.substr(0, e.name.find(" at ")));
     std::vector<SheetCell> row{without_prefix(e.name), number(key.in_study(e.value)),
                                unit_in_text(key.unit), number(e.goal_less)};
     if (limited) row.push_back(met_cell(e.limits_less));
@@ -452,7 +452,7 @@ std::vector<std::string> paragraphs(const TuningReport& report) {
 // The gains in the study's units, one row each; a column for each place of a schedule.
 Sheet gains_sheet(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
-  const Key over = key_of(problem.schedule_over);
+  const Key over = key_of(problem, problem.schedule_over);
   Sheet sheet;
   sheet.title = report.result ? "The gains" : "The best found";
   sheet.columns = {{"gain", "gain", ""}};
@@ -464,7 +464,7 @@ Sheet gains_sheet(const TuningReport& report) {
                              "", "{}"});
   sheet.columns.push_back({"unit", "unit", ""});
   for (std::size_t g = 0; g < problem.gains.size(); ++g) {
-    const Key key = key_of(problem.gains[g].name);
+    const Key key = key_of(problem, problem.gains[g].name);
     std::vector<SheetCell> row{without_prefix(problem.gains[g].name)};
     for (const double value : values_of(problem, report.result, g))
       row.emplace_back(key.in_study(value));

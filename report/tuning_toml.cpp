@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "model/vehicle.hpp"
 #include "report/tuning_parts.hpp"
 
 namespace tiltrim {
@@ -31,7 +32,12 @@ std::vector<double> tuning::values_of(const TuneProblem& problem, const TuneResu
   return {first, first + n};
 }
 
-Key tuning::key_of(const std::string& signal) {
+Key tuning::key_of(const TuneProblem& problem, const std::string& signal) {
+  const Signals parameters =
+      problem.points.empty() ? Signals{} : problem.points.front().model.parameters;
+  const Index i = find(parameters, signal);
+  const bool tiltrotor = find(parameters, gain_signals().front().name) >= 0;
+  if (i >= 0 && !tiltrotor) return {signal, signal, parameters[std::size_t(i)].unit, {}};
   const std::vector<Key> keys = study_keys();
   const auto at = std::ranges::find(keys, signal, &Key::signal);
   return at == keys.end() ? Key{signal, signal, "", {}} : *at;
@@ -78,7 +84,7 @@ std::string constant_toml(const TuneProblem& problem, const TuneResult& result) 
     for (std::size_t g = 0; g < problem.gains.size(); ++g) {
       const std::string& signal = problem.gains[g].name;
       if (!in_a_study(signal) || !signal.starts_with(section + ".")) continue;
-      const Key key = key_of(signal);
+      const Key key = key_of(problem, signal);
       lines += fmt::format("{} = {}\n", key.name.substr(section.size() + 1),
                            toml_number(as_written(key, result.gains[Index(g)])));
     }
@@ -93,11 +99,11 @@ std::string constant_toml(const TuneProblem& problem, const TuneResult& result) 
 
 std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result) {
   constexpr std::string_view prefix = "gains.";
-  const Key over = key_of(problem.schedule_over);
+  const Key over = key_of(problem, problem.schedule_over);
   std::string gains, others;
   for (std::size_t g = 0; g < problem.gains.size(); ++g) {
     const std::string& signal = problem.gains[g].name;
-    const std::string values = toml_list(values_of(problem, result, g), key_of(signal));
+    const std::string values = toml_list(values_of(problem, result, g), key_of(problem, signal));
     if (over.name == "eta_deg" && in_a_study(signal) && signal.starts_with(prefix))
       gains += fmt::format("{} = {}\n", signal.substr(prefix.size()), values);
     else
@@ -108,11 +114,19 @@ std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result)
                      gains, others);
 }
 
+std::string own_toml(const TuneProblem& problem, const TuneResult& result) {
+  std::string text = "[model.values]\n";
+  for (std::size_t g = 0; g < problem.gains.size(); ++g)
+    text += fmt::format("{} = {}\n", problem.gains[g].name, toml_number(result.gains[Index(g)]));
+  return text;
+}
+
 }  // namespace
 
 std::string tuning_toml(const TuningReport& report) {
   if (report.result.status == TuneStatus::no_trim) return "";  // no gains that anything is known of
   if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
+  if (report.own) return own_toml(report.problem, report.result);
   return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
                                          : scheduled_toml(report.problem, report.result);
 }
