@@ -187,7 +187,7 @@ bool wants_flight(const Study& study) {
 
 StudyReport computed(const ReportCommand& command, const std::stop_token& stop) {
   StudyReport report{
-      load_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}};
+      load_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}, {}};
   const Study& study = report.study;
   for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
   TrimOptions trimming;
@@ -200,6 +200,9 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   report.interrupted = stop.stop_requested();
   add_maps(command, stop, report);
   if (wants_flight(study) && !report.interrupted) report.flight = flown(study, {}, stop);
+  if (study.own_motion && (!study.report || study.report->flight.value_or(true)) &&
+      !report.interrupted)
+    report.motion = own_motion(study, trimming);
   report.interrupted = report.interrupted || stop.stop_requested();
   if (wants_audit(study) && !report.interrupted)
     report.paper = paper_tables(data_directory(), study.vehicle);

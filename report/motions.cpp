@@ -71,6 +71,8 @@ bool moves(const FlightColumn& c) {
 
 }  // namespace
 
+std::string outcome_of(const MotionAnswer& m) { return named(m) + ": " + outcome(m) + "."; }
+
 std::string motion_text(const MotionAnswer& m, const TextStyle& style) {
   std::string text = fmt::format("{}\n", named(m));
   const Tone tone = m.answered() ? Tone::good : Tone::bad;

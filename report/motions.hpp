@@ -16,6 +16,8 @@ std::string motion_json(const MotionAnswer& motion);
 std::vector<Sheet> motion_document(const MotionAnswer& motion);
 /// One panel for each state, then each input and output that moves.
 Figure motion_figure(const MotionAnswer& motion);
+/// "levitation, from the trim of held: completed at 0.5 s."
+std::string outcome_of(const MotionAnswer& motion);
 /// What stands beside the samples in a file.
 FlightNotes notes_of(const MotionAnswer& motion);
 

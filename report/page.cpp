@@ -278,6 +278,10 @@ std::string margins_part(Parts& parts) {
 }
 
 std::string flight_part(Parts& parts) {
+  if (parts.report.motion)
+    return section(parts, "flight", "The motion",
+                   paragraph(outcome_of(*parts.report.motion)) + figure(parts, "motion") +
+                       tables(parts, "motion_"));
   if (!parts.report.flight) return "";
   const FlightReport& f = *parts.report.flight;
   std::string body;
@@ -342,7 +346,9 @@ const char* tone_of(const StudyReport& report) {
            });
   });
   if (!unanswered(report).empty()) return "doubtful";
-  return stable && between && (!report.flight || flown_well(*report.flight)) ? "good" : "bad";
+  const bool flown = (!report.flight || flown_well(*report.flight)) &&
+                     (!report.motion || report.motion->answered());
+  return stable && between && flown ? "good" : "bad";
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "report/conditions.hpp"
 #include "report/figure.hpp"
 #include "report/flights.hpp"
+#include "report/motions.hpp"
 #include "report/sheet.hpp"
 #include "sweep/map.hpp"
 #include "tables/tables.hpp"
@@ -27,6 +28,7 @@ struct StudyReport {
   };
   std::vector<Map> maps;
   std::optional<FlightReport> flight;
+  std::optional<MotionAnswer> motion{};  ///< of a study with [model] and [simulate]
   std::optional<PaperTables> paper;
   bool interrupted = false;  ///< what comes after was not done
 };

@@ -98,6 +98,8 @@ std::vector<Unanswered> unanswered(const StudyReport& report) {
   for (const StudyReport::Map& m : report.maps) add_map(m.map, all);
   if (report.flight && !report.flight->flown)
     all.push_back({"The flight", "no trim to start from: " + ended(report.flight->plan.message)});
+  if (report.motion && !report.motion->answered())
+    all.push_back({"The motion", outcome_of(*report.motion)});
   if (report.paper && report.paper->identified.status != IdentifyStatus::reproduced)
     all.push_back({"The constants behind Table 3", ended(report.paper->identified.message)});
   if (report.interrupted)
@@ -151,6 +153,8 @@ std::string verdict_in_words(const StudyReport& report) {
     words +=
         fmt::format(". The flight is flown to its end ({:.4g} s)", report.flight->flown->t.back());
   }
+  if (report.motion) words += ". The motion of " + ended(outcome_of(*report.motion));
+  if (words.ends_with('.')) words.pop_back();
   if (report.interrupted) words = "Interrupted, so incomplete. " + words;
   words.front() = char(std::toupper(static_cast<unsigned char>(words.front())));
   return words + ".";
@@ -230,6 +234,11 @@ std::vector<NamedSheet> report_sheets(const StudyReport& report) {
     std::size_t k = 0;
     for (const Sheet& sheet : flight_document(*report.flight))
       if (!sheet.columns.empty()) all.push_back({fmt::format("flight_{}", ++k), sheet});
+  }
+  if (report.motion) {
+    std::size_t k = 0;
+    for (const Sheet& sheet : motion_document(*report.motion))
+      if (!sheet.columns.empty()) all.push_back({fmt::format("motion_{}", ++k), sheet});
   }
   if (report.paper) {
     std::size_t k = 0;

@@ -323,7 +323,7 @@ Sheet effects_sheet(const TuningReport& report) {
   }
   for (const Requirement& r : asked) sheet.columns.push_back({"", in_words(r), "slope", "{:+.2g}"});
   for (const GainEffect& e : report.result.effects) {
-    const Key key = key_of(problem, e.name.substr(0, e.name.find(" at ")));
+    const Key key = key_of(report.problem, e.name.substr(0, e.name.find(" at ")));
     std::vector<SheetCell> row{without_prefix(e.name), number(key.in_study(e.value)),
                                unit_in_text(key.unit), number(e.goal_less)};
     if (limited) row.push_back(met_cell(e.limits_less));

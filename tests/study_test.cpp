@@ -286,15 +286,15 @@ TEST_CASE("an envelope: what is not said keeps its default") {
   CHECK(corridor.over.name == "eta_deg");
   CHECK(corridor.range.lower == 0);
   CHECK(corridor.range.upper == 90 * degree);
-  CHECK(corridor.V.lower == 1);
-  CHECK(corridor.V.upper == 30);
+  CHECK(corridor.along_range.lower == 1);
+  CHECK(corridor.along_range.upper == 30);
   CHECK(corridor.count == 100);
   CHECK(read("").over.name == "eta_deg");
   const EnvelopeTable path =
       read("over = 'gamma_deg'\nV = [4, 12]\ngamma_deg = [-20, 10]\ncount = 60\n");
   CHECK(path.over.name == "gamma_deg");
-  CHECK(path.V.lower == 4);
-  CHECK(path.V.upper == 12);
+  CHECK(path.along_range.lower == 4);
+  CHECK(path.along_range.upper == 12);
   CHECK(path.range.lower == -20 * degree);
   CHECK(path.range.upper == 10 * degree);
   CHECK(path.count == 60);
