@@ -1,0 +1,106 @@
+/// Exact derivatives of a user's model: its functions, written once for any scalar.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <concepts>
+#include <functional>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "model/dual.hpp"
+#include "model/model.hpp"
+
+namespace tiltrim {
+
+/// The vector [x; u; p] on a scalar S.
+template <class S>
+struct ScalarPoint {
+  std::vector<S> z;    ///< all of it
+  std::size_t nx, nu;  ///< states, inputs
+
+  /// The numbers of a point, without derivatives.
+  ScalarPoint(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p)
+      : nx(std::size_t(x.size())), nu(std::size_t(u.size())) {
+    z.reserve(nx + nu + std::size_t(p.size()));
+    for (const Eigen::VectorXd* part : {&x, &u, &p}) z.insert(z.end(), part->begin(), part->end());
+  }
+
+  /// Calls f on it. What f does not write is not a number.
+  template <class F>
+  void write(const F& f, std::vector<S>& values) const {
+    std::fill(values.begin(), values.end(), S(std::numeric_limits<double>::quiet_NaN()));
+    const std::span<const S> all(z);
+    f(all.first(nx), all.subspan(nx, nu), all.subspan(nx + nu), std::span<S>(values));
+  }
+};
+
+/// What can be called on spans of S as ExactFunction says.
+template <class F, class S>
+concept CallableOn = std::invocable<const F&, std::span<const S>, std::span<const S>,
+                                    std::span<const S>, std::span<S>>;
+
+/// f or h of a model, written once for any scalar S: a generic lambda, or an object with
+///
+///     template <class S>
+///     void operator()(std::span<const S> x, std::span<const S> u, std::span<const S> p,
+///                     std::span<S> values) const;
+///
+/// which writes one value for each state or output. S is Plain for values and Dual for derivatives:
+/// functions (sin, sqrt, max, ...; see DualOf) are called without std::. It has to be a function of
+/// its arguments alone and may be called from several threads.
+struct ExactFunction {
+  /// Values, as many as there is room for.
+  std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p,
+                     Eigen::Ref<Eigen::VectorXd> values)>
+      values;
+  /// The values' derivatives along the variables asked, one column each.
+  std::function<void(const OperatingPoint& at, const std::vector<Eigen::Index>& variables,
+                     Eigen::Ref<Eigen::MatrixXd> columns)>
+      slopes;
+
+  ExactFunction() = default;  ///< none: of a model without states, or without outputs
+  /// From a function on any scalar.
+  template <class F>
+  requires(!std::same_as<F, ExactFunction>) ExactFunction(const F& f) {
+    values = [f](const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p,
+                 Eigen::Ref<Eigen::VectorXd> answer) {
+      std::vector<Plain> all(std::size_t(answer.size()));
+      ScalarPoint<Plain>(x, u, p).write(f, all);
+      std::ranges::transform(all, answer.begin(), &Plain::value);
+    };
+    slopes = [f](const OperatingPoint& at, const std::vector<Eigen::Index>& variables,
+                 Eigen::Ref<Eigen::MatrixXd> columns) {
+      ScalarPoint<Dual> point(at.x, at.u, at.p);
+      std::vector<Dual> all(std::size_t(columns.rows()));
+      for (Eigen::Index first = 0; first < columns.cols(); first += dual_width) {
+        const Eigen::Index count = std::min<Eigen::Index>(dual_width, columns.cols() - first);
+        const auto moved = [&](Eigen::Index k) -> Dual& {
+          return point.z.at(std::size_t(variables[std::size_t(first + k)]));
+        };
+        for (Eigen::Index k = 0; k < count; ++k) moved(k).slopes[k] = 1;
+        point.write(f, all);
+        for (Eigen::Index k = 0; k < count; ++k) {
+          std::ranges::transform(all, columns.col(first + k).begin(),
+                                 [k](const Dual& value) { return value.slopes[k]; });
+          moved(k).slopes[k] = 0;
+        }
+      }
+    };
+  }
+};
+
+/// The model with f, h and derivatives from functions on any scalar: what `m` says but for these
+/// three. The values are those of the same functions written on double. Throws
+/// std::invalid_argument where check() does, and where there are states without f or outputs
+/// without h.
+///
+///     m.states = {{"angle", "rad", 0.1}, {"rate", "rad/s", 0.1}};
+///     m = exact_model(m, [](auto x, auto u, auto p, auto rates) {
+///       rates[0] = x[1];
+///       rates[1] = u[0] - p[0] * sin(x[0]);
+///     });
+[[nodiscard]] Model exact_model(Model m, const ExactFunction& f, const ExactFunction& h = {});
+
+}  // namespace tiltrim
