@@ -11,7 +11,7 @@ MPI = $(if $(shell command -v mpicxx 2>/dev/null),ON,OFF)
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 
-.PHONY: release packages demo test bench sanitize asan tsan tidy format format-check figures clean help
+.PHONY: release packages demo test bench sanitize asan tsan tidy format format-check figures api clean help
 .NOTPARALLEL:
 
 release:
@@ -71,8 +71,12 @@ figures: release
 	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
 	cp build/figures/locus_slow_1_climb.svg docs/figures/locus.svg
 
+api:
+	cmake --preset release
+	cmake --build --preset release --target api
+
 clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | bench | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | clean"
+	@echo "make [release] | demo | test | bench | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"

@@ -2,7 +2,7 @@
 # Installs the Debian packages that are missing, and only those.
 #   cmake/install-packages.sh        what building, testing and benchmarks need
 #   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
-#                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; a browser
+#                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; Doxygen; a browser
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config
@@ -11,7 +11,7 @@ packages="build-essential cmake ninja-build pkg-config
   doctest-dev libbenchmark-dev gnuplot-nox"
 [ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy liblapack-dev
-  texlive-latex-recommended texlive-science chromium chromium-driver python3-selenium"
+  texlive-latex-recommended texlive-science doxygen chromium chromium-driver python3-selenium"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2

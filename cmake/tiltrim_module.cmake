@@ -1,5 +1,6 @@
 # tiltrim_module(<folder> HEADERS ... SOURCES ... USES ... LINKS ... HEADERS_OF ...)
 # A folder is a target tiltrim::<folder>: what it may include is what it USES, and what those use.
+# HEADERS are public: installed, listed in docs/api.md, documented.
 # LINKS: libraries its users must link too. HEADERS_OF: header-only ones, needed to build it alone.
 function(tiltrim_module name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;SOURCES;USES;LINKS;HEADERS_OF")
@@ -11,6 +12,7 @@ function(tiltrim_module name)
   target_compile_features(tiltrim_${name} PUBLIC cxx_std_20)
   target_sources(tiltrim_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
   set_target_properties(tiltrim_${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  set_property(GLOBAL APPEND PROPERTY TILTRIM_PUBLIC_HEADERS ${arg_HEADERS})
   target_link_libraries(tiltrim_${name} PUBLIC Eigen3::Eigen PRIVATE ${arg_LINKS})
   foreach(used IN LISTS arg_USES)
     target_link_libraries(tiltrim_${name} PUBLIC tiltrim::${used})

@@ -1,3 +1,4 @@
+/// @file
 /// A study's condition: its closed loop broken behind the control law at each actuator.
 #pragma once
 
@@ -17,27 +18,28 @@ std::vector<std::string> actuators();
 
 /// The loop broken at one actuator, behind the law, all others closed.
 struct ActuatorLoop {
-  std::string actuator;
-  bool in_use = false;  ///< false: the law does not command it here, or it moves nothing; L = 0
-  LoopTransfer loop;    ///< from what arrives at the actuator to what the law commands, sign turned
-  Margins margins;      ///< of a loop in use, as is what follows
-  Bode bode;
+  std::string actuator;  ///< theta0, a1s or delta_e
+  bool in_use = false;   ///< false: the law does not command it here, or it moves nothing; L = 0
+  LoopTransfer loop;  ///< from what arrives at the actuator to what the law commands, sign turned
+  Margins margins;    ///< of a loop in use, as is what follows
+  Bode bode;          ///< of the same
 };
 
+/// How actuator_loops() goes about it.
 struct LoopsOptions {
   std::vector<std::string> actuators{};  ///< empty: all
-  /// Of the Bode data, rad/s; not given: ten times slower and faster than every eigenvalue of the
-  /// closed loop.
-  std::optional<double> from{}, to{};
-  int points = 200;
+  /// Of the Bode data, rad/s; not given: ten times slower than every eigenvalue of the closed loop.
+  std::optional<double> from{};
+  std::optional<double> to{};  ///< the same; not given: ten times faster
+  int points = 200;            ///< of the Bode data
 };
 
 /// `linear`, `modes` and `loops` where there is an equilibrium; `loops` in the actuators' order.
 struct LoopsAnswer {
-  Answer trimmed;
-  LinearModel linear;  ///< of closed_loop_with_inputs()
-  Modes modes;         ///< of the closed loop
-  std::vector<ActuatorLoop> loops;
+  Answer trimmed;                   ///< the condition's trim
+  LinearModel linear;               ///< of closed_loop_with_inputs()
+  Modes modes;                      ///< of the closed loop
+  std::vector<ActuatorLoop> loops;  ///< empty without an equilibrium
 
   /// A trim without remark, a closed loop that is stable or not, and every margin found.
   bool answered() const;

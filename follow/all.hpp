@@ -1,3 +1,4 @@
+/// @file
 /// All the equilibria of a condition that can be found.
 #pragma once
 
@@ -10,17 +11,18 @@
 
 namespace tiltrim {
 
+/// One of them.
 struct Equilibrium {
-  TrimResult trim;
+  TrimResult trim;               ///< verified
   std::string found;             ///< "a start", or "the branch in V from number 1"
   std::optional<Modes> modes{};  ///< where it has a linear model
 };
 
 /// What was found, by rising effort. That these are all is never said.
 struct AllEquilibria {
-  std::vector<Equilibrium> equilibria;
-  TrimResult none;   ///< where there is none: what trim() says
-  int starts = 0;    ///< of Newton, over the limits (a Halton set)
+  std::vector<Equilibrium> equilibria;  ///< numbered from 1 in words
+  TrimResult none;                      ///< where there is none: what trim() says
+  int starts = 0;                       ///< of Newton, over the limits (a Halton set)
   int branches = 0;  ///< followed from what was found, in search of where they come back
 };
 

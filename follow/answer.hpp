@@ -1,3 +1,4 @@
+/// @file
 /// A study's condition: its branch, its sensitivities, its envelope.
 #pragma once
 
@@ -15,11 +16,12 @@ namespace tiltrim {
 [[nodiscard]] TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition,
                                         double slowest);
 
+/// A condition's branch.
 struct BranchAnswer {
-  Answer start;  ///< the condition trimmed, in the equations that are followed
-  Key parameter;
-  double to = 0.0;  ///< SI
-  Branch branch;
+  Answer start;         ///< the condition trimmed, in the equations that are followed
+  Key parameter;        ///< along which
+  double to = 0.0;      ///< SI
+  Branch branch;        ///< in SI
   double from() const;  ///< the condition's own value, in the study's unit
 
   /// The branch ended by what the question or the flight mechanics say, not by the search.
@@ -35,9 +37,10 @@ struct BranchAnswer {
                                   const FollowOptions& options = {},
                                   const TrimOptions& trimming = {});
 
+/// A condition's sensitivities.
 struct SensitivityAnswer {
-  Answer trimmed;
-  Sensitivities sensitivities;
+  Answer trimmed;               ///< the condition's trim
+  Sensitivities sensitivities;  ///< at it
 };
 
 /// Trims the condition and gives its sensitivities to these of the study's numbers; empty: to its
@@ -50,10 +53,10 @@ struct SensitivityAnswer {
 /// The closed loop's envelope over V and an angle, the other angle being the condition's own. Over
 /// tilt it comes in two parts, below and from the hand-over on, which have other pitch controls.
 struct EnvelopeAnswer {
-  Condition condition;
-  EnvelopeTable table;
-  Model model;
-  std::vector<Envelope> parts;
+  Condition condition;          ///< as asked
+  EnvelopeTable table;          ///< as asked
+  Model model;                  ///< that was trimmed
+  std::vector<Envelope> parts;  ///< one, or two over tilt
 
   bool answered() const;  ///< every part was gone over
 };

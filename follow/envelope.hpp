@@ -1,3 +1,4 @@
+/// @file
 /// Envelope: where in the plane of two parameters there is a trim within the limits.
 #pragma once
 
@@ -12,57 +13,66 @@ namespace tiltrim {
 
 /// One axis of the plane: a variable of the model that the trim does not move.
 struct EnvelopeAxis {
-  std::string signal;
-  Range range;      ///< SI
-  int count = 100;  ///< grid points; at least 2
+  std::string signal;  ///< its name
+  Range range;         ///< SI
+  int count = 100;     ///< grid points; at least 2
 };
 
 /// A verified trim on the border.
 struct BorderPoint {
-  double x = 0.0, y = 0.0;
-  OperatingPoint point;
-  Eigen::VectorXd outputs;
-  double residual = 0.0;
-  bool outer = true;  ///< no other trim within the limits lies just across
+  double x = 0.0, y = 0.0;  ///< in the plane, SI
+  OperatingPoint point;     ///< the trim
+  Eigen::VectorXd outputs;  ///< there
+  double residual = 0.0;    ///< as in TrimResult
+  bool outer = true;        ///< no other trim within the limits lies just across
 };
 
 /// A stretch of the border on which one thing stops the trim.
 struct BorderPiece {
-  std::string name;  ///< "delta_e lower", or "fold"
-  std::vector<BorderPoint> points;
+  std::string name;                 ///< "delta_e lower", or "fold"
+  std::vector<BorderPoint> points;  ///< along it
   std::string from, to;  ///< what each end meets: another piece's name, "edge", "loop", or why
 };
 
-/// An interval of x at one y: trims exist from one end to the other.
+/// One end of an interval of x.
 struct EnvelopeEnd {
-  double x = 0.0;
+  double x = 0.0;    ///< SI
   std::string name;  ///< what ends it: a piece's name, or "edge" of the plane looked at
 };
+/// An interval of x at one y: trims exist from one end to the other.
 struct EnvelopeInterval {
-  EnvelopeEnd from, to;
+  EnvelopeEnd from, to;  ///< rising
 };
+/// All intervals at one y.
 struct EnvelopeRow {
-  double y = 0.0;
-  std::vector<EnvelopeInterval> intervals;
+  double y = 0.0;                           ///< SI
+  std::vector<EnvelopeInterval> intervals;  ///< rising
 };
 
-enum class EnvelopeStatus { complete, empty, interrupted };
+/// How an envelope ended.
+enum class EnvelopeStatus {
+  complete,     ///< every sheet that was met is gone over
+  empty,        ///< no trim was found in the plane
+  interrupted,  ///< the caller asked to stop
+};
 
+/// What envelope() answers.
 struct Envelope {
-  EnvelopeStatus status = EnvelopeStatus::complete;
-  EnvelopeAxis x, y;
-  Eigen::MatrixXi count;  ///< distinct trims found at each grid point, (x.count) rows
-  std::vector<BorderPiece> pieces;
-  std::vector<EnvelopeRow> rows;  ///< at the values of y asked for; none if interrupted
-  long evaluations = 0;
+  EnvelopeStatus status = EnvelopeStatus::complete;  ///< how it ended
+  EnvelopeAxis x, y;                                 ///< as asked
+  Eigen::MatrixXi count;            ///< distinct trims found at each grid point, (x.count) rows
+  std::vector<BorderPiece> pieces;  ///< of the border
+  std::vector<EnvelopeRow> rows;    ///< at the values of y asked for; none if interrupted
+  long evaluations = 0;             ///< of the model's f and derivatives
 };
 
+/// How envelope() goes about it.
 struct EnvelopeOptions {
   std::vector<double> rows{};  ///< values of y at which the intervals of x are wanted
   int coarse = 7;              ///< seeds along each axis
   int starts = 24;             ///< Newton starts at each seed
   double max_step = 0.2;       ///< along the border, every unknown over its nominal size
-  std::stop_token stop{};
+  std::stop_token stop{};      ///< asked between trims
   std::function<void(double share)> observe{};  ///< of the grid that is done
 };
 

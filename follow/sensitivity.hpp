@@ -1,3 +1,4 @@
+/// @file
 /// Sensitivities: how a trim and its modes move with every parameter, the trim's shift included.
 #pragma once
 
@@ -10,14 +11,15 @@
 
 namespace tiltrim {
 
+/// Whether there are sensitivities.
 enum class SensitivityStatus {
-  found,
+  found,        ///< of the trim and of its modes
   not_trim,     ///< the point is no verified trim (of least effort, where an effort decides)
   not_implied,  ///< along a parameter a rate that should follow from the equations would not vanish
   singular,     ///< at a fold, or where a limit takes hold: the trim has no derivative
   no_linear,    ///< trim sensitivities only: the point is no equilibrium, or has no linear model
 };
-std::string to_string(SensitivityStatus status);
+std::string to_string(SensitivityStatus status);  ///< as JSON spells it
 
 /// How one mode moves per unit of a parameter; NaN where it has no derivative.
 struct ModeSensitivity {
@@ -29,21 +31,23 @@ struct ModeSensitivity {
 
 /// Derivatives along one parameter, everything per unit of it.
 struct ParameterSensitivity {
-  Signal parameter;
-  double value = 0.0;
+  Signal parameter;                    ///< which
+  double value = 0.0;                  ///< at the trim
   Eigen::VectorXd x, u, outputs;       ///< dx*/dp, du*/dp, dy*/dp
   std::vector<ModeSensitivity> modes;  ///< in the order of Sensitivities::modes
 };
 
+/// What sensitivities() answers.
 struct Sensitivities {
-  SensitivityStatus status = SensitivityStatus::not_trim;
-  std::string message;  ///< why there are none, or of which modes
-  OperatingPoint point;
-  double rcond = 0.0;  ///< of the equations that the trim solves, in scaled unknowns
-  Modes modes;
+  SensitivityStatus status = SensitivityStatus::not_trim;  ///< whether there are some
+  std::string message;       ///< why there are none, or of which modes
+  OperatingPoint point;      ///< the trim
+  double rcond = 0.0;        ///< of the equations that the trim solves, in scaled unknowns
+  Modes modes;               ///< at it
   std::vector<bool> simple;  ///< the mode is isolated: it has derivatives
-  std::vector<ParameterSensitivity> parameters;
+  std::vector<ParameterSensitivity> parameters;  ///< in the order asked
 
+  /// Of the trim and its modes.
   explicit operator bool() const { return status == SensitivityStatus::found; }
 };
 

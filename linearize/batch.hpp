@@ -1,3 +1,4 @@
+/// @file
 /// Eigenvalues and stability verdicts of many small matrices at once, across SIMD lanes.
 #pragma once
 
@@ -20,34 +21,38 @@ enum class LaneStatus : std::uint8_t {
   not_converged,  ///< neither; its eigenvalues are NaN
   not_finite,     ///< the matrix has an entry that is not; its eigenvalues are NaN
 };
-std::string to_string(LaneStatus status);
+std::string to_string(LaneStatus status);  ///< "converged", "fallback", ...
 
 /// Matrices of one size, entry by entry: entry (i, j) of matrix k is entries[(i n + j) count + k].
 struct MatrixBatch {
-  Eigen::Index n = 0, count = 0;
-  std::vector<double> entries;
+  Eigen::Index n = 0, count = 0;  ///< rows of each, and how many there are
+  std::vector<double> entries;    ///< n n count of them
 
   MatrixBatch() = default;
+  /// So many, all zero, of so many rows.
   MatrixBatch(Eigen::Index size, Eigen::Index matrices)
       : n(size), count(matrices), entries(std::size_t(size * size * matrices)) {}
+  /// Entry (i, j) of matrix k.
   double& operator()(Eigen::Index i, Eigen::Index j, Eigen::Index k) {
     return entries[std::size_t((i * n + j) * count + k)];
   }
+  /// The same, to read.
   double operator()(Eigen::Index i, Eigen::Index j, Eigen::Index k) const {
     return entries[std::size_t((i * n + j) * count + k)];
   }
-  void set(Eigen::Index k, const Eigen::MatrixXd& A);
-  Eigen::MatrixXd matrix(Eigen::Index k) const;
+  void set(Eigen::Index k, const Eigen::MatrixXd& A);  ///< matrix k becomes A, n x n
+  Eigen::MatrixXd matrix(Eigen::Index k) const;        ///< matrix k, n x n
 };
 
 /// Eigenvalue i of matrix k: re[i count + k], im[i count + k]. A pair stands together, the
 /// positive imaginary part first; the order is otherwise the kernel's, and a matrix has the same
 /// bits whatever its neighbours.
 struct BatchEigenvalues {
-  std::vector<double> re, im;
+  std::vector<double> re, im;      ///< n count of each, 1/s
   std::vector<LaneStatus> status;  ///< one per matrix
 };
 
+/// How eigenvalues() of a batch goes about it.
 struct BatchOptions {
   int max_iterations = 40;       ///< QR steps for each eigenvalue, across lanes
   int fallback_iterations = 40;  ///< and of the fallback

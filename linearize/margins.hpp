@@ -1,3 +1,4 @@
+/// @file
 /// Classical margins of a loop broken at one place: gain, phase, delay, disk, peak of sensitivity.
 #pragma once
 
@@ -14,10 +15,10 @@ namespace tiltrim {
 /// turned: 1 + L = 0 is the closed loop (negative feedback). A is n x n [1/s], b and c have n
 /// entries; n = 0 is a static gain d.
 struct LoopTransfer {
-  Eigen::MatrixXd A;
-  Eigen::VectorXd b;
-  Eigen::RowVectorXd c;
-  double d = 0.0;
+  Eigen::MatrixXd A;     ///< 1/s
+  Eigen::VectorXd b;     ///< from the place where it is broken
+  Eigen::RowVectorXd c;  ///< back to it
+  double d = 0.0;        ///< straight through
 };
 
 /// L(iω) at a frequency ω in rad/s, which may be infinite; infinite itself at a pole. Throws
@@ -40,7 +41,7 @@ struct Crossing {
 /// infinite where the margin is met at no finite frequency. The defaults are those of a loop that
 /// is not stable: it has no margin.
 struct Margins {
-  static constexpr double none = std::numeric_limits<double>::infinity();
+  static constexpr double none = std::numeric_limits<double>::infinity();  ///< no margin met
 
   Verdict closed_loop = Verdict::undecided;     ///< modes() of A - b c/(1 + d)
   double gain_up = 1.0, gain_up_at = none;      ///< least destabilising factor > 1; inf: none
@@ -57,14 +58,16 @@ struct Margins {
   /// False: an iteration met its cap and something may be missed, or the residual exceeds 1e-6.
   bool complete = true;
 
+  /// The closed loop is.
   bool stable() const { return closed_loop == Verdict::stable; }
-  /// What the disk guarantees: every factor between these two, every lag or lead less than that
-  /// [rad], and both together as far as (1 + z)/(1 - z), |z| < disk/2, reaches.
+  /// What the disk guarantees: every factor from this to disk_gain_up(), every lag or lead less
+  /// than disk_phase(), and both together as far as (1 + z)/(1 - z), |z| < disk/2, reaches.
   double disk_gain_down() const;
-  double disk_gain_up() const;
-  double disk_phase() const;
+  double disk_gain_up() const;  ///< see disk_gain_down()
+  double disk_phase() const;    ///< rad; see disk_gain_down()
 };
 
+/// How margins() goes about it.
 struct MarginsOptions {
   int max_levels = 30;  ///< of each search for a peak; two or three do
 };
@@ -77,7 +80,7 @@ struct MarginsOptions {
 /// L along the axis: magnitude as it is, phase in rad without jumps of 2π however coarse the grid,
 /// the first in (-3π/2, π/2] (to a little rounding).
 struct Bode {
-  std::vector<double> frequency, magnitude, phase;
+  std::vector<double> frequency, magnitude, phase;  ///< rad/s, 1, rad; rising in frequency
 };
 
 /// `points` frequencies from `from` to `to` [rad/s], both included, evenly spaced in their

@@ -1,3 +1,4 @@
+/// @file
 /// Modes of a linear model: eigenvalues with bounds, names and a verdict.
 #pragma once
 
@@ -26,20 +27,23 @@ struct Mode {
   double time_to_half() const;  ///< s, ln 2/|Re λ|; infinite on the axis. To double if unstable
 };
 
+/// Where the eigenvalues are.
 enum class Verdict {
   stable,     ///< every eigenvalue is left of the axis by more than its bound
   unstable,   ///< some eigenvalue is right of the axis by more than its bound
   undecided,  ///< the axis lies within the bounds
 };
-std::string to_string(Verdict verdict);
+std::string to_string(Verdict verdict);  ///< as JSON spells it
 
+/// All modes of a matrix.
 struct Modes {
-  std::vector<Mode> modes;  ///< by rising real part, then rising imaginary part
-  Verdict verdict = Verdict::undecided;
-  double spectral_abscissa = 0.0;  ///< largest real part; -inf for no modes
-  bool converged = true;           ///< false: the QR iteration met its cap; no modes, undecided
+  std::vector<Mode> modes;               ///< by rising real part, then rising imaginary part
+  Verdict verdict = Verdict::undecided;  ///< with the modes' error bounds
+  double spectral_abscissa = 0.0;        ///< largest real part; -inf for no modes
+  bool converged = true;  ///< false: the QR iteration met its cap; no modes, undecided
 };
 
+/// How modes() goes about it.
 struct ModesOptions {
   int max_iterations = 40;  ///< QR steps for each eigenvalue
 };

@@ -1,3 +1,4 @@
+/// @file
 /// Stability over two gains at a fixed trim, and where a line through it crosses the boundary.
 #pragma once
 
@@ -12,7 +13,7 @@ namespace tiltrim {
 /// A(a, b) = A0 + a A1 + b A2 with A1 and A2 of rank one (or zero): then det(sI - A) is bi-affine
 /// in a and b. 16 states at most.
 struct AffineFamily {
-  Eigen::MatrixXd A0, A1, A2;
+  Eigen::MatrixXd A0, A1, A2;  ///< n x n each
 };
 
 /// Verdicts at every (a[i], b[j]), number i b.size() + j: coefficients by the affine polynomial,
@@ -28,21 +29,22 @@ void stability_map(const AffineFamily& family, std::span<const double> a, std::s
 
 /// A value of t at which A0 + t A1 has an eigenvalue on the imaginary axis.
 struct LineCrossing {
-  double t = 0.0;
+  double t = 0.0;          ///< where, of the line
   double frequency = 0.0;  ///< rad/s; 0: a real eigenvalue
   double error = 0.0;      ///< of t
 };
 
+/// What line_crossings() answers.
+struct LineCrossings {
+  std::vector<LineCrossing> crossings;  ///< by rising t
+  bool complete = true;                 ///< none is missing
+};
 /// Every crossing of the line A0 + t A1 (A1 of rank one) with the stability boundary for t in
 /// [from, to], by rising t: all of them, since with p(s) = p0(s) + t p1(s) they are the positive
 /// real roots of Im(p0(iω) conj p1(iω)) = 0, a polynomial in ω² (D-decomposition). `complete` is
 /// false where rounding leaves doubt whether there are more: where two meet, where a pair touches
 /// the axis without crossing it, where an eigenvalue stays on it for every t. Throws
 /// std::invalid_argument as stability_map() does, and unless from < to.
-struct LineCrossings {
-  std::vector<LineCrossing> crossings;
-  bool complete = true;
-};
 [[nodiscard]] LineCrossings line_crossings(const Eigen::MatrixXd& A0, const Eigen::MatrixXd& A1,
                                            double from, double to);
 

@@ -1,3 +1,4 @@
+/// @file
 /// Two models around each other: a controller closes the loop of a plant, by the signals' names.
 #pragma once
 

@@ -1,3 +1,4 @@
+/// @file
 /// Derivatives of a model, each with an estimate of its error.
 #pragma once
 
@@ -11,9 +12,10 @@ namespace tiltrim {
 
 /// A matrix and, entry by entry, an estimated bound of its error.
 struct Estimate {
-  Eigen::MatrixXd value, error;
+  Eigen::MatrixXd value, error;  ///< of the same size; no error below zero
 };
 
+/// What difference() answers.
 struct Differences {
   Estimate jacobian;                 ///< ∂[f; h]/∂variables, (nx + ny) rows
   std::vector<std::string> remarks;  ///< kinks met and one-sided differences taken, in words

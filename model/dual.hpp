@@ -1,4 +1,5 @@
-/// Numbers that carry derivatives (forward mode), with the functions of <cmath>.
+/// @file
+/// Numbers that carry derivatives (forward mode), with the functions of `<cmath>`.
 ///
 /// Own rather than Eigen's AutoDiffScalar: every operation returns a plain value, so that physics
 /// may say `const auto` and nothing dangles, and an exact Jacobian costs clearly less than through
@@ -16,8 +17,12 @@ namespace tiltrim {
 inline constexpr int dual_width = 6;
 
 /// A number of type T with its derivatives along `width` directions; of none it is a plain number,
-/// whose functions are found as a Dual's are. Arithmetic, comparisons (of values) and the functions
-/// below take a T wherever they take a DualOf.
+/// whose functions are found as a Dual's are.
+///
+/// There are + - * / and their assignments, comparisons (of values), abs, fabs, min, max, fmin,
+/// fmax, clamp, sqrt, cbrt, hypot, exp, expm1, log, log1p, log10, pow, sin, cos, tan, asin, acos,
+/// atan, atan2, sinh, cosh, tanh, asinh, acosh and atanh, all called without std::; each takes a T
+/// in place of one of its arguments.
 ///
 /// At a kink the derivative is that of the side whose value is taken: abs at 0 from above, min and
 /// max of equals the first. Along a direction in which nothing moves it is zero even where the
@@ -36,8 +41,7 @@ struct DualOf {
   /// not among the functions below.
   friend DualOf chain(const DualOf& a, T value, T slope) { return {value, along(slope, a)}; }
 
-  /// @name Arithmetic
-  /// @{
+  /// @cond
   friend DualOf operator+(const DualOf& a, const DualOf& b) {
     return {a.value + b.value, a.slopes + b.slopes};
   }
@@ -68,18 +72,14 @@ struct DualOf {
   DualOf& operator-=(const DualOf& b) { return *this = *this - b; }
   DualOf& operator*=(const DualOf& b) { return *this = *this * b; }
   DualOf& operator/=(const DualOf& b) { return *this = *this / b; }
-  /// @}
 
-  /// @name Comparisons of the values
-  /// @{
+  // Comparisons
   friend bool operator==(const DualOf& a, const DualOf& b) { return a.value == b.value; }
   friend bool operator==(const DualOf& a, T b) { return a.value == b; }
   friend auto operator<=>(const DualOf& a, const DualOf& b) { return a.value <=> b.value; }
   friend auto operator<=>(const DualOf& a, T b) { return a.value <=> b; }
-  /// @}
 
-  /// @name Pieces
-  /// @{
+  // Pieces
   friend DualOf abs(const DualOf& a) { return a.value < 0 ? -a : a; }
   friend DualOf fabs(const DualOf& a) { return abs(a); }
   friend DualOf min(const DualOf& a, const DualOf& b) { return b.value < a.value ? b : a; }
@@ -93,10 +93,8 @@ struct DualOf {
   friend DualOf clamp(const DualOf& a, const DualOf& low, const DualOf& high) {
     return min(max(a, low), high);
   }
-  /// @}
 
-  /// @name Roots, powers, logarithms
-  /// @{
+  // Roots, powers, logarithms
   friend DualOf sqrt(const DualOf& a) {
     const T root = std::sqrt(a.value);
     return {root, along(1 / (2 * root), a)};
@@ -130,10 +128,8 @@ struct DualOf {
     const T power = std::pow(a.value, b.value);
     return {power, along(by_base(a.value, b.value), a) + along(by_exponent(a.value, power), b)};
   }
-  /// @}
 
-  /// @name Circular and hyperbolic functions
-  /// @{
+  // Circular and hyperbolic functions
   friend DualOf sin(const DualOf& a) { return chain(a, std::sin(a.value), std::cos(a.value)); }
   friend DualOf cos(const DualOf& a) { return chain(a, std::cos(a.value), -std::sin(a.value)); }
   friend DualOf tan(const DualOf& a) {
@@ -169,7 +165,7 @@ struct DualOf {
   friend DualOf atanh(const DualOf& a) {
     return chain(a, std::atanh(a.value), 1 / ((1 - a.value) * (1 + a.value)));
   }
-  /// @}
+  /// @endcond
 
  private:
   // slope · da, where what does not move stays without derivative.
@@ -189,12 +185,13 @@ using Plain = DualOf<double, 0>;
 
 }  // namespace tiltrim
 
-/// What Eigen has to know to have vectors and matrices of them.
+/// @cond
+// What Eigen has to know to have vectors and matrices of them, and to multiply these by numbers.
 template <class T, int width>
 struct Eigen::NumTraits<tiltrim::DualOf<T, width>> : Eigen::NumTraits<T> {
-  using Real = tiltrim::DualOf<T, width>;        ///< its absolute value's type
-  using NonInteger = tiltrim::DualOf<T, width>;  ///< its quotient's
-  using Nested = tiltrim::DualOf<T, width>;      ///< how it stands in expressions
+  using Real = tiltrim::DualOf<T, width>;
+  using NonInteger = tiltrim::DualOf<T, width>;
+  using Nested = tiltrim::DualOf<T, width>;
   enum {
     RequireInitialization = 1,
     ReadCost = 1 + width,
@@ -202,13 +199,12 @@ struct Eigen::NumTraits<tiltrim::DualOf<T, width>> : Eigen::NumTraits<T> {
     MulCost = 1 + 3 * width
   };
 };
-/// A matrix of them times a T.
 template <class T, int width, class Operation>
 struct Eigen::ScalarBinaryOpTraits<tiltrim::DualOf<T, width>, T, Operation> {
-  using ReturnType = tiltrim::DualOf<T, width>;  ///< of the operation
+  using ReturnType = tiltrim::DualOf<T, width>;
 };
-/// A T times a matrix of them.
 template <class T, int width, class Operation>
 struct Eigen::ScalarBinaryOpTraits<T, tiltrim::DualOf<T, width>, Operation> {
-  using ReturnType = tiltrim::DualOf<T, width>;  ///< of the operation
+  using ReturnType = tiltrim::DualOf<T, width>;
 };
+/// @endcond

@@ -1,3 +1,4 @@
+/// @file
 /// Exact derivatives of a user's model: its functions, written once for any scalar.
 #pragma once
 

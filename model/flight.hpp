@@ -1,3 +1,4 @@
+/// @file
 /// The closed loop in flight, with what a trim need not know: actuators that end and lag, a
 /// schedule, wind, the ground, integrals that do not wind up. docs/simulate.md derives each line.
 #pragma once
@@ -11,15 +12,16 @@
 
 namespace tiltrim {
 
-/// Wind over the ground, forward and up [m/s], and its rate [m/s²].
+/// Wind over the ground.
 struct Wind {
-  double forward = 0.0, up = 0.0, forward_rate = 0.0, up_rate = 0.0;
+  double forward = 0.0, up = 0.0;            ///< m/s
+  double forward_rate = 0.0, up_rate = 0.0;  ///< m/s²
 };
 
 /// What is added to the commands V [m/s] and gamma [rad], and behind the law, ahead of the limits,
 /// to theta0, a1s and delta_e [-, rad, rad].
 struct Disturbance {
-  double V = 0.0, gamma = 0.0, theta0 = 0.0, a1s = 0.0, delta_e = 0.0;
+  double V = 0.0, gamma = 0.0, theta0 = 0.0, a1s = 0.0, delta_e = 0.0;  ///< 0: nothing
 };
 
 /// How pitch control changes hands at cyclic_off where there is no blend.
@@ -30,31 +32,32 @@ enum class HandOver {
 
 /// Largest rates of the actuators [1/s, rad/s]; infinite: they follow at once.
 struct ActuatorRates {
-  double theta0 = std::numeric_limits<double>::infinity();
-  double a1s = std::numeric_limits<double>::infinity();
-  double delta_e = std::numeric_limits<double>::infinity();
-  double eta = std::numeric_limits<double>::infinity();
+  double theta0 = std::numeric_limits<double>::infinity();   ///< 1/s
+  double a1s = std::numeric_limits<double>::infinity();      ///< rad/s
+  double delta_e = std::numeric_limits<double>::infinity();  ///< rad/s
+  double eta = std::numeric_limits<double>::infinity();      ///< rad/s, of the nacelles
 };
 
 /// What is commanded when and where; by default the corridor (16).
 struct Schedule {
+  /// At time t [s] and height h [m].
   std::function<Command(double t, double h)> command = [](double, double h) { return corridor(h); };
-  /// Where it is not smooth, rising: heights [m] and times [s].
-  std::vector<double> kink_heights{20.0, 120.0}, kink_times{};
+  std::vector<double> kink_heights{20.0, 120.0};  ///< m, rising: where it is not smooth
+  std::vector<double> kink_times{};               ///< s, rising: the same
 };
 
 /// All that decides a flight but its start.
 struct Flight {
-  Vehicle vehicle;       ///< with consistent equations
-  GainSchedule gains{};  ///< empty: the vehicle's at any tilt
-  Schedule schedule{};
+  Vehicle vehicle;                                     ///< with consistent equations
+  GainSchedule gains{};                                ///< empty: the vehicle's at any tilt
+  Schedule schedule{};                                 ///< what is commanded
   std::function<Wind(double t)> wind{};                ///< empty: calm
   std::function<Disturbance(double t)> disturbance{};  ///< empty: none
   std::vector<double> kink_times{};                    ///< of these two, s; rising
   Axes axes = Axes::body;                              ///< wind axes divide by V
-  HandOver hand_over = HandOver::as_printed;
-  ActuatorRates rates{};
-  double lag = 0.05;  ///< s, of an actuator whose rate is limited
+  HandOver hand_over = HandOver::as_printed;           ///< where there is no blend
+  ActuatorRates rates{};                               ///< none limited by default
+  double lag = 0.05;                                   ///< s, of an actuator whose rate is limited
   /// s, in which the integrals bring a command beyond its limit back to it (back-calculation [51]);
   /// infinite: they wind up.
   double anti_windup = 1.0;
@@ -66,12 +69,14 @@ Gains gains_at(const Flight& flight, double eta);
 /// The state of a flight. First velocities through the air: V, gamma in wind axes, u, w in body
 /// axes. Works are per mass [m²/s²]; the last four belong to actuators that lag, else stay.
 struct FlightState {
-  double along = 0.0, across = 0.0, theta = 0.0, q = 0.0;
-  double x1 = 0.0, x2 = 0.0;  // integrals of He and Le
-  double distance = 0.0, height = 0.0;
-  double thrust_work = 0.0, drag_work = 0.0, wind_work = 0.0;
-  double eta = 0.0, theta0 = 0.0, a1s = 0.0, delta_e = 0.0;
+  double along = 0.0, across = 0.0;                            ///< V, gamma or u, w; m/s, rad
+  double theta = 0.0, q = 0.0;                                 ///< rad, rad/s
+  double x1 = 0.0, x2 = 0.0;                                   ///< integrals of He and Le, s
+  double distance = 0.0, height = 0.0;                         ///< m, over the ground
+  double thrust_work = 0.0, drag_work = 0.0, wind_work = 0.0;  ///< m²/s²
+  double eta = 0.0, theta0 = 0.0, a1s = 0.0, delta_e = 0.0;    ///< where the actuators are
 };
+/// Numbers of a FlightState.
 inline constexpr std::size_t flight_states = sizeof(FlightState) / sizeof(double);
 /// Names, units and sizes of the state, in order.
 Signals flight_signals(Axes axes);
@@ -84,12 +89,12 @@ struct FlightMode {
 
 /// The three actuators [-, rad, rad].
 struct Actuators {
-  double theta0, a1s, delta_e;
+  double theta0, a1s, delta_e;  ///< in that order
 };
 
 /// One instant of a flight.
 struct FlightPoint {
-  FlightState rates;
+  FlightState rates;                ///< of every state, 1/s
   Command command;                  ///< the schedule's, disturbed
   double eta;                       ///< the tilt, which may lag behind its command
   double V, gamma, alpha;           ///< through the air
@@ -102,6 +107,7 @@ struct FlightPoint {
   double climb_rate, ground_speed;  ///< m/s, over the ground
   double lift_off;                  ///< acceleration upwards, were there no ground, m/s²
 };
+/// All there is at time t [s] in state x.
 FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
                          const FlightState& x);
 

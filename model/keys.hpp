@@ -1,3 +1,4 @@
+/// @file
 /// The numbers of a study that a verb may move: their names there and in the models.
 #pragma once
 
@@ -9,6 +10,7 @@
 
 namespace tiltrim {
 
+/// A number of a study.
 struct Key {
   std::string name;    ///< as in a study: "V", "gamma_deg", "aircraft.mass", "gains.K_Lp"
   std::string signal;  ///< as in the models: "V", "gamma", "aircraft.mass", "gains.K_Lp"

@@ -1,3 +1,4 @@
+/// @file
 /// The seam between vehicles and algorithms: named signals and functions.
 #pragma once
 
@@ -10,6 +11,7 @@
 
 #include "model/signal.hpp"
 
+/// All of the library.
 namespace tiltrim {
 
 /// A function of state x, input u and parameters p.
@@ -18,7 +20,7 @@ using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd& x, const E
 
 /// A point at which a model is evaluated: state x, input u, parameters p (SI, radians).
 struct OperatingPoint {
-  Eigen::VectorXd x, u, p;
+  Eigen::VectorXd x, u, p;  ///< one value for each state, input, parameter
 };
 
 /// ẋ = f(x, u, p),  y = h(x, u, p). Fill it in and every verb works on it.
@@ -26,8 +28,8 @@ struct OperatingPoint {
 /// The variables of a model are counted through x, then u, then p: variable j is state j, input
 /// j - nx, or parameter j - nx - nu. Derivatives address any of them through that one number.
 struct Model {
-  std::string name;
-  Signals states, inputs, outputs, parameters;
+  std::string name;                             ///< in messages
+  Signals states, inputs, outputs, parameters;  ///< of the vectors x, u, y, p
   Function f;  ///< state rates, one per state; must be a function of its arguments alone
   Function h;  ///< outputs, one per output; may be empty if there are none
 
@@ -45,17 +47,17 @@ struct Model {
     std::string name;                                       ///< what happens there
     std::function<double(const OperatingPoint&)> distance;  ///< signed, zero at the kink
   };
-  std::vector<Switch> switches;
+  std::vector<Switch> switches;  ///< empty: none is known
 
   /// Optional structure: at equilibria that differ in these parameters alone, the outputs stay,
   /// ∂f/∂x is affine in each φ(p) with the others held, and a state that is an equilibrium for two
   /// values of φ is one for all between. A sweep then differentiates at three points of a line.
   struct Affine {
-    std::string parameter;
+    std::string parameter;  ///< its name
     /// φ at these parameters; nothing where the structure does not hold.
     std::function<std::optional<double>(const Eigen::VectorXd& p)> phi;
   };
-  std::vector<Affine> affine;
+  std::vector<Affine> affine;  ///< empty: none is known
 };
 
 /// The caller's mistake, met while a model is being called: told apart from what the model throws.
@@ -63,18 +65,20 @@ struct CallerMistake : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Rates and outputs at a point, sizes checked: throws CallerMistake naming both sizes if a vector
-/// does not fit the model or the model's answer does not fit its own signals.
+/// What a model gives at a point.
 struct Evaluation {
   Eigen::VectorXd rates;    ///< ẋ
   Eigen::VectorXd outputs;  ///< y
 };
+/// Rates and outputs at a point, sizes checked: throws CallerMistake naming both sizes if a
+/// vector does not fit the model or the model's answer does not fit its own signals.
 Evaluation evaluate(const Model& model, const OperatingPoint& point);
 
-/// Throw CallerMistake, which names the model and both sizes, where an answer of f, h or
-/// `derivatives` (along so many variables) does not fit the model's signals.
+/// Throws CallerMistake, which names the model and both sizes, where f's answer does not fit.
 void check_rates(const Model& model, const Eigen::VectorXd& rates);
+/// The same of h.
 void check_outputs(const Model& model, const Eigen::VectorXd& outputs);
+/// The same of `derivatives`, along so many variables.
 void check_derivatives(const Model& model, const Eigen::MatrixXd& J, std::size_t variables);
 
 /// A variable of the model found by name among states, inputs and parameters, in that order.
@@ -82,8 +86,9 @@ void check_derivatives(const Model& model, const Eigen::MatrixXd& J, std::size_t
 Eigen::Index variable(const Model& model, std::string_view name);
 /// The signal behind a variable's number.
 const Signal& signal_of(const Model& model, Eigen::Index variable);
-/// Read or write a variable by its number.
+/// A variable of the point, by its number.
 double value_of(const OperatingPoint& point, Eigen::Index variable);
+/// Writes it.
 void set_value(OperatingPoint& point, Eigen::Index variable, double value);
 
 /// Throws std::invalid_argument if the model cannot be used: no f, a name twice, a nominal size

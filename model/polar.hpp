@@ -1,3 +1,4 @@
+/// @file
 /// Aerodynamic coefficients over the full circle: a periodic C2 cubic spline through a table.
 #pragma once
 
@@ -15,7 +16,7 @@ namespace tiltrim {
 
 /// Lift, drag and pitching-moment coefficients.
 struct Coefficients {
-  double CL, CD, CM;
+  double CL, CD, CM;  ///< CL up, CM nose up
 };
 
 /// CL, CD, CM over the angle of attack with period 2π, twice continuously differentiable.
@@ -28,13 +29,13 @@ class Polar {
   /// Throws std::invalid_argument that names the row otherwise.
   Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& rows);
 
-  Coefficients at(double alpha) const;
+  Coefficients at(double alpha) const;  ///< any alpha, rad; NaN if it is not finite
 
   /// Values and slopes [1/rad] in one look-up.
   struct Slope {
-    Coefficients value, slope;
+    Coefficients value, slope;  ///< the latter per rad
   };
-  Slope slope_at(double alpha) const;
+  Slope slope_at(double alpha) const;  ///< of at()
 
   /// Ranges of CL, CD, CM over alpha in [lower, upper]: exact extremes of the cubics.
   std::array<Range, 3> range(double lower, double upper) const;

@@ -1,3 +1,4 @@
+/// @file
 /// [simulate] and [montecarlo] of a study: which flight, through what weather, how often.
 #pragma once
 
@@ -14,10 +15,11 @@ namespace tiltrim {
 
 /// A change of a command or an actuator for a time.
 struct DisturbanceTable {
+  /// Its course over time.
   enum class Kind {
-    step,     ///< `size` from `at` on, for `duration` (0: to the end)
-    doublet,  ///< `size` for `duration`, then its opposite for as long
-  } kind = Kind::step;
+    step,                       ///< `size` from `at` on, for `duration` (0: to the end)
+    doublet,                    ///< `size` for `duration`, then its opposite for as long
+  } kind = Kind::step;          ///< which
   std::string on = "gamma";     ///< V, gamma, theta0, a1s or delta_e
   double at = 0.0, size = 0.0;  ///< s; SI, radians
   double duration = 0.0;        ///< s
@@ -25,28 +27,30 @@ struct DisturbanceTable {
 
 /// Wind over the ground.
 struct GustTable {
+  /// Its course over time.
   enum class Kind {
     steady,            ///< `size` all the time
     one_minus_cosine,  ///< up to `size` and back, (1 - cos)/2 from `at` for `duration` [53]
     dryden,            ///< turbulence of standard deviation `size`, by a sum of waves [53]
-  } kind = Kind::one_minus_cosine;
-  bool up = false;        ///< else forward
-  double size = 0.0;      ///< m/s
-  double at = 0.0;        ///< s
-  double duration = 1.0;  ///< s
-  double length = 50.0;   ///< m, scale of the turbulence
-  double speed = 15.0;    ///< m/s at which it is flown through
-  std::uint64_t seed = 1;
+  } kind = Kind::one_minus_cosine;  ///< which
+  bool up = false;                  ///< else forward
+  double size = 0.0;                ///< m/s
+  double at = 0.0;                  ///< s
+  double duration = 1.0;            ///< s
+  double length = 50.0;             ///< m, scale of the turbulence
+  double speed = 15.0;              ///< m/s at which it is flown through
+  std::uint64_t seed = 1;           ///< of the turbulence
 };
 
 /// Which commands are flown.
 struct ScheduleTable {
+  /// Where they come from.
   enum class Kind {
     corridor,      ///< (16) over height
     hold,          ///< the command of the condition that `start` names, else of the first one
     reconversion,  ///< (16) backwards over time on a level path, then down to the ground
     table,         ///< numbers over height or time
-  } kind = Kind::corridor;
+  } kind = Kind::corridor;      ///< which
   bool over_time = false;       ///< table: else over height
   std::vector<double> at{};     ///< table: s or m, rising by 1e-4 or more; two at least
   std::vector<double> V{};      ///< table: m/s; empty: the corridor's (over height alone)
@@ -56,7 +60,7 @@ struct ScheduleTable {
 
 /// [simulate]
 struct SimulateTable {
-  ScheduleTable schedule;
+  ScheduleTable schedule;  ///< the commands
   double duration = 90.0;  ///< s
   std::string start;       ///< "ground", "trim" of the schedule's first command, or a condition's
                            ///< name; empty: "ground" for a schedule over height, else "trim"
@@ -64,15 +68,15 @@ struct SimulateTable {
   /// Other states at the start, by name, SI: V, gamma, theta, q, energy_integral,
   /// distribution_integral.
   std::map<std::string, double> states;
-  Axes axes = Axes::body;
-  HandOver hand_over = HandOver::as_printed;
-  double anti_windup = 1.0;  ///< s; infinite: none
-  ActuatorRates rates;
-  double lag = 0.05;  ///< s
-  std::vector<DisturbanceTable> disturbances;
-  std::vector<GustTable> gusts;
-  double tolerance = 1e-9;
-  double sample = 0.1;  ///< s
+  Axes axes = Axes::body;                      ///< in which it is integrated
+  HandOver hand_over = HandOver::as_printed;   ///< where there is no blend
+  double anti_windup = 1.0;                    ///< s; infinite: none
+  ActuatorRates rates;                         ///< largest ones
+  double lag = 0.05;                           ///< s, of actuators whose rate is limited
+  std::vector<DisturbanceTable> disturbances;  ///< all together
+  std::vector<GustTable> gusts;                ///< all together
+  double tolerance = 1e-9;                     ///< as in IntegrateOptions
+  double sample = 0.1;                         ///< s
 };
 
 /// Whether the flight begins on the ground, said or by default.
@@ -85,8 +89,8 @@ inline bool from_ground(const SimulateTable& simulate) {
 
 /// [montecarlo]: the flight of [simulate] again and again.
 struct MonteCarloTable {
-  long flights = 1000;
-  std::uint64_t seed = 1;
+  long flights = 1000;             ///< how many
+  std::uint64_t seed = 1;          ///< of all that is random
   std::vector<Uncertain> scatter;  ///< uniform, SI; "aircraft.mass", "gains.K_Lp" (the same at all
                                    ///< tilts), "theta", "height", "gust_size" (of every gust)
   int worst = 10;                  ///< flights kept and named

@@ -1,3 +1,4 @@
+/// @file
 /// A study: one TOML file with an aircraft, gains, limits and flight conditions.
 #pragma once
 
@@ -34,10 +35,11 @@ enum class Formulation {
 /// "closed_loop", "airframe", "table", "model".
 std::string to_string(Formulation formulation);
 
+/// A flight condition, and what is known of it.
 struct Condition {
-  std::string name;
-  Formulation formulation = Formulation::closed_loop;
-  Command command;                      ///< closed_loop
+  std::string name;                                    ///< of its own in the study
+  Formulation formulation = Formulation::closed_loop;  ///< which members hold
+  Command command;                                     ///< closed_loop
   std::map<std::string, Range> values;  ///< airframe: SI, rad; zero width fixes, infinite
                                         ///< ends are "free". table: alpha, gamma, eta, CL, CD,
                                         ///< CM, k, each of zero width
@@ -53,7 +55,7 @@ struct Condition {
 
 /// [follow]: a branch from each condition's own value of the parameter towards `to`.
 struct FollowTable {
-  Key parameter;
+  Key parameter;    ///< what goes
   double to = 0.0;  ///< SI
 };
 
@@ -69,6 +71,7 @@ struct EnvelopeTable {
 
 /// One axis of a sweep's grid: a number of the study, and those that move with it.
 struct SweepAxis {
+  /// A number that the axis moves.
   struct Column {
     std::string name;            ///< as in the study: "eta_deg", "gains.K_Lp", "h"
     std::string unit;            ///< of the study
@@ -80,6 +83,7 @@ struct SweepAxis {
   std::string name;             ///< the dimension: the first key's last part, "K_Lp"
   std::vector<Column> columns;  ///< the axis's own key first
   GainSchedule schedule{};      ///< of the gains, where the axis moves the tilt
+  /// Points along it.
   std::size_t size() const { return columns.front().values.size(); }
 };
 
@@ -94,7 +98,7 @@ struct ReportTable {
   /// A grid: over one axis trim curves and a root locus, over two a stability map.
   struct Map {
     std::string condition;  ///< empty: each; of a grid over h, which sets all of them, the first
-    SweepTable grid;
+    SweepTable grid;        ///< of one axis or two
   };
   std::vector<Map> maps;         ///< empty: the report chooses
   std::optional<bool> flight{};  ///< not given: where there is a closed loop
@@ -104,22 +108,23 @@ struct ReportTable {
 /// The default envelope over "eta_deg" or "gamma_deg".
 EnvelopeTable envelope_over(std::string_view angle);
 
+/// What a study says, checked.
 struct Study {
-  std::filesystem::path file;
-  std::string text;                     ///< the file's
-  std::string polar_name;               ///< as asked for
-  std::shared_ptr<const OwnModel> own;  ///< [model]; then there is no vehicle
-  Vehicle vehicle;
-  GainSchedule schedule;              ///< of the gains; empty: vehicle.gains at any tilt
-  std::vector<Condition> conditions;  ///< at least one, names distinct
-  std::optional<FollowTable> follow;
-  std::optional<EnvelopeTable> envelope;
-  std::optional<SweepTable> sweep;
-  std::optional<TuneTable> tune;
-  std::optional<SimulateTable> simulate;
-  std::optional<OwnMotion> own_motion;  ///< [simulate] of a study with [model]
-  std::optional<MonteCarloTable> montecarlo;
-  std::optional<ReportTable> report;
+  std::filesystem::path file;                 ///< where it was read
+  std::string text;                           ///< the file's
+  std::string polar_name;                     ///< as asked for
+  std::shared_ptr<const OwnModel> own;        ///< [model]; then there is no vehicle
+  Vehicle vehicle;                            ///< [aircraft], [gains], [limits] and the polar
+  GainSchedule schedule;                      ///< of the gains; empty: vehicle.gains at any tilt
+  std::vector<Condition> conditions;          ///< at least one, names distinct
+  std::optional<FollowTable> follow;          ///< [follow]
+  std::optional<EnvelopeTable> envelope;      ///< [envelope]
+  std::optional<SweepTable> sweep;            ///< [sweep]
+  std::optional<TuneTable> tune;              ///< [tune]
+  std::optional<SimulateTable> simulate;      ///< [simulate]
+  std::optional<OwnMotion> own_motion;        ///< [simulate] of a study with [model]
+  std::optional<MonteCarloTable> montecarlo;  ///< [montecarlo]
+  std::optional<ReportTable> report;          ///< [report]
 };
 
 /// Reads and checks a study; throws StudyError and nothing else. Polars are looked for beside the

@@ -1,3 +1,4 @@
+/// @file
 /// [tune] of a study: which gains are free, where they are to hold, and what is asked of them.
 #pragma once
 
@@ -41,8 +42,8 @@ const std::vector<Measure>& measures();
 /// The worst value over all operating points is to be at least `limit`, or at most; in the
 /// measure's unit. NaN: nothing is asked, as of a goal.
 struct Requirement {
-  Measure measure = Measure::damping;
-  double limit = std::numeric_limits<double>::quiet_NaN();
+  Measure measure = Measure::damping;                       ///< what is measured
+  double limit = std::numeric_limits<double>::quiet_NaN();  ///< least or largest; or NaN
   /// half_time: the mode's name. Margins and uses: the actuator, "theta0", "a1s" or "delta_e"; if
   /// empty the worst of those that act.
   std::string of{};
@@ -50,15 +51,15 @@ struct Requirement {
 
 /// A parameter of all the models that may be chosen within bounds, in SI units.
 struct FreeGain {
-  std::string name;  ///< the models' signal, "gains.K_Lp"
-  double lower = 0.0, upper = 0.0;
-  bool logarithmic = true;  ///< the search moves in its logarithm; needs lower > 0
+  std::string name;                 ///< the models' signal, "gains.K_Lp"
+  double lower = 0.0, upper = 0.0;  ///< both are allowed
+  bool logarithmic = true;          ///< the search moves in its logarithm; needs lower > 0
 };
 
 /// A parameter that may be anywhere between two values, in SI units.
 struct Uncertain {
-  std::string name;  ///< the models' signal, "aircraft.mass"
-  double lower = 0.0, upper = 0.0;
+  std::string name;                 ///< the models' signal, "aircraft.mass"
+  double lower = 0.0, upper = 0.0;  ///< both may be
 };
 
 /// [tune]
@@ -68,25 +69,25 @@ struct TuneTable {
   std::vector<FreeGain> gains;          ///< at least one
   std::vector<double> schedule;  ///< tilts [rad], rising: the gains are linear in eta between them;
                                  ///< empty: constant
-  std::vector<Uncertain> uncertain;
+  std::vector<Uncertain> uncertain;           ///< empty: none
   bool corners = true;                        ///< all of them are operating points
   int samples = 0;                            ///< seeded ones beside them
   std::map<std::string, double> disturbance;  ///< of V [m/s], gamma, theta [rad], q [rad/s] by name
-  Requirement goal{Measure::decay};
-  std::vector<Requirement> limits;
+  Requirement goal{Measure::decay};           ///< whose worst value is to be best
+  std::vector<Requirement> limits;            ///< that hold at all points
   std::string global = "multistart", local = "slsqp";  ///< as tune/tune.hpp spells them
   std::string second = "crs2";                         ///< whose answer stands beside; "none"
-  std::uint64_t seed = 1;
-  long evaluations = 4000;
-  double seconds = 0.0;      ///< 0: no limit
+  std::uint64_t seed = 1;                              ///< of all that is random
+  long evaluations = 4000;                             ///< candidates tried
+  double seconds = 0.0;                                ///< 0: no limit
   long robustness = 10'000;  ///< random samples that the answer is tried on
   /// The goal over a limit that moves.
   struct Front {
-    Requirement limit;  ///< NaN
-    double from = 0.0, to = 0.0;
-    int count = 0;
+    Requirement limit;            ///< NaN
+    double from = 0.0, to = 0.0;  ///< of its value, in the measure's unit
+    int count = 0;                ///< of values
   };
-  std::optional<Front> front;
+  std::optional<Front> front;  ///< not given: none
 };
 
 }  // namespace tiltrim

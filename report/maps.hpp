@@ -1,3 +1,4 @@
+/// @file
 /// Maps of eigenvalues over a grid, and their differences, as text, CSV and JSON. Computes nothing.
 #pragma once
 
@@ -28,10 +29,14 @@ std::string map_text(const SweepMap& map, const TextStyle& style);
 /// The stable JSON that docs/sweep.md describes.
 std::string map_json(const SweepMap& map);
 
+/// One row for each point whose status or verdict changed.
 Sheet difference_sheet(const SweepMap& before, const MapDifference& difference);
+/// What the text has, for documents.
 std::vector<Sheet> difference_document(const SweepMap& before, const MapDifference& difference);
+/// What changed, in words and tables.
 std::string difference_text(const SweepMap& before, const MapDifference& difference,
                             const TextStyle& style);
+/// The stable JSON that docs/sweep.md describes.
 std::string difference_json(const SweepMap& before, const MapDifference& difference);
 
 }  // namespace tiltrim

@@ -1,3 +1,4 @@
+/// @file
 /// Modes of one matrix, as text, CSV and JSON. Computes nothing.
 #pragma once
 
@@ -13,7 +14,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states);
 /// Eigenvalues, one row for each (both of a pair), for CSV.
 Sheet all_modes_sheet(const Modes& modes);
 
-Tone tone_of(Verdict verdict);
+Tone tone_of(Verdict verdict);  ///< good, bad or doubtful
 /// "-0.4681 ± 0.0999i"
 std::string eigenvalue_text(const Mode& mode);
 /// "the rightmost eigenvalue is -0.1686 1/s (phugoid), left of the axis by more than its error

@@ -1,3 +1,4 @@
+/// @file
 /// A table described once, printed as text for people, as CSV for programs, and for documents as
 /// Markdown, LaTeX and HTML. The numbers are the same words in all but CSV, which has every digit.
 #pragma once
@@ -11,19 +12,26 @@
 namespace tiltrim {
 
 /// How a cell's text is coloured on a terminal.
-enum class Tone { plain, good, bad, doubtful };
+enum class Tone {
+  plain,     ///< as the rest
+  good,      ///< green
+  bad,       ///< red
+  doubtful,  ///< yellow
+};
 
 /// A number (printed by its column's format in text, to 17 digits in CSV), words, or nothing.
 struct SheetCell {
-  std::variant<std::monostate, double, std::string> value;
-  Tone tone = Tone::plain;
+  std::variant<std::monostate, double, std::string> value;  ///< one of the three
+  Tone tone = Tone::plain;                                  ///< of words
 
-  SheetCell() = default;
-  SheetCell(double number) : value(number) {}
+  SheetCell() = default;                       ///< nothing
+  SheetCell(double number) : value(number) {}  ///< a number
+  /// Words.
   SheetCell(std::string words, Tone t = Tone::plain) : value(std::move(words)), tone(t) {}
-  SheetCell(const char* words) : value(std::string(words)) {}
+  SheetCell(const char* words) : value(std::string(words)) {}  ///< words
 };
 
+/// What a column holds.
 struct SheetColumn {
   std::string key;            ///< CSV header: "theta_deg"
   std::string title;          ///< text header: "θ"
@@ -31,15 +39,17 @@ struct SheetColumn {
   std::string format = "{}";  ///< of numbers in text, fmt's notation: "{:.3f}"
 };
 
+/// A table.
 struct Sheet {
-  std::string title;
-  std::vector<SheetColumn> columns;
-  std::vector<std::vector<SheetCell>> rows;
-  std::vector<std::string> notes;  ///< printed below, one line each
+  std::string title;                         ///< above it; empty: none
+  std::vector<SheetColumn> columns;          ///< from the left
+  std::vector<std::vector<SheetCell>> rows;  ///< a cell for each column
+  std::vector<std::string> notes;            ///< printed below, one line each
 };
 
+/// How text is laid out.
 struct TextStyle {
-  bool colour = false;
+  bool colour = false;      ///< with the terminal's codes
   std::size_t width = 100;  ///< notes are wrapped here
 };
 
@@ -55,8 +65,9 @@ std::string as_latex(const Sheet& sheet);
 /// One after the other, as a report has them; a sheet without columns is a paragraph of its title
 /// and its notes.
 std::string as_markdown(const std::vector<Sheet>& sheets);
-std::string as_latex(const std::vector<Sheet>& sheets);
-/// A <table> with classes (number, unit, good, bad, doubtful), then <ul class="notes">; no styles.
+std::string as_latex(const std::vector<Sheet>& sheets);  ///< the same
+/// A table of HTML with classes (number, unit, good, bad, doubtful), then a list of class notes; no
+/// styles.
 std::string as_html(const Sheet& sheet);
 
 /// A cell as text prints it: a number by its column's format, "-" for nothing.

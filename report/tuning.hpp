@@ -1,3 +1,4 @@
+/// @file
 /// Tuning, as text, JSON, CSV, and as TOML to paste into a study.
 #pragma once
 
@@ -12,21 +13,21 @@ namespace tiltrim {
 
 /// What `tiltrim tune` has to say of one study.
 struct TuningReport {
-  TuneProblem problem;
-  bool own = false;  ///< of a study with [model]
-  TuneOptions options{};
-  TuneResult result{};
-  std::string second_algorithm{};  ///< whose answer stands beside; empty: none
-  std::optional<TuneResult> second{};
-  std::optional<Robustness> robustness{};
+  TuneProblem problem;                     ///< as asked
+  bool own = false;                        ///< of a study with [model]
+  TuneOptions options{};                   ///< as asked
+  TuneResult result{};                     ///< the answer
+  std::string second_algorithm{};          ///< whose answer stands beside; empty: none
+  std::optional<TuneResult> second{};      ///< that answer
+  std::optional<Robustness> robustness{};  ///< of the answer
   /// The goal over a limit that moves: with the limit at each value, the answer.
   struct FrontPoint {
-    double limit;
-    TuneResult result;
+    double limit;       ///< its value
+    TuneResult result;  ///< with it
   };
-  bool interrupted = false;  ///< somewhere: what comes after was not done
-  Requirement front_limit{};
-  std::vector<FrontPoint> front{};
+  bool interrupted = false;         ///< somewhere: what comes after was not done
+  Requirement front_limit{};        ///< the limit that moves
+  std::vector<FrontPoint> front{};  ///< in the order of its values
 };
 
 /// The verdict, the gains to paste, what was asked and what became of it, what each gain does; for

@@ -1,3 +1,4 @@
+/// @file
 /// A flight as a table: what is written, drawn and compared, all from one description.
 #pragma once
 
@@ -9,21 +10,24 @@
 
 namespace tiltrim {
 
+/// One number over time.
 struct FlightColumn {
-  std::string name;  ///< "theta_deg"
-  std::string unit;  ///< "degrees"
-  std::string what;  ///< "pitch attitude"
-  std::vector<double> values;
+  std::string name;            ///< "theta_deg"
+  std::string unit;            ///< "degrees"
+  std::string what;            ///< "pitch attitude"
+  std::vector<double> values;  ///< one for each sample
 };
 
 /// Time, states, commands, controls, energy errors, forces and powers at every sample. Angles are
 /// in degrees, all else SI.
 struct FlightTable {
-  std::vector<FlightColumn> columns;
+  std::vector<FlightColumn> columns;  ///< time first
+  /// How many samples.
   std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
   /// Throws std::invalid_argument with all names if there is none of this one.
   const std::vector<double>& operator[](const std::string& name) const;
 };
+/// The table of a flight.
 FlightTable flight_table(const Flight& flight, const FlightResult& flown);
 
 /// What stands in a file beside the table: attributes and events.

@@ -1,3 +1,4 @@
+/// @file
 /// The flight of a study again and again with scattered numbers.
 #pragma once
 
@@ -17,45 +18,49 @@ namespace tiltrim {
 
 /// How one of the flights went.
 struct Outcome {
-  long number = 0;
-  FlightStatus status = FlightStatus::flown;
-  bool good = false;
-  double t = 0.0, height = 0.0;         ///< at the end, s, m
-  double V_off = 0.0, gamma_off = 0.0;  ///< of the command there, m/s, rad
-  double theta_most = 0.0;              ///< largest |theta| of the samples, rad
+  long number = 0;                            ///< from 0 on
+  FlightStatus status = FlightStatus::flown;  ///< how it ended
+  bool good = false;                          ///< within all that [montecarlo] allows
+  double t = 0.0, height = 0.0;               ///< at the end, s, m
+  double V_off = 0.0, gamma_off = 0.0;        ///< of the command there, m/s, rad
+  double theta_most = 0.0;                    ///< largest |theta| of the samples, rad
   /// What it misses by: the largest of its figures over what is allowed; for a flight that ends
   /// early above all of these, the earlier the more.
   double miss = 0.0;
 };
 
+/// What monte_carlo() answers.
 struct MonteCarlo {
-  long asked = 0, flown = 0;  ///< flights
-  long good = 0;
+  long asked = 0, flown = 0;                 ///< flights
+  long good = 0;                             ///< of those flown
   std::array<long, flight_statuses> ends{};  ///< [FlightStatus]
   Proportion share;                          ///< of good ones
   std::vector<std::string> names;            ///< of the scattered numbers, in the study's words
+  /// One of the worst.
   struct Kept {
-    Outcome outcome;
+    Outcome outcome;              ///< how it went
     std::vector<double> numbers;  ///< in the study's units
   };
-  std::vector<Kept> worst;  ///< by falling miss
-  std::string message;      ///< why none was flown: no trim to start from; else empty
-  bool interrupted = false;
+  std::vector<Kept> worst;   ///< by falling miss
+  std::string message;       ///< why none was flown: no trim to start from; else empty
+  bool interrupted = false;  ///< fewer were flown than asked
 };
 
+/// How monte_carlo() goes about it.
 struct MonteCarloOptions {
   int threads = 0;              ///< 0: as many as the machine has; the answer is the same for any
   std::filesystem::path log{};  ///< from which a killed run goes on; empty: nowhere
   double checkpoint = 1.0;      ///< s between writes to it
   std::string identity{};       ///< of the work: study, program
-  std::stop_token stop{};
+  std::stop_token stop{};       ///< asked between flights
   std::function<void(const MonteCarlo& so_far)> observe{};  ///< from one thread at a time
 };
 
 /// Flight i depends on the study and i alone: its scattered numbers are uniform, its turbulence has
 /// a seed of its own. All begin as the nominal one does. The log stays: who has the answer safe
 /// removes it.
-/// Throws std::invalid_argument without [montecarlo], LogError for a log that cannot be used.
+/// Throws std::invalid_argument without [montecarlo], std::runtime_error "path: why" for a log that
+/// cannot be used.
 [[nodiscard]] MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options = {});
 
 /// Flight `number` of it, to be looked at. Throws std::invalid_argument if there is none.

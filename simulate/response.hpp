@@ -1,3 +1,4 @@
+/// @file
 /// How far the linear model reaches: its response beside the nonlinear one.
 #pragma once
 
@@ -11,35 +12,37 @@
 
 namespace tiltrim {
 
+/// Whether there are responses.
 enum class ResponseStatus {
-  responded,
+  responded,  ///< both, to their end
   no_trim,    ///< nor a linear model
   cut_short,  ///< the nonlinear motion ends before its time: the message says how
 };
-std::string to_string(ResponseStatus status);
+std::string to_string(ResponseStatus status);  ///< as JSON spells it
 
 /// Both from the same offset at a trim, the command held. Deviations from the trim of V, gamma,
 /// theta, q and the two integrals, in that order.
 struct Response {
-  ResponseStatus status = ResponseStatus::no_trim;
-  std::string message{};
-  Signals states{};
-  Command command{};
-  Eigen::VectorXd offset{};               ///< at t = 0
-  std::vector<double> t{};                ///< s
-  Eigen::MatrixXd linear{}, nonlinear{};  ///< [state, time]
+  ResponseStatus status = ResponseStatus::no_trim;  ///< whether there are some
+  std::string message{};                            ///< why not
+  Signals states{};                                 ///< of the deviations
+  Command command{};                                ///< held
+  Eigen::VectorXd offset{};                         ///< at t = 0
+  std::vector<double> t{};                          ///< s
+  Eigen::MatrixXd linear{}, nonlinear{};            ///< [state, time]
   /// Largest difference over the largest linear deviation, both in nominal sizes.
   double apart = 0.0;
   /// So many times the offset and the two are `tolerated` apart; at `most` if even that is less.
   double reach = 0.0;
 };
 
+/// How response() goes about it.
 struct ResponseOptions {
   double duration = 10.0, sample = 0.05;  ///< s
-  double tolerated = 0.1;
-  double most = 1e3;
-  double tolerance = 1e-11;
-  TrimOptions trimming{};
+  double tolerated = 0.1;                 ///< of Response::apart
+  double most = 1e3;                      ///< times the offset that is tried
+  double tolerance = 1e-11;               ///< of the integration
+  TrimOptions trimming{};                 ///< of the start
 };
 
 /// `offset` by state name: V, gamma, theta, q, energy_integral, distribution_integral (SI). Throws

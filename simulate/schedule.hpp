@@ -1,3 +1,4 @@
+/// @file
 /// What a flight is commanded, over height or over time. docs/simulate.md draws them.
 #pragma once
 
@@ -16,8 +17,10 @@ struct Commands {
   std::vector<double> at;       ///< heights [m] or times [s], rising; two at least
   std::vector<Command> values;  ///< at each
 };
-/// Throw std::invalid_argument where they are fewer than two, not rising, or not as many.
+/// By height [m]. Throws std::invalid_argument where they are fewer than two, not rising, or not as
+/// many.
 Schedule over_height(const Commands& commands);
+/// By time [s]; throws as over_height().
 Schedule over_time(const Commands& commands);
 
 /// The corridor (16) against time: the tilt falls at a constant rate; path angle and speed are
@@ -26,6 +29,7 @@ struct SteadyTilt {
   double begins = 0.0;                           ///< s
   double rate = std::numbers::pi / 180;          ///< rad/s, > 0
   double from = std::numbers::pi / 2, to = 0.0;  ///< rad, falling
+  /// s
   double ends() const { return begins + (from - to) / rate; }
 };
 /// Throws std::invalid_argument for a rate that is not above zero, or tilts that do not fall.
@@ -42,6 +46,7 @@ struct Reconversion {
   double turns = 20.0;                     ///< s, until the path is down
   double descent = -std::numbers::pi / 6;  ///< rad, the path's angle from there on
 };
+/// That schedule.
 Schedule reconversion(const Reconversion& times = {});
 
 }  // namespace tiltrim

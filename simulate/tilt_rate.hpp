@@ -1,3 +1,4 @@
+/// @file
 /// How fast the tilt may move before eigenvalues at frozen tilts say nothing of the flight.
 #pragma once
 
@@ -15,9 +16,9 @@ namespace tiltrim {
 
 /// The closed loop along the corridor (16), frozen at a tilt.
 struct FrozenLoop {
-  double eta = 0.0;  ///< rad
-  Command command;
-  FlightState trim;
+  double eta = 0.0;       ///< rad
+  Command command;        ///< of the corridor there
+  FlightState trim;       ///< at it
   Eigen::MatrixXd A;      ///< of V_err, gamma_err, theta, q, x1, x2 over their nominal sizes
   double abscissa = 0.0;  ///< 1/s
 };
@@ -46,48 +47,51 @@ struct TiltFlight {
   double rate = 0.0;        ///< rad/s
   std::string disturbed{};  ///< "θ +0.1 rad"
   bool holds = false;       ///< it stayed near the trims and came to that at the end
-  FlightStatus status = FlightStatus::flown;
-  std::string message{};  ///< how it ended otherwise
-  double left = 0.0;      ///< rad: the tilt at which it strayed from the trims or was lost
+  FlightStatus status = FlightStatus::flown;  ///< how it ended
+  std::string message{};                      ///< how it ended otherwise
+  double left = 0.0;  ///< rad: the tilt at which it strayed from the trims or was lost
 };
 
+/// How the search ended.
 enum class TiltRateStatus {
-  found,    ///< between `holds` and `fails`
-  always,   ///< even the fastest rate tried holds
-  never,    ///< not even the slowest does: `cause` says why
-  no_trim,  ///< some frozen loop has none
-  interrupted,
+  found,        ///< between `holds` and `fails`
+  always,       ///< even the fastest rate tried holds
+  never,        ///< not even the slowest does: `cause` says why
+  no_trim,      ///< some frozen loop has none
+  interrupted,  ///< the caller asked to stop
 };
-std::string to_string(TiltRateStatus status);
+std::string to_string(TiltRateStatus status);  ///< as JSON spells it
 
+/// What tilt_rate_limit() answers.
 struct TiltRateLimit {
-  TiltRateStatus status = TiltRateStatus::found;
-  std::string message;  ///< the cause, in words
-  std::vector<FrozenLoop> loops;
-  bool frozen_stable = false;  ///< every frozen loop is stable
-  std::vector<SlowTilt> stretches;
-  std::vector<Growth> growth;       ///< at the rates flown, rising
+  TiltRateStatus status = TiltRateStatus::found;  ///< how the search ended
+  std::string message;                            ///< the cause, in words
+  std::vector<FrozenLoop> loops;                  ///< over the tilt, falling
+  bool frozen_stable = false;                     ///< every frozen loop is stable
+  std::vector<SlowTilt> stretches;                ///< between switches
+  std::vector<Growth> growth;                     ///< at the rates flown, rising
   double holds = 0.0, fails = 0.0;  ///< rad/s: the conclusion holds at one, fails at the other
   double disturbance = 1.0;         ///< of the options', as far as the frozen loop brings it back
   std::vector<TiltFlight> flights;  ///< all that were flown
   TiltFlight worst;                 ///< the slowest that failed
 };
 
+/// How tilt_rate_limit() goes about it.
 struct TiltRateOptions {
   double from = std::numbers::pi / 2, to = 0.0;  ///< tilts, rad, falling
   double slowest = 0.0005, fastest = 3.0;        ///< rad/s
   double relative = 0.01;                        ///< between `holds` and `fails`
   int loops = 181;                               ///< frozen ones
   double settles = 60.0;                         ///< s after the transition
-  /// On the way V and the path angle stay this near the command, the attitude this near the trim of
-  /// the tilt (m/s, rad).
-  double speed = 3.0, angle = 0.5;
-  /// The trim is disturbed by each of these in turn, up and down (rad, rad, m/s, rad/s).
-  double theta = 0.05, gamma = 0.05, V = 0.2, q = 0.05;
-  int threads = 0;
-  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};
-  std::stop_token stop{};
-  std::function<void(const TiltFlight&)> observe{};
+  double speed = 3.0;                            ///< m/s: on the way V stays this near the command
+  /// rad: and the path angle; and the attitude this near the trim of the tilt.
+  double angle = 0.5;
+  double theta = 0.05, gamma = 0.05;  ///< rad: the trim is disturbed by each, up and down
+  double V = 0.2, q = 0.05;           ///< m/s, rad/s: and by each of these
+  int threads = 0;                    ///< 0: as many as the machine has; the answer is the same
+  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of frozen loops
+  std::stop_token stop{};                            ///< asked between flights
+  std::function<void(const TiltFlight&)> observe{};  ///< after each flight
 };
 
 /// The largest constant tilt rate at which the frozen loops' conclusion holds in nonlinear flight:

@@ -1,3 +1,4 @@
+/// @file
 /// Wind and disturbances of a flight.
 #pragma once
 
@@ -13,8 +14,9 @@ namespace tiltrim {
 /// for, the same for a seed.
 struct Weather {
   std::function<Wind(double t)> wind;  ///< empty: calm
-  std::vector<double> kink_times;
+  std::vector<double> kink_times;      ///< s, rising
 };
+/// Of these gusts, added up.
 Weather weather(const std::vector<GustTable>& gusts);
 
 /// The Dryden spectrum along the flight or across it, Φ(Ω) [m²/s² per rad/m] at a wave number
@@ -24,8 +26,9 @@ double dryden_spectrum(double wave_number, double sigma, double length, bool acr
 /// Steps and doublets of the commands and actuators, and the times at which they jump.
 struct Disturbances {
   std::function<Disturbance(double t)> at;  ///< empty: none
-  std::vector<double> kink_times;
+  std::vector<double> kink_times;           ///< s, rising
 };
+/// Of these, added up.
 Disturbances disturbances(const std::vector<DisturbanceTable>& tables);
 
 }  // namespace tiltrim

@@ -1,3 +1,4 @@
+/// @file
 /// Maps as files: NetCDF-4 for sweeps of any size.
 #pragma once
 

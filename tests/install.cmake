@@ -1,6 +1,6 @@
 # cmake -D BUILD=<build folder> -D SCRATCH=<folder> ... -P install.cmake
 # Installs, moves what is installed, and outside the source tree builds and runs the program of
-# docs/your-model.md with it, as printed there.
+# docs/your-model.md with it, as printed there. What is installed is what docs/api.md lists.
 cmake_minimum_required(VERSION 3.25)
 
 function(run)
@@ -25,6 +25,10 @@ endfunction()
 file(REMOVE_RECURSE ${SCRATCH})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH}/first)
 file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)  # nothing installed may know where it was
+execute_process(COMMAND ${SCRATCH}/moved/bin/tiltrim --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
+run(${CMAKE_COMMAND} -D CHAPTER=${CMAKE_CURRENT_LIST_DIR}/../docs/api.md
+    -D HEADERS=${SCRATCH}/moved/include/tiltrim -D "COMMANDS=${help}"
+    -P ${CMAKE_CURRENT_LIST_DIR}/public_headers.cmake)
 set(user ${SCRATCH}/levitation)
 chapter_block(cmake)
 file(WRITE ${user}/CMakeLists.txt "${text}")

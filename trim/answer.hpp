@@ -1,3 +1,4 @@
+/// @file
 /// A study's condition, trimmed by its own formulation.
 #pragma once
 
@@ -9,10 +10,11 @@
 
 namespace tiltrim {
 
+/// A condition and its trim.
 struct Answer {
-  Condition condition;
-  Model model;  ///< the one that was trimmed; table: rows 1 and 2 of (15)
-  TrimResult trim;
+  Condition condition;             ///< as asked
+  Model model;                     ///< the one that was trimmed; table: rows 1 and 2 of (15)
+  TrimResult trim;                 ///< of that model
   std::optional<TableTrim> table;  ///< formulation table only
 
   /// An equilibrium whose equations and bounds are verified, with or without a remark.

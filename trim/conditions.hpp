@@ -1,3 +1,4 @@
+/// @file
 /// The three trim formulations of the tiltrotor, and those of a study with [model], as problems for
 /// trim().
 #pragma once
@@ -15,15 +16,16 @@ namespace tiltrim {
 
 /// A trim problem ready to solve: a model, what is asked, where to start.
 struct TrimProblem {
-  Model model;
-  TrimSpec spec;
-  OperatingPoint guess;
+  Model model;           ///< trim()'s first argument
+  TrimSpec spec;         ///< its second
+  OperatingPoint guess;  ///< its third
 };
 
 /// Formulation 1, (15): the closed loop at V, gamma, eta. Unknown theta and the two integrals;
 /// theta0, a1s and delta_e follow from the control law and are bounded. Body axes below
 /// body_axes_below.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command);
+/// The same in these axes.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, Axes axes);
 
 /// trim() of formulation 1. Where no equilibrium is found, the airframe alone is asked whether
@@ -36,11 +38,14 @@ TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, 
 /// alpha in place of theta, is a Range: zero width fixes it. Not named: V and eta must be given;
 /// gamma, q are 0; the others are free within the vehicle's limits.
 struct AirframeCondition {
-  std::map<std::string, Range> values{};
+  std::map<std::string, Range> values{};  ///< SI, rad
   std::map<std::string, double> rates{};  ///< V, gamma, theta, q: held rates, 0 if not named
   std::vector<Effort> effort{};           ///< empty: theta0² + (a1s/0.35)² + (delta_e/0.53)²
 };
+/// The airframe's problem, in body axes below body_axes_below. Throws std::invalid_argument for
+/// other names and where V or eta is missing.
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition);
+/// The same in these axes.
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition, Axes axes);
 
 /// A condition of a study with [model]: what is fixed stands in the guess, the rest is free.
@@ -50,18 +55,20 @@ TrimProblem own_problem(const Condition& condition);
 /// of the weight solve the first two rows of (15) as printed; the third leaves the moment
 /// increment that an elevator must supply.
 struct TableCondition {
-  double gamma, alpha, eta;  // rad
-  double CL, CD, CM;         // CL positive down, as printed
-  double k;                  // ½ρ(V + vi)²S / (m g)
+  double gamma, alpha, eta;  ///< rad
+  double CL, CD, CM;         ///< CL positive down, as printed
+  double k;                  ///< ½ρ(V + vi)²S / (m g)
 };
+/// What trim_table() answers.
 struct TableTrim {
-  TrimResult trim;
-  double theta0, a1s;
+  TrimResult trim;     ///< of table_model()
+  double theta0, a1s;  ///< of full thrust, rad
   double CM_required;  ///< that balances the thrust's moment about the centre of gravity
   double CM_elevator;  ///< CM_required - CM: what the elevator has to add
 };
 /// Rows one and two of (15) as printed, over the weight: inputs theta0, a1s.
 Model table_model(const TableCondition& condition, double thrust_excess);
+/// Solves formulation 3.
 [[nodiscard]] TableTrim trim_table(const Vehicle& vehicle, const TableCondition& condition,
                                    const TrimOptions& options = {});
 

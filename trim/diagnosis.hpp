@@ -1,3 +1,4 @@
+/// @file
 /// Diagnosis: why a trim problem has no answer, and what would have to give.
 #pragma once
 
@@ -10,10 +11,11 @@ namespace tiltrim {
 
 /// A variable that might be chosen otherwise, and how far to look.
 struct Lever {
-  std::string signal;
-  Range range;
+  std::string signal;  ///< a state, input or parameter
+  Range range;         ///< finite
 };
 
+/// What gives.
 enum class RemedyKind {
   limit,     ///< one side of one limit gives way, everything else is kept
   equation,  ///< one held rate may be what it has to be
@@ -22,7 +24,7 @@ enum class RemedyKind {
 
 /// The least that one thing alone would have to give.
 struct Remedy {
-  RemedyKind kind = RemedyKind::limit;
+  RemedyKind kind = RemedyKind::limit;  ///< what gives
   std::string signal;  ///< limit: of the bound; equation: of the rate; lever: the variable
   bool upper = false;  ///< which side of a limit
   double from = 0.0;   ///< the bound, rate or value asked for
@@ -32,15 +34,17 @@ struct Remedy {
   /// nearest. infeasible: shown that nothing searched helps; not_found: nothing found.
   TrimResult trim{};
 
+  /// An equilibrium was found there.
   bool helps() const { return trim.status <= TrimStatus::not_optimal; }
 };
 
 /// A limit that keeps the closest point from coming closer.
 struct Holding {
-  ActiveLimit limit;
+  ActiveLimit limit;  ///< which
   double pull = 0.0;  ///< d(½‖scaled residual‖²)/d(bound over its nominal size), at most zero
 };
 
+/// Why there is no answer.
 struct Diagnosis {
   OperatingPoint closest;        ///< the least-squares point within the limits
   std::vector<Holding> holding;  ///< strongest pull first

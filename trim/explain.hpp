@@ -1,3 +1,4 @@
+/// @file
 /// Why a flight condition has no equilibrium, in the words of flight mechanics.
 #pragma once
 
@@ -12,9 +13,10 @@ namespace tiltrim {
 
 /// Vertical forces on the aircraft [N], up positive.
 struct VerticalForces {
-  double thrust, wing, weight;  ///< weight is positive
+  double thrust, wing, weight;  ///< N; weight is positive
 };
 
+/// Why a condition has no equilibrium.
 struct Explanation {
   Model airframe;  ///< asked whether any inputs within the limits could hold the condition
   /// Absent where the airframe alone has an equilibrium: then it is the control law that has none.

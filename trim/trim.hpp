@@ -1,3 +1,4 @@
+/// @file
 /// Trim: find an equilibrium of a model, verify it, and say why where there is none.
 #pragma once
 
@@ -40,46 +41,48 @@ std::string to_string(TrimStatus status);
 
 /// A bound that the point lies on.
 struct ActiveLimit {
-  std::string signal;
-  bool upper = false;
-  double value = 0.0;
+  std::string signal;  ///< its variable or output
+  bool upper = false;  ///< which end
+  double value = 0.0;  ///< of the bound
 };
 
+/// How equilibria are looked for.
 enum class TrimMethod {
   ipopt,   ///< Ipopt from the guess, polished by Newton, then Newton from further starts
   newton,  ///< Newton only, from the guess and the further starts; needs as many equations as
            ///< unknowns
 };
 
+/// How trim() goes about it.
 struct TrimOptions {
-  TrimMethod method = TrimMethod::ipopt;
-  double tolerance = 1e-10;      ///< on every held rate over its nominal size [1/s]
-  double step_tolerance = 1e-9;  ///< on the last Newton step over nominal sizes
-  int starts = 32;               ///< further starts over the bounds (a Halton set)
-  int max_iterations = 100;      ///< of each solver from each start
-  int max_boxes = 200'000;       ///< of the proof that there is no equilibrium; 0: no proof
-  bool closest = true;           ///< where there is no answer, look for the closest point
-  std::stop_token stop{};        ///< asked between solver steps
+  TrimMethod method = TrimMethod::ipopt;  ///< from the guess
+  double tolerance = 1e-10;               ///< on every held rate over its nominal size [1/s]
+  double step_tolerance = 1e-9;           ///< on the last Newton step over nominal sizes
+  int starts = 32;                        ///< further starts over the bounds (a Halton set)
+  int max_iterations = 100;               ///< of each solver from each start
+  int max_boxes = 200'000;  ///< of the proof that there is no equilibrium; 0: no proof
+  bool closest = true;      ///< where there is no answer, look for the closest point
+  std::stop_token stop{};   ///< asked between solver steps
   std::function<void(const OperatingPoint&)> observe{};  ///< every Newton iterate from the guess
 };
 
 /// What trim() answers. `point` is the best point seen whatever the status.
 struct TrimResult {
-  TrimStatus status = TrimStatus::not_found;
-  OperatingPoint point;
-  Eigen::VectorXd rates;    ///< all state rates at the point
-  Eigen::VectorXd outputs;  ///< all outputs at the point
-  double residual = 0.0;    ///< largest |rate - held value| / nominal over the held rates [1/s]
-  double step = 0.0;        ///< last Newton step, largest over nominal sizes
+  TrimStatus status = TrimStatus::not_found;  ///< the verdict
+  OperatingPoint point;                       ///< the best seen
+  Eigen::VectorXd rates;                      ///< all state rates at the point
+  Eigen::VectorXd outputs;                    ///< all outputs at the point
+  double residual = 0.0;  ///< largest |rate - held value| / nominal over the held rates [1/s]
+  double step = 0.0;      ///< last Newton step, largest over nominal sizes
   /// Reciprocal condition (2-norm) of the scaled Jacobian of the equations; where that is below
   /// 1e-8, of the same with its rows no longer than one, which stiffness does not spoil.
   double rcond = 0.0;
-  double effort = 0.0;  ///< the objective
-  std::vector<ActiveLimit> limits_active;
-  std::vector<OperatingPoint> others;  ///< further verified equilibria, by rising effort
-  int starts = 0;                      ///< starts tried
-  long evaluations = 0;                ///< calls of the model's f and derivatives
-  std::string message;                 ///< empty when converged without remark
+  double effort = 0.0;                     ///< the objective
+  std::vector<ActiveLimit> limits_active;  ///< bounds that the point lies on
+  std::vector<OperatingPoint> others;      ///< further verified equilibria, by rising effort
+  int starts = 0;                          ///< starts tried
+  long evaluations = 0;                    ///< calls of the model's f and derivatives
+  std::string message;                     ///< empty when converged without remark
 
   /// A verified equilibrium.
   explicit operator bool() const { return status == TrimStatus::converged; }

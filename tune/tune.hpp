@@ -1,3 +1,4 @@
+/// @file
 /// Tuning: gains whose worst case over operating points is as good as it can be.
 #pragma once
 
@@ -18,26 +19,27 @@ namespace tiltrim {
 /// parameters.
 using FlightFigure = std::function<double(Measure measure, const Eigen::VectorXd& parameters)>;
 
+/// What is to be tuned.
 struct TuneProblem {
   std::vector<SweepRequest> points;  ///< each trimmed again for every candidate
   /// Each point's model with inputs added behind its actuators, "theta0_added" for the output
   /// theta0 and so on (closed_loop_with_inputs()); needed for margins alone, else empty.
   std::vector<Model> loops{};
-  std::vector<FreeGain> gains{};
+  std::vector<FreeGain> gains{};  ///< at least one
   /// Gains linear between their values at these (rising) of a parameter that the points have;
   /// empty: constant. Tuned are the values at each, first all of the first gain.
   std::vector<double> schedule{};
-  std::string schedule_over = "eta";
-  std::vector<Uncertain> uncertain{};
-  bool corners = true;  ///< each point again at every corner of the uncertain numbers
-  int samples = 0;      ///< and at as many random places between, the same at each point
-  std::uint64_t sample_seed = 1;
+  std::string schedule_over = "eta";   ///< that parameter
+  std::vector<Uncertain> uncertain{};  ///< empty: none
+  bool corners = true;            ///< each point again at every corner of the uncertain numbers
+  int samples = 0;                ///< and at as many random places between, the same at each point
+  std::uint64_t sample_seed = 1;  ///< of these places
   /// By state, in its unit: where the closed loop starts from, beside its trim (response_use).
   std::map<std::string, double> disturbance{};
   /// Needed for flight and tracking alone. They count once for each scatter, at the first point.
   FlightFigure flight{};
-  Requirement goal{Measure::decay};  ///< its worst value is to be as good as it can be
-  std::vector<Requirement> limits{};
+  Requirement goal{Measure::decay};   ///< its worst value is to be as good as it can be
+  std::vector<Requirement> limits{};  ///< that hold at all places
 
   /// Numbers tuned: gains, times places of the schedule.
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
@@ -47,42 +49,61 @@ struct TuneProblem {
 /// decay or damping.
 [[nodiscard]] std::vector<Requirement> asked_of(const TuneProblem& problem);
 
-enum class GlobalSearch { crs2, isres, esch, direct, mlsl, multistart };
-enum class LocalSearch { slsqp, mma, bobyqa, cobyla, sbplx };
-std::string to_string(GlobalSearch algorithm);
-std::string to_string(LocalSearch algorithm);
-/// From their names; throw std::invalid_argument with all of them if there is none.
+/// Where the search begins: NLopt's algorithms, or local searches from many starts.
+enum class GlobalSearch {
+  crs2,        ///< controlled random search
+  isres,       ///< evolution with stochastic ranking
+  esch,        ///< evolution
+  direct,      ///< dividing rectangles
+  mlsl,        ///< multi-level single linkage
+  multistart,  ///< local searches from the best of random points
+};
+/// How it goes on: NLopt's algorithms.
+enum class LocalSearch {
+  slsqp,   ///< sequential quadratic programming
+  mma,     ///< moving asymptotes
+  bobyqa,  ///< quadratic models, no slopes
+  cobyla,  ///< linear models, no slopes
+  sbplx,   ///< subspaces and simplexes, no slopes
+};
+std::string to_string(GlobalSearch algorithm);  ///< as a study spells it
+std::string to_string(LocalSearch algorithm);   ///< as a study spells it
+/// From its name; throws std::invalid_argument with all of them if there is none.
 GlobalSearch global_search(const std::string& name);
+/// The same.
 LocalSearch local_search(const std::string& name);
 
+/// How far a search is.
 struct TuneProgress {
-  long evaluations = 0, of = 0;
-  double seconds = 0.0;
-  double best = 0.0;  ///< of the goal, where `feasible`
-  bool feasible = false;
+  long evaluations = 0, of = 0;  ///< candidates
+  double seconds = 0.0;          ///< since it began
+  double best = 0.0;             ///< of the goal, where `feasible`
+  bool feasible = false;         ///< the best meets all limits
   std::string decides;  ///< what holds the best where it is: requirement and point, in words
 };
 
+/// How tune() goes about it.
 struct TuneOptions {
-  GlobalSearch global = GlobalSearch::multistart;
-  LocalSearch local = LocalSearch::slsqp;
-  std::uint64_t seed = 1;
+  GlobalSearch global = GlobalSearch::multistart;  ///< first
+  LocalSearch local = LocalSearch::slsqp;          ///< then
+  std::uint64_t seed = 1;                          ///< of all that is random
   Eigen::VectorXd start{};  ///< tried first, SI, each cut to its bounds; empty: the middle alone
   long evaluations = 4000;  ///< candidates, each at all points
   double seconds = 0.0;     ///< 0: no limit
   int threads = 0;          ///< 0: as many as the machine has; the answer is the same for any
-  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};
-  std::stop_token stop{};
-  std::function<void(const TuneProgress&)> observe{};
+  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of each place
+  std::stop_token stop{};                              ///< asked between candidates
+  std::function<void(const TuneProgress&)> observe{};  ///< from one thread at a time
 };
 
+/// How a tuning ended.
 enum class TuneStatus {
   tuned,         ///< the best point found meets all limits, verified
   limits_unmet,  ///< no point found does; the one that misses them least is given
   unstable,      ///< limits are met, yet some eigenvalue is not left of the axis by its bound
   no_trim,       ///< at no candidate were all points in equilibrium
 };
-std::string to_string(TuneStatus status);
+std::string to_string(TuneStatus status);  ///< as JSON spells it
 
 /// A place at which gains are tried: an operating point, and where in the scatter.
 struct TunePlace {
@@ -92,9 +113,9 @@ struct TunePlace {
 
 /// One requirement at one place, or the goal (limit NaN).
 struct Achieved {
-  TunePlace place;
-  std::size_t asked = 0;  ///< position in asked_of()
-  Requirement requirement;
+  TunePlace place;                  ///< where
+  std::size_t asked = 0;            ///< position in asked_of()
+  Requirement requirement;          ///< that one
   double value = 0.0;               ///< NaN: it does not apply here (no mode of that name)
   std::complex<double> eigenvalue;  ///< which decides, where an eigenvalue does; else NaN
   bool active = false;              ///< it holds the answer where it is, to 1e-4
@@ -111,17 +132,19 @@ struct GainEffect {
   bool limits_less = false, limits_more = false;  ///< the limits are met there
 };
 
+/// What tune() answers.
 struct TuneResult {
-  TuneStatus status = TuneStatus::no_trim;
-  std::string message;              ///< why not tuned: which requirement at which point
-  Eigen::VectorXd gains;            ///< SI, TuneProblem::variables() of them
-  double goal = 0.0;                ///< the worst over all places
-  std::vector<Achieved> achieved;   ///< [place][asked]
-  std::vector<GainEffect> effects;  ///< largest first
+  TuneStatus status = TuneStatus::no_trim;  ///< the verdict
+  std::string message;                      ///< why not tuned: which requirement at which point
+  Eigen::VectorXd gains;                    ///< SI, TuneProblem::variables() of them
+  double goal = 0.0;                        ///< the worst over all places
+  std::vector<Achieved> achieved;           ///< [place][asked]
+  std::vector<GainEffect> effects;          ///< largest first
   bool coalescing = false;  ///< two eigenvalues that decide, or nearly (1 %), meet at the answer
-  long evaluations = 0;
-  bool interrupted = false, out_of_time = false, out_of_evaluations = false;
+  long evaluations = 0;     ///< candidates tried
+  bool interrupted = false, out_of_time = false, out_of_evaluations = false;  ///< why it stopped
 
+  /// The best point found meets all limits.
   explicit operator bool() const { return status == TuneStatus::tuned; }
 };
 
@@ -131,17 +154,18 @@ struct TuneResult {
 /// bounds reversed or not finite, nothing free, no point, a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
 
-/// The study's [tune] as a problem, and its choice of algorithms, seed and budget; the start is the
-/// study's own numbers. Throws
-/// std::invalid_argument where there is no [tune] or it asks for what its conditions do not have.
+/// The study's [tune] as a problem. Throws std::invalid_argument where there is no [tune] or it
+/// asks for what its conditions do not have.
 [[nodiscard]] TuneProblem tune_problem(const Study& study);
+/// The study's choice of algorithms, seed and budget; the start is its own numbers. Throws as
+/// tune_problem().
 [[nodiscard]] TuneOptions tune_options(const Study& study);
 
 /// How gains fare between the corners.
 struct Robustness {
-  long samples = 0, met = 0;       ///< met: at every point in trim, stable, all limits met
-  long no_trim = 0, unstable = 0;  ///< of those not met; the rest miss a limit
-  double fraction = 0.0;
+  long samples = 0, met = 0;        ///< met: at every point in trim, stable, all limits met
+  long no_trim = 0, unstable = 0;   ///< of those not met; the rest miss a limit
+  double fraction = 0.0;            ///< met of samples
   double lower = 0.0, upper = 0.0;  ///< Clopper-Pearson interval of the fraction, 95 %
   double worst_goal = std::numeric_limits<double>::quiet_NaN();  ///< over the samples in trim
   std::string worst;                                             ///< where: point and numbers
