@@ -1,10 +1,11 @@
 // A planar VTOL: hover trim by thrust and moment, then a position loop swept over its attitude
-// gain.
+// gain. Both are written once for any scalar, so that the loop has exact derivatives.
 #include <cmath>
 #include <cstdio>
 
 #include "linearize/modes.hpp"
 #include "model/close_loop.hpp"
+#include "model/exact.hpp"
 #include "sweep/sweep.hpp"
 
 using Eigen::VectorXd;
@@ -18,12 +19,14 @@ tiltrim::Model vtol() {
   model.states = {{"x", "m", 1},    {"vx", "m/s", 1},      {"z", "m", 1},
                   {"vz", "m/s", 1}, {"theta", "rad", 0.1}, {"q", "rad/s", 0.1}};
   model.inputs = {{"thrust", "N", 10}, {"moment", "N m", 1}};
-  model.f = [](const VectorXd& x, const VectorXd& u, const VectorXd&) -> VectorXd {
-    return Eigen::Vector<double, 6>{x[1], -u[0] / mass * std::sin(x[4]),
-                                    x[3], u[0] / mass * std::cos(x[4]) - g,
-                                    x[5], u[1] / inertia};
-  };
-  return model;
+  return exact_model(model, [](auto x, auto u, auto, auto rates) {
+    rates[0] = x[1];
+    rates[1] = -u[0] / mass * sin(x[4]);
+    rates[2] = x[3];
+    rates[3] = u[0] / mass * cos(x[4]) - g;
+    rates[4] = x[5];
+    rates[5] = u[1] / inertia;
+  });
 }
 
 // M = -I (k_q q + k_theta (θ - θc)),  g θc = k_x x + k_v vx,  T = m (g - 2 z - 3 vz)
@@ -34,12 +37,11 @@ tiltrim::Model hold() {
   law.outputs = vtol().inputs;
   law.parameters = {
       {"k_theta", "1/s²", 1}, {"k_q", "1/s", 1}, {"k_x", "1/s²", 1}, {"k_v", "1/s", 1}};
-  law.h = [](const VectorXd&, const VectorXd& x, const VectorXd& k) -> VectorXd {
-    const double aim = (k[2] * x[0] + k[3] * x[1]) / g;
-    return Eigen::Vector2d{mass * (g - 2 * x[2] - 3 * x[3]),
-                           -inertia * (k[1] * x[5] + k[0] * (x[4] - aim))};
-  };
-  return law;
+  return exact_model(law, {}, [](auto, auto x, auto k, auto outputs) {
+    const auto aim = (k[2] * x[0] + k[3] * x[1]) / g;
+    outputs[0] = mass * (g - 2 * x[2] - 3 * x[3]);
+    outputs[1] = -inertia * (k[1] * x[5] + k[0] * (x[4] - aim));
+  });
 }
 
 int main() {

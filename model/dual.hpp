@@ -37,9 +37,9 @@ struct DualOf {
   DualOf(T v) : value(v), slopes(Slopes::Zero()) {}      ///< a constant
   DualOf(T v, const Slopes& d) : value(v), slopes(d) {}  ///< a value and its derivatives
 
-  /// g(a) of a function g known by its value and slope at a.value: a table, a spline, or what is
-  /// not among the functions below.
-  friend DualOf chain(const DualOf& a, T value, T slope) { return {value, along(slope, a)}; }
+  /// A function known by its value g and its slope at a.value: a table, a spline, or what is not
+  /// among the functions above.
+  friend DualOf chain(const DualOf& a, T g, T slope) { return {g, along(slope, a)}; }
 
   /// @cond
   friend DualOf operator+(const DualOf& a, const DualOf& b) {

@@ -15,28 +15,6 @@
 
 namespace tiltrim {
 
-/// The vector [x; u; p] on a scalar S.
-template <class S>
-struct ScalarPoint {
-  std::vector<S> z;    ///< all of it
-  std::size_t nx, nu;  ///< states, inputs
-
-  /// The numbers of a point, without derivatives.
-  ScalarPoint(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p)
-      : nx(std::size_t(x.size())), nu(std::size_t(u.size())) {
-    z.reserve(nx + nu + std::size_t(p.size()));
-    for (const Eigen::VectorXd* part : {&x, &u, &p}) z.insert(z.end(), part->begin(), part->end());
-  }
-
-  /// Calls f on it. What f does not write is not a number.
-  template <class F>
-  void write(const F& f, std::vector<S>& values) const {
-    std::fill(values.begin(), values.end(), S(std::numeric_limits<double>::quiet_NaN()));
-    const std::span<const S> all(z);
-    f(all.first(nx), all.subspan(nx, nu), all.subspan(nx + nu), std::span<S>(values));
-  }
-};
-
 /// What can be called on spans of S as ExactFunction says.
 template <class F, class S>
 concept CallableOn = std::invocable<const F&, std::span<const S>, std::span<const S>,
@@ -64,16 +42,17 @@ struct ExactFunction {
   ExactFunction() = default;  ///< none: of a model without states, or without outputs
   /// From a function on any scalar.
   template <class F>
-  requires(!std::same_as<F, ExactFunction>) ExactFunction(const F& f) {
+  requires(!std::same_as<F, ExactFunction> && CallableOn<F, Plain> && CallableOn<F, Dual>)
+      ExactFunction(const F& f) {
     values = [f](const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p,
                  Eigen::Ref<Eigen::VectorXd> answer) {
       std::vector<Plain> all(std::size_t(answer.size()));
-      ScalarPoint<Plain>(x, u, p).write(f, all);
+      Vector<Plain>(x, u, p).write(f, all);
       std::ranges::transform(all, answer.begin(), &Plain::value);
     };
     slopes = [f](const OperatingPoint& at, const std::vector<Eigen::Index>& variables,
                  Eigen::Ref<Eigen::MatrixXd> columns) {
-      ScalarPoint<Dual> point(at.x, at.u, at.p);
+      Vector<Dual> point(at.x, at.u, at.p);
       std::vector<Dual> all(std::size_t(columns.rows()));
       for (Eigen::Index first = 0; first < columns.cols(); first += dual_width) {
         const Eigen::Index count = std::min<Eigen::Index>(dual_width, columns.cols() - first);
@@ -90,6 +69,29 @@ struct ExactFunction {
       }
     };
   }
+
+ private:
+  // [x; u; p] on a scalar S.
+  template <class S>
+  struct Vector {
+    std::vector<S> z;
+    std::size_t nx, nu;
+
+    Vector(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p)
+        : nx(std::size_t(x.size())), nu(std::size_t(u.size())) {
+      z.reserve(nx + nu + std::size_t(p.size()));
+      for (const Eigen::VectorXd* part : {&x, &u, &p})
+        z.insert(z.end(), part->begin(), part->end());
+    }
+
+    // What f does not write is not a number.
+    template <class F>
+    void write(const F& f, std::vector<S>& answer) const {
+      std::fill(answer.begin(), answer.end(), S(std::numeric_limits<double>::quiet_NaN()));
+      const std::span<const S> all(z);
+      f(all.first(nx), all.subspan(nx, nu), all.subspan(nx + nu), std::span<S>(answer));
+    }
+  };
 };
 
 /// The model with f, h and derivatives from functions on any scalar: what `m` says but for these

@@ -1,15 +1,21 @@
 # cmake -D BUILD=<build folder> -D SCRATCH=<folder> ... -P install.cmake
 # Installs, moves what is installed, and outside the source tree builds and runs the program of
-# docs/your-model.md with it, as printed there. What is installed is what docs/api.md lists.
+# docs/your-model.md with it, as printed there, with differences and with exact derivatives. What is
+# installed is what docs/api.md lists.
 cmake_minimum_required(VERSION 3.25)
 
 function(run)
   execute_process(COMMAND ${ARGV} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# The first block of the chapter in this language, in `text`.
-function(chapter_block language)
+# The first block in this language below the chapter's heading, in `text`.
+function(chapter_block language heading)
   file(READ ${CMAKE_CURRENT_LIST_DIR}/../docs/your-model.md chapter)
+  string(FIND "${chapter}" "\n${heading}\n" from)
+  if(from EQUAL -1)
+    message(FATAL_ERROR "docs/your-model.md: expected the heading ${heading}")
+  endif()
+  string(SUBSTRING "${chapter}" ${from} -1 chapter)
   string(FIND "${chapter}" "\n```${language}\n" from)
   if(from EQUAL -1)
     message(FATAL_ERROR "docs/your-model.md: expected a block of ${language}")
@@ -25,23 +31,39 @@ endfunction()
 file(REMOVE_RECURSE ${SCRATCH})
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH}/first)
 file(RENAME ${SCRATCH}/first ${SCRATCH}/moved)  # nothing installed may know where it was
-execute_process(COMMAND ${SCRATCH}/moved/bin/tiltrim --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${SCRATCH}/moved/bin/tiltrim --help OUTPUT_FILE ${SCRATCH}/help.txt
+                COMMAND_ERROR_IS_FATAL ANY)
 run(${CMAKE_COMMAND} -D CHAPTER=${CMAKE_CURRENT_LIST_DIR}/../docs/api.md
-    -D HEADERS=${SCRATCH}/moved/include/tiltrim -D "COMMANDS=${help}"
+    -D HEADERS=${SCRATCH}/moved/include/tiltrim -D HELP=${SCRATCH}/help.txt
     -P ${CMAKE_CURRENT_LIST_DIR}/public_headers.cmake)
+
+# Builds and runs ${main} in ${user}; it must print what the chapter says.
+function(build_and_run)
+  file(WRITE ${user}/main.cpp "${main}")
+  run(${CMAKE_COMMAND} --build ${user}/build)
+  execute_process(COMMAND ${user}/build/levitation OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
+  chapter_block(text "## The program")
+  if(NOT printed STREQUAL text)
+    message(FATAL_ERROR "docs/your-model.md says it prints\n${text}but of\n${main}it prints\n${printed}")
+  endif()
+endfunction()
+
 set(user ${SCRATCH}/levitation)
-chapter_block(cmake)
+chapter_block(cmake "## The folder")
 file(WRITE ${user}/CMakeLists.txt "${text}")
-chapter_block(cpp)
-file(WRITE ${user}/main.cpp "${text}")
+chapter_block(cpp "## The program")
+set(main "${text}")
+file(WRITE ${user}/main.cpp "${main}")
 run(${CMAKE_COMMAND} -S ${user} -B ${user}/build -G ${GENERATOR}
     -D CMAKE_PREFIX_PATH=${SCRATCH}/moved -D CMAKE_BUILD_TYPE=${CONFIG}
     -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_CXX_FLAGS=${FLAGS})
-run(${CMAKE_COMMAND} --build ${user}/build)
-execute_process(COMMAND ${user}/build/levitation OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
-chapter_block(text)
-if(NOT printed STREQUAL text)
-  message(FATAL_ERROR "docs/your-model.md says it prints\n${text}but it prints\n${printed}")
-endif()
+build_and_run()
+chapter_block(cpp "## Exact derivatives")  # in place of the two models
+string(FIND "${main}" "Model magnet()" from)
+string(FIND "${main}" "int main()" to)
+string(SUBSTRING "${main}" 0 ${from} before)
+string(SUBSTRING "${main}" ${to} -1 behind)
+set(main "${before}${text}\n${behind}")
+build_and_run()
 run(${SCRATCH}/moved/bin/tiltrim linearize ${SCRATCH}/moved/share/tiltrim/studies/paper.toml)
 file(REMOVE_RECURSE ${SCRATCH})

@@ -1,4 +1,5 @@
-# cmake -D CHAPTER=<docs/api.md> -D HEADERS=<installed include/tiltrim> -D COMMANDS=<text of --help> -P public_headers.cmake
+# cmake -D CHAPTER=<docs/api.md> -D HEADERS=<installed include/tiltrim> -D HELP=<what --help prints>
+#       -P public_headers.cmake
 # Holds what is installed to what the chapter lists: every header, no other, none that includes one
 # that is not installed; and the program's commands.
 cmake_minimum_required(VERSION 3.25)
@@ -42,7 +43,8 @@ file(READ ${CHAPTER} chapter)
 string(REGEX MATCH "\\*\\*Commands\\*\\*:[^;]*" paragraph "${chapter}")
 string(REGEX MATCHALL "`[a-z]+`" public "${paragraph}")
 string(REPLACE "`" "" public "${public}")
-string(REGEX REPLACE ".*\nSubcommands:\n" "\n" help "${COMMANDS}")
+file(READ ${HELP} help)
+string(REGEX REPLACE ".*\nSubcommands:\n" "\n" help "${help}")
 string(REGEX MATCHALL "\n  [a-z]+" commands "${help}")
 string(REGEX REPLACE "\n  " "" commands "${commands}")
 list(SORT public)
