@@ -20,8 +20,7 @@ struct Sizes {
 void check_sizes(const Sizes& n, const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   const auto size = [](const char* what, Index expected, Index got) {
     if (got != expected)
-      throw std::invalid_argument(
-          fmt::format("{}: expected {} values, got {}", what, expected, got));
+      throw CallerMistake(fmt::format("{}: expected {} values, got {}", what, expected, got));
   };
   size("state x", n.states, x.size());
   size("input u", n.inputs, u.size());

@@ -1,3 +1,4 @@
+/// @file
 /// A model written as formulas, as [model] of a study has them: compiled once, no compiler needed.
 #pragma once
 
@@ -11,13 +12,13 @@ namespace tiltrim {
 
 /// A name and the formula of its value.
 struct Formula {
-  std::string name, text;
+  std::string name, text;  ///< of letters, digits and _; as in a study
 };
 
 /// ẋ and y as formulas of states, inputs, parameters and, in their order, the values of `let`.
 /// Operators + - * / ^, comparisons, && || and a ? b : c; functions formula_functions(); pi.
 struct Formulas {
-  std::string name;
+  std::string name;                             ///< of the model
   Signals states, inputs, outputs, parameters;  ///< names of letters, digits and _
   std::vector<Formula> let{};                   ///< each of the names before it
   std::vector<std::string> rates{};             ///< one for each state

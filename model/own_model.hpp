@@ -1,3 +1,4 @@
+/// @file
 /// [model] of a study: equations of the user's own, in place of the tiltrotor's.
 #pragma once
 
@@ -12,18 +13,18 @@ namespace tiltrim {
 
 /// The model of a study that has [model].
 struct OwnModel {
-  Model model;
+  Model model;                 ///< of its formulas
   Eigen::VectorXd parameters;  ///< their values
   /// Its states, inputs and parameters by name, and again with "_deg" where the unit is rad.
   std::vector<Key> keys;
 
   /// Where margins break a loop: `input` is added to what the law commands, `output`.
   struct Loop {
-    std::string name;
+    std::string name;    ///< as margins call it
     std::string input;   ///< of the model; zero in a condition that does not say otherwise
     std::string output;  ///< of the model: the command ahead of that addition
   };
-  std::vector<Loop> loops;
+  std::vector<Loop> loops;  ///< empty: none to break
 };
 
 /// [simulate] of a study with [model]: the motion from a condition's trim.
@@ -36,12 +37,12 @@ struct OwnMotion {
 
   /// A change of an input or parameter for a time.
   struct Change {
-    std::string signal;
+    std::string signal;    ///< which
     bool doublet = false;  ///< `size` for `duration`, then its opposite for as long; else a step
     double at = 0.0, size = 0.0;  ///< s; the model's unit
     double duration = 0.0;        ///< s; of a step 0: to the end
   };
-  std::vector<Change> changes;
+  std::vector<Change> changes;  ///< all together
 };
 
 }  // namespace tiltrim

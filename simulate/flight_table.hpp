@@ -32,13 +32,15 @@ FlightTable flight_table(const Flight& flight, const FlightResult& flown);
 
 /// What stands in a file beside the table: attributes and events.
 struct FlightNotes {
+  /// Something that happened.
   struct Event {
-    double t = 0.0;
-    std::string kind, what;
+    double t = 0.0;          ///< s
+    std::string kind, what;  ///< in words
   };
-  std::string title, study, program, status, message;
-  std::vector<Event> events;
+  std::string title, study, program, status, message;  ///< attributes of these names
+  std::vector<Event> events;                           ///< in their order
 };
+/// Of a flight.
 FlightNotes notes_of(const FlightResult& flown);
 
 /// NetCDF-4 with dimension `time`, and the events beside it; written whole or not at all. Throws

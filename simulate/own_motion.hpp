@@ -1,3 +1,4 @@
+/// @file
 /// A study's motion of a model of the user's own, from the trim of one of its conditions.
 #pragma once
 
@@ -10,12 +11,14 @@
 
 namespace tiltrim {
 
+/// A condition's motion.
 struct MotionAnswer {
-  OwnMotion asked;
+  OwnMotion asked;                   ///< as asked, or the default
   Answer start;                      ///< the condition, trimmed
   std::optional<Simulation> motion;  ///< none without a trim to start from
   FlightTable table;                 ///< of it: time, states, inputs, parameters changed, outputs
 
+  /// To the end of its time.
   bool answered() const { return motion && *motion; }
 };
 

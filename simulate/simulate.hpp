@@ -1,3 +1,4 @@
+/// @file
 /// Simulate: the motion of any model from a point, inputs and parameters changed on the way.
 #pragma once
 
@@ -13,14 +14,14 @@ namespace tiltrim {
 
 /// `size` is added to an input or parameter from `from` until `to`.
 struct SignalChange {
-  std::string signal;
+  std::string signal;                                               ///< which
   double size = 0.0;                                                ///< in its unit
   double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< s
 };
 
 /// One of the model's switches, met on the way.
 struct SwitchEvent {
-  std::string name;
+  std::string name;     ///< of the switch
   double t = 0.0;       ///< s
   bool rising = false;  ///< its distance becomes positive
 };
@@ -28,13 +29,14 @@ struct SwitchEvent {
 /// Samples along t. Where the model throws or gives no finite numbers the motion ends before, and
 /// the message has its words.
 struct Simulation {
-  MotionStatus status = MotionStatus::completed;
-  std::string message;         ///< where and why it ended early; else empty
-  std::vector<double> t;       ///< s
-  Eigen::MatrixXd x, u, p, y;  ///< [signal, sample]
-  std::vector<SwitchEvent> events;
-  long steps = 0, evaluations = 0;
+  MotionStatus status = MotionStatus::completed;  ///< how it ended
+  std::string message;                            ///< where and why it ended early; else empty
+  std::vector<double> t;                          ///< s
+  Eigen::MatrixXd x, u, p, y;                     ///< [signal, sample]
+  std::vector<SwitchEvent> events;                ///< in their order
+  long steps = 0, evaluations = 0;                ///< taken; calls of the model
 
+  /// To the end of its time.
   explicit operator bool() const { return status == MotionStatus::completed; }
 };
 
