@@ -100,7 +100,7 @@ inline double power_rate(double power, double command) {
   return rate * (aim - power);
 }
 
-// Density and speed of sound of the book's atmosphere.
+// Density and speed of sound of the book's atmosphere, whose temperature jumps at 35,000 ft.
 struct Air {
   double density, sound;
 };
@@ -181,6 +181,7 @@ inline tiltrim::Model longitudinal() {
        [](const Point& at) { return kinks(at.x[0] / air(at.p[0]).sound / 0.2, 6); }},
       {"an entry of the thrust over the altitude",
        [](const Point& at) { return kinks(at.p[0] / 10000, 6); }},
+      {"the atmosphere's jump", [](const Point& at) { return at.p[0] - 35000; }},
       {"the afterburner's power", [](const Point& at) { return at.x[4] - 50; }},
       {"the throttle's kink", [](const Point& at) { return at.u[0] - 0.77; }}};
   return m;

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "linearize/modes.hpp"
+#include "follow/follow.hpp"
+#include "sweep/sweep.hpp"
 #include "tests/check.hpp"
-#include "trim/trim.hpp"
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -25,15 +25,17 @@ nlohmann::json printed() {
 
 double number(const std::string& text) { return std::stod(text); }
 
-// Level flight from one guess for all speeds.
+const TrimSpec level_flight{.free = {"alpha", "theta", "power", "throttle", "elevator"},
+                            .still = {"V", "alpha", "q", "power"},
+                            .bounds = {{"gamma", {0, 0}}},
+                            .implied = {"theta"}};
+
+// From one guess for all speeds.
 TrimResult level(double V, double xcg) {
-  const TrimSpec spec{.free = {"alpha", "theta", "power", "throttle", "elevator"},
-                      .still = {"V", "alpha", "q", "power"},
-                      .bounds = {{"gamma", {0, 0}}},
-                      .implied = {"theta"}};
   VectorXd x(5);
   x << V, 0.1, 0.1, 0, 10;
-  return trim(f16::longitudinal(), spec, {x, Eigen::Vector2d{0.2, 0}, Eigen::Vector2d{0, xcg}});
+  const OperatingPoint guess{x, Eigen::Vector2d{0.2, 0}, Eigen::Vector2d{0, xcg}};
+  return trim(f16::longitudinal(), level_flight, guess);
 }
 
 void check_printed(double value, const std::string& text) {
@@ -155,6 +157,30 @@ TEST_CASE("at an entry of its tables a slope is one-sided, and the table is name
   const double above = pitch(0.01), below = pitch(-0.01);
   CHECK(std::abs(above - below) > 0.1);
   CHECK_NEAR(lin.A(3, 1), lin.remarks[0].find("above") != std::string::npos ? above : below, 1e-6);
+}
+
+TEST_CASE("where the centre of gravity makes it unstable, by a map and by a branch") {
+  const Model m = f16::longitudinal();
+  const OperatingPoint ahead = level(502, 0.30).point;
+  const std::vector<double> values = {0.30, 0.32, 0.34, 0.36, 0.38, 0.40};
+  const SweepMap map = sweep({{"502 ft/s", m, level_flight, ahead, {}}},
+                             {{"xcg", {{"xcg", "", "xcg", values, values}}}});
+  for (const std::int8_t status : map.status) CHECK(TrimStatus(status) == TrimStatus::converged);
+  REQUIRE(map.crossings.size() == 1);
+  CHECK(map.crossings[0].unstable_before == 0);
+  CHECK(map.crossings[0].unstable_after == 1);
+  const Branch aft = follow(m, level_flight, ahead, "xcg", 0.36);
+  REQUIRE(aft.end == BranchEnd::reached);
+  REQUIRE(aft.events.front().kind == EventKind::zero);
+  CHECK_NEAR(aft.events.front().at.parameter, map.crossings[0].at[0], 1e-7);
+}
+
+TEST_CASE("a branch that ends at an entry of a table names it") {
+  const Model m = f16::longitudinal();
+  const Branch slower = follow(m, level_flight, level(502, 0.35).point, "V", 170);
+  CHECK(slower.end == BranchEnd::switched);
+  CHECK(slower.message.find("an entry of the tables over alpha") != std::string::npos);
+  CHECK_NEAR(slower.points.back().point.x[1], 5 * degree, 1e-6);
 }
 
 TEST_CASE("beyond its ends a table goes on as in its last interval; the engine's lag") {
