@@ -72,9 +72,26 @@ std::optional<Sample> grid_sample(const GridLine& line, std::size_t k) {
   return as_sample(double(k), e->at, e->A(line.sweep));
 }
 
+// Where an eigenvalue is zero the trim's own equations may be singular, and nothing settles. An
+// equilibrium that stays where it is while the line's numbers move is there all the same.
+std::optional<Settled> stays(const GridLine& line, double t, const OperatingPoint& near) {
+  Problem problem = line.sweep.problem;
+  problem.base = numbers_at(line.sweep, line.at(t));
+  for (const Index j : problem.unknowns) set_value(problem.base, j, value_of(near, j));
+  constexpr double at_rest = 1e-12;  // scaled, 1/s: round-off of the rates
+  try {
+    const Values v = values(problem, unknowns_of(problem, problem.base));
+    if (!(v.residual.lpNorm<Eigen::Infinity>() <= at_rest)) return {};
+    return equilibrium_at(line.sweep, problem.base);
+  } catch (const std::exception&) {  // settle() has been refused, too
+    return {};
+  }
+}
+
 MatrixLine matrices_of(const GridLine& line) {
   return {[&line](double t, const Sample& near) -> std::optional<Sample> {
-            const auto e = settle(line.sweep, line.at(t), near.at);
+            auto e = settle(line.sweep, line.at(t), near.at);
+            if (!e) e = stays(line, t, near.at);
             if (!e) return {};
             return as_sample(t, e->at, e->A(line.sweep));
           },

@@ -354,6 +354,32 @@ TEST_CASE("trim, follow, sweep take it; the answers are those without derivative
   CHECK_NEAR(map.crossings[0].at[0], 0.0, 1e-9);
 }
 
+TEST_CASE("a crossing at which the trim's own equations are singular is one crossing") {
+  // A damped spring of stiffness k - 1: rest is an equilibrium for every k, at k = 1 no isolated
+  // one, and no trim settles there.
+  Model m;
+  m.states = {{"x", "m", 0.1}, {"v", "m/s", 1.0}};
+  m.parameters = {{"k", "1/s²", 0.1}};
+  m = exact_model(m, [](auto x, auto, auto p, auto rates) {
+    rates[0] = x[1];
+    rates[1] = (1 - p[0]) * x[0] - 0.3 * x[1];
+  });
+  const auto states = names(m.states);
+  TrimSpec still{.free = states, .still = states};
+  still.bounds = {{"x", {-1.0, 1.0}}};
+  const OperatingPoint rest{VectorXd::Zero(2), VectorXd(0), VectorXd::Zero(1)};
+  const std::vector<double> values = {0.4, 0.7, 1.1, 1.6};
+  const SweepMap map =
+      sweep({{"rest", m, still, rest, {}}}, {{"k", {{"k", "1/s²", "k", values, values}}}});
+  REQUIRE(map.crossings.size() == 1);
+  CHECK(map.crossings[0].kind == CrossingKind::zero);
+  CHECK(map.crossings[0].error <= 1e-10);  // of steps of some 0.4
+  CHECK_NEAR(map.crossings[0].at[0], 1.0, map.crossings[0].error);
+  CHECK(map.crossings[0].unstable_before == 1);
+  CHECK(map.crossings[0].unstable_after == 0);
+  for (const AxisInterval& i : map.intervals) CHECK(i.verdict != IntervalVerdict::no_trim);
+}
+
 TEST_CASE("a loop of two exact models is exact") {
   Model law;
   law.name = "law";
