@@ -18,7 +18,7 @@ function(write_tree)
   file(REMOVE_RECURSE ${TREE})
   file(WRITE ${TREE}/api.md "| `model/model.hpp` | the seam |\n| `trim/trim.hpp` | a verb |\n\n"
        "- **Commands**: `trim`, `modes`; their options\n- **Study files**: `keys`\n")
-  file(WRITE ${TREE}/help.txt "usage; more\n\nSubcommands:\n  trim   finds\n  modes  lists\n")
+  file(WRITE ${TREE}/help.txt "usage; more\n\nSubcommands:\n  trim   finds\n  modes  lists\n\nTry:\n  trim it\n")
   file(WRITE ${TREE}/include/model/model.hpp "#include <vector>\n")
   file(WRITE ${TREE}/include/trim/trim.hpp "#include \"model/model.hpp\"\n")
 endfunction()
