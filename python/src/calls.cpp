@@ -1,0 +1,128 @@
+#include "python/src/calls.hpp"
+
+#include <chrono>
+#include <future>
+#include <mutex>
+#include <thread>
+
+namespace tiltrim::python {
+
+using namespace std::chrono_literals;
+
+namespace {
+
+thread_local Call* innermost = nullptr;
+
+constexpr auto between_looks = 50ms;  // for signals
+
+[[noreturn]] void raise(const py::object& exception) {
+  PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(exception.ptr())), exception.ptr());
+  throw py::error_already_set();
+}
+
+// The exception that a signal's handler raised since the last look; null if none.
+py::object from_signals() {
+  if (PyErr_CheckSignals() == 0) return {};
+  py::error_already_set error;
+  return exception_of(error);
+}
+
+// Two verbs with callables do not run at once: one would wait for Ipopt's lock with the GIL, the
+// other for the GIL with the lock.
+std::timed_mutex one_at_a_time;
+
+std::unique_lock<std::timed_mutex> my_turn() {
+  std::unique_lock lock(one_at_a_time, std::defer_lock);
+  if (Call::current()) return lock;  // within a callable: this thread has it
+  while (!lock.try_lock()) {
+    {
+      py::gil_scoped_release released;
+      if (lock.try_lock_for(between_looks)) return lock;
+    }
+    if (const py::object raised = from_signals()) raise(raised);
+  }
+  return lock;
+}
+
+}  // namespace
+
+Call::Call() : outer_(std::exchange(innermost, this)) {}
+
+Call::~Call() { innermost = outer_; }
+
+Call* Call::current() { return innermost; }
+
+void Call::end(py::object exception) {
+  if (!raise_) raise_ = std::move(exception);
+  stop_.request_stop();
+}
+
+void Call::keep(py::object exception) {
+  if (!first_) first_ = exception;
+  last_ = std::move(exception);
+}
+
+void Call::raise_if_ended() const {
+  if (raise_) raise(raise_);
+}
+
+void Call::raise_last() const { raise(last_); }
+
+std::string in_words(const py::handle& exception) {
+  const std::string type = Py_TYPE(exception.ptr())->tp_name;
+  try {
+    const std::string words = py::str(exception);
+    return words.empty() ? type : type + ": " + words;
+  } catch (py::error_already_set&) {  // an exception whose own words raise
+    return type;
+  }
+}
+
+py::object exception_of(py::error_already_set& error) {
+  py::object exception = error.value();
+  if (error.trace()) PyException_SetTraceback(exception.ptr(), error.trace().ptr());
+  return exception;
+}
+
+void do_here(const std::function<void(Call&)>& work) {
+  const auto lock = my_turn();
+  Call call;
+  try {
+    work(call);
+  } catch (const VerbEnded&) {
+  } catch (const CallableRaised&) {
+    call.raise_if_ended();
+    call.raise_last();
+  } catch (...) {
+    call.raise_if_ended();
+    throw;
+  }
+  call.raise_if_ended();
+}
+
+void do_beside(const std::function<void(const std::stop_token&)>& work) {
+  std::stop_source stop;
+  std::packaged_task<void()> task([&] { work(stop.get_token()); });
+  std::future<void> done = task.get_future();
+  py::object raised;
+  {
+    py::gil_scoped_release released;
+    std::jthread worker(std::move(task));
+    while (done.wait_for(between_looks) != std::future_status::ready) {
+      py::gil_scoped_acquire held;
+      if (!raised) raised = from_signals();
+      if (raised) stop.request_stop();
+    }
+  }
+  if (raised) raise(raised);
+  done.get();
+}
+
+void refuse_within_callable(const char* verb, const char* expected) {
+  if (Call::current())
+    throw std::invalid_argument(std::string(verb) +
+                                " within a model's function, which a verb is calling; expected " +
+                                expected);
+}
+
+}  // namespace tiltrim::python

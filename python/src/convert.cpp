@@ -1,0 +1,153 @@
+#include "python/src/convert.hpp"
+
+#include <fmt/core.h>
+
+#include <stdexcept>
+
+namespace tiltrim::python {
+
+Signals signals_of(const std::vector<SignalTuple>& tuples) {
+  Signals signals;
+  for (const auto& [name, unit, nominal] : tuples) signals.push_back({name, unit, nominal});
+  return signals;
+}
+
+std::vector<SignalTuple> tuples_of(const Signals& signals) {
+  std::vector<SignalTuple> tuples;
+  for (const Signal& s : signals) tuples.emplace_back(s.name, s.unit, s.nominal);
+  return tuples;
+}
+
+TrimSpec spec_of(const py::dict& fields) {
+  TrimSpec spec;
+  spec.free = fields["free"].cast<std::vector<std::string>>();
+  spec.still = fields["still"].cast<std::vector<std::string>>();
+  spec.rates = fields["rates"].cast<std::map<std::string, double>>();
+  spec.implied = fields["implied"].cast<std::vector<std::string>>();
+  for (const auto& [name, range] : fields["bounds"].cast<std::map<std::string, RangeTuple>>())
+    spec.bounds[name] = {std::get<0>(range), std::get<1>(range)};
+  for (const auto& [signal, scale, reference] : fields["effort"].cast<std::vector<EffortTuple>>())
+    spec.effort.push_back({signal, scale, reference});
+  return spec;
+}
+
+py::dict dict_of(const TrimSpec& spec) {
+  std::map<std::string, RangeTuple> bounds;
+  for (const auto& [name, range] : spec.bounds) bounds[name] = {range.lower, range.upper};
+  std::vector<EffortTuple> effort;
+  for (const Effort& e : spec.effort) effort.emplace_back(e.signal, e.scale, e.reference);
+  py::dict d;
+  d["free"] = spec.free;
+  d["still"] = spec.still;
+  d["rates"] = spec.rates;
+  d["bounds"] = bounds;
+  d["implied"] = spec.implied;
+  d["effort"] = effort;
+  return d;
+}
+
+static TrimMethod method_of(const std::string& name) {
+  if (name == "ipopt") return TrimMethod::ipopt;
+  if (name == "newton") return TrimMethod::newton;
+  throw std::invalid_argument(
+      fmt::format("no method '{}'; expected 'ipopt' or 'newton'", name));
+}
+
+TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {
+  for (const auto& [key, value] : fields) {
+    const std::string name = py::str(key);
+    if (name == "method")
+      options.method = method_of(value.cast<std::string>());
+    else if (name == "tolerance")
+      options.tolerance = value.cast<double>();
+    else if (name == "step_tolerance")
+      options.step_tolerance = value.cast<double>();
+    else if (name == "starts")
+      options.starts = value.cast<int>();
+    else if (name == "max_iterations")
+      options.max_iterations = value.cast<int>();
+    else if (name == "max_boxes")
+      options.max_boxes = value.cast<int>();
+    else if (name == "closest")
+      options.closest = value.cast<bool>();
+    else
+      throw std::invalid_argument(fmt::format("trim has no option '{}'", name));
+  }
+  return options;
+}
+
+py::dict dict_of(const TrimResult& r) {
+  py::list limits, others;
+  for (const ActiveLimit& l : r.limits_active)
+    limits.append(py::make_tuple(l.signal, l.upper ? "upper" : "lower", l.value));
+  for (const OperatingPoint& other : r.others) others.append(tuple_of(other));
+  py::dict d;
+  d["status"] = to_string(r.status);
+  d["equilibrium"] = r.status <= TrimStatus::not_optimal;
+  d["point"] = tuple_of(r.point);
+  d["rates"] = r.rates;
+  d["outputs"] = r.outputs;
+  d["residual"] = r.residual;
+  d["step"] = r.step;
+  d["rcond"] = r.rcond;
+  d["effort"] = r.effort;
+  d["limits_active"] = limits;
+  d["others"] = others;
+  d["starts"] = r.starts;
+  d["evaluations"] = r.evaluations;
+  d["message"] = r.message;
+  return d;
+}
+
+py::dict dict_of(const LinearModel& l) {
+  py::dict d;
+  d["status"] = to_string(l.status);
+  d["states"] = tuples_of(l.states);
+  d["inputs"] = tuples_of(l.inputs);
+  d["outputs"] = tuples_of(l.outputs);
+  d["point"] = tuple_of(l.point);
+  d["rates"] = l.rates;
+  d["residual"] = l.residual;
+  d["A"] = l.A;
+  d["B"] = l.B;
+  d["C"] = l.C;
+  d["D"] = l.D;
+  d["A_error"] = l.A_error;
+  d["B_error"] = l.B_error;
+  d["C_error"] = l.C_error;
+  d["D_error"] = l.D_error;
+  d["method"] = l.method == Method::exact ? "exact" : "differences";
+  d["A_differences"] = l.A_differences ? py::cast(l.A_differences->value) : py::none();
+  d["A_differences_error"] = l.A_differences ? py::cast(l.A_differences->error) : py::none();
+  d["remarks"] = l.remarks;
+  d["message"] = l.message;
+  return d;
+}
+
+py::dict dict_of(const Modes& found) {
+  py::list list;
+  for (const Mode& m : found.modes) {
+    py::dict d;
+    d["eigenvalue"] = m.eigenvalue;
+    d["frequency"] = m.frequency();
+    d["damping"] = m.damping();
+    d["time_to_half"] = m.time_to_half();
+    d["error"] = m.error;
+    d["condition"] = m.condition;
+    d["backward_error"] = m.backward_error;
+    d["right"] = m.right;
+    d["left"] = m.left;
+    d["participation"] = m.participation;
+    d["name"] = m.name;
+    d["determined"] = m.determined;
+    list.append(d);
+  }
+  py::dict d;
+  d["modes"] = list;
+  d["verdict"] = to_string(found.verdict);
+  d["spectral_abscissa"] = found.spectral_abscissa;
+  d["converged"] = found.converged;
+  return d;
+}
+
+}  // namespace tiltrim::python

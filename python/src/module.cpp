@@ -1,0 +1,37 @@
+// The module tiltrim._tiltrim: what the package's Python calls. Its words are tiltrim's own.
+#include <pybind11/pybind11.h>
+
+#include "model/study.hpp"
+#include "python/src/model.hpp"
+#include "python/src/verbs.hpp"
+
+namespace py = pybind11;
+using namespace tiltrim;
+
+// The exceptions of the package: ValueErrors, with the words of the library's.
+static void add_exceptions(py::module_& module) {
+  static PyObject* const invalid =
+      py::exception<std::invalid_argument>(module, "InvalidArgument", PyExc_ValueError).release().ptr();
+  static PyObject* const study =
+      py::exception<StudyError>(module, "StudyError", PyExc_ValueError).release().ptr();
+  py::register_local_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const StudyError& e) {
+      PyErr_SetString(study, e.what());
+    } catch (const std::invalid_argument& e) {
+      PyErr_SetString(invalid, e.what());
+    }
+  });
+}
+
+PYBIND11_MODULE(_tiltrim, module) {
+  module.attr("version") = TILTRIM_VERSION;
+  module.def("data_directory", [] { return data_directory().string(); });
+  add_exceptions(module);
+  python::add_model(module);
+  python::add_equilibria(module);
+  python::add_maps(module);
+  python::add_studies(module);
+  python::add_motion(module);
+}

@@ -1,0 +1,218 @@
+// Studies of the tiltrotor, and their conditions.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include "follow/answer.hpp"
+#include "python/src/calls.hpp"
+#include "python/src/maps.hpp"
+#include "python/src/verbs.hpp"
+#include "simulate/flight_table.hpp"
+#include "simulate/plan.hpp"
+#include "trim/answer.hpp"
+
+namespace tiltrim::python {
+
+namespace {
+
+struct HeldStudy {
+  std::shared_ptr<const Study> study;
+};
+
+struct HeldCondition {
+  std::shared_ptr<const Study> study;
+  Condition condition;
+
+  Vehicle vehicle() const { return vehicle_at(*study, condition); }
+};
+
+HeldStudy parsed(const std::string& text, const std::string& name) {
+  return {std::make_shared<const Study>(parse_study(text, name))};
+}
+
+HeldStudy loaded(const std::string& file) {
+  return {std::make_shared<const Study>(load_study(file))};
+}
+
+std::vector<HeldCondition> conditions_of(const HeldStudy& held) {
+  std::vector<HeldCondition> all;
+  for (const Condition& c : held.study->conditions) all.push_back({held.study, c});
+  return all;
+}
+
+std::string to_string(Formulation formulation) {
+  switch (formulation) {
+    case Formulation::closed_loop:
+      return "closed_loop";
+    case Formulation::airframe:
+      return "airframe";
+    case Formulation::table:
+      return "table";
+  }
+  return "unknown";
+}
+
+void refuse_stop_within(const char* verb) {
+  refuse_within_callable(verb, "trim with method='newton' and closest=False");
+}
+
+py::tuple problem_of(const HeldCondition& held) {
+  const TrimProblem p = tiltrim::problem_of(held.vehicle(), held.condition);
+  return py::make_tuple(HeldModel::built_in(p.model), dict_of(p.spec), tuple_of(p.guess));
+}
+
+py::dict in_dict(const Answer& answer) {
+  py::dict d = dict_of(answer.trim);
+  d["model"] = HeldModel::built_in(answer.model);
+  d["moment"] =
+      answer.table
+          ? py::object(py::make_tuple(answer.table->CM_required, answer.table->CM_elevator))
+          : py::none();
+  d["exception"] = py::none();
+  return d;
+}
+
+py::dict trimmed(const HeldCondition& held, const py::dict& fields) {
+  refuse_stop_within("trim");
+  TrimOptions options = trim_options_of(fields);
+  const Answer answer = run(false, [&](const std::stop_token& stop) {
+                          options.stop = stop;
+                          return tiltrim::answer(held.vehicle(), held.condition, options);
+                        }).first;
+  return in_dict(answer);
+}
+
+py::dict followed(const HeldCondition& held, const std::string& parameter, double to,
+                  const py::dict& fields, const py::dict& trimming) {
+  refuse_stop_within("follow");
+  const Key key = study_key(parameter);
+  FollowOptions options = follow_options_of(fields);
+  TrimOptions trim_options = trim_options_of(trimming);
+  BranchAnswer answer = run(false, [&](const std::stop_token& stop) {
+                          options.stop = trim_options.stop = stop;
+                          return follow(held.vehicle(), held.condition, key, key.in_si(to),
+                                        options, trim_options);
+                        }).first;
+  for (BranchPoint& p : answer.branch.points) p.parameter = key.in_study(p.parameter);
+  for (BranchEvent& e : answer.branch.events) e.at.parameter = key.in_study(e.at.parameter);
+  py::dict d = dict_of(answer.branch);
+  d["model"] = HeldModel::built_in(answer.start.model);
+  d["parameter"] = SignalTuple(key.name, key.unit, 1.0);
+  d["exception"] = py::none();
+  return d;
+}
+
+py::object follow_table(const HeldStudy& held) {
+  if (!held.study->follow) return py::none();
+  const FollowTable& table = *held.study->follow;
+  return py::make_tuple(table.parameter.name, table.parameter.in_study(table.to));
+}
+
+std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only) {
+  std::vector<Condition> conditions;
+  for (const Condition& c : study.conditions)
+    if (only.empty() || std::ranges::find(only, c.name) != only.end()) conditions.push_back(c);
+  return conditions;
+}
+
+py::dict swept(const HeldStudy& held, const std::vector<std::string>& only,
+               const py::dict& fields) {
+  refuse_stop_within("sweep");
+  const Study& study = *held.study;
+  if (!study.sweep)
+    throw StudyError(
+        fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
+                    "to and count, or values",
+                    study.file.string()));
+  SweepOptions options = sweep_options_of(fields, false);
+  options.crossings = options.crossings && study.sweep->crossings;
+  const std::vector<SweepAxis>& axes = study.sweep->axes;
+  const SweepMap map =
+      run(false, [&](const std::stop_token& stop) {
+        options.stop = stop;
+        return sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
+      }).first;
+  py::dict d = dict_of(map);
+  d["exception"] = py::none();
+  return d;
+}
+
+py::dict tuned(const HeldStudy& held, const py::dict& fields) {
+  refuse_stop_within("tune");
+  const TuneProblem problem = tune_problem(*held.study);
+  TuneOptions options = tune_options_of(fields, tune_options(*held.study), false);
+  const TuneResult result = run(false, [&](const std::stop_token& stop) {
+                              options.stop = stop;
+                              return tune(problem, options);
+                            }).first;
+  py::dict d = dict_of(problem, result);
+  d["exception"] = py::none();
+  return d;
+}
+
+py::list events_of(const FlightResult& flown) {
+  py::list events;
+  for (const FlightEvent& e : flown.events)
+    events.append(py::make_tuple(to_string(e.kind), e.what, e.t));
+  return events;
+}
+
+py::dict flown(const HeldStudy& held) {
+  refuse_stop_within("simulate");
+  FlightPlan plan = run(false, [&](const std::stop_token& stop) {
+                      TrimOptions options;
+                      options.stop = stop;
+                      return flight_plan(*held.study, options);
+                    }).first;
+  py::dict d;
+  d["start"] = plan.start_words;
+  d["start_status"] = to_string(plan.start_status);
+  d["status"] = "no_start";
+  d["message"] = plan.message;
+  d["events"] = py::list();
+  d["columns"] = py::list();
+  if (plan.start_status > TrimStatus::not_optimal) return d;
+  const auto [result, table] = run(false, [&](const std::stop_token& stop) {
+                                 plan.options.integrate.stop = stop;
+                                 FlightResult r = fly(plan.flight, plan.start, plan.options);
+                                 FlightTable t = flight_table(plan.flight, r);
+                                 return std::pair(std::move(r), std::move(t));
+                               }).first;
+  py::list columns;
+  for (const FlightColumn& c : table.columns)
+    columns.append(py::make_tuple(c.name, c.unit, c.what, array_of(c.values)));
+  d["status"] = to_string(result.status);
+  d["message"] = result.message;
+  d["events"] = events_of(result);
+  d["columns"] = columns;
+  return d;
+}
+
+}  // namespace
+
+void add_studies(py::module_& module) {
+  using py::arg;
+  py::class_<HeldStudy>(module, "Study")
+      .def_property_readonly("conditions", &conditions_of)
+      .def_property_readonly("file", [](const HeldStudy& s) { return s.study->file.string(); })
+      .def_property_readonly("text", [](const HeldStudy& s) { return s.study->text; })
+      .def_property_readonly("follow", &follow_table);
+  py::class_<HeldCondition>(module, "Condition")
+      .def_property_readonly("name", [](const HeldCondition& c) { return c.condition.name; })
+      .def_property_readonly(
+          "formulation", [](const HeldCondition& c) { return to_string(c.condition.formulation); })
+      .def_property_readonly("study", [](const HeldCondition& c) { return HeldStudy{c.study}; })
+      .def("problem", &problem_of);
+  module.def("read_study", &loaded, arg("file"));
+  module.def("parse_study", &parsed, arg("text"), arg("name"));
+  module.def("trim_condition", &trimmed, arg("condition"), arg("options"));
+  module.def("follow_condition", &followed, arg("condition"), arg("parameter"), arg("to"),
+             arg("options"), arg("trimming"));
+  module.def("sweep_study", &swept, arg("study"), arg("only"), arg("options"));
+  module.def("tune_study", &tuned, arg("study"), arg("options"));
+  module.def("fly_study", &flown, arg("study"));
+}
+
+}  // namespace tiltrim::python

@@ -1,0 +1,20 @@
+/// The doors to the verbs, one function for each part of the module.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include "follow/follow.hpp"
+
+namespace tiltrim::python {
+
+namespace py = pybind11;
+
+void add_equilibria(py::module_& module);  ///< trim, follow, linearize, modes, sensitivities
+void add_maps(py::module_& module);        ///< sweep, tune
+void add_studies(py::module_& module);     ///< studies and their conditions
+void add_motion(py::module_& module);      ///< simulate, flights
+
+py::dict dict_of(const Branch& branch);
+FollowOptions follow_options_of(const py::dict& fields);
+
+}  // namespace tiltrim::python

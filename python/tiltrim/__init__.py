@@ -1,0 +1,57 @@
+"""Trim, linear stability, maps, tuning and simulation of a model of one's own or of the tiltrotor.
+
+A Model is names, units and functions x' = f(x, u, p), y = h(x, u, p); tiltrotor() and read_study()
+give conditions of the built-in vehicle. The verbs: trim, follow, linearize, modes, sweep, tune,
+simulate, fly. SI units and radians, degrees where a name ends in _deg.
+"""
+
+from __future__ import annotations
+
+from ._follow import Branch, BranchEvent, follow
+from ._linear import LinearModel, Mode, Modes, linearize, modes
+from ._models import Effort, Model, Point, Signal, close_loop
+from ._problems import Problem, TrimSpec
+from ._simulate import Flight, Trajectory, fly, simulate
+from ._studies import Condition, Study, data_directory, parse_study, read_study, tiltrotor
+from ._sweep import sweep
+from ._tiltrim import InvalidArgument, StudyError
+from ._tiltrim import version as __version__
+from ._trim import TrimResult, trim
+from ._tune import Achieved, GainEffect, TuneResult, tune
+
+__all__ = [
+    "Achieved",
+    "Branch",
+    "BranchEvent",
+    "Condition",
+    "Effort",
+    "Flight",
+    "GainEffect",
+    "InvalidArgument",
+    "LinearModel",
+    "Mode",
+    "Model",
+    "Modes",
+    "Point",
+    "Problem",
+    "Signal",
+    "Study",
+    "StudyError",
+    "Trajectory",
+    "TrimResult",
+    "TrimSpec",
+    "TuneResult",
+    "close_loop",
+    "data_directory",
+    "fly",
+    "follow",
+    "linearize",
+    "modes",
+    "parse_study",
+    "read_study",
+    "simulate",
+    "sweep",
+    "tiltrotor",
+    "trim",
+    "tune",
+]

@@ -1,0 +1,250 @@
+"""follow: a branch of trims along a parameter, through folds and limits, with its events."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _tiltrim
+from ._linear import Modes, _complex, _modes
+from ._models import Array, Effort, Model, Point, Signal
+from ._needs import need
+from ._problems import Bound, Guess, Problem, TrimSpec
+from ._show import Page, Shown, Table, number
+from ._studies import Condition
+from ._trim import TrimResult, asked, trim
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(repr=False)
+class BranchEvent(Shown):
+    """Something that happens on a branch, located to rounding."""
+
+    kind: str  #: fold, limit, limit_left, zero, hopf, branch_point, end
+    parameter: float  #: where, in the branch's unit
+    point: Point
+    outputs: Array  #: shape (ny,)
+    which: str  #: the limit, the mode, or why it ends
+    after: int  #: points of the branch that lie before it
+    unstable: Optional[int]  #: eigenvalues with positive real part
+    eigenvalue: Optional[complex]  #: on the axis, 1/s
+    modes: Optional[Modes]
+
+    def _page(self) -> Page:
+        where = "" if self.eigenvalue is None else f", {_complex(self.eigenvalue)} 1/s"
+        return Page(f"{self.kind} at {number(self.parameter)}{where}: {self.which}")
+
+
+@dataclass(repr=False)
+class Branch(Shown):
+    """Verified trims along a parameter: branch["gap"] is any variable or output over the points.
+
+    parameter : the signal that it is along; values its numbers, shape (points,)
+    x, u, p   : shapes (points, nx), (points, nu), (points, np);  outputs: (points, ny)
+    unstable  : eigenvalues with positive real part, shape (points,); -1 where not asked
+    least     : whether the trim is one of least effort, where an effort decides
+    """
+
+    end: str  #: reached, limit, closed, switched, not_implied, stuck, not_finite, singular, points,
+    #: no_start, interrupted
+    message: str  #: the end in words
+    model: Model
+    parameter: Signal
+    values: Array
+    x: Array
+    u: Array
+    p: Array
+    outputs: Array
+    residual: Array
+    unstable: NDArray[np.int32]
+    least: NDArray[np.bool_]
+    events: List[BranchEvent]  #: along the way; the last is the end
+    evaluations: int
+    exception: Optional[BaseException] = None
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __getitem__(self, name: str) -> Array:
+        for signals, values in self._columns():
+            for i, signal in enumerate(signals):
+                if signal.name == name:
+                    return np.array(values[:, i])
+        _tiltrim.variable(self.model._core, name)  # raises, with the names there are
+        raise KeyError(name)
+
+    def _columns(self) -> List[Tuple[Tuple[Signal, ...], Array]]:
+        m = self.model
+        return [
+            (m.states, self.x),
+            (m.inputs, self.u),
+            (m.parameters, self.p),
+            (m.outputs, self.outputs),
+        ]
+
+    def point(self, number: int) -> Point:
+        """One of its points, 0 the start."""
+        return Point(self.model, self.x[number], self.u[number], self.p[number])
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over `point`, with the events over `event`; needs xarray."""
+        xr = need("xarray", "xarray", "to_xarray()")
+        m = self.model
+        data: Dict[str, Any] = {
+            "unstable": ("point", self.unstable),
+            "residual": ("point", self.residual, {"units": "1/s"}),
+            "least": ("point", self.least),
+            "event_kind": ("event", [e.kind for e in self.events]),
+            "event_at": ("event", [e.parameter for e in self.events]),
+            "event_after": ("event", [e.after for e in self.events]),
+            "event_which": ("event", [e.which for e in self.events]),
+            "event_state": (("event", "state"), _rows([e.point.x for e in self.events], len(m.states))),
+        }
+        coords: Dict[str, Any] = {
+            self.parameter.name: ("point", self.values, {"units": self.parameter.unit})
+        }
+        for name, signals, values in (
+            ("state", m.states, self.x),
+            ("input", m.inputs, self.u),
+            ("output", m.outputs, self.outputs),
+        ):
+            coords[name] = [s.name for s in signals]
+            coords[f"{name}_unit"] = (name, [s.unit for s in signals])
+            data[f"{name}_value"] = (("point", name), values)
+        attributes = {"model": m.name, "end": self.end, "message": self.message}
+        return xr.Dataset(data, coords, attributes)
+
+    def _page(self) -> Page:
+        unit = f" {self.parameter.unit}" if self.parameter.unit else ""
+        span = ""
+        if len(self):
+            span = (
+                f"{self.parameter.name} from {number(self.values[0])} to "
+                f"{number(self.values[-1])}{unit}, {len(self)} points"
+            )
+        shown = [s for s in self.model.states]
+        rows = [
+            [
+                e.kind,
+                number(e.parameter, 8),
+                *(number(v) for v in e.point.x),
+                "" if e.unstable is None else str(e.unstable),
+                e.which,
+            ]
+            for e in self.events
+        ]
+        headings = ["event", self.parameter.name, *(s.name for s in shown), "unstable", "which"]
+        units = ["", self.parameter.unit, *(s.unit for s in shown), "", ""]
+        table = Table(headings, rows, units, left=(0, len(headings) - 1))
+        heading = f"{self.end}: {self.model.name}"
+        return Page(heading, [span, self.message], [table])
+
+
+def _rows(rows: Sequence[Array], columns: int) -> Array:
+    return np.array(rows, dtype=float).reshape(len(rows), columns)
+
+
+def follow(
+    what: Union[Model, Problem, Condition, TrimResult],
+    start: Optional[Guess] = None,
+    parameter: str = "",
+    to: Optional[float] = None,
+    *,
+    free: Sequence[str] = (),
+    still: Sequence[str] = (),
+    rates: Optional[Mapping[str, float]] = None,
+    bounds: Optional[Mapping[str, Bound]] = None,
+    implied: Sequence[str] = (),
+    effort: Sequence[Effort] = (),
+    spec: Optional[TrimSpec] = None,
+    max_step: float = 0.5,
+    max_points: int = 5000,
+    stability: bool = True,
+    tolerance: float = 1e-10,
+    step_tolerance: float = 1e-9,
+) -> Branch:
+    """The trims along a parameter, from the one at `start` towards parameter = `to`.
+
+    what      : a Model, with a start (values by name, or a Point) and what is asked; a TrimResult,
+                which has all three; a Problem, trimmed first; or a Condition of the tiltrotor
+    parameter : a variable that the trim does not move; of a Condition a number of its study, as "V",
+                "eta_deg", "gains.K_Lp" (default: what the study's [follow] says), in the study's unit
+    max_step  : length of a step, every unknown over its nominal size
+    stability : eigenvalues along the branch, real and Hopf crossings
+
+    ValueError for names that the model does not have. A branch without a start has no points.
+    """
+    options = {
+        "max_step": max_step,
+        "max_points": max_points,
+        "stability": stability,
+        "tolerance": tolerance,
+        "step_tolerance": step_tolerance,
+    }
+    if isinstance(what, Condition):
+        return _follow_condition(what, parameter, to, options)
+    if not parameter or to is None:
+        raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
+    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
+    if isinstance(what, Problem) and start is None:
+        what = trim(what)
+    if isinstance(what, TrimResult):
+        own = own if own._asked() else what.spec
+        start = what.point if start is None else start
+        what = what.model
+    model, own, at = asked(what, start, own, "follow")
+    raw = _tiltrim.follow(model._core, own._fields(), at._tuple(), parameter, to, options)
+    return _branch(raw, model, _signal(model, parameter))
+
+
+def _follow_condition(
+    condition: Condition, parameter: str, to: Optional[float], options: Dict[str, Any]
+) -> Branch:
+    table = condition.study._core.follow
+    if not parameter and to is None and table is not None:
+        parameter, to = table
+    if not parameter or to is None:
+        raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
+    raw = _tiltrim.follow_condition(condition._core, parameter, to, options, {})
+    return _branch(raw, Model._of(raw["model"]), Signal(*raw["parameter"]))
+
+
+def _signal(model: Model, name: str) -> Signal:
+    return (*model.states, *model.inputs, *model.parameters)[_tiltrim.variable(model._core, name)]
+
+
+def _branch(raw: Dict[str, Any], model: Model, parameter: Signal) -> Branch:
+    names = [s.name for s in model.states]
+    events = [
+        BranchEvent(
+            **{
+                **event,
+                "point": Point(model, *event["point"]),
+                "modes": None if event["modes"] is None else _modes(event["modes"], names),
+            }
+        )
+        for event in raw["events"]
+    ]
+    points = raw["points"]
+    return Branch(
+        end=raw["end"],
+        message=raw["message"],
+        model=model,
+        parameter=parameter,
+        values=points["parameter"],
+        x=points["x"],
+        u=points["u"],
+        p=points["p"],
+        outputs=points["outputs"],
+        residual=points["residual"],
+        unstable=points["unstable"],
+        least=np.array(points["least"], dtype=bool),
+        events=events,
+        evaluations=raw["evaluations"],
+        exception=raw["exception"],
+    )

@@ -1,0 +1,305 @@
+"""linearize and modes: linear models with error bounds, eigenvalues with a verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _tiltrim
+from ._models import Array, Model, Point, Signal
+from ._needs import need
+from ._problems import Bound, Guess, Problem, _range
+from ._show import Page, Shown, Table, number
+from ._studies import Condition
+from ._trim import TrimResult, trim
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(repr=False)
+class LinearModel(Shown):
+    """x' = A dx + B du, y = C dx + D du at a point, with a bound of every entry's error.
+
+    A has shape (nx, nx), B (nx, nu), C (ny, nx), D (ny, nu), in the signals' units. True where the
+    status is "linear"; else there are no matrices, and message says why.
+    """
+
+    status: str  #: linear, not_equilibrium, not_finite
+    states: Tuple[Signal, ...]
+    inputs: Tuple[Signal, ...]
+    outputs: Tuple[Signal, ...]
+    point: Point
+    rates: Array  #: left over at the point, shape (nx,)
+    residual: float  #: the largest over its nominal size, 1/s
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    A_error: Array
+    B_error: Array
+    C_error: Array
+    D_error: Array
+    method: str  #: exact or differences
+    A_differences: Optional[Array]  #: beside an exact A
+    A_differences_error: Optional[Array]
+    remarks: List[str]
+    message: str
+
+    def __bool__(self) -> bool:
+        return self.status == "linear"
+
+    def _check(self) -> None:
+        if not self:
+            raise _tiltrim.InvalidArgument(f"no linear model: {self.message or self.status}")
+
+    def _matrices(self) -> Tuple[Tuple[Array, Array, Array, Array], List[str]]:
+        # A model without outputs shows its states.
+        self._check()
+        if self.outputs:
+            return (self.A, self.B, self.C, self.D), [s.name for s in self.outputs]
+        nx, nu = len(self.states), len(self.inputs)
+        return (self.A, self.B, np.eye(nx), np.zeros((nx, nu))), [s.name for s in self.states]
+
+    def to_scipy(self) -> Any:
+        """A scipy.signal.StateSpace; of a model without outputs, y is the state."""
+        signal = need("scipy.signal", "scipy", "to_scipy()")
+        (A, B, C, D), _ = self._matrices()
+        return signal.StateSpace(A, B, C, D)
+
+    def to_control(self) -> Any:
+        """A control.StateSpace with the signals' names; of a model without outputs, y is the state."""
+        control = need("control", "control", "to_control()")
+        (A, B, C, D), outputs = self._matrices()
+        return control.ss(
+            A,
+            B,
+            C,
+            D,
+            states=[s.name for s in self.states],
+            inputs=[s.name for s in self.inputs],
+            outputs=outputs,
+        )
+
+    def _page(self) -> Page:
+        name = self.point.model.name
+        if not self:
+            return Page(f"{self.status}: {name}", [self.message])
+        lines = [
+            f"{len(self.states)} states, {len(self.inputs)} inputs, {len(self.outputs)} outputs; "
+            f"residual {self.residual:.1g} 1/s",
+            f"{self.method}, error of A at most {self.A_error.max(initial=0.0):.1g}",
+            *self.remarks,
+        ]
+        headings = [""] + [s.name for s in (*self.states, *self.inputs)]
+        rows = [
+            [f"{s.name}'", *(number(v) for v in (*self.A[i], *self.B[i]))]
+            for i, s in enumerate(self.states)
+        ] + [
+            [s.name, *(number(v) for v in (*self.C[i], *self.D[i]))]
+            for i, s in enumerate(self.outputs)
+        ]
+        return Page(f"{self.status}: {name}", lines, [Table(headings, rows, left=(0,))])
+
+
+@dataclass(repr=False)
+class Mode(Shown):
+    """One eigenvalue of A and what is known of it; a complex pair is two modes."""
+
+    eigenvalue: complex  #: 1/s
+    frequency: float  #: |eigenvalue|, rad/s
+    damping: float  #: -Re/| |
+    time_to_half: float  #: s; to double if unstable
+    error: float  #: a true eigenvalue lies within it
+    condition: float
+    backward_error: float
+    right: Complex  #: eigenvector, shape (nx,)
+    left: Complex
+    participation: Array  #: share of each state, shape (nx,), summing to one
+    name: str
+    determined: bool
+
+    def _page(self) -> Page:
+        return Page(f"{self.name}: {_complex(self.eigenvalue)} 1/s")
+
+
+@dataclass(repr=False)
+class Modes(Shown):
+    """Eigenvalues by rising real part, with bounds, names and a verdict."""
+
+    verdict: str  #: stable, unstable, or undecided: the axis lies within the bounds
+    modes: List[Mode]
+    spectral_abscissa: float  #: largest real part, 1/s
+    states: Tuple[str, ...]
+    converged: bool = True
+
+    @property
+    def eigenvalues(self) -> Complex:
+        """All of them, 1/s, shape (nx,)."""
+        return np.array([m.eigenvalue for m in self.modes], dtype=complex)
+
+    @property
+    def frequency(self) -> Array:
+        """|eigenvalue|, rad/s, shape (nx,)."""
+        return np.array([m.frequency for m in self.modes])
+
+    @property
+    def damping(self) -> Array:
+        """Damping ratios, shape (nx,)."""
+        return np.array([m.damping for m in self.modes])
+
+    @property
+    def error(self) -> Array:
+        """Bounds of the eigenvalues' errors, 1/s, shape (nx,)."""
+        return np.array([m.error for m in self.modes])
+
+    @property
+    def names(self) -> List[str]:
+        """Of the modes, by the states that take part."""
+        return [m.name for m in self.modes]
+
+    def __getitem__(self, number: int) -> Mode:
+        return self.modes[number]
+
+    def __len__(self) -> int:
+        return len(self.modes)
+
+    def __bool__(self) -> bool:
+        return self.verdict == "stable"
+
+    def _page(self) -> Page:
+        rows = []
+        for m in self.modes:
+            if m.eigenvalue.imag < 0:
+                continue  # with its conjugate
+            shares = sorted(zip(m.participation, self.states), reverse=True)
+            taking_part = ", ".join(f"{n} {100 * share:.0f} %" for share, n in shares if share >= 0.1)
+            rows.append(
+                [
+                    _complex(m.eigenvalue),
+                    f"{m.error:.0e}",
+                    f"{m.frequency:.4f}",
+                    f"{m.damping:.3f}",
+                    f"{m.time_to_half:.3g}",
+                    m.name,
+                    taking_part,
+                ]
+            )
+        table = Table(
+            ["eigenvalue", "± bound", "frequency", "damping", "t half", "mode", "taking part"],
+            rows,
+            ["1/s", "1/s", "rad/s", "", "s", "", ""],
+            left=(5, 6),
+        )
+        return Page(self.verdict, [], [table])
+
+
+def _complex(value: complex) -> str:
+    if value.imag == 0:
+        return f"{value.real:.4f}"
+    return f"{value.real:.4f} ± {abs(value.imag):.4f}i"
+
+
+def linearize(
+    what: Union[Model, TrimResult, Problem, Condition],
+    point: Optional[Guess] = None,
+    *,
+    method: str = "exact",
+    inputs: Sequence[str] = (),
+    bounds: Optional[Mapping[str, Bound]] = None,
+    tolerance: float = 1e-6,
+    moving: Sequence[str] = (),
+) -> LinearModel:
+    """The linear model at an equilibrium.
+
+    what   : a Model, with a point; a TrimResult; a Problem or a Condition, which are trimmed first
+    method : "exact", the model's own derivatives where it has them; or "differences"
+    inputs : of the linear model; default: the model's, and V, gamma, eta of a closed loop of the
+             tiltrotor that is given as a Condition or its trim
+    bounds : {variable: (lower, upper)}; differences do not step outside
+    tolerance : largest rate over its nominal size at an equilibrium, 1/s
+    moving : states whose rates need not vanish
+
+    An exception of the model's own functions is raised as it is.
+    """
+    if isinstance(what, (Problem, Condition)):
+        trimmed = trim(what)
+    elif isinstance(what, TrimResult):
+        trimmed = what
+    else:
+        if point is None:
+            raise TypeError("linearize() of a model needs a point: values by name, or a Point")
+        return _linearize(what, what.point(point), method, inputs, bounds, tolerance, moving)
+    model = trimmed.model
+    if not inputs and not model.inputs and {"V", "gamma", "eta"} <= set(trimmed.point.keys()):
+        inputs = ("V", "gamma", "eta")
+    at = trimmed.point if point is None else model.point(point)
+    return _linearize(model, at, method, inputs, bounds, tolerance, moving)
+
+
+def _linearize(
+    model: Model,
+    point: Point,
+    method: str,
+    inputs: Sequence[str],
+    bounds: Optional[Mapping[str, Bound]],
+    tolerance: float,
+    moving: Sequence[str],
+) -> LinearModel:
+    raw = _tiltrim.linearize(
+        model._core,
+        point._tuple(),
+        method,
+        list(inputs),
+        {name: _range(bound) for name, bound in (bounds or {}).items()},
+        tolerance,
+        list(moving),
+    )
+    for signals in ("states", "inputs", "outputs"):
+        raw[signals] = tuple(Signal(*s) for s in raw[signals])
+    raw["point"] = Point(model, *raw["point"])
+    return LinearModel(**raw)
+
+
+def modes(
+    what: Union[LinearModel, TrimResult, Problem, Condition, ArrayLike],
+    error: Optional[ArrayLike] = None,
+    states: Sequence[str] = (),
+) -> Modes:
+    """Eigenvalues with bounds, names and a verdict.
+
+    what   : a LinearModel; a matrix A of shape (n, n), 1/s; or what linearize() takes
+    error  : bounds of the entries of such a matrix, shape (n, n); default: none
+    states : names for its states; default: x1, x2, ...
+
+    ValueError for a matrix that is not square or not finite, or where there is no linear model.
+    """
+    if isinstance(what, (TrimResult, Problem, Condition)):
+        what = linearize(what)
+    if isinstance(what, LinearModel):
+        what._check()
+        names = [s.name for s in what.states]
+        return _modes(_tiltrim.modes(what.A, what.A_error, names), names)
+    A = _matrix(what, "A")
+    bound = np.zeros((0, 0)) if error is None else _matrix(error, "the error of A")
+    names = list(states) or [f"x{i + 1}" for i in range(len(A))]
+    return _modes(_tiltrim.modes(A, bound, names), names)
+
+
+def _matrix(given: Any, what: str) -> Array:
+    matrix = np.asarray(given)
+    if matrix.dtype.kind not in "fiub" or matrix.ndim != 2:
+        raise _tiltrim.InvalidArgument(f"{what}: expected a matrix of real numbers, got {given!r}")
+    return np.asarray(matrix, dtype=float)
+
+
+def _modes(raw: Dict[str, Any], names: Sequence[str]) -> Modes:
+    return Modes(
+        raw["verdict"],
+        [Mode(**mode) for mode in raw["modes"]],
+        raw["spectral_abscissa"],
+        tuple(names),
+        raw["converged"],
+    )

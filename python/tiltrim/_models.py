@@ -1,0 +1,321 @@
+"""Signals, models and points: what the verbs are called with."""
+
+from __future__ import annotations
+
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Iterator,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _tiltrim
+from ._show import Page, Shown, Table, number
+
+Array = NDArray[np.float64]
+
+
+class Signal(NamedTuple):
+    """One component of a state, input, output or parameter vector.
+
+    `nominal` is the size of a change that matters: steps, tolerances and ranks are judged in it.
+    Wherever a Signal is expected, a tuple (name, unit, nominal) or a bare name will do.
+    """
+
+    name: str
+    unit: str = ""
+    nominal: float = 1.0
+
+
+class Effort(NamedTuple):
+    """One term ((signal - reference)/scale)² of what decides where a trim leaves a choice."""
+
+    signal: str
+    scale: float = 1.0
+    reference: float = 0.0
+
+
+AnySignal = Union[Signal, str, Tuple[Any, ...]]
+#: f(x, u, p) with arrays of shapes (nx,), (nu,), (np,); a fresh array each call
+Callback = Callable[[Array, Array, Array], ArrayLike]
+PointTuple = Tuple[Array, Array, Array]
+
+
+def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
+    if isinstance(given, str):
+        raise _tiltrim.InvalidArgument(f"{what}: expected a list of signals, got the string {given!r}")
+    signals = []
+    for one in given:
+        signal = Signal(one) if isinstance(one, str) else Signal(*one)
+        if not isinstance(signal.name, str) or not isinstance(signal.unit, str):
+            raise _tiltrim.InvalidArgument(
+                f"{what}: expected a name, a unit and a nominal size, got {one!r}"
+            )
+        signals.append(Signal(signal.name, signal.unit, float(signal.nominal)))
+    return tuple(signals)
+
+
+class Model(Shown):
+    """x' = f(x, u, p), y = h(x, u, p): names, units and functions.
+
+    name        : of the model, for people
+    f           : f(x, u, p) -> rates, nx numbers in the states' units per second. None for a static
+                  controller, which has no states
+    states, inputs, outputs, parameters : signals, in the order of the vectors
+    h           : h(x, u, p) -> outputs, ny numbers; needed if outputs are named
+    derivatives : derivatives(x, u, p) -> array of shape (nx + ny, nx + nu + np), the exact
+                  derivatives of [f; h] by [x; u; p]; without it differences are taken
+    switches    : {what happens: s(x, u, p) -> number that is zero where f or h has a kink or a jump}
+
+    The functions get arrays of their own and must depend on these alone. A list, tuple, array or (of
+    one) a number will do as an answer; None, strings, complex numbers, other lengths or shapes end
+    the verb with InvalidArgument, NaN is a point without an answer.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        f: Optional[Callback],
+        states: Sequence[AnySignal] = (),
+        inputs: Sequence[AnySignal] = (),
+        outputs: Sequence[AnySignal] = (),
+        parameters: Sequence[AnySignal] = (),
+        h: Optional[Callback] = None,
+        derivatives: Optional[Callback] = None,
+        switches: Optional[Mapping[str, Callable[[Array, Array, Array], float]]] = None,
+    ) -> None:
+        for what, function in (("f", f), ("h", h), ("derivatives", derivatives)):
+            if function is not None and not callable(function):
+                raise TypeError(f"{what}: expected a function of (x, u, p), got {function!r}")
+        self._set(
+            _tiltrim.Model(
+                name,
+                f,
+                h,
+                _signals(states, "states"),
+                _signals(inputs, "inputs"),
+                _signals(outputs, "outputs"),
+                _signals(parameters, "parameters"),
+                derivatives,
+                list((switches or {}).items()),
+            )
+        )
+
+    @classmethod
+    def _of(cls, core: _tiltrim.Model) -> Model:
+        model = cls.__new__(cls)
+        model._set(core)
+        return model
+
+    def _set(self, core: _tiltrim.Model) -> None:
+        self._core = core
+        self._states = tuple(Signal(*s) for s in core.states)
+        self._inputs = tuple(Signal(*s) for s in core.inputs)
+        self._outputs = tuple(Signal(*s) for s in core.outputs)
+        self._parameters = tuple(Signal(*s) for s in core.parameters)
+        variables = self._states + self._inputs + self._parameters
+        self._place = {s.name: i for i, s in reversed(list(enumerate(variables)))}
+        self._output_place = {s.name: i for i, s in enumerate(self._outputs)}
+
+    @property
+    def name(self) -> str:
+        """Of the model, for people."""
+        return self._core.name
+
+    @property
+    def states(self) -> Tuple[Signal, ...]:
+        """Signals of x, nx of them."""
+        return self._states
+
+    @property
+    def inputs(self) -> Tuple[Signal, ...]:
+        """Signals of u, nu of them."""
+        return self._inputs
+
+    @property
+    def outputs(self) -> Tuple[Signal, ...]:
+        """Signals of y, ny of them."""
+        return self._outputs
+
+    @property
+    def parameters(self) -> Tuple[Signal, ...]:
+        """Signals of p."""
+        return self._parameters
+
+    @property
+    def exact(self) -> bool:
+        """Whether the model has exact derivatives of its own."""
+        return self._core.exact
+
+    def point(self, values: Union[Mapping[str, float], Point, None] = None, **named: float) -> Point:
+        """A point of this model by names; states and inputs that are not named are 0.
+
+        Every parameter must be given: ValueError with those that are not.
+        """
+        if isinstance(values, Point):
+            point = values.copy()
+            point._check_fits(self)
+        else:
+            given = dict(values or {})
+            given.update(named)
+            missing = [s.name for s in self._parameters if s.name not in given]
+            if missing:
+                raise _tiltrim.InvalidArgument(
+                    f"no value for {'the parameter' if len(missing) == 1 else 'the parameters'} "
+                    + ", ".join(f"'{name}'" for name in missing)
+                )
+            point = Point(self)
+            named = given
+        for name, value in named.items():
+            point[name] = value
+        return point
+
+    def evaluate(self, point: Union[Mapping[str, float], Point]) -> Tuple[Array, Array]:
+        """Rates, shape (nx,), and outputs, shape (ny,), at a point."""
+        return _tiltrim.evaluate(self._core, self.point(point)._tuple())
+
+    def _page(self) -> Page:
+        kinds = (
+            ("state", self._states),
+            ("input", self._inputs),
+            ("output", self._outputs),
+            ("parameter", self._parameters),
+        )
+        rows = [
+            [kind if i == 0 else "", s.name, s.unit, number(s.nominal)]
+            for kind, signals in kinds
+            for i, s in enumerate(signals)
+        ]
+        how = "exact derivatives" if self.exact else "derivatives by differences"
+        table = Table(["", "name", "unit", "nominal"], rows, left=(0, 1, 2))
+        return Page(f"{self.name or 'model'}: {how}", [], [table])
+
+
+class Point(Shown):
+    """A point of a model: arrays x, u, p, read and written by name too.
+
+    point["gap"] is a state, input or parameter; x, u, p are arrays of shapes (nx,), (nu,), (np,).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        x: Optional[ArrayLike] = None,
+        u: Optional[ArrayLike] = None,
+        p: Optional[ArrayLike] = None,
+    ) -> None:
+        self.model = model
+        self.x = _vector(x, len(model.states), "state x")
+        self.u = _vector(u, len(model.inputs), "input u")
+        self.p = _vector(p, len(model.parameters), "parameters p")
+
+    def _where(self, name: str) -> Tuple[Array, int]:
+        place = self.model._place.get(name)
+        if place is None:
+            place = _tiltrim.variable(self.model._core, name)  # raises, with the names there are
+        for values in (self.x, self.u, self.p):
+            if place < len(values):
+                return values, place
+            place -= len(values)
+        raise IndexError(name)
+
+    def __getitem__(self, name: str) -> float:
+        values, place = self._where(name)
+        return float(values[place])
+
+    def __setitem__(self, name: str, value: float) -> None:
+        values, place = self._where(name)
+        values[place] = value
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.model._place
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.keys())
+
+    def __len__(self) -> int:
+        return len(self.x) + len(self.u) + len(self.p)
+
+    def keys(self) -> List[str]:
+        """Names of states, inputs and parameters, in this order."""
+        model = self.model
+        return [s.name for s in (*model.states, *model.inputs, *model.parameters)]
+
+    def as_dict(self) -> Dict[str, float]:
+        """All values by name."""
+        return {name: self[name] for name in self.keys()}
+
+    def copy(self) -> Point:
+        """A point of its own."""
+        return Point(self.model, self.x, self.u, self.p)
+
+    def replace(self, values: Optional[Mapping[str, float]] = None, **named: float) -> Point:
+        """A copy with some values changed, by name."""
+        point = self.copy()
+        for name, value in {**(values or {}), **named}.items():
+            point[name] = value
+        return point
+
+    def _tuple(self) -> PointTuple:
+        return (self.x, self.u, self.p)
+
+    def _check_fits(self, model: Model) -> None:
+        own = self.model
+        if own is not model and (own.states, own.inputs, own.parameters) != (
+            model.states,
+            model.inputs,
+            model.parameters,
+        ):
+            raise _tiltrim.InvalidArgument(
+                f"a point of the model '{own.name}' is none of '{model.name}': their signals differ"
+            )
+
+    def _page(self) -> Page:
+        return Page(f"point of {self.model.name or 'the model'}", [], [point_table(self)])
+
+
+def _vector(values: Optional[ArrayLike], size: int, what: str) -> Array:
+    if values is None:
+        return np.zeros(size)
+    given = np.asarray(values)
+    if given.dtype.kind not in "fiub" or given.ndim > 1:
+        raise _tiltrim.InvalidArgument(f"{what}: expected {size} real values, got {values!r}")
+    vector: Array = np.array(given, dtype=float).reshape(-1)
+    if vector.size != size:
+        raise _tiltrim.InvalidArgument(f"{what}: expected {size} values, got {vector.size}")
+    return vector
+
+
+def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Table:
+    """Name, value, unit and a note (may be empty) of every variable of a point."""
+    model = point.model
+    rows = [
+        [kind if i == 0 else "", s.name, number(float(value)), s.unit, (notes or {}).get(s.name, "")]
+        for kind, signals, values in (
+            ("state", model.states, point.x),
+            ("input", model.inputs, point.u),
+            ("parameter", model.parameters, point.p),
+        )
+        for i, (s, value) in enumerate(zip(signals, values))
+    ]
+    return Table(["", "name", "value", "unit", ""], rows, left=(0, 1, 3, 4))
+
+
+def close_loop(plant: Model, controller: Model) -> Model:
+    """The plant with the controller around it, joined by the signals' names.
+
+    Each input of one that bears the name of an output of the other, or else of a state, is fed by
+    it; the others stay inputs. States, inputs, outputs and parameters are the plant's, then the
+    controller's. ValueError for names that clash, units that differ, nothing fed, algebraic loops.
+    """
+    return Model._of(_tiltrim.close_loop(plant._core, controller._core))

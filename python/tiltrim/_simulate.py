@@ -1,0 +1,191 @@
+"""simulate: the motion of a model, and the flights of a study."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _tiltrim
+from ._models import Array, Model, Point
+from ._needs import need
+from ._problems import Guess
+from ._show import Page, Shown, Table, number
+from ._studies import Condition, Study
+from ._trim import TrimResult
+
+if TYPE_CHECKING:
+    import xarray
+
+#: inputs that are held, by name; or a function of the time [s] that gives all of them, shape (nu,)
+Input = Union[Mapping[str, float], Callable[[float], ArrayLike]]
+
+
+@dataclass(repr=False)
+class Trajectory(Shown):
+    """A motion: trajectory["gap"] is any state, input or output over the times t [s].
+
+    x, u, y : shapes (samples, nx), (samples, nu), (samples, ny)
+    True where the end time was reached.
+    """
+
+    status: str  #: completed, ended_by_event, diverged, not_finite, step_too_small, step_limit, ...
+    message: str  #: where and why it ended early
+    model: Model
+    start: Point
+    t: Array
+    x: Array
+    u: Array
+    y: Array
+    steps: int
+    evaluations: int
+
+    def __bool__(self) -> bool:
+        return self.status == "completed"
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, name: str) -> Array:
+        m = self.model
+        for signals, values in ((m.states, self.x), (m.inputs, self.u), (m.outputs, self.y)):
+            for i, signal in enumerate(signals):
+                if signal.name == name:
+                    return np.array(values[:, i])
+        known = [s.name for s in (*m.states, *m.inputs, *m.outputs)]
+        raise _tiltrim.InvalidArgument(f"no signal '{name}'; the motion has: {', '.join(known)}")
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over `time`, one variable for each signal; needs xarray."""
+        xr = need("xarray", "xarray", "to_xarray()")
+        m = self.model
+        data: Dict[str, Any] = {}
+        for signals, values in ((m.outputs, self.y), (m.inputs, self.u), (m.states, self.x)):
+            for i, s in enumerate(signals):
+                data[s.name] = ("time", values[:, i], {"units": s.unit})
+        time = ("time", self.t, {"units": "s"})
+        attributes = {"model": m.name, "status": self.status, "message": self.message}
+        return xr.Dataset(data, {"time": time}, attributes)  # type: ignore[no-any-return]
+
+    def _page(self) -> Page:
+        m = self.model
+        rows = [
+            [s.name, number(values[0, i]), number(values[-1, i]), s.unit]
+            for signals, values in ((m.states, self.x), (m.inputs, self.u), (m.outputs, self.y))
+            for i, s in enumerate(signals)
+            if len(values)
+        ]
+        span = f"{number(float(self.t[0]))} to {number(float(self.t[-1]))} s" if len(self) else ""
+        how = f"{span}, {len(self)} samples, {self.steps} steps"
+        table = Table(["", "first", "last", "unit"], rows, left=(0, 3))
+        return Page(f"{self.status}: {m.name}", [self.message, how], [table])
+
+
+@dataclass(repr=False)
+class Flight(Shown):
+    """A study's flight: flight["theta_deg"] is a column over flight["time"]. Angles are degrees.
+
+    True where it flew to the end of its time, or landed.
+    """
+
+    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_start
+    message: str
+    start: str  #: where from, in words
+    events: List[Tuple[str, str, float]]  #: kind, what, time [s]
+    columns: Dict[str, Array]
+    units: Dict[str, str]
+    descriptions: Dict[str, str]
+
+    def __bool__(self) -> bool:
+        return self.status in ("flown", "landed")
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self.columns:
+            raise _tiltrim.InvalidArgument(
+                f"no column '{name}'; the flight has: {', '.join(self.columns)}"
+            )
+        return self.columns[name]
+
+    def to_xarray(self) -> xarray.Dataset:
+        """A Dataset over `time`, the events over `event`; needs xarray."""
+        xr = need("xarray", "xarray", "to_xarray()")
+
+        def described(name: str) -> Tuple[str, Array, Dict[str, str]]:
+            about = {"units": self.units[name], "long_name": self.descriptions[name]}
+            return "time", self.columns[name], about
+
+        data: Dict[str, Any] = {n: described(n) for n in self.columns if n != "time"}
+        for i, name in enumerate(("kind", "what", "time")):
+            data[f"event_{name}"] = ("event", [event[i] for event in self.events])
+        coords = {"time": described("time")} if self.columns else {}
+        attributes = {"status": self.status, "message": self.message, "start": self.start}
+        return xr.Dataset(data, coords, attributes)  # type: ignore[no-any-return]
+
+    def _page(self) -> Page:
+        rows = [[f"{t:.3f}", kind, what] for kind, what, t in self.events]
+        table = Table(["t", "event", ""], rows, ["s", "", ""], left=(1, 2))
+        return Page(self.status, [self.message, self.start], [table])
+
+
+def simulate(
+    model: Model,
+    start: Union[Guess, TrimResult],
+    duration: float,
+    input: Optional[Input] = None,
+    *,
+    sample: float = 0.1,
+    breaks: Sequence[float] = (),
+    tolerance: float = 1e-9,
+    longest_step: float = 0.5,
+    max_steps: int = 2_000_000,
+) -> Trajectory:
+    """The motion of a model from a start, with error control.
+
+    start    : state, inputs and parameters: values by name, a Point or a trim
+    duration : s
+    input    : {name: value} held; or input(t) -> nu numbers, smooth but at `breaks`
+               (default: the start's own inputs, held)
+    sample   : s between samples; 0: at the steps
+    breaks   : rising times [s] at which the input jumps or has a kink
+    tolerance: of each step's error in each state, times the larger of the state and its nominal size
+
+    An exception of the model's own functions is raised as it is.
+    """
+    at = model.point(start.point if isinstance(start, TrimResult) else start)
+    if isinstance(input, Mapping):
+        for name in input:
+            if name not in [s.name for s in model.inputs]:
+                known = ", ".join(s.name for s in model.inputs)
+                raise _tiltrim.InvalidArgument(f"no input '{name}'; the model has: {known}")
+        at = at.replace(input)
+    elif input is not None and not callable(input):
+        raise TypeError(f"input: expected values by name or a function of the time, got {input!r}")
+    options = {
+        "tolerance": tolerance,
+        "sample": sample,
+        "longest_step": longest_step,
+        "max_steps": max_steps,
+    }
+    function = None if isinstance(input, Mapping) else input
+    raw = _tiltrim.simulate(
+        model._core, at._tuple(), duration, function, [float(t) for t in breaks], options
+    )
+    return Trajectory(model=model, start=at, **raw)
+
+
+def fly(study: Union[Study, Condition]) -> Flight:
+    """The flight of a study's [simulate]: schedule, weather, actuators, ground (docs/simulate.md)."""
+    own = study if isinstance(study, Study) else study.study
+    raw = _tiltrim.fly_study(own._core)
+    columns = raw["columns"]
+    return Flight(
+        status=raw["status"],
+        message=raw["message"],
+        start=raw["start"],
+        events=list(raw["events"]),
+        columns={name: values for name, _, _, values in columns},
+        units={name: unit for name, unit, _, _ in columns},
+        descriptions={name: what for name, _, what, _ in columns},
+    )

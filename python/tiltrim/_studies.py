@@ -1,0 +1,169 @@
+"""The built-in tiltrotor: studies, as files or in place, and their flight conditions."""
+
+from __future__ import annotations
+
+import os
+from types import MappingProxyType
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+from . import _tiltrim
+from ._models import Effort, Model, Point, point_table
+from ._problems import TrimSpec
+from ._show import Page, Shown
+
+Number = Union[int, float]
+
+
+class Condition(Shown):
+    """A flight condition of the tiltrotor: `model`, `spec` and `guess` as any problem has, and all
+    verbs take it as it is. SI units and radians."""
+
+    def __init__(self, core: _tiltrim.Condition) -> None:
+        self._core = core
+        self._problem: Optional[Tuple[Model, TrimSpec, Point]] = None
+
+    @property
+    def name(self) -> str:
+        """The condition's name in its study."""
+        return self._core.name
+
+    @property
+    def formulation(self) -> str:
+        """closed_loop, airframe or table (docs/study.md)."""
+        return self._core.formulation
+
+    @property
+    def study(self) -> Study:
+        """The study that it is of."""
+        return Study(self._core.study)
+
+    def _asked(self) -> Tuple[Model, TrimSpec, Point]:
+        if self._problem is None:
+            core, spec, (x, u, p) = self._core.problem()
+            model = Model._of(core)
+            spec["effort"] = tuple(Effort(*e) for e in spec["effort"])
+            self._problem = (model, TrimSpec(**spec), Point(model, x, u, p))
+        return self._problem
+
+    @property
+    def model(self) -> Model:
+        """The model that is trimmed: the closed loop, or the airframe."""
+        return self._asked()[0]
+
+    @property
+    def spec(self) -> TrimSpec:
+        """What is asked of the trim."""
+        return self._asked()[1]
+
+    @property
+    def guess(self) -> Point:
+        """Where its trim starts; a point of one's own."""
+        return self._asked()[2].copy()
+
+    def _page(self) -> Page:
+        if self.formulation == "table":
+            return Page(f"condition {self.name}: table")
+        model, spec, guess = self._asked()
+        notes = {name: "free" for name in spec.free}
+        return Page(
+            f"condition {self.name}: {model.name}",
+            ["still: " + ", ".join(spec.still)],
+            [point_table(guess, notes)],
+        )
+
+
+class Study(Shown):
+    """A study of the tiltrotor: its conditions by name, and what its tables ask for."""
+
+    def __init__(self, core: _tiltrim.Study) -> None:
+        self._core = core
+        self._conditions = {c.name: Condition(c) for c in core.conditions}
+
+    @property
+    def conditions(self) -> Mapping[str, Condition]:
+        """Its flight conditions by name, in the study's order."""
+        return MappingProxyType(self._conditions)
+
+    @property
+    def file(self) -> str:
+        """Where it was read from."""
+        return self._core.file
+
+    @property
+    def text(self) -> str:
+        """The study's own text, TOML."""
+        return self._core.text
+
+    def _page(self) -> Page:
+        lines = [f"{name}: {c.formulation}" for name, c in self._conditions.items()]
+        return Page(f"study {self.file}", lines)
+
+
+def read_study(path: Union[str, os.PathLike[str]]) -> Study:
+    """Reads and checks a study file (docs/study.md); StudyError says file, line, column and key."""
+    return Study(_tiltrim.read_study(os.fspath(path)))
+
+
+def parse_study(text: str, name: str = "study") -> Study:
+    """The same from text; `name` stands for the file in messages."""
+    return Study(_tiltrim.parse_study(text, name))
+
+
+def tiltrotor(
+    V: float = 15.0,
+    gamma_deg: float = 0.0,
+    eta_deg: float = 0.0,
+    *,
+    name: str = "condition",
+    aircraft: Optional[Mapping[str, Union[Number, str]]] = None,
+    gains: Optional[Mapping[str, Number]] = None,
+    limits: Optional[Mapping[str, Sequence[Number]]] = None,
+    formulation: str = "closed_loop",
+    **keys: Any,
+) -> Condition:
+    """The reference tiltrotor at an airspeed V [m/s], path angle and nacelle tilt [degrees].
+
+    aircraft, gains, limits : numbers that differ from the reference's, by the keys of a study, as
+                              {"mass": 4.4}, {"K_Lp": 0.9}, {"a1s_deg": (-20, 20)}
+    formulation : "closed_loop", with the control law around it, or "airframe"
+    keys        : further keys of the condition (docs/study.md), as theta_deg=[0, 10]
+
+    Keys that end in _deg are degrees; everything of the condition itself is SI and radians.
+    StudyError for a key or a number that a study would not take.
+    """
+    condition: Dict[str, Any] = {"name": name, "V": V, "gamma_deg": gamma_deg, "eta_deg": eta_deg}
+    if formulation != "closed_loop":
+        condition["formulation"] = formulation
+    condition.update(keys)
+    lines: List[str] = []
+    for table, values in (("aircraft", aircraft), ("gains", gains), ("limits", limits)):
+        if values:
+            lines += [f"[{table}]", *_toml(values)]
+    text = "\n".join([*lines, "[[condition]]", *_toml(condition), ""])
+    return next(iter(parse_study(text, "tiltrotor()").conditions.values()))
+
+
+def _toml(values: Mapping[str, Any]) -> List[str]:
+    return [f"{_quoted(str(key))} = {_toml_value(value)}" for key, value in values.items()]
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped}"'
+
+
+def _toml_value(value: Any) -> str:
+    if isinstance(value, str):
+        return _quoted(value)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(_toml(value)) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml_value(v) for v in value) + "]"
+    return repr(int(value)) if isinstance(value, int) else repr(float(value))
+
+
+def data_directory() -> str:
+    """Where the polars and published tables that come with tiltrim lie."""
+    return _tiltrim.data_directory()

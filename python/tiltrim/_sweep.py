@@ -1,0 +1,211 @@
+"""sweep: trim, linearize and modes at every point of a grid, and what lies between the points."""
+
+from __future__ import annotations
+
+import traceback
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _tiltrim
+from ._follow import _signal
+from ._models import Effort, Model
+from ._needs import need
+from ._problems import Bound, Guess, Problem, TrimSpec
+from ._studies import Condition, Study
+from ._trim import asked
+
+if TYPE_CHECKING:
+    import xarray
+
+#: {signal: values}, or {name of the axis: {signal: values, ...}} for signals that move together
+Axes = Mapping[str, Union[ArrayLike, Mapping[str, ArrayLike]]]
+Problems = Sequence[Union[Problem, Condition]]
+
+
+def sweep(
+    what: Union[Model, Problem, Condition, Study, Problems],
+    guess: Optional[Guess] = None,
+    *,
+    axes: Optional[Axes] = None,
+    free: Sequence[str] = (),
+    still: Sequence[str] = (),
+    rates: Optional[Mapping[str, float]] = None,
+    bounds: Optional[Mapping[str, Bound]] = None,
+    implied: Sequence[str] = (),
+    effort: Sequence[Effort] = (),
+    spec: Optional[TrimSpec] = None,
+    inputs: Sequence[str] = (),
+    only: Sequence[str] = (),
+    crossings: bool = True,
+    threads: int = 0,
+    starts: int = 8,
+    method: str = "ipopt",
+) -> xarray.Dataset:
+    """Eigenvalues over a grid; every crossing of the stability boundary between its points.
+
+    what  : a Model, with a guess and what is asked of the trim; a Problem or a Condition; a list of
+            those, with the same states; or a Study with its own [[sweep.axis]]
+    axes  : {signal: values}: variables that the trim does not move, the first slowest. Signals that
+            move together are one axis: {"h": {"V": [...], "eta": [...]}}
+    inputs: inputs or outputs of the model to be kept beside the state; default: its inputs
+    only  : conditions of a study; default: all
+    crossings : look between the grid's points
+    threads   : 0: as many as the machine has. Models with Python callables are swept by one
+    starts, method : of the trim from nothing, where Newton from the neighbour fails
+
+    Returns an xarray.Dataset over the axes (and `condition`, for a study or a list):
+
+    status, verdict, reason       : words; verdict is "" where there is no equilibrium
+    eigenvalue (..., mode)        : complex, 1/s, modes followed from point to point; mode_name
+    state_value (..., state), input_value (..., input) : at the equilibrium; NaN without
+    spectral_abscissa, damping, residual, confidence, second_branch
+    crossing_...  (crossing)      : where unstable eigenvalues change in number along an axis
+    interval_...  (interval)      : what holds on whole stretches between the points
+
+    Needs xarray. ValueError for names that the model does not have.
+    """
+    xr = need("xarray", "xarray", "sweep()")
+    options = {
+        "threads": int(threads),
+        "crossings": bool(crossings),
+        "trimming": {"starts": starts, "method": method},
+    }
+    if isinstance(what, Study):
+        if axes is not None:
+            raise TypeError("sweep() of a study: its axes are its own; expected no axes=")
+        _check_only(what, only)
+        return _dataset(xr, _tiltrim.sweep_study(what._core, list(only), options), False)
+    single = isinstance(what, (Model, Problem, Condition))
+    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
+    members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
+    problems = [_problem(one, guess, own, inputs) for one in members]
+    if not axes or not problems:
+        raise TypeError("sweep() needs axes={signal: values} and a problem")
+    raw = _tiltrim.sweep(problems, _axes(axes, _first_model(members)), options)
+    return _dataset(xr, raw, single)
+
+
+def _check_only(study: Study, only: Sequence[str]) -> None:
+    for name in only:
+        if name not in study.conditions:
+            raise _tiltrim.InvalidArgument(
+                f"no condition '{name}'; there are: " + ", ".join(study.conditions)
+            )
+
+
+def _first_model(members: Sequence[Union[Model, Problem, Condition]]) -> Model:
+    first = members[0]
+    return first if isinstance(first, Model) else first.model
+
+
+def _problem(
+    what: Union[Model, Problem, Condition],
+    guess: Optional[Guess],
+    spec: TrimSpec,
+    inputs: Sequence[str],
+) -> Tuple[str, _tiltrim.Model, Dict[str, Any], Any, List[str]]:
+    model, own, at = asked(what, guess, spec, "sweep")
+    kept = list(inputs) or [s.name for s in model.inputs]
+    return what.name, model._core, own._fields(), at._tuple(), kept
+
+
+def _axes(axes: Axes, model: Model) -> List[Tuple[str, List[Tuple[str, str, List[float]]]]]:
+    listed = []
+    for name, values in axes.items():
+        together = values if isinstance(values, Mapping) else {name: values}
+        columns = []
+        for signal, numbers in together.items():
+            column = np.asarray(numbers)
+            if column.dtype.kind not in "fiu" or column.ndim != 1 or column.size == 0:
+                raise _tiltrim.InvalidArgument(
+                    f"axis '{name}': expected a list of numbers for '{signal}', got {numbers!r}"
+                )
+            columns.append((signal, _signal(model, signal).unit, column.astype(float).tolist()))
+        if len({len(column) for _, _, column in columns}) != 1:
+            raise _tiltrim.InvalidArgument(f"axis '{name}': its signals have unequal numbers of values")
+        listed.append((name, columns))
+    return listed
+
+
+_own_names = {
+    "condition", "state", "input", "mode", "crossing", "interval", "axis", "status", "verdict",
+    "reason", "residual", "spectral_abscissa", "damping", "eigenvalue", "state_value",
+    "input_value", "confidence", "second_branch", "mode_name", "state_unit", "input_unit",
+}  # fmt: skip
+
+
+def _dataset(xr: Any, raw: Dict[str, Any], single: bool) -> xarray.Dataset:
+    dims = ["condition"] + [name for name, _ in raw["axes"]]
+    for name in dims[1:]:
+        if name in _own_names:
+            raise _tiltrim.InvalidArgument(
+                f"an axis cannot be named '{name}'; expected "
+                f'axes={{"{name}_axis": {{"{name}": values}}}}'
+            )
+    shape = [len(raw["conditions"])] + [len(columns[0][2]) for _, columns in raw["axes"]]
+    data = _over_points(raw, dims, shape)
+    data.update(_between(raw))
+    coords: Dict[str, Any] = {
+        "condition": raw["conditions"],
+        "state": [name for name, _, _ in raw["states"]],
+        "input": [name for name, _, _ in raw["inputs"]],
+        "state_unit": ("state", [unit for _, unit, _ in raw["states"]]),
+        "input_unit": ("input", [unit for _, unit, _ in raw["inputs"]]),
+        "axis": dims[1:],
+        "mode_name": (("condition", "mode"), np.array(raw["mode_names"], dtype=str)),
+    }
+    for axis, columns in raw["axes"]:
+        for i, (name, unit, values) in enumerate(columns):
+            own = axis if i == 0 else name.rsplit(".", 1)[-1]
+            coords[own] = (axis, values, {"units": unit, "long_name": name})
+    attributes: Dict[str, Any] = {"program": f"tiltrim {_tiltrim.version}"}
+    if raw["exception"] is not None:
+        attributes["exception"] = "".join(traceback.format_exception(raw["exception"]))
+    dataset = xr.Dataset(data, coords, attributes)
+    return dataset.isel(condition=0) if single else dataset  # type: ignore[no-any-return]
+
+
+def _over_points(raw: Dict[str, Any], dims: List[str], shape: List[int]) -> Dict[str, Any]:
+    def shaped(values: Any, *behind: int) -> Any:
+        return np.asarray(values).reshape([*shape, *behind])
+
+    states, inputs = len(raw["states"]), len(raw["inputs"])
+    eigenvalue = np.array(raw["eigenvalue_re"], dtype=complex)
+    eigenvalue.imag = raw["eigenvalue_im"]
+    per_second = {"units": "1/s"}
+    return {
+        "status": (dims, shaped(_words(raw["status"], raw["statuses"], "not_reached"))),
+        "verdict": (dims, shaped(_words(raw["verdict"], raw["verdicts"], ""))),
+        "reason": (dims, shaped(_words(raw["reason"], raw["reasons"], ""))),
+        "spectral_abscissa": (dims, shaped(raw["spectral_abscissa"]), per_second),
+        "damping": (dims, shaped(raw["damping"])),
+        "residual": (dims, shaped(raw["residual"]), per_second),
+        "second_branch": (dims, shaped(raw["second_branch"]) != 0),
+        "eigenvalue": ([*dims, "mode"], shaped(eigenvalue, states), per_second),
+        "confidence": ([*dims, "mode"], shaped(raw["confidence"], states) / 255.0),
+        "state_value": ([*dims, "state"], shaped(raw["state"], states)),
+        "input_value": ([*dims, "input"], shaped(raw["input"], inputs)),
+    }
+
+
+def _words(numbers: Any, words: List[str], otherwise: str) -> Any:
+    return np.array([*words, otherwise])[np.asarray(numbers, dtype=int)]  # -1 is the last
+
+
+def _between(raw: Dict[str, Any]) -> Dict[str, Any]:
+    axes = [name for name, _ in raw["axes"]]
+    data = {}
+    for what in ("crossing", "interval"):
+        columns = dict(raw[f"{what}s"])
+        condition = np.array(raw["conditions"])[np.asarray(columns.pop("condition"), dtype=int)]
+        along = np.array(axes)[np.asarray(columns.pop("axis"), dtype=int)]
+        at = np.array(columns.pop("at"), dtype=float).reshape(-1, len(axes))
+        data[f"{what}_condition"] = (what, condition)
+        data[f"{what}_axis"] = (what, along)
+        data[f"{what}_at"] = ((what, "axis"), at)
+        for name, values in columns.items():
+            is_words = isinstance(values, list)
+            data[f"{what}_{name}"] = (what, np.array(values, dtype=str) if is_words else values)
+    return data

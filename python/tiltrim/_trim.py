@@ -1,0 +1,151 @@
+"""trim: find an equilibrium, verify it, and say why where there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+from . import _tiltrim
+from ._models import Array, Effort, Model, Point, point_table
+from ._problems import Bound, Guess, Problem, TrimSpec
+from ._show import Page, Shown, Table, number
+from ._studies import Condition
+
+
+@dataclass(repr=False)
+class TrimResult(Shown):
+    """How a trim ended, and the best point seen whatever the status.
+
+    True where the status is "converged": a verified equilibrium within all bounds. Its values are
+    read by name, outputs too: result["gap"].
+    """
+
+    status: str  #: converged, singular, not_optimal, not_implied, infeasible, not_found, not_finite,
+    #: model_threw, not_repeatable, interrupted (docs/trim.md)
+    equilibrium: bool  #: equations and bounds are verified, with or without a remark
+    model: Model
+    spec: TrimSpec
+    point: Point
+    rates: Array  #: shape (nx,), all state rates at the point
+    outputs: Array  #: shape (ny,)
+    residual: float  #: largest held rate's miss over its nominal size, 1/s
+    step: float  #: last Newton step, largest over nominal sizes
+    rcond: float  #: reciprocal condition of the scaled equations
+    effort: float  #: the objective
+    limits_active: List[str]  #: "current upper", ...
+    others: List[Point]  #: further verified equilibria, by rising effort
+    starts: int
+    evaluations: int
+    message: str  #: empty when converged without remark
+    exception: Optional[BaseException] = None  #: the first that the model's functions raised
+    #: formulation table: moment coefficients required, and of the elevator
+    moment: Optional[Tuple[float, float]] = None
+
+    def __bool__(self) -> bool:
+        return self.status == "converged"
+
+    def __getitem__(self, name: str) -> float:
+        place = self.model._output_place.get(name)
+        if place is not None and name not in self.point:
+            return float(self.outputs[place])
+        return self.point[name]
+
+    def _page(self) -> Page:
+        notes = {name: "free" for name in self.spec.free}
+        for limit in self.limits_active:
+            signal, side = limit.rsplit(" ", 1)
+            notes[signal] = f"at its {side} limit"
+        outputs = [
+            ["output" if i == 0 else "", s.name, number(float(y)), s.unit, notes.get(s.name, "")]
+            for i, (s, y) in enumerate(zip(self.model.outputs, self.outputs))
+        ]
+        table = point_table(self.point, notes)
+        table.rows = [*table.rows, *outputs]
+        how_sure = f"residual {self.residual:.1g} 1/s, rcond {self.rcond:.2g}"
+        if self.others:
+            how_sure += f", {len(self.others)} other equilibria"
+        heading = f"{self.status}: {self.model.name}" if self.model.name else self.status
+        return Page(heading, [self.message, how_sure], [table])
+
+
+def asked(
+    what: Union[Model, Problem, Condition],
+    guess: Optional[Guess],
+    spec: TrimSpec,
+    verb: str,
+) -> Tuple[Model, TrimSpec, Point]:
+    """Model, spec and guess of whatever a verb was called with."""
+    if isinstance(what, Model):
+        if guess is None:
+            raise TypeError(f"{verb}() of a model needs a guess: values by name, or a Point")
+        return what, spec, what.point(guess)
+    if not isinstance(what, (Problem, Condition)):
+        raise TypeError(
+            f"{verb}(): expected a Model, a Problem or a Condition, got {type(what).__name__}"
+        )
+    if spec._asked() or spec.bounds or spec.implied or spec.effort:
+        raise TypeError(f"{verb}() of a {type(what).__name__}: what is free and held is its own")
+    return what.model, what.spec, what.guess if guess is None else what.model.point(guess)
+
+
+def _result(raw: Dict[str, Any], model: Model, spec: TrimSpec) -> TrimResult:
+    own = dict(raw)
+    own.pop("model", None)
+    own["point"] = Point(model, *raw["point"])
+    own["others"] = [Point(model, *other) for other in raw["others"]]
+    own["limits_active"] = [f"{name} {side}" for name, side, _ in raw["limits_active"]]
+    return TrimResult(model=model, spec=spec, **own)
+
+
+def trim(
+    what: Union[Model, Problem, Condition],
+    guess: Optional[Guess] = None,
+    *,
+    free: Sequence[str] = (),
+    still: Sequence[str] = (),
+    rates: Optional[Mapping[str, float]] = None,
+    bounds: Optional[Mapping[str, Bound]] = None,
+    implied: Sequence[str] = (),
+    effort: Sequence[Effort] = (),
+    spec: Optional[TrimSpec] = None,
+    method: str = "ipopt",
+    tolerance: float = 1e-10,
+    step_tolerance: float = 1e-9,
+    starts: int = 32,
+    max_iterations: int = 100,
+    max_boxes: int = 200_000,
+    closest: bool = True,
+) -> TrimResult:
+    """An equilibrium of a model, from a guess.
+
+    what   : a Model, with a guess (values by name, or a Point) and what is asked (see TrimSpec); or
+             a Problem or a Condition, which have both
+    method : "ipopt", polished by Newton, then Newton from further starts; "newton" alone needs as
+             many unknowns as equations
+    tolerance      : on every held rate over its nominal size, 1/s
+    step_tolerance : on the last Newton step over nominal sizes
+    starts         : further starts over the bounds
+    max_iterations : of each solver from each start
+    max_boxes      : of the proof that there is none, where the model has ranges; 0: no proof
+    closest        : where there is no answer, look for the closest point
+
+    Returns a TrimResult, true where it converged. ValueError for names that the model does not have,
+    bounds that are reversed, more equations than unknowns.
+    """
+    options = {
+        "method": method,
+        "tolerance": tolerance,
+        "step_tolerance": step_tolerance,
+        "starts": starts,
+        "max_iterations": max_iterations,
+        "max_boxes": max_boxes,
+        "closest": closest,
+    }
+    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
+    if isinstance(what, Condition) and guess is None and not own._asked():
+        raw = _tiltrim.trim_condition(what._core, options)
+        of_table = what.formulation == "table"
+        return _result(raw, Model._of(raw["model"]), TrimSpec() if of_table else what.spec)
+    model, own, start = asked(what, guess, own, "trim")
+    raw = _tiltrim.trim(model._core, own._fields(), start._tuple(), options)
+    return _result({**raw, "moment": None}, model, own)

@@ -1,0 +1,208 @@
+"""tune: gains whose worst case over operating points is as good as it can be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+
+from . import _tiltrim
+from ._models import Array, Effort, Model
+from ._problems import Bound, Guess, Problem, TrimSpec
+from ._show import Page, Shown, Table, number
+from ._studies import Condition, Study
+from ._sweep import Problems, _problem
+
+#: {measure: limit}, or [(measure, limit, of)]
+Limits = Union[Mapping[str, float], Sequence[Tuple[Any, ...]]]
+
+
+@dataclass(repr=False)
+class Achieved(Shown):
+    """One requirement at one place, evaluated again at the answer."""
+
+    point: str
+    scatter: str  #: "mass +15 %"; empty: nominal
+    measure: str
+    unit: str
+    of: str
+    limit: float  #: NaN: the goal
+    goal: bool
+    value: float
+    eigenvalue: complex  #: which decides, where one does; else NaN
+    active: bool  #: it holds the answer where it is
+    reserve: float  #: how far the limit is met, over its size
+
+    def _page(self) -> Page:
+        limit = "" if self.goal else f", limit {number(self.limit)}"
+        return Page(f"{self.measure} {number(self.value)} {self.unit} at {self.point}{limit}")
+
+
+@dataclass(repr=False)
+class GainEffect(Shown):
+    """What one of the tuned numbers does at the answer."""
+
+    name: str
+    value: float
+    slopes: Array  #: d(worst value)/d(ln gain), for the goal and each limit
+    goal_less: float  #: worst goal with 10 % less of it, trimmed again
+    goal_more: float
+
+    def _page(self) -> Page:
+        return Page(
+            f"{self.name} = {number(self.value)}: goal {number(self.goal_less)} with 10 % less, "
+            f"{number(self.goal_more)} with 10 % more"
+        )
+
+
+@dataclass(repr=False)
+class TuneResult(Shown):
+    """Tuned gains by name, in SI units; true where all limits are met, verified."""
+
+    status: str  #: tuned, limits_unmet, unstable, no_trim
+    message: str
+    names: List[str]
+    numbers: Array  #: shape (gains,), or (gains, places of the schedule)
+    schedule: Tuple[float, ...]
+    goal: float  #: its worst value over all places
+    goal_measure: str
+    goal_unit: str
+    achieved: List[Achieved]
+    effects: List[GainEffect]  #: largest first
+    coalescing: bool  #: two eigenvalues that decide meet at the answer
+    evaluations: int
+    out_of_time: bool
+    out_of_evaluations: bool
+    exception: Optional[BaseException] = None
+
+    @property
+    def gains(self) -> Dict[str, Any]:
+        """{name: value}; with a schedule, arrays over its places."""
+        if not len(self.numbers):
+            return {}
+        return {
+            name: self.numbers[i] if self.schedule else float(self.numbers[i])
+            for i, name in enumerate(self.names)
+        }
+
+    def __getitem__(self, name: str) -> Any:
+        return self.gains[name]
+
+    def __bool__(self) -> bool:
+        return self.status == "tuned"
+
+    def _page(self) -> Page:
+        rows = [
+            [name, ", ".join(number(float(v)) for v in (value if self.schedule else [value]))]
+            for name, value in self.gains.items()
+        ]
+        held = [a for a in self.achieved if a.active]
+        unit = f" {self.goal_unit}" if self.goal_unit else ""
+        lines = [
+            self.message,
+            f"worst {self.goal_measure} {number(self.goal)}{unit}, {self.evaluations} candidates",
+            "held by " + "; ".join(f"{a.measure} at {a.point}" for a in held[:3]) if held else "",
+        ]
+        return Page(self.status, lines, [Table(["gain", "value"], rows, left=(0,))])
+
+
+def tune(
+    what: Union[Model, Problem, Condition, Study, Problems],
+    guess: Optional[Guess] = None,
+    *,
+    gains: Optional[Mapping[str, Tuple[float, float]]] = None,
+    goal: Union[str, Tuple[str, str]] = "decay",
+    limits: Limits = (),
+    uncertain: Optional[Mapping[str, Tuple[float, float]]] = None,
+    corners: bool = True,
+    samples: int = 0,
+    schedule: Sequence[float] = (),
+    schedule_over: str = "eta",
+    linear: Sequence[str] = (),
+    free: Sequence[str] = (),
+    still: Sequence[str] = (),
+    rates: Optional[Mapping[str, float]] = None,
+    bounds: Optional[Mapping[str, Bound]] = None,
+    implied: Sequence[str] = (),
+    effort: Sequence[Effort] = (),
+    spec: Optional[TrimSpec] = None,
+    start: Optional[Sequence[float]] = None,
+    evaluations: Optional[int] = None,
+    seconds: Optional[float] = None,
+    seed: Optional[int] = None,
+    threads: Optional[int] = None,
+    global_search: Optional[str] = None,
+    local_search: Optional[str] = None,
+) -> TuneResult:
+    """Gains for the worst of all points, each trimmed again for every candidate.
+
+    what     : a Model with a guess and what is asked of the trim; a Problem or a Condition; a list
+               of those; or a Study with its own [tune], of which only the last options are taken
+    gains    : {parameter: (from, to)}, SI; searched in their logarithm where both are above zero, but
+               for those named in `linear`
+    goal     : its worst value is to be as good as it can be: "decay" (1/s), "damping", "frequency"
+               (rad/s), ...; ("half_time", name of the mode)
+    limits   : {measure: limit}, or [(measure, limit, of)] (docs/tune.md has the measures)
+    uncertain: {parameter: (from, to)}: each point again at every corner, and at `samples` places
+    schedule : gains linear between their values at these, rising, of the parameter schedule_over
+    start    : numbers tried first; evaluations, seconds, seed, threads, global_search, local_search:
+               the budget and the algorithms, defaults as of the library or the study
+
+    ValueError for names that the models do not have, bounds reversed, nothing free.
+    """
+    options = {
+        name: value
+        for name, value in (
+            ("start", start),
+            ("evaluations", evaluations),
+            ("seconds", seconds),
+            ("seed", seed),
+            ("threads", threads),
+            ("global_search", global_search),
+            ("local_search", local_search),
+        )
+        if value is not None
+    }
+    if isinstance(what, Study):
+        if gains or limits:
+            raise TypeError("tune() of a study: gains and limits are those of its [tune]")
+        return _result(_tiltrim.tune_study(what._core, options))
+    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
+    members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
+    request = {
+        "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
+        "uncertain": [(n, float(a), float(b)) for n, (a, b) in (uncertain or {}).items()],
+        "corners": corners,
+        "samples": samples,
+        "schedule": [float(v) for v in schedule],
+        "schedule_over": schedule_over,
+        "goal": _requirement((goal, math.nan) if isinstance(goal, str) else (goal[0], math.nan, goal[1])),
+        "limits": [
+            _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
+        ],
+    }
+    problems = [_problem(one, guess, own, ()) for one in members]
+    return _result(_tiltrim.tune(problems, request, options))
+
+
+def _gain(
+    name: str, bound: Tuple[float, float], linear: Sequence[str]
+) -> Tuple[str, float, float, bool]:
+    lower, upper = (float(end) for end in bound)
+    return name, lower, upper, lower > 0 and name not in linear
+
+
+def _requirement(given: Tuple[Any, ...]) -> Tuple[str, float, str]:
+    measure, limit, *of = given
+    return str(measure), float(limit), str(of[0]) if of else ""
+
+
+def _result(raw: Dict[str, Any]) -> TuneResult:
+    own = dict(raw)
+    places = len(raw["schedule"])
+    numbers = own.pop("gains")
+    own["numbers"] = numbers.reshape(-1, places) if places else numbers
+    own["schedule"] = tuple(raw["schedule"])
+    own["achieved"] = [Achieved(**one) for one in raw["achieved"]]
+    own["effects"] = [GainEffect(**one) for one in raw["effects"]]
+    return TuneResult(**own)
