@@ -1,6 +1,8 @@
 #include "model/study.hpp"
 
+#include <dlfcn.h>
 #include <fmt/core.h>
+#include <link.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -322,9 +324,22 @@ Study load_study(const fs::path& file) { return parse_study(read_text(file, larg
 #define TILTRIM_INSTALL_DATA ""
 #endif
 
+// data/ beside the shared object that this code is part of, as a Python module; empty where it is
+// part of a program, whose data are not beside it.
+static fs::path data_beside_object() {
+  Dl_info object{};
+  void* map = nullptr;
+  const auto* here = reinterpret_cast<const void*>(&data_directory);
+  if (dladdr1(here, &object, &map, RTLD_DL_LINKMAP) == 0 || !map) return {};
+  const char* file = static_cast<const link_map*>(map)->l_name;
+  return *file ? fs::path(file).parent_path() / "data" : fs::path();
+}
+
 fs::path data_directory() {
   if (const char* chosen = std::getenv("TILTRIM_DATA"); chosen && *chosen) return chosen;
   std::error_code ignored;
+  if (const fs::path beside = data_beside_object(); fs::is_directory(beside, ignored))
+    return beside;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
   const fs::path beside = program.parent_path().parent_path() / "share/tiltrim/data";
   for (const fs::path& place : {beside, fs::path(TILTRIM_SOURCE_DATA)})

@@ -49,8 +49,7 @@ py::dict dict_of(const TrimSpec& spec) {
 static TrimMethod method_of(const std::string& name) {
   if (name == "ipopt") return TrimMethod::ipopt;
   if (name == "newton") return TrimMethod::newton;
-  throw std::invalid_argument(
-      fmt::format("no method '{}'; expected 'ipopt' or 'newton'", name));
+  throw std::invalid_argument(fmt::format("no method '{}'; expected 'ipopt' or 'newton'", name));
 }
 
 TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {

@@ -136,7 +136,8 @@ py::dict arrays_of(const std::vector<const BranchPoint*>& points) {
   const auto rows = [&](const auto& vector_of) {
     const auto columns = points.empty() ? 0 : vector_of(*points.front()).size();
     MatrixXd all(std::ssize(points), columns);
-    for (std::size_t i = 0; i < points.size(); ++i) all.row(Eigen::Index(i)) = vector_of(*points[i]);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      all.row(Eigen::Index(i)) = vector_of(*points[i]);
     return all;
   };
   std::vector<double> parameter, residual;

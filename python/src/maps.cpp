@@ -22,8 +22,7 @@ using ProblemTuple =
     std::tuple<std::string, py::object, py::dict, PointTuple, std::vector<std::string>>;
 /// name, columns of (signal, unit, values)
 using AxisTuple =
-    std::tuple<std::string,
-               std::vector<std::tuple<std::string, std::string, std::vector<double>>>>;
+    std::tuple<std::string, std::vector<std::tuple<std::string, std::string, std::vector<double>>>>;
 using RequirementTuple = std::tuple<std::string, double, std::string>;  ///< measure, limit, of
 
 std::vector<SweepRequest> requests_of(const std::vector<ProblemTuple>& problems, bool& callables) {
@@ -171,30 +170,11 @@ py::dict in_dict(const TuneProblem& problem, const Achieved& a) {
   return d;
 }
 
-TuneProblem problem_of(const std::vector<SweepRequest>& requests, const py::dict& asked) {
-  TuneProblem problem;
-  problem.points = requests;
-  for (const auto& [name, lower, upper, logarithmic] :
-       asked["gains"].cast<std::vector<std::tuple<std::string, double, double, bool>>>())
-    problem.gains.push_back({name, lower, upper, logarithmic});
-  for (const auto& [name, lower, upper] :
-       asked["uncertain"].cast<std::vector<std::tuple<std::string, double, double>>>())
-    problem.uncertain.push_back({name, lower, upper});
-  problem.corners = asked["corners"].cast<bool>();
-  problem.samples = asked["samples"].cast<int>();
-  problem.schedule = asked["schedule"].cast<std::vector<double>>();
-  problem.schedule_over = asked["schedule_over"].cast<std::string>();
-  problem.goal = requirement_of(asked["goal"].cast<RequirementTuple>());
-  for (const auto& limit : asked["limits"].cast<std::vector<RequirementTuple>>())
-    problem.limits.push_back(requirement_of(limit));
-  return problem;
-}
-
 py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
                const py::dict& fields) {
   refuse_within_callable("tune", "trim with method='newton' and closest=False");
   bool callables = false;
-  const TuneProblem problem = problem_of(requests_of(problems, callables), asked);
+  const TuneProblem problem = tune_problem_of(requests_of(problems, callables), asked);
   TuneOptions options = tune_options_of(fields, {}, callables);
   const auto [result, raised] = run(callables, [&](const std::stop_token& stop) {
     options.stop = stop;
@@ -264,6 +244,25 @@ TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool ca
       throw std::invalid_argument(fmt::format("tune has no option '{}'", name));
   }
   return options;
+}
+
+TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked) {
+  TuneProblem problem;
+  problem.points = points;
+  for (const auto& [name, lower, upper, logarithmic] :
+       asked["gains"].cast<std::vector<std::tuple<std::string, double, double, bool>>>())
+    problem.gains.push_back({name, lower, upper, logarithmic});
+  for (const auto& [name, lower, upper] :
+       asked["uncertain"].cast<std::vector<std::tuple<std::string, double, double>>>())
+    problem.uncertain.push_back({name, lower, upper});
+  problem.corners = asked["corners"].cast<bool>();
+  problem.samples = asked["samples"].cast<int>();
+  problem.schedule = asked["schedule"].cast<std::vector<double>>();
+  problem.schedule_over = asked["schedule_over"].cast<std::string>();
+  problem.goal = requirement_of(asked["goal"].cast<RequirementTuple>());
+  for (const auto& limit : asked["limits"].cast<std::vector<RequirementTuple>>())
+    problem.limits.push_back(requirement_of(limit));
+  return problem;
 }
 
 py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {

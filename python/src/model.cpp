@@ -72,8 +72,7 @@ VectorXd as_vector(const py::handle& answer, const char* what, Index expected) {
     if (array.ndim() > 1) refuse(what, words(expected), shape_of(array));
     values = Eigen::Map<const VectorXd>(array.data(), array.size());
   }
-  if (values.size() != expected)
-    refuse(what, words(expected), fmt::format("{}", values.size()));
+  if (values.size() != expected) refuse(what, words(expected), fmt::format("{}", values.size()));
   return values;
 }
 
@@ -122,9 +121,7 @@ auto guarded(const Work& work) {
   }
 }
 
-py::array_t<double> array_of(const VectorXd& v) {
-  return py::array_t<double>(v.size(), v.data());
-}
+py::array_t<double> array_of(const VectorXd& v) { return py::array_t<double>(v.size(), v.data()); }
 
 py::tuple arguments(const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   return py::make_tuple(array_of(x), array_of(u), array_of(p));
@@ -148,10 +145,9 @@ std::shared_ptr<Held> hold(HeldModel& held, const py::object& function) {
 void set_derivatives(HeldModel& held, const py::object& function) {
   Model& m = held.model;
   const Index rows = std::ssize(m.states) + std::ssize(m.outputs);
-  const Index columns =
-      std::ssize(m.states) + std::ssize(m.inputs) + std::ssize(m.parameters);
+  const Index columns = std::ssize(m.states) + std::ssize(m.inputs) + std::ssize(m.parameters);
   m.derivatives = [own = hold(held, function), rows, columns](const OperatingPoint& at,
-                                                             const std::vector<Index>& variables) {
+                                                              const std::vector<Index>& variables) {
     const MatrixXd all = guarded([&] {
       return as_matrix(own->function(*arguments(at.x, at.u, at.p)), "derivatives", rows, columns);
     });
@@ -198,14 +194,14 @@ HeldModel closed(const py::object& plant, const py::object& controller) {
 }
 
 py::tuple evaluated(const HeldModel& held, const PointTuple& point) {
-  const auto e =
-      run(held.callables, [&](const std::stop_token&) {
-        return evaluate(held.model, point_of(point));
-      }).first;
+  const auto e = run(held.callables, [&](const std::stop_token&) {
+                   return evaluate(held.model, point_of(point));
+                 }).first;
   return py::make_tuple(e.rates, e.outputs);
 }
 
-// ---- Garbage collection: a bound method of what holds the model is a cycle ------------------------
+// ---- Garbage collection: a bound method of what holds the model is a cycle
+// ------------------------
 
 HeldModel* behind(PyObject* self) {
   auto* const instance = reinterpret_cast<py::detail::instance*>(self);

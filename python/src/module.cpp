@@ -11,9 +11,16 @@ using namespace tiltrim;
 // The exceptions of the package: ValueErrors, with the words of the library's.
 static void add_exceptions(py::module_& module) {
   static PyObject* const invalid =
-      py::exception<std::invalid_argument>(module, "InvalidArgument", PyExc_ValueError).release().ptr();
+      py::exception<std::invalid_argument>(module, "InvalidArgument", PyExc_ValueError)
+          .release()
+          .ptr();
   static PyObject* const study =
       py::exception<StudyError>(module, "StudyError", PyExc_ValueError).release().ptr();
+  for (PyObject* type : {invalid, study}) py::setattr(type, "__module__", py::str("tiltrim"));
+  py::setattr(invalid, "__doc__",
+              py::str("What was asked cannot be asked: the words say what was meant."));
+  py::setattr(study, "__doc__",
+              py::str("A study that cannot be read: file, line, column, key, what is wrong."));
   py::register_local_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

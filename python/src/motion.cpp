@@ -93,10 +93,11 @@ py::dict simulate(const HeldModel& held, const PointTuple& start, double duratio
     inputs = [&](double t) {
       return call_for_vector(function, "input", from.u.size(), py::make_tuple(t));
     };
-  const auto [s, raised] = run(held.callables || !input.is_none(), [&](const std::stop_token& stop) {
-    options.stop = stop;
-    return simulated(held.model, from, inputs, breaks, duration, options);
-  });
+  const auto [s, raised] =
+      run(held.callables || !input.is_none(), [&](const std::stop_token& stop) {
+        options.stop = stop;
+        return simulated(held.model, from, inputs, breaks, duration, options);
+      });
   py::dict d;
   d["status"] = to_string(s.trajectory.status);
   d["message"] = s.trajectory.message;

@@ -90,11 +90,11 @@ py::dict followed(const HeldCondition& held, const std::string& parameter, doubl
   const Key key = study_key(parameter);
   FollowOptions options = follow_options_of(fields);
   TrimOptions trim_options = trim_options_of(trimming);
-  BranchAnswer answer = run(false, [&](const std::stop_token& stop) {
-                          options.stop = trim_options.stop = stop;
-                          return follow(held.vehicle(), held.condition, key, key.in_si(to),
-                                        options, trim_options);
-                        }).first;
+  BranchAnswer answer =
+      run(false, [&](const std::stop_token& stop) {
+        options.stop = trim_options.stop = stop;
+        return follow(held.vehicle(), held.condition, key, key.in_si(to), options, trim_options);
+      }).first;
   for (BranchPoint& p : answer.branch.points) p.parameter = key.in_study(p.parameter);
   for (BranchEvent& e : answer.branch.events) e.at.parameter = key.in_study(e.at.parameter);
   py::dict d = dict_of(answer.branch);
@@ -152,6 +152,39 @@ py::dict tuned(const HeldStudy& held, const py::dict& fields) {
   return d;
 }
 
+// The conditions as a study's [tune] would have them.
+TuneProblem tuning_of(const std::vector<HeldCondition>& conditions, const py::dict& asked) {
+  std::vector<SweepRequest> points;
+  for (const HeldCondition& held : conditions)
+    for (SweepRequest& request : sweep_requests(*held.study, {held.condition}, {}))
+      points.push_back(std::move(request));
+  TuneProblem problem = tune_problem_of(points, asked);
+  for (std::size_t i = 0; i < conditions.size(); ++i) {
+    if (conditions[i].condition.formulation != Formulation::closed_loop) {
+      problem.loops.clear();  // an airframe has none to open
+      break;
+    }
+    const bool wind = find(points[i].model.states, "V_err") >= 0;
+    problem.loops.push_back(
+        closed_loop_with_inputs(conditions[i].vehicle(), wind ? Axes::wind : Axes::body));
+  }
+  return problem;
+}
+
+py::dict tuned_conditions(const std::vector<HeldCondition>& conditions, const py::dict& asked,
+                          const py::dict& fields) {
+  refuse_stop_within("tune");
+  const TuneProblem problem = tuning_of(conditions, asked);
+  TuneOptions options = tune_options_of(fields, {}, false);
+  const TuneResult result = run(false, [&](const std::stop_token& stop) {
+                              options.stop = stop;
+                              return tune(problem, options);
+                            }).first;
+  py::dict d = dict_of(problem, result);
+  d["exception"] = py::none();
+  return d;
+}
+
 py::list events_of(const FlightResult& flown) {
   py::list events;
   for (const FlightEvent& e : flown.events)
@@ -198,6 +231,7 @@ void add_studies(py::module_& module) {
       .def_property_readonly("conditions", &conditions_of)
       .def_property_readonly("file", [](const HeldStudy& s) { return s.study->file.string(); })
       .def_property_readonly("text", [](const HeldStudy& s) { return s.study->text; })
+      .def_property_readonly("has_axes", [](const HeldStudy& s) { return bool(s.study->sweep); })
       .def_property_readonly("follow", &follow_table);
   py::class_<HeldCondition>(module, "Condition")
       .def_property_readonly("name", [](const HeldCondition& c) { return c.condition.name; })
@@ -212,6 +246,7 @@ void add_studies(py::module_& module) {
              arg("options"), arg("trimming"));
   module.def("sweep_study", &swept, arg("study"), arg("only"), arg("options"));
   module.def("tune_study", &tuned, arg("study"), arg("options"));
+  module.def("tune_conditions", &tuned_conditions, arg("conditions"), arg("asked"), arg("options"));
   module.def("fly_study", &flown, arg("study"));
 }
 

@@ -113,11 +113,11 @@ class Branch(Shown):
             ("input", m.inputs, self.u),
             ("output", m.outputs, self.outputs),
         ):
-            coords[name] = [s.name for s in signals]
-            coords[f"{name}_unit"] = (name, [s.unit for s in signals])
+            coords[name] = np.array([s.name for s in signals], dtype=str)
+            coords[f"{name}_unit"] = (name, np.array([s.unit for s in signals], dtype=str))
             data[f"{name}_value"] = (("point", name), values)
         attributes = {"model": m.name, "end": self.end, "message": self.message}
-        return xr.Dataset(data, coords, attributes)
+        return xr.Dataset(data, coords, attributes)  # type: ignore[no-any-return]
 
     def _page(self) -> Page:
         unit = f" {self.parameter.unit}" if self.parameter.unit else ""
@@ -127,7 +127,7 @@ class Branch(Shown):
                 f"{self.parameter.name} from {number(self.values[0])} to "
                 f"{number(self.values[-1])}{unit}, {len(self)} points"
             )
-        shown = [s for s in self.model.states]
+        states = self.model.states
         rows = [
             [
                 e.kind,
@@ -138,8 +138,8 @@ class Branch(Shown):
             ]
             for e in self.events
         ]
-        headings = ["event", self.parameter.name, *(s.name for s in shown), "unstable", "which"]
-        units = ["", self.parameter.unit, *(s.unit for s in shown), "", ""]
+        headings = ["event", self.parameter.name, *(s.name for s in states), "unstable", "which"]
+        units = ["", self.parameter.unit, *(s.unit for s in states), "", ""]
         table = Table(headings, rows, units, left=(0, len(headings) - 1))
         heading = f"{self.end}: {self.model.name}"
         return Page(heading, [span, self.message], [table])
@@ -220,16 +220,11 @@ def _signal(model: Model, name: str) -> Signal:
 
 def _branch(raw: Dict[str, Any], model: Model, parameter: Signal) -> Branch:
     names = [s.name for s in model.states]
-    events = [
-        BranchEvent(
-            **{
-                **event,
-                "point": Point(model, *event["point"]),
-                "modes": None if event["modes"] is None else _modes(event["modes"], names),
-            }
-        )
-        for event in raw["events"]
-    ]
+    for event in raw["events"]:
+        event["point"] = Point(model, *event["point"])
+        if event["modes"] is not None:
+            event["modes"] = _modes(event["modes"], names)
+    events = [BranchEvent(**event) for event in raw["events"]]
     points = raw["points"]
     return Branch(
         end=raw["end"],

@@ -296,9 +296,13 @@ def _vector(values: Optional[ArrayLike], size: int, what: str) -> Array:
     return vector
 
 
+_most_parameters = 12  # shown; of more only those with a note
+
+
 def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Table:
-    """Name, value, unit and a note (may be empty) of every variable of a point."""
+    """Name, value, unit and a note (may be empty) of the variables of a point."""
     model = point.model
+    many = len(model.parameters) > _most_parameters
     rows = [
         [kind if i == 0 else "", s.name, number(float(value)), s.unit, (notes or {}).get(s.name, "")]
         for kind, signals, values in (
@@ -307,7 +311,10 @@ def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Tabl
             ("parameter", model.parameters, point.p),
         )
         for i, (s, value) in enumerate(zip(signals, values))
+        if not (many and kind == "parameter" and s.name not in (notes or {}))
     ]
+    if many:
+        rows.append(["parameter", f"({len(model.parameters)} of them)", "", "", ""])
     return Table(["", "name", "value", "unit", ""], rows, left=(0, 1, 3, 4))
 
 

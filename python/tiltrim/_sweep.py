@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from . import _tiltrim
 from ._follow import _signal
-from ._models import Effort, Model
+from ._models import Array, Effort, Model
 from ._needs import need
 from ._problems import Bound, Guess, Problem, TrimSpec
-from ._studies import Condition, Study
+from ._studies import Condition, Study, _toml_value, parse_study
 from ._trim import asked
 
 if TYPE_CHECKING:
@@ -48,7 +48,8 @@ def sweep(
     what  : a Model, with a guess and what is asked of the trim; a Problem or a Condition; a list of
             those, with the same states; or a Study with its own [[sweep.axis]]
     axes  : {signal: values}: variables that the trim does not move, the first slowest. Signals that
-            move together are one axis: {"h": {"V": [...], "eta": [...]}}
+            move together are one axis: {"h": {"V": [...], "eta": [...]}}. Of Conditions the keys of
+            a study, in its units: "V", "eta_deg", "gains.K_Lp", "h"
     inputs: inputs or outputs of the model to be kept beside the state; default: its inputs
     only  : conditions of a study; default: all
     crossings : look between the grid's points
@@ -80,11 +81,48 @@ def sweep(
     single = isinstance(what, (Model, Problem, Condition))
     own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
     members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
-    problems = [_problem(one, guess, own, inputs) for one in members]
-    if not axes or not problems:
+    if not axes or not members:
         raise TypeError("sweep() needs axes={signal: values} and a problem")
+    conditions = [one for one in members if isinstance(one, Condition)]
+    if len(conditions) == len(members):
+        return _dataset(xr, _sweep_conditions(conditions, axes, options), single)
+    problems = [_problem(one, guess, own, inputs) for one in members]
     raw = _tiltrim.sweep(problems, _axes(axes, _first_model(members)), options)
     return _dataset(xr, raw, single)
+
+
+def _sweep_conditions(
+    conditions: Sequence[Condition], axes: Axes, options: Dict[str, Any]
+) -> Dict[str, Any]:
+    # As if their study had these axes: its keys, units and checks.
+    study = conditions[0].study
+    if any(one.study.text != study.text for one in conditions):
+        raise TypeError("sweep(): expected conditions of one study")
+    if study._core.has_axes:
+        raise TypeError("sweep(): the study has axes of its own; expected sweep(study, only=[...])")
+    text = study.text + "".join(_axis_as_toml(name, values) for name, values in axes.items())
+    own = parse_study(text, study.file)
+    return _tiltrim.sweep_study(own._core, [one.name for one in conditions], options)
+
+
+def _axis_as_toml(name: str, values: Any) -> str:
+    together = dict(values) if isinstance(values, Mapping) else {name: values}
+    tables = [
+        f"key = {_toml_value(key)}, values = {_toml_value(_numbers(name, key, column).tolist())}"
+        for key, column in together.items()
+    ]
+    first = tables[0].replace(", values", "\nvalues", 1)
+    beside = ", ".join(f"{{{table}}}" for table in tables[1:])
+    return f"\n[[sweep.axis]]\n{first}\n" + (f"with = [{beside}]\n" if beside else "")
+
+
+def _numbers(axis: str, signal: str, given: Any) -> Array:
+    column = np.asarray(given)
+    if column.dtype.kind not in "fiu" or column.ndim != 1 or column.size == 0:
+        raise _tiltrim.InvalidArgument(
+            f"axis '{axis}': expected a list of numbers for '{signal}', got {given!r}"
+        )
+    return column.astype(float)
 
 
 def _check_only(study: Study, only: Sequence[str]) -> None:
@@ -117,12 +155,8 @@ def _axes(axes: Axes, model: Model) -> List[Tuple[str, List[Tuple[str, str, List
         together = values if isinstance(values, Mapping) else {name: values}
         columns = []
         for signal, numbers in together.items():
-            column = np.asarray(numbers)
-            if column.dtype.kind not in "fiu" or column.ndim != 1 or column.size == 0:
-                raise _tiltrim.InvalidArgument(
-                    f"axis '{name}': expected a list of numbers for '{signal}', got {numbers!r}"
-                )
-            columns.append((signal, _signal(model, signal).unit, column.astype(float).tolist()))
+            column = _numbers(name, signal, numbers).tolist()
+            columns.append((signal, _signal(model, signal).unit, column))
         if len({len(column) for _, _, column in columns}) != 1:
             raise _tiltrim.InvalidArgument(f"axis '{name}': its signals have unequal numbers of values")
         listed.append((name, columns))
@@ -149,13 +183,13 @@ def _dataset(xr: Any, raw: Dict[str, Any], single: bool) -> xarray.Dataset:
     data.update(_between(raw))
     coords: Dict[str, Any] = {
         "condition": raw["conditions"],
-        "state": [name for name, _, _ in raw["states"]],
-        "input": [name for name, _, _ in raw["inputs"]],
-        "state_unit": ("state", [unit for _, unit, _ in raw["states"]]),
-        "input_unit": ("input", [unit for _, unit, _ in raw["inputs"]]),
         "axis": dims[1:],
         "mode_name": (("condition", "mode"), np.array(raw["mode_names"], dtype=str)),
     }
+    for what in ("state", "input"):
+        signals = raw[f"{what}s"]
+        coords[what] = np.array([name for name, _, _ in signals], dtype=str)
+        coords[f"{what}_unit"] = (what, np.array([unit for _, unit, _ in signals], dtype=str))
     for axis, columns in raw["axes"]:
         for i, (name, unit, values) in enumerate(columns):
             own = axis if i == 0 else name.rsplit(".", 1)[-1]
@@ -196,7 +230,7 @@ def _words(numbers: Any, words: List[str], otherwise: str) -> Any:
 
 def _between(raw: Dict[str, Any]) -> Dict[str, Any]:
     axes = [name for name, _ in raw["axes"]]
-    data = {}
+    data: Dict[str, Any] = {}
     for what in ("crossing", "interval"):
         columns = dict(raw[f"{what}s"])
         condition = np.array(raw["conditions"])[np.asarray(columns.pop("condition"), dtype=int)]

@@ -181,6 +181,9 @@ def tune(
             _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
         ],
     }
+    conditions = [one for one in members if isinstance(one, Condition)]
+    if conditions and len(conditions) == len(members):
+        return _result(_tiltrim.tune_conditions([c._core for c in conditions], request, options))
     problems = [_problem(one, guess, own, ()) for one in members]
     return _result(_tiltrim.tune(problems, request, options))
 

@@ -1,0 +1,173 @@
+"""Ctrl-C and threads: a verb stops and raises; who holds the GIL. Nothing here is timed: what does
+not stop runs into the test's own limit."""
+
+import _thread
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+
+import pytest
+from written_models import held_ball
+
+import tiltrim
+from tiltrim import Model
+
+HERE = os.path.dirname(__file__)
+ENDLESS = 10**9
+
+BUILT_IN = {
+    "tune": "tiltrim.tune(c, gains={'gains.K_Lp': (0.1, 5.0)}, evaluations=10**9)",
+    "sweep": "tiltrim.sweep(tiltrim.tiltrotor(15.0, 85.0), starts=10**6,"
+    " axes={'gains.K_Lp': np.linspace(0.1, 5, 5000)})",
+    "trim": "tiltrim.trim(tiltrim.tiltrotor(15.0, 85.0), starts=10**9)",
+}
+# Of a model without an equilibrium, which would be looked for to the end of days.
+CALLABLES = {
+    "trim": "tiltrim.trim(m, {}, starts=10**9, **asked)",
+    "newton": "tiltrim.trim(m, {}, starts=10**9, method='newton', **asked)",
+    "sweep": "tiltrim.sweep(m, {'p': 1}, axes={'p': np.linspace(1, 2, 50)}, starts=10**9, **asked)",
+    "tune": "tiltrim.tune(loop, gains={'k_d': (0.5, 20.0)}, evaluations=10**9)",
+    "simulate": "tiltrim.simulate(m, {'p': 1}, 1e9, max_steps=10**9)",
+}
+
+
+def interrupted(prepare, verb):
+    """What a program says that is interrupted while the verb runs."""
+    script = f"""
+        import sys, threading
+        import numpy as np
+        import tiltrim
+        sys.path.insert(0, {HERE!r})
+        {prepare}
+        try:
+            {verb}
+            print("ended by itself")
+        except KeyboardInterrupt:
+            print("KeyboardInterrupt")
+    """
+    lines = "\n".join(line[8:] for line in script.splitlines())
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-c", lines], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout.readline() == "running\n", process.stderr.read()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    assert process.returncode == 0, err
+    return out.strip()
+
+
+@pytest.mark.parametrize("verb", BUILT_IN)
+def test_ctrl_c_in_built_in_work(verb):
+    if verb == "sweep":
+        pytest.importorskip("xarray")
+    # A thread says so when the verb has begun: the GIL is released.
+    prepare = (
+        "c = tiltrim.tiltrotor(); threading.Timer(0.5, lambda: print('running')).start()"
+    )
+    assert interrupted(prepare, BUILT_IN[verb]) == "KeyboardInterrupt"
+
+
+@pytest.mark.parametrize("verb", CALLABLES)
+def test_ctrl_c_in_callables(verb):
+    if verb == "sweep":
+        pytest.importorskip("xarray")
+    prepare = textwrap.dedent(
+        """
+        said = []
+        def say():
+            if not said:
+                said.append(print("running"))
+        def rates(x, u, p):
+            say()
+            return [1.0 + x[0] ** 2 if p.size == 0 or x[0] < 1e3 else 0.0]
+        m = tiltrim.Model("m", rates, states=["x"], parameters=["p"] if NEEDS_P else [])
+        asked = dict(free=["x"], still=["x"], bounds={"x": (-9, 9)})
+        import written_models
+        ball = written_models.held_ball()
+        def law(x, u, p):
+            say()
+            return [p[0] + p[2] * (u[0] - p[1]) + p[3] * u[1]]
+        own = written_models.magnet_law()
+        loop = tiltrim.Problem(
+            tiltrim.close_loop(written_models.magnet(), tiltrim.Model(
+                "law", None, inputs=own.inputs, outputs=own.outputs, parameters=own.parameters,
+                h=law)),
+            ball.guess.as_dict(), spec=ball.spec)
+        said.clear() if NEEDS_P is None else None
+        """
+    ).replace("NEEDS_P", repr(verb in ("sweep", "simulate")))
+    prepare = prepare.replace("\n", "\n        ")
+    assert interrupted(prepare, CALLABLES[verb]) == "KeyboardInterrupt"
+
+
+def test_another_thread_can_interrupt_built_in_work():
+    timer = threading.Timer(0.2, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        tiltrim.tune(tiltrim.tiltrotor(), gains={"gains.K_Lp": (0.1, 5.0)}, evaluations=ENDLESS)
+    timer.join()
+
+
+def test_a_handler_of_ones_own_raises_what_it_likes():
+    class Alarm(Exception):
+        pass
+
+    def handler(number, frame):
+        raise Alarm("time is up")
+
+    before = signal.signal(signal.SIGALRM, handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.2)
+        with pytest.raises(Alarm, match="time is up"):
+            tiltrim.tune(tiltrim.tiltrotor(), gains={"gains.K_Lp": (0.1, 5.0)}, evaluations=ENDLESS)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt("mine"), SystemExit(3)])
+def test_what_is_no_exception_of_a_model_ends_the_verb(error):
+    calls = []
+
+    def rates(x, u, p):
+        calls.append(1)
+        if len(calls) > 5:
+            raise error
+        return [1.0 + x[0] ** 2]
+
+    m = Model("m", rates, states=["x"], parameters=["p"])
+    asked = {"free": ["x"], "still": ["x"], "bounds": {"x": (-9, 9)}}
+    verbs = [
+        lambda: tiltrim.trim(m, {"p": 1}, **asked),
+        lambda: tiltrim.trim(m, {"p": 1}, method="newton", **asked),
+        lambda: tiltrim.simulate(m, {"p": 1}, 1.0),
+        lambda: tiltrim.tune(m, {"p": 1}, gains={"p": (1, 2)}, **asked),
+        lambda: tiltrim.follow(tiltrim.Problem(m, {"p": 1}, **asked), parameter="p", to=2),
+    ]
+    for verb in verbs:
+        calls.clear()
+        with pytest.raises(type(error)) as caught:
+            verb()
+        assert caught.value is error
+        assert len(calls) == 6  # none after it
+
+
+def test_threads_with_callables_wait_for_each_other():
+    answers = []
+
+    def work():
+        answers.append([tiltrim.trim(held_ball()).status for _ in range(5)])
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    built_in = [tiltrim.trim(tiltrim.tiltrotor()).status for _ in range(5)]
+    for thread in threads:
+        thread.join()
+    assert answers == [["converged"] * 5] * 4 and built_in == ["converged"] * 5

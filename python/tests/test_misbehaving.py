@@ -1,0 +1,253 @@
+"""Models that misbehave: each way has a named status or an exception (the table of
+docs/your-model.md), from every verb."""
+
+import math
+import traceback
+
+import numpy as np
+import pytest
+from written_models import held_ball
+
+import tiltrim
+from tiltrim import InvalidArgument, Model
+
+ASKED = {"free": ["x"], "still": ["x"], "bounds": {"x": (-10, 10)}}
+
+
+def scalar(rate):
+    """x' = rate(x, p)."""
+    return Model("mine", lambda x, u, p: rate(x[0], p[0]), states=["x"], parameters=["p"])
+
+
+def trimmed(model, **options):
+    return tiltrim.trim(model, {"x": 0.5, "p": 1.0}, **ASKED, **options)
+
+
+def linear_at(model, x):
+    return tiltrim.linearize(model, {"x": x, "p": 1.0})
+
+
+def branch_from(model, x):
+    return tiltrim.follow(model, {"x": x, "p": 1.0}, "p", 2.0, **ASKED)
+
+
+def statuses(model):
+    """At p = 1, 1.5 and 2, and the map's attributes."""
+    pytest.importorskip("xarray")
+    ds = tiltrim.sweep(model, {"x": 0.5, "p": 1.0}, axes={"p": [1.0, 1.5, 2.0]}, **ASKED)
+    return ds.status.values.tolist(), ds
+
+
+def raises(error):
+    def rate(x, p):
+        raise error
+
+    return scalar(rate)
+
+
+def test_it_raises():
+    m = raises(RuntimeError("no row 7"))
+    result = trimmed(m)
+    assert result.status == "model_threw" and "RuntimeError: no row 7" in result.message
+    assert isinstance(result.exception, RuntimeError)
+    words = "".join(traceback.format_exception(result.exception))
+    assert "test_misbehaving.py" in words and "raise error" in words
+    with pytest.raises(RuntimeError, match="no row 7") as caught:
+        linear_at(m, 1.0)
+    assert any("test_misbehaving" in str(entry.path) for entry in caught.traceback[1:])
+    branch = branch_from(m, 1.0)
+    assert branch.end == "no_start" and "the model threw: RuntimeError: no row 7" in branch.message
+    assert isinstance(branch.exception, RuntimeError)
+    three, ds = statuses(m)
+    assert three == ["model_threw"] * 3 and "no row 7" in str(ds.reason.values[0])
+    assert "test_misbehaving.py" in ds.attrs["exception"]
+    with pytest.raises(RuntimeError, match="no row 7"):
+        tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0)
+    with pytest.raises(RuntimeError, match="no row 7"):
+        m.evaluate({"x": 0.0, "p": 1.0})
+    tuned = tiltrim.tune(m, {"x": 0.5, "p": 1.0}, gains={"p": (1, 2)}, evaluations=20, **ASKED)
+    assert tuned.status == "no_trim" and isinstance(tuned.exception, RuntimeError)
+
+
+def test_it_raises_beyond_a_point_alone():
+    def rate(x, p):
+        if p > 1.4:
+            raise ValueError("the table ends at 1.4")
+        return p - x
+
+    m = scalar(rate)
+    assert trimmed(m) and linear_at(m, 1.0)
+    branch = branch_from(m, 1.0)
+    assert branch.end == "not_finite" and "the table ends at 1.4" in branch.message
+    assert branch.values[-1] == pytest.approx(1.4, abs=1e-3)
+    three, ds = statuses(m)
+    assert three == ["converged", "model_threw", "model_threw"]
+    assert ds.crossing_kind.values.tolist() == ["end"]
+
+
+def test_exceptions_whose_own_words_raise():
+    class Silent(Exception):
+        def __str__(self):
+            raise RuntimeError("no words")
+
+    assert "Silent" in trimmed(raises(Silent())).message
+    assert trimmed(raises(Exception())).status == "model_threw"
+
+
+def test_it_gives_nan():
+    for value in (math.nan, math.inf, np.nan, [math.nan], np.array([math.nan])):
+        m = scalar(lambda x, p: value)
+        assert trimmed(m).status == "not_finite"
+        linear = linear_at(m, 1.0)
+        assert linear.status == "not_equilibrium" and "x' = " in linear.message
+        assert branch_from(m, 1.0).end == "no_start"
+        assert statuses(m)[0] == ["not_finite"] * 3
+        assert tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0).status == "not_finite"
+
+
+WRONG = [
+    (None, "expected 1 values, got None"),
+    ("1.0", "expected 1 values, got a string"),
+    ([0.0, 0.0], "expected 1 values, got 2"),
+    ([], "expected 1 values, got 0"),
+    (np.zeros((1, 1)), r"expected 1 values, got an array of shape \(1, 1\)"),
+    ([[0.0], [0.0, 1.0]], "expected 1 values, got list"),
+    ([None], "expected 1 values, got list"),
+    ({"x": 1.0}, "expected 1 values, got dict"),
+    (1j, "expected real values, got complex ones"),
+    (np.array([1 + 0j]), "expected real values, got complex ones"),
+    (object(), "expected 1 values, got object"),
+    (np.array(["a"]), "expected 1 values, got numpy.ndarray"),
+]
+
+
+@pytest.mark.parametrize("answer, words", WRONG, ids=[str(i) for i in range(len(WRONG))])
+def test_it_answers_what_is_no_vector(answer, words):
+    m = scalar(lambda x, p: answer)
+    pytest.importorskip("xarray")
+    for verb in (
+        lambda: trimmed(m),
+        lambda: trimmed(m, method="newton"),
+        lambda: linear_at(m, 1.0),
+        lambda: branch_from(m, 1.0),
+        lambda: statuses(m),
+        lambda: tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0),
+        lambda: tiltrim.tune(m, {"x": 0.5, "p": 1.0}, gains={"p": (1, 2)}, evaluations=9, **ASKED),
+        lambda: m.evaluate({"x": 0.0, "p": 1.0}),
+    ):
+        with pytest.raises(InvalidArgument, match="the model's rates f: " + words):
+            verb()
+
+
+def test_it_answers_what_is_no_vector_beyond_a_point_alone():
+    m = scalar(lambda x, p: None if x > 0.9 else 1.0 - x)
+    with pytest.raises(ValueError, match="rates f: expected 1 values, got None"):
+        trimmed(m)
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda v: v,
+        lambda v: np.float32(v),
+        lambda v: [v],
+        lambda v: (np.float64(v),),
+        lambda v: np.array([v, 0.0])[:1],
+        lambda v: np.array([[v, 9.0], [9.0, 9.0]])[0, ::2],
+        lambda v: np.asfortranarray(np.array([9.0, v]))[::-1][:1],
+        lambda v: np.array([v], dtype=">f8"),
+        lambda v: np.array(v),
+    ],
+)
+def test_whatever_is_a_vector_of_numbers_will_do(answer):
+    result = trimmed(scalar(lambda x, p: answer(p - x)))
+    assert result.point["x"] == pytest.approx(1.0, abs=1e-6)  # of single precision, one of them
+
+
+def test_it_jumps():
+    over_zero = scalar(lambda x, p: 1.0 if x < p - 0.3 else -1.0)
+    assert trimmed(over_zero).status == "not_found"
+    assert linear_at(over_zero, 0.7).status == "not_equilibrium"
+    assert branch_from(over_zero, 0.7).end == "no_start"
+    assert statuses(over_zero)[0] == ["not_found"] * 3
+    ahead = scalar(lambda x, p: (p + 1 if p > 1.4 else p) - x)
+    branch = branch_from(ahead, 1.0)
+    assert branch.end == "stuck" and "jump" in branch.message
+    kink = scalar(lambda x, p: (2 if x < p else 1) * (p - x))
+    assert ["at a kink of the model" in remark for remark in linear_at(kink, 1.0).remarks] == [True]
+
+
+def test_a_switch_is_named():
+    m = Model(
+        "mine",
+        lambda x, u, p: [(p[0] + 1 if p[0] > 1.4 else p[0]) - x[0]],
+        states=["x"],
+        parameters=["p"],
+        switches={"the other gear": lambda x, u, p: p[0] - 1.4},
+    )
+    branch = branch_from(m, 1.0)
+    assert branch.end == "switched" and "the other gear" in branch.message
+
+
+def test_it_is_stiff():
+    m = Model("stiff", lambda x, u, p: [1e9 * (p[0] - x[0]), x[0] - x[1]], ["x", "y"],
+              parameters=["p"])  # fmt: skip
+    asked = {"free": ["x", "y"], "still": ["x", "y"]}
+    result = tiltrim.trim(m, {"x": 0.5, "y": 0.5, "p": 1.0}, **asked)
+    assert result and result["x"] == pytest.approx(1, abs=1e-15)
+    found = tiltrim.modes(result)
+    assert found.verdict == "stable"
+    np.testing.assert_allclose(found.eigenvalues.real, [-1e9, -1.0], rtol=1e-6)
+    assert tiltrim.follow(result, parameter="p", to=2.0).end == "reached"
+    short = tiltrim.simulate(m, {"x": 0.5, "y": 0.5, "p": 1.0}, 1.0, max_steps=1000)
+    assert short.status == "step_limit" and not short
+
+
+def test_its_jacobian_is_singular():
+    m = scalar(lambda x, p: -((x - p) ** 3))
+    result = trimmed(m)
+    assert result.status == "singular" and not result and result.equilibrium
+    assert tiltrim.modes(linear_at(m, 1.0)).verdict == "undecided"
+    assert branch_from(m, result["x"]).end in ("stuck", "singular", "reached")
+    three, ds = statuses(m)
+    assert three == ["singular"] * 3 and set(ds.verdict.values) == {"undecided"}
+
+
+def test_it_has_no_equilibrium():
+    m = scalar(lambda x, p: p + x * x)
+    result = trimmed(m)
+    assert result.status == "not_found" and "the closest point leaves x' = 1" in result.message
+    assert linear_at(m, 0.0).status == "not_equilibrium"
+    assert branch_from(m, 0.0).end == "no_start"
+    assert statuses(m)[0] == ["not_found"] * 3
+
+
+def test_it_is_at_rest_everywhere():
+    m = scalar(lambda x, p: 0.0)
+    assert trimmed(m).status == "singular"
+    assert tiltrim.modes(linear_at(m, 1.0)).verdict == "undecided"
+    branch = branch_from(m, 1.0)
+    assert branch.end == "singular" and "continuum" in branch.message
+    three, ds = statuses(m)
+    assert three == ["singular"] * 3 and set(ds.verdict.values) == {"undecided"}
+
+
+def test_it_gives_two_answers_at_one_point():
+    turn = iter(range(10**9))
+    assert trimmed(scalar(lambda x, p: p - x + 1e-3 * (next(turn) % 2))).status == "not_repeatable"
+
+
+def test_a_verb_within_a_function_is_refused_where_it_would_wait_for_itself():
+    inner = held_ball()
+
+    def rate(x, p):
+        return p - x + 0 * tiltrim.trim(inner)["gap"]
+
+    result = trimmed(scalar(rate))
+    assert result.status == "model_threw"
+    assert "trim within a model's function" in result.message
+
+    def newton(x, p):
+        return p - x + 0 * tiltrim.trim(inner, method="newton", closest=False)["gap"]
+
+    assert trimmed(scalar(newton))

@@ -1,0 +1,133 @@
+"""Signals, models, points: names in, numbers out, mistakes said in names."""
+
+import gc
+import weakref
+
+import numpy as np
+import pytest
+from written_models import BALL, held_ball, magnet, magnet_law
+
+import tiltrim
+from tiltrim import InvalidArgument, Model, Point, Signal
+
+
+def test_signals_are_named_tuples_tuples_or_strings():
+    m = Model("m", lambda x, u, p: x, states=["a", ("b", "m"), Signal("c", "s", 0.5)])
+    assert m.states == (Signal("a"), Signal("b", "m", 1.0), Signal("c", "s", 0.5))
+    for wrong in ("abc", [("a", 3)], [(1, "m")]):
+        with pytest.raises((InvalidArgument, TypeError)):
+            Model("m", lambda x, u, p: x, states=wrong)
+
+
+def test_a_point_is_read_and_written_by_name():
+    m = magnet()
+    point = m.point(BALL, gap=0.01, current=1.5)
+    assert (point["gap"], point["rate"], point["current"]) == (0.01, 0.0, 1.5)
+    np.testing.assert_array_equal(point.p, [0.1, 9.81e-5])
+    point["current"] = 2.0
+    assert point.u[0] == 2.0
+    assert point.replace(gap=0.02)["gap"] == 0.02 and point["gap"] == 0.01
+    assert list(point) == ["gap", "rate", "current", "mass", "k"]
+    assert dict(**point.as_dict())["mass"] == 0.1
+    with pytest.raises(ValueError, match=r"no signal 'curent' \(nearest: 'current'\); the model has"):
+        point["curent"]
+    with pytest.raises(ValueError, match="no value for the parameter 'k'"):
+        m.point(gap=0.01, mass=0.1)
+    with pytest.raises(ValueError, match="state x: expected 2 values, got 3"):
+        Point(m, x=[1, 2, 3])
+    with pytest.raises(ValueError, match="expected 2 real values"):
+        Point(m, x=[1, 2j])
+    with pytest.raises(ValueError, match="signals differ"):
+        magnet_law().point(point)
+
+
+def test_functions_are_evaluated_as_they_are_written():
+    rates, outputs = magnet().evaluate({**BALL, "gap": 0.02, "rate": 0.3, "current": 1.0})
+    np.testing.assert_allclose(rates, [0.3, 9.81 - 9.81e-5 / 0.02**2 / 0.1], rtol=1e-15)
+    assert outputs.shape == (0,)
+
+
+def test_a_loop_is_closed_by_names():
+    loop = tiltrim.close_loop(magnet(), magnet_law())
+    assert [s.name for s in loop.states] == ["gap", "rate"]
+    assert loop.inputs == ()
+    assert [s.name for s in loop.outputs] == ["current"]
+    with pytest.raises(InvalidArgument, match="nothing"):
+        tiltrim.close_loop(magnet(), Model("other", None, outputs=["y"], h=lambda x, u, p: [0.0]))
+
+
+def test_mistakes_have_the_words_of_the_library():
+    m = magnet()
+    at = {**BALL, "gap": 0.01, "current": 1.0}
+    with pytest.raises(InvalidArgument, match=r"no signal 'curent' \(nearest: 'current'\)"):
+        tiltrim.trim(m, at, free=["curent"], still=["rate"])
+    with pytest.raises(ValueError, match="bounds of 'current' are reversed"):
+        tiltrim.trim(m, at, free=["current"], still=["rate"], bounds={"current": (3, 0)})
+    with pytest.raises(ValueError, match="no method 'nweton'"):
+        tiltrim.trim(m, at, free=["current"], still=["rate"], method="nweton")
+    with pytest.raises(TypeError, match="expected a list of names"):
+        tiltrim.trim(m, at, free="current", still=["rate"])
+    with pytest.raises(TypeError, match="needs a guess"):
+        tiltrim.trim(m, free=["current"])
+    with pytest.raises(ValueError, match="used twice"):
+        Model("m", lambda x, u, p: x, states=["a", "a"])
+    with pytest.raises(TypeError, match="f: expected a function"):
+        Model("m", [1.0], states=["a"])
+
+
+def test_a_study_that_is_wrong_says_where():
+    with pytest.raises(tiltrim.StudyError, match="mine:2:1: unknown key 'V_'.* did you mean 'V'"):
+        tiltrim.parse_study("[[condition]]\nV_ = 3\n", "mine")
+    with pytest.raises(tiltrim.StudyError, match="mas"):
+        tiltrim.tiltrotor(aircraft={"mas": 4.0})
+    with pytest.raises(tiltrim.StudyError, match="nowhere.toml"):
+        tiltrim.read_study("nowhere.toml")
+
+
+class Plant:
+    """Holds the model that calls its own method: a cycle."""
+
+    def __init__(self):
+        self.model = Model("plant", self.rates, states=["x"])
+        self.loop = tiltrim.close_loop(
+            Model("plant", self.rates, states=["y"], inputs=["v"]),
+            Model("law", None, inputs=["y"], outputs=["v"], h=self.outputs),
+        )
+
+    def rates(self, x, u, p):
+        return -x
+
+    def outputs(self, x, u, p):
+        return -u
+
+
+def test_cycles_through_a_model_are_collected():
+    plant = Plant()
+    assert tiltrim.trim(plant.loop, {}, free=["y"], still=["y"])
+    gone = weakref.ref(plant)
+    del plant
+    gc.collect()
+    assert gone() is None
+
+
+def test_arrays_of_a_callable_are_its_own():
+    kept = []
+
+    def f(x, u, p):
+        kept.append(x)
+        x[:] = 7.0  # harms nobody
+        return [1.0 - kept[-1][0] * 0]
+
+    m = Model("m", f, states=["x"])
+    rates, _ = m.evaluate({"x": 3.0})
+    assert rates[0] == 1.0
+    m.evaluate({"x": 4.0})
+    assert kept[0] is not kept[1]
+
+
+def test_problems_are_trimmed_as_they_stand():
+    held = tiltrim.trim(held_ball())
+    assert held and held["gap"] == pytest.approx(0.01, abs=1e-12)
+    assert held["current"] == pytest.approx(1.0, abs=1e-10)  # z sqrt(m g/k)
+    with pytest.raises(TypeError, match="its own"):
+        tiltrim.trim(held_ball(), free=["gap"])

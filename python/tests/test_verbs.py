@@ -1,0 +1,240 @@
+"""The verbs on a model of one's own: numbers against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from written_models import BALL, held_ball, magnet
+
+import tiltrim
+from tiltrim import Model, Problem
+
+GAIN = 2 * 9.81 / 1.0  # of the ball at 10 mm and 1 A: d(rate')/di = -2 g/i, d(rate')/dz = 2 g/z
+
+
+def test_trim_answers_the_current_that_holds_the_ball():
+    held = tiltrim.trim(
+        magnet(),
+        {**BALL, "gap": 0.01, "current": 0.5},
+        free=["current"],
+        still=["rate"],
+        implied=["gap"],
+        bounds={"current": (0, None)},
+    )
+    assert held and held.status == "converged" and held.equilibrium
+    assert held["current"] == pytest.approx(0.01 * math.sqrt(0.1 * 9.81 / 9.81e-5), abs=1e-12)
+    assert held.residual <= 1e-10 and held.exception is None
+    assert held.rates.shape == (2,) and held.evaluations > 0
+
+
+def test_limits_and_other_equilibria_are_told():
+    parabola = Model("parabola", lambda x, u, p: [x[0] ** 2 - p[0]], states=["x"], parameters=["p"])
+    asked = {"free": ["x"], "still": ["x"]}
+    both = tiltrim.trim(parabola, {"x": 1.0, "p": 4.0}, **asked, bounds={"x": (-5, 5)})
+    assert sorted([both["x"], both.others[0]["x"]]) == pytest.approx([-2, 2], abs=1e-9)
+    edge = tiltrim.trim(parabola, {"x": 1.0, "p": 4.0}, **asked, bounds={"x": (0, 2)})
+    assert edge.limits_active == ["x upper"]
+    none = tiltrim.trim(parabola, {"x": 1.0, "p": -1.0}, **asked, bounds={"x": (-5, 5)})
+    assert none.status == "not_found" and not none and "x' = 1" in none.message
+
+
+def test_linearize_gives_the_matrix_and_its_error():
+    linear = tiltrim.linearize(tiltrim.trim(held_ball()))
+    assert linear and linear.method == "differences"
+    expected = [[0, 1], [2 * 9.81 / 0.01 - GAIN * 200, -GAIN * 2]]
+    np.testing.assert_array_less(abs(linear.A - expected), linear.A_error + 1e-12)
+    assert linear.A_error.max() < 1e-4
+    assert linear.B.shape == (2, 0) and linear.C.shape == (1, 2) and linear.D.shape == (1, 0)
+    np.testing.assert_allclose(linear.C, [[200, 2]], atol=1e-6)
+    plant = tiltrim.linearize(magnet(), {**BALL, "gap": 0.01, "current": 1.0}, inputs=["current"])
+    np.testing.assert_allclose(plant.B, [[0], [-GAIN]], atol=1e-6)
+    away = tiltrim.linearize(magnet(), {**BALL, "gap": 0.02, "current": 1.0})
+    assert away.status == "not_equilibrium" and "rate" in away.message
+    with pytest.raises(ValueError, match="no linear model"):
+        tiltrim.modes(away)
+
+
+def test_own_derivatives_are_taken_and_compared():
+    def derivatives(x, u, p):
+        return [[-p[0], 1.0, -x[0]]]
+
+    linear = tiltrim.linearize(
+        Model("m", lambda x, u, p: [u[0] - p[0] * x[0]], ["x"], ["u"], [], ["a"], None, derivatives),
+        {"x": 2.0, "u": 6.0, "a": 3.0},
+    )
+    assert linear.method == "exact" and linear.A[0, 0] == -3.0 and linear.B[0, 0] == 1.0
+    assert linear.A_differences[0, 0] == pytest.approx(-3.0, abs=1e-8)
+    wrong = Model("m", lambda x, u, p: -x, ["x"], derivatives=lambda x, u, p: [[2.0]])
+    assert any("disagree" in r or "differ" in r for r in tiltrim.linearize(wrong, {}).remarks)
+    bad = Model("m", lambda x, u, p: -x, ["x"], derivatives=lambda x, u, p: [2.0])
+    with pytest.raises(ValueError, match=r"derivatives: expected an array of shape \(1, 1\)"):
+        tiltrim.linearize(bad, {})
+
+
+def test_modes_of_a_loop_and_of_a_bare_matrix():
+    found = tiltrim.modes(held_ball())
+    frequency = math.sqrt(GAIN * 200 - 1962)  # λ² + (2g/i) k_d λ + (2g/i) k_p - 2g/z = 0
+    assert found.verdict == "stable" and found
+    np.testing.assert_allclose(found.frequency, frequency, rtol=1e-7)
+    np.testing.assert_allclose(found.damping, GAIN / frequency, rtol=1e-7)
+    bare = tiltrim.modes([[0, 1], [-4, -2]], states=["z", "v"])
+    np.testing.assert_allclose(bare.eigenvalues, [-1 - 3**0.5 * 1j, -1 + 3**0.5 * 1j], rtol=1e-14)
+    assert bare.states == ("z", "v") and len(bare) == 2
+    doubtful = tiltrim.modes([[0.01]], error=[[0.1]])
+    assert doubtful.verdict == "undecided"
+    for wrong in ([[1, 2]], [[1j]], [[math.nan]], 3.0, "A"):
+        with pytest.raises(ValueError):
+            tiltrim.modes(wrong)
+
+
+def test_follow_locates_fold_and_hopf():
+    fold = Model("fold", lambda x, u, p: [p[0] + x[0] ** 2], states=["x"], parameters=["mu"])
+    branch = tiltrim.follow(fold, {"x": -1.0, "mu": -1.0}, "mu", 1.0, free=["x"], still=["x"])
+    assert branch.events[0].kind == "fold"
+    assert branch.events[0].parameter == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(branch["x"] ** 2, -branch.values, atol=1e-9)
+
+    def normal_form(x, u, p):
+        r2 = x @ x
+        return [(p[0] - r2) * x[0] - x[1], x[0] + (p[0] - r2) * x[1]]
+
+    hopf = Model("Hopf", normal_form, states=["x", "y"], parameters=["mu"])
+    start = tiltrim.trim(hopf, {"mu": -1.0}, free=["x", "y"], still=["x", "y"])
+    branch = tiltrim.follow(start, parameter="mu", to=1.0)
+    assert branch.end == "reached" and branch.events[-1].parameter == 1.0
+    event = branch.events[0]
+    assert event.kind == "hopf" and event.parameter == pytest.approx(0, abs=1e-9)
+    assert abs(event.eigenvalue.imag) == pytest.approx(1, abs=1e-9)
+    assert set(branch.unstable.tolist()) == {0, 2}
+    assert branch.point(0)["mu"] == -1.0
+    with pytest.raises(ValueError, match="no signal 'nu'"):
+        tiltrim.follow(start, parameter="nu", to=1.0)
+
+
+def test_sweep_finds_the_gain_from_which_on_the_ball_is_held():
+    pytest.importorskip("xarray")
+    ds = tiltrim.sweep(held_ball(), axes={"k_p": [40, 80, 120, 160, 200]})
+    assert ds.verdict.values.tolist() == ["unstable"] * 2 + ["stable"] * 3
+    assert set(ds.status.values) == {"converged"}
+    assert ds.sizes["crossing"] == 1
+    assert ds.crossing_at.values[0, 0] == pytest.approx(100, abs=1e-6)  # k_p = i/z
+    assert ds.interval_verdict.values.tolist() == ["unstable", "stable"]
+    assert ds.eigenvalue.dtype == complex and ds.eigenvalue.dims == ("k_p", "mode")
+    for k_p in ds.k_p.values:
+        roots = np.roots([1, GAIN * 2, GAIN * k_p - 1962])
+        own = ds.eigenvalue.sel(k_p=k_p).values
+        np.testing.assert_allclose(np.sort_complex(own), np.sort_complex(roots), rtol=1e-6)
+    assert ds.k_p.attrs["units"] == "A/m"
+    assert ds.state_value.sel(state="gap").values == pytest.approx([0.01] * 5, abs=1e-9)
+
+
+def test_sweeps_of_several_problems_and_axes():
+    pytest.importorskip("xarray")
+    problems = [held_ball(), Problem(held_ball().model, held_ball().guess.replace(mass=0.2),
+                                     name="heavy", spec=held_ball().spec)]  # fmt: skip
+    ds = tiltrim.sweep(problems, axes={"k_p": [150, 200], "k_d": [1.0, 2.0, 3.0]}, crossings=False)
+    assert ds.status.dims == ("condition", "k_p", "k_d") and ds.status.shape == (2, 2, 3)
+    assert ds.condition.values.tolist() == ["10 mm", "heavy"]
+    assert ds.sizes["crossing"] == 0
+    together = tiltrim.sweep(held_ball(), axes={"both": {"k_p": [100, 200], "k_d": [1.0, 2.0]}})
+    assert together.status.dims == ("both",) and together.k_d.values.tolist() == [1.0, 2.0]
+    with pytest.raises(ValueError, match="2 threads for a model with Python callables"):
+        tiltrim.sweep(held_ball(), axes={"k_p": [1, 2]}, threads=2)
+    for wrong in ([], "k", [1j], [[1.0]]):
+        with pytest.raises(ValueError, match="axis 'k_p': expected a list of numbers"):
+            tiltrim.sweep(held_ball(), axes={"k_p": wrong})
+
+
+def test_tune_finds_where_both_eigenvalues_meet():
+    best = tiltrim.tune(
+        held_ball(), gains={"k_d": (0.5, 20.0)}, limits={"frequency": 500}, evaluations=1000
+    )
+    frequency = math.sqrt(GAIN * 200 - 1962)
+    assert best and best.status == "tuned"
+    assert best["k_d"] == pytest.approx(2 * frequency / GAIN, rel=1e-4)
+    assert best.goal == pytest.approx(frequency, rel=1e-4)
+    limit = [a for a in best.achieved if not a.goal][0]
+    assert (limit.measure, limit.limit) == ("frequency", 500.0) and limit.reserve > 0
+    unmet = tiltrim.tune(held_ball(), gains={"k_d": (0.5, 20.0)}, limits={"decay": 60},
+                         evaluations=300)  # fmt: skip
+    assert unmet.status == "limits_unmet" and not unmet and "decay" in unmet.message
+    with pytest.raises(ValueError, match="no measure 'dampng' .nearest: 'damping'"):
+        tiltrim.tune(held_ball(), gains={"k_d": (1, 2)}, goal="dampng")
+
+
+def test_simulate_follows_the_exact_motion():
+    decay = Model("decay", lambda x, u, p: [u[0] - x[0]], states=["x"], inputs=["u"], outputs=["y"],
+                  h=lambda x, u, p: 2 * x)  # fmt: skip
+    free = tiltrim.simulate(decay, {"x": 1.0}, 2.0)
+    np.testing.assert_allclose(free["x"], np.exp(-free.t), rtol=1e-8)
+    np.testing.assert_array_equal(free["y"], 2 * free["x"])
+    step = tiltrim.simulate(decay, {"x": 0.0}, 3.0, {"u": 2.0})
+    np.testing.assert_allclose(step["x"], 2 * (1 - np.exp(-step.t)), atol=1e-8)
+    ramp = tiltrim.simulate(decay, {"x": 0.0}, 3.0, lambda t: t)
+    np.testing.assert_allclose(ramp["x"], ramp.t - 1 + np.exp(-ramp.t), atol=1e-8)
+    np.testing.assert_array_equal(ramp["u"], ramp.t)
+    pulse = tiltrim.simulate(decay, {}, 2.0, lambda t: 1.0 if t < 1 else 0.0, breaks=[1.0])
+    late = pulse.t > 1
+    np.testing.assert_allclose(
+        pulse["x"][late], (1 - math.exp(-1)) * np.exp(1 - pulse.t[late]), rtol=1e-7
+    )
+    assert free and free.status == "completed" and len(free) == len(free.t)
+    burst = tiltrim.simulate(Model("pole", lambda x, u, p: x * x, ["x"]), {"x": 1.0}, 2.0)
+    assert not burst and burst.t[-1] == pytest.approx(1.0, abs=1e-3)  # 1/(1 - t)
+    with pytest.raises(ValueError, match="no input 'v'; the model has: u"):
+        tiltrim.simulate(decay, {}, 1.0, {"v": 1.0})
+    with pytest.raises(ValueError, match="the model's input: expected 1 values, got 2"):
+        tiltrim.simulate(decay, {}, 1.0, lambda t: [1.0, 2.0])
+
+
+def test_other_packages_get_their_own_objects():
+    signal = pytest.importorskip("scipy.signal")
+    linear = tiltrim.linearize(tiltrim.tiltrotor())
+    system = linear.to_scipy()
+    assert isinstance(system, signal.StateSpace)
+    np.testing.assert_array_equal(system.A, linear.A)
+    np.testing.assert_array_equal(system.D, linear.D)
+    without = tiltrim.linearize(
+        Model("m", lambda x, u, p: u - x, states=["x"], inputs=["u"]), {}
+    ).to_scipy()
+    np.testing.assert_array_equal(without.C, [[1.0]])
+
+
+def test_python_control_gets_the_names():
+    pytest.importorskip("control")
+    linear = tiltrim.linearize(tiltrim.tiltrotor())
+    system = linear.to_control()
+    np.testing.assert_array_equal(system.A, linear.A)
+    assert system.state_labels == [s.name for s in linear.states]
+    assert system.input_labels == ["V", "gamma", "eta"]
+    assert system.output_labels == [s.name for s in linear.outputs]
+
+
+def test_a_missing_package_is_named(monkeypatch):
+    import sys
+
+    linear = tiltrim.linearize(tiltrim.trim(held_ball()))
+    branch = tiltrim.follow(held_ball(), parameter="k_p", to=210)
+    for package, use in (
+        ("control", linear.to_control),
+        ("scipy.signal", linear.to_scipy),
+        ("xarray", branch.to_xarray),
+        ("xarray", lambda: tiltrim.sweep(held_ball(), axes={"k_p": [150]})),
+    ):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(ImportError, match=f"needs the package '{package.split('.')[0]}'"):
+            use()
+
+
+def test_branches_and_motions_as_datasets():
+    pytest.importorskip("xarray")
+    branch = tiltrim.follow(held_ball(), parameter="k_p", to=150)
+    ds = branch.to_xarray()
+    np.testing.assert_array_equal(ds.k_p, branch.values)
+    np.testing.assert_array_equal(ds.state_value.sel(state="gap"), branch["gap"])
+    np.testing.assert_array_equal(ds.output_value.sel(output="current"), branch["current"])
+    assert ds.event_kind.values[-1] == "end" and ds.attrs["end"] == branch.end
+    motion = tiltrim.simulate(held_ball().model, held_ball().guess.replace(gap=0.0101), 0.5)
+    ds = motion.to_xarray()
+    np.testing.assert_array_equal(ds.gap, motion["gap"])
+    assert ds.gap.attrs["units"] == "m" and ds.time.attrs["units"] == "s"

@@ -1,0 +1,168 @@
+"""Models written in Python for tests and benchmarks: the tiltrotor from docs/model.md, a planar
+VTOL, the longitudinal motion of an aircraft, a magnet that holds a ball."""
+
+import cmath
+import csv
+import math
+from bisect import bisect_right
+from math import pi
+from pathlib import Path
+
+import numpy as np
+
+import tiltrim
+
+DATA = Path(__file__).resolve().parents[2] / "data"
+
+# ---- The tiltrotor, equation by equation (numbers as in docs/model.md) ---------------------------
+
+
+class Polar:
+    """CL, CD, CM over the full circle: the periodic cubic spline through the table's rows."""
+
+    def __init__(self, file=DATA / "naca8h12_re150k.csv"):
+        from scipy.interpolate import CubicSpline
+
+        lines = [line for line in file.read_text().splitlines() if not line.startswith("#")]
+        rows = list(csv.DictReader(lines))
+        alpha = np.radians([float(row["alpha_deg"]) for row in rows])
+        values = np.array([[float(row[c]) for c in ("CL", "CD", "CM")] for row in rows])
+        spline = CubicSpline(alpha, values, bc_type="periodic")
+        self.knots = spline.x.tolist()
+        self.pieces = spline.c.transpose(1, 2, 0).tolist()  # [piece][coefficient][power]
+
+    def __call__(self, alpha):
+        alpha -= 2 * pi * math.floor((alpha.real + pi) / (2 * pi))
+        piece = min(max(bisect_right(self.knots, alpha.real) - 1, 0), len(self.pieces) - 1)
+        t = alpha - self.knots[piece]
+        return [((a * t + b) * t + c) * t + d for a, b, c, d in self.pieces[piece]]
+
+
+class Tiltrotor:
+    """x' = f(x, u, p) of the closed loop in wind axes; p as the built-in model has it."""
+
+    def __init__(self):
+        self.polar = Polar()
+
+    def terms(self, x, p, of=math):
+        """Rates and outputs; `of` has the functions, cmath for complex steps."""
+        sin, cos, sqrt = of.sin, of.cos, of.sqrt
+        V_err, gamma_err, theta, q, x1, x2 = x.tolist()
+        (
+            Vd, gamma_d, eta,
+            m, Iyy, c, S, rho, g, xR, zH, Ep, rpm, R, b, cb, ab, pitch_scale, wake, CL_q, CL_de,
+            CM_q, CM_de, off, blend,
+            k_V, K_Ep, K_Ei, K_Lp, K_Li, k_pa, k_da, k_pe, k_de,
+        ) = p.tolist()  # fmt: skip
+        V, gamma = Vd - V_err, gamma_d - gamma_err
+        alpha = theta - gamma
+        CL, CD, CM = self.polar(alpha)
+        s = authority(eta, off, blend)
+        Dc = 0.5 * rho * V**2 * S * CD
+        common = k_V * V_err / g + sin(gamma) + Dc / (m * g)
+        theta0 = (K_Ep * (common + sin(gamma_err)) + K_Ei * x1) / (1 + Ep * K_Ep)  # (13)
+        a_hat = (K_Lp * (common - sin(gamma_err)) + K_Li * x2) / (1 + K_Lp)  # (13)
+        a1s = s * (a_hat + k_pa * theta + k_da * q)  # (12)
+        c1 = ab * b * cb / (pi * R)
+        x_ = pitch_scale * theta0
+        Omega = 2 * pi * rpm / 60
+        vi = 2 * Omega * R * x_ / (sqrt(1 + 32 * (x_ if x_.real >= 0 else -x_) / c1) + 1)  # (3)
+        W = V + wake * vi
+        Q = 0.5 * rho * W**2 * S
+        qh = q * c / (2 * W)
+        T = Ep * m * g * theta0  # (4)
+        phi = alpha + eta - a1s
+        V_rate = (T * cos(phi) - Q * CD) / m - g * sin(gamma)
+        He = (k_V * V_err - V_rate) / g + sin(gamma_err)  # (7)
+        Le = (k_V * V_err - V_rate) / g - sin(gamma_err)  # (7)
+        delta_e = (1 - s) * (K_Lp * Le + K_Li * x2 + k_pe * theta + k_de * q)  # (9)
+        L = Q * (CL + CL_q * qh + CL_de * delta_e * cos(alpha))
+        Ma = Q * c * (CM + CM_q * qh + CM_de * delta_e * cos(alpha))
+        gamma_rate = (T * sin(phi) + L - m * g * cos(gamma)) / (m * V)  # (2)
+        q_rate = ((xR * sin(eta - a1s) - zH * sin(a1s)) * T + Ma) / Iyy
+        rates = [-V_rate, -gamma_rate, q, q_rate, He, Le]  # (14)
+        return rates, [theta0, a1s, delta_e, V, gamma, alpha]
+
+    def rates(self, x, u, p):
+        return self.terms(x, p)[0]
+
+    def outputs(self, x, u, p):
+        return self.terms(x, p)[1]
+
+    def derivatives(self, x, u, p):
+        """All of them to rounding: Im f(z + ih)/h, h too small to matter."""
+        h = 1e-100
+        z = np.concatenate([x, p]).astype(complex)
+        columns = []
+        for j in range(z.size):
+            ahead = z.copy()
+            ahead[j] += 1j * h
+            rates, outputs = self.terms(ahead[: x.size], ahead[x.size :], cmath)
+            columns.append([complex(value).imag / h for value in rates + outputs])
+        return np.array(columns).T
+
+
+def authority(eta, off, blend):
+    """1 at and above the hand-over, 0 below; a smoothstep over `blend`."""
+    if blend.real == 0:
+        return 1.0 if eta.real >= off.real else 0.0
+    t = (eta - off) / blend + 0.5
+    if not 0 < t.real < 1:
+        return 0.0 if t.real <= 0 else 1.0
+    return 3 * t**2 - 2 * t**3
+
+
+def tiltrotor_like(built_in, exact=False):
+    """The written tiltrotor with the built-in model's signals, and nothing else of it."""
+    own = Tiltrotor()
+    return tiltrim.Model(
+        "tiltrotor, written",
+        own.rates,
+        states=built_in.states,
+        outputs=built_in.outputs,
+        parameters=built_in.parameters,
+        h=own.outputs,
+        derivatives=own.derivatives if exact else None,
+    )
+
+
+# ---- Others --------------------------------------------------------------------------------------
+
+
+def magnet():
+    """An iron ball below a magnet: m z'' = m g - k (i/z)²."""
+    return tiltrim.Model(
+        "magnet",
+        lambda x, u, p: [x[1], 9.81 - p[1] * u[0] ** 2 / x[0] ** 2 / p[0]],
+        states=[("gap", "m", 0.001), ("rate", "m/s", 0.1)],
+        inputs=[("current", "A", 0.1)],
+        parameters=[("mass", "kg", 0.01), ("k", "N m²/A²", 1e-5)],
+    )
+
+
+def magnet_law():
+    """i = bias + k_p (z - aim) + k_d z'."""
+    return tiltrim.Model(
+        "law",
+        None,
+        inputs=[("gap", "m", 0.001), ("rate", "m/s", 0.1)],
+        outputs=[("current", "A", 0.1)],
+        parameters=[("bias", "A", 0.1), ("aim", "m", 0.001), ("k_p", "A/m", 10), ("k_d", "A s/m")],
+        h=lambda x, u, p: [p[0] + p[2] * (u[0] - p[1]) + p[3] * u[1]],
+    )
+
+
+BALL = {"mass": 0.1, "k": 9.81e-5}
+
+
+def held_ball(k_p=200.0, k_d=2.0):
+    """The magnet with its law, as a problem: hangs at 10 mm with 1 A."""
+    values = {**BALL, "gap": 0.01, "bias": 1.0, "aim": 0.01, "k_p": k_p, "k_d": k_d}
+    return tiltrim.Problem(
+        tiltrim.close_loop(magnet(), magnet_law()),
+        values,
+        name="10 mm",
+        free=["gap", "rate"],
+        still=["gap", "rate"],
+        bounds={"gap": (0.005, 0.02)},
+    )

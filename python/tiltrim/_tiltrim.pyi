@@ -1,0 +1,129 @@
+"""The compiled module: tuples, dictionaries and arrays, which the package's Python gives names."""
+
+from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Array = NDArray[np.float64]
+_Signal = Tuple[str, str, float]
+_Point = Tuple[_Array, _Array, _Array]
+_Range = Tuple[float, float]
+_Problem = Tuple[str, "Model", Dict[str, Any], _Point, List[str]]
+_Axis = Tuple[str, List[Tuple[str, str, List[float]]]]
+
+version: str
+
+class InvalidArgument(ValueError):
+    """What was asked cannot be asked: the words say what was meant."""
+
+class StudyError(ValueError):
+    """A study that cannot be read: file, line, column, key, what is wrong."""
+
+class Model:
+    def __init__(
+        self,
+        name: str,
+        f: Optional[Callable[..., Any]],
+        h: Optional[Callable[..., Any]],
+        states: Sequence[_Signal],
+        inputs: Sequence[_Signal],
+        outputs: Sequence[_Signal],
+        parameters: Sequence[_Signal],
+        derivatives: Optional[Callable[..., Any]],
+        switches: Sequence[Tuple[str, Callable[..., Any]]],
+    ) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def states(self) -> List[_Signal]: ...
+    @property
+    def inputs(self) -> List[_Signal]: ...
+    @property
+    def outputs(self) -> List[_Signal]: ...
+    @property
+    def parameters(self) -> List[_Signal]: ...
+    @property
+    def callables(self) -> bool: ...
+    @property
+    def exact(self) -> bool: ...
+
+class Study:
+    @property
+    def conditions(self) -> List[Condition]: ...
+    @property
+    def file(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    @property
+    def has_axes(self) -> bool: ...
+    @property
+    def follow(self) -> Optional[Tuple[str, float]]: ...
+
+class Condition:
+    @property
+    def name(self) -> str: ...
+    @property
+    def formulation(self) -> str: ...
+    @property
+    def study(self) -> Study: ...
+    def problem(self) -> Tuple[Model, Dict[str, Any], _Point]: ...
+
+def data_directory() -> str: ...
+def close_loop(plant: Model, controller: Model) -> Model: ...
+def variable(model: Model, name: str) -> int: ...
+def evaluate(model: Model, point: _Point) -> Tuple[_Array, _Array]: ...
+def trim(
+    model: Model, spec: Dict[str, Any], guess: _Point, options: Dict[str, Any]
+) -> Dict[str, Any]: ...
+def follow(
+    model: Model,
+    spec: Dict[str, Any],
+    start: _Point,
+    parameter: str,
+    to: float,
+    options: Dict[str, Any],
+) -> Dict[str, Any]: ...
+def linearize(
+    model: Model,
+    point: _Point,
+    method: str,
+    inputs: Sequence[str],
+    bounds: Dict[str, _Range],
+    tolerance: float,
+    moving: Sequence[str],
+) -> Dict[str, Any]: ...
+def modes(A: _Array, A_error: _Array, states: Sequence[str]) -> Dict[str, Any]: ...
+def sensitivities(
+    model: Model, spec: Dict[str, Any], point: _Point, parameters: Sequence[str]
+) -> Dict[str, Any]: ...
+def sweep(
+    problems: Sequence[_Problem], axes: Sequence[_Axis], options: Dict[str, Any]
+) -> Dict[str, Any]: ...
+def tune(
+    problems: Sequence[_Problem], asked: Dict[str, Any], options: Dict[str, Any]
+) -> Dict[str, Any]: ...
+def read_study(file: str) -> Study: ...
+def parse_study(text: str, name: str) -> Study: ...
+def trim_condition(condition: Condition, options: Dict[str, Any]) -> Dict[str, Any]: ...
+def follow_condition(
+    condition: Condition,
+    parameter: str,
+    to: float,
+    options: Dict[str, Any],
+    trimming: Dict[str, Any],
+) -> Dict[str, Any]: ...
+def sweep_study(study: Study, only: Sequence[str], options: Dict[str, Any]) -> Dict[str, Any]: ...
+def tune_study(study: Study, options: Dict[str, Any]) -> Dict[str, Any]: ...
+def tune_conditions(
+    conditions: Sequence[Condition], asked: Dict[str, Any], options: Dict[str, Any]
+) -> Dict[str, Any]: ...
+def fly_study(study: Study) -> Dict[str, Any]: ...
+def simulate(
+    model: Model,
+    start: _Point,
+    duration: float,
+    input: Optional[Callable[[float], Any]],
+    breaks: Sequence[float],
+    options: Dict[str, Any],
+) -> Dict[str, Any]: ...
