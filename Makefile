@@ -2,16 +2,22 @@
 #   make            the release program, build/bin/tiltrim
 #   make demo       install what is missing, build, trim and linearize the paper's conditions
 #   make test       install what is missing, build, run the tests
+#   make python     install the Python package (pip install .)
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SOURCES = $(wildcard $(foreach d,model trim linearize follow simulate sweep optimize tune tables report cli tests \
-            examples bench,$(d)/*.cpp $(d)/*.hpp))
+            examples bench python/src,$(d)/*.cpp $(d)/*.hpp))
 # The program for MPI runs is built and tested where there is an MPI.
 MPI = $(if $(shell command -v mpicxx 2>/dev/null),ON,OFF)
+# So is the Python package where Debian's Python has what it needs.
+PYTHON ?= python3
+HAS_PYTHON = $(if $(shell pkg-config --exists pybind11 && /usr/bin/python3-config --includes >/dev/null 2>&1 && \
+               /usr/bin/python3 -c 'import numpy, pytest' 2>/dev/null && echo yes),ON,OFF)
+PARTS = -D TILTRIM_MPI=$(MPI) -D TILTRIM_PYTHON=$(HAS_PYTHON) $(if $(filter ON,$(HAS_PYTHON)),-D Python_EXECUTABLE=/usr/bin/python3)
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 
-.PHONY: release packages demo test bench sanitize asan tsan tidy format format-check figures api clean help
+.PHONY: release packages demo test python bench sanitize asan tsan tidy format format-check figures api clean help
 .NOTPARALLEL:
 
 release:
@@ -26,9 +32,13 @@ demo: packages release
 	build/bin/tiltrim tables
 
 test: packages
-	cmake --preset release -D TILTRIM_MPI=$(MPI)
+	cmake --preset release $(PARTS)
 	cmake --build --preset release -j $(JOBS)
 	ctest --preset release -j $(JOBS)
+
+# The package for this Python, or another: make python PYTHON=env/bin/python
+python: packages
+	TILTRIM_BUILD= $(PYTHON) -m pip install .
 
 bench: packages
 	cmake --preset release -D TILTRIM_BENCH=ON
@@ -49,8 +59,8 @@ tsan: packages
 
 tidy:
 	cmake/install-packages.sh dev
-	cmake --preset release -D TILTRIM_MPI=$(MPI)
-	printf '%s\n' $(filter %.cpp,$(filter-out tests/% bench/% $(if $(filter OFF,$(MPI)),sweep/ranks_mpi.cpp),$(SOURCES))) | \
+	cmake --preset release $(PARTS)
+	printf '%s\n' $(filter %.cpp,$(filter-out tests/% bench/% $(if $(filter OFF,$(HAS_PYTHON)),python/src/%) $(if $(filter OFF,$(MPI)),sweep/ranks_mpi.cpp),$(SOURCES))) | \
 	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p build
 
 format:
@@ -79,4 +89,4 @@ clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | bench | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"
+	@echo "make [release] | demo | test | python | bench | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import textwrap
 import threading
 
 import pytest
@@ -24,33 +23,12 @@ BUILT_IN = {
     " axes={'gains.K_Lp': np.linspace(0.1, 5, 5000)})",
     "trim": "tiltrim.trim(tiltrim.tiltrotor(15.0, 85.0), starts=10**9)",
 }
-# Of a model without an equilibrium, which would be looked for to the end of days.
-CALLABLES = {
-    "trim": "tiltrim.trim(m, {}, starts=10**9, **asked)",
-    "newton": "tiltrim.trim(m, {}, starts=10**9, method='newton', **asked)",
-    "sweep": "tiltrim.sweep(m, {'p': 1}, axes={'p': np.linspace(1, 2, 50)}, starts=10**9, **asked)",
-    "tune": "tiltrim.tune(loop, gains={'k_d': (0.5, 20.0)}, evaluations=10**9)",
-    "simulate": "tiltrim.simulate(m, {'p': 1}, 1e9, max_steps=10**9)",
-}
 
 
-def interrupted(prepare, verb):
-    """What a program says that is interrupted while the verb runs."""
-    script = f"""
-        import sys, threading
-        import numpy as np
-        import tiltrim
-        sys.path.insert(0, {HERE!r})
-        {prepare}
-        try:
-            {verb}
-            print("ended by itself")
-        except KeyboardInterrupt:
-            print("KeyboardInterrupt")
-    """
-    lines = "\n".join(line[8:] for line in script.splitlines())
+def interrupted(*command):
+    """What a program says that is interrupted when it has said that it is running."""
     process = subprocess.Popen(
-        [sys.executable, "-u", "-c", lines], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-u", *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     try:
         assert process.stdout.readline() == "running\n", process.stderr.read()
@@ -67,43 +45,25 @@ def test_ctrl_c_in_built_in_work(verb):
     if verb == "sweep":
         pytest.importorskip("xarray")
     # A thread says so when the verb has begun: the GIL is released.
-    prepare = (
-        "c = tiltrim.tiltrotor(); threading.Timer(0.5, lambda: print('running')).start()"
-    )
-    assert interrupted(prepare, BUILT_IN[verb]) == "KeyboardInterrupt"
+    script = f"""
+import threading
+import numpy as np
+import tiltrim
+c = tiltrim.tiltrotor()
+threading.Timer(0.5, lambda: print("running")).start()
+try:
+    print("ended by itself:", {BUILT_IN[verb]})
+except KeyboardInterrupt:
+    print("KeyboardInterrupt")
+"""
+    assert interrupted("-c", script) == "KeyboardInterrupt"
 
 
-@pytest.mark.parametrize("verb", CALLABLES)
+@pytest.mark.parametrize("verb", ["trim", "newton", "sweep", "tune", "simulate"])
 def test_ctrl_c_in_callables(verb):
     if verb == "sweep":
         pytest.importorskip("xarray")
-    prepare = textwrap.dedent(
-        """
-        said = []
-        def say():
-            if not said:
-                said.append(print("running"))
-        def rates(x, u, p):
-            say()
-            return [1.0 + x[0] ** 2 if p.size == 0 or x[0] < 1e3 else 0.0]
-        m = tiltrim.Model("m", rates, states=["x"], parameters=["p"] if NEEDS_P else [])
-        asked = dict(free=["x"], still=["x"], bounds={"x": (-9, 9)})
-        import written_models
-        ball = written_models.held_ball()
-        def law(x, u, p):
-            say()
-            return [p[0] + p[2] * (u[0] - p[1]) + p[3] * u[1]]
-        own = written_models.magnet_law()
-        loop = tiltrim.Problem(
-            tiltrim.close_loop(written_models.magnet(), tiltrim.Model(
-                "law", None, inputs=own.inputs, outputs=own.outputs, parameters=own.parameters,
-                h=law)),
-            ball.guess.as_dict(), spec=ball.spec)
-        said.clear() if NEEDS_P is None else None
-        """
-    ).replace("NEEDS_P", repr(verb in ("sweep", "simulate")))
-    prepare = prepare.replace("\n", "\n        ")
-    assert interrupted(prepare, CALLABLES[verb]) == "KeyboardInterrupt"
+    assert interrupted(os.path.join(HERE, "endless.py"), verb) == "KeyboardInterrupt"
 
 
 def test_another_thread_can_interrupt_built_in_work():

@@ -239,15 +239,16 @@ def test_it_gives_two_answers_at_one_point():
 
 def test_a_verb_within_a_function_is_refused_where_it_would_wait_for_itself():
     inner = held_ball()
+    quick = {"method": "newton", "starts": 0, "closest": False}
 
     def rate(x, p):
         return p - x + 0 * tiltrim.trim(inner)["gap"]
 
-    result = trimmed(scalar(rate))
+    result = trimmed(scalar(rate), **quick)
     assert result.status == "model_threw"
     assert "trim within a model's function" in result.message
 
     def newton(x, p):
-        return p - x + 0 * tiltrim.trim(inner, method="newton", closest=False)["gap"]
+        return p - x + 0 * tiltrim.trim(inner, **quick)["gap"]
 
-    assert trimmed(scalar(newton))
+    assert trimmed(scalar(newton), **quick)
