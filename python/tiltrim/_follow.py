@@ -174,8 +174,9 @@ def follow(
                 which has all three; a Problem, trimmed first; or a Condition of the tiltrotor
     parameter : a variable that the trim does not move; of a Condition a number of its study, as "V",
                 "eta_deg", "gains.K_Lp" (default: what the study's [follow] says), in the study's unit
-    max_step  : length of a step, every unknown over its nominal size
+    max_step  : length of a step, every unknown over its nominal size; max_points of them at most
     stability : eigenvalues along the branch, real and Hopf crossings
+    tolerance, step_tolerance : as of trim()
 
     ValueError for names that the model does not have. A branch without a start has no points.
     """

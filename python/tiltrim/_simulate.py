@@ -150,6 +150,7 @@ def simulate(
     sample   : s between samples; 0: at the steps
     breaks   : rising times [s] at which the input jumps or has a kink
     tolerance: of each step's error in each state, times the larger of the state and its nominal size
+    longest_step : s; max_steps are tried at most, then the status is step_limit
 
     An exception of the model's own functions is raised as it is.
     """

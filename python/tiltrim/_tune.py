@@ -143,7 +143,8 @@ def tune(
     goal     : its worst value is to be as good as it can be: "decay" (1/s), "damping", "frequency"
                (rad/s), ...; ("half_time", name of the mode)
     limits   : {measure: limit}, or [(measure, limit, of)] (docs/tune.md has the measures)
-    uncertain: {parameter: (from, to)}: each point again at every corner, and at `samples` places
+    uncertain: {parameter: (from, to)}: each point again at all of their corners (unless corners is
+               False) and at `samples` random places between
     schedule : gains linear between their values at these, rising, of the parameter schedule_over
     start    : numbers tried first; evaluations, seconds, seed, threads, global_search, local_search:
                the budget and the algorithms, defaults as of the library or the study

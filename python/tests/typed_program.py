@@ -1,0 +1,36 @@
+"""A user's program, as the type checker sees it; it runs, too."""
+
+from typing import Dict
+
+import numpy as np
+from numpy.typing import NDArray
+
+import tiltrim
+
+Array = NDArray[np.float64]
+
+
+def rates(x: Array, u: Array, p: Array) -> Array:
+    return np.array([x[1], u[0] - p[0] * np.sin(x[0])])
+
+
+pendulum = tiltrim.Model(
+    "pendulum",
+    rates,
+    states=[("angle", "rad", 0.1), tiltrim.Signal("rate", "rad/s")],
+    inputs=["torque"],
+    parameters=[("stiffness", "1/s²")],
+)
+held: tiltrim.TrimResult = tiltrim.trim(
+    pendulum, {"angle": 0.5, "stiffness": 4.0}, free=["torque"], still=["rate"], implied=["angle"]
+)
+torque: float = held["torque"]
+linear = tiltrim.linearize(pendulum, held.point)
+A: Array = linear.A
+found: tiltrim.Modes = tiltrim.modes(linear)
+names: Dict[str, float] = held.point.as_dict()
+branch = tiltrim.follow(held, parameter="angle", to=1.0)
+angles: Array = branch["angle"]
+motion = tiltrim.simulate(pendulum, held, 1.0, lambda t: [torque])
+assert abs(torque - 4 * np.sin(0.5)) < 1e-9
+assert found.verdict == "undecided" and branch.end == "reached" and bool(motion)
