@@ -199,6 +199,8 @@ class Modes(Shown):
 def _complex(value: complex) -> str:
     if value.imag == 0:
         return f"{value.real:.4f}"
+    if abs(value.real) < 5e-5:  # on the axis, to what is printed
+        return f"±{abs(value.imag):.4f}i"
     return f"{value.real:.4f} ± {abs(value.imag):.4f}i"
 
 
