@@ -17,7 +17,7 @@ PARTS = -D TILTRIM_MPI=$(MPI) -D TILTRIM_PYTHON=$(HAS_PYTHON) $(if $(filter ON,$
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 
-.PHONY: release packages demo test python bench sanitize asan tsan tidy format format-check figures api clean help
+.PHONY: release packages demo test python bench bench-python sanitize asan tsan tidy format format-check figures api clean help
 .NOTPARALLEL:
 
 release:
@@ -44,6 +44,14 @@ bench: packages
 	cmake --preset release -D TILTRIM_BENCH=ON
 	cmake --build --preset release -j $(JOBS) --target tiltrim_bench
 	build/bin/tiltrim_bench $(BENCH_FLAGS)
+
+# What Python's functions cost, and scipy.optimize.root beside tiltrim's trim.
+bench-python:
+	cmake/install-packages.sh dev
+	cmake --preset release $(PARTS)
+	cmake --build --preset release -j $(JOBS) --target tiltrim_python
+	PYTHONPATH=build/python /usr/bin/python3 bench/python_overhead.py
+	PYTHONPATH=build/python /usr/bin/python3 bench/python_scipy.py $(BENCH_FLAGS)
 
 sanitize: asan tsan
 
@@ -89,4 +97,4 @@ clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | python | bench | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"
+	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"

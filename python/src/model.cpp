@@ -50,9 +50,17 @@ py::array_t<double> as_numbers(const py::handle& answer, const char* what,
   return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
 }
 
-// A list or tuple of floats, which most answers are, without numpy; false for any other.
+// What most answers are, without copies and detours: an array as it is wanted, or a list or tuple of
+// floats. False for any other.
 bool read_floats(const py::handle& answer, VectorXd& values) {
   PyObject* const p = answer.ptr();
+  using Plain = py::array_t<double, py::array::c_style>;
+  if (py::isinstance<Plain>(answer)) {
+    const auto array = py::reinterpret_borrow<Plain>(answer);
+    if (array.ndim() > 1) return false;
+    values = Eigen::Map<const VectorXd>(array.data(), array.size());
+    return true;
+  }
   if (!PyList_CheckExact(p) && !PyTuple_CheckExact(p)) return false;
   const Py_ssize_t size = PySequence_Fast_GET_SIZE(p);
   values.resize(size);

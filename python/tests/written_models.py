@@ -166,3 +166,104 @@ def held_ball(k_p=200.0, k_d=2.0):
         still=["gap", "rate"],
         bounds={"gap": (0.005, 0.02)},
     )
+
+
+def vtol_rates(x, u, p):
+    """m vx' = -T sin θ + Dx,  m vz' = T cos θ - m g + Dz,  I q' = M - k_M vx"""
+    m, g, inertia, along, across, k_M = 4.0, 9.81, 0.5, 0.02, 0.6, 0.05
+    vx, vz, theta, q = x.tolist()
+    thrust, moment = u.tolist()
+    s, c = math.sin(theta), math.cos(theta)
+    a, n = c * vx + s * vz, c * vz - s * vx  # along the rotors' plane, along their axis
+    Da, Dn = -along * a * abs(a), -across * n * abs(n)
+    return [
+        (-thrust * s + c * Da - s * Dn) / m,
+        (thrust * c + s * Da + c * Dn) / m - g,
+        q,
+        (moment - k_M * vx) / inertia,
+    ]
+
+
+def vtol():
+    """A planar VTOL in forward flight, with drag along both body axes."""
+    return tiltrim.Model(
+        "planar VTOL",
+        vtol_rates,
+        states=[("vx", "m/s", 1), ("vz", "m/s", 1), ("theta", "rad", 0.1), ("q", "rad/s", 0.1)],
+        inputs=[("thrust", "N", 10), ("moment", "N m", 1)],
+    )
+
+
+def aircraft_rates(x, u, p):
+    """A light aircraft through its stall: lift linear below it and that of a flat plate beyond,
+    blended (Beard and McLain, Small Unmanned Aircraft, 2012, eq. 4.9; numbers near its Aerosonde's).
+    """
+    m, g, S, c, inertia, rho = 13.5, 9.81, 0.55, 0.19, 1.135, 1.2682
+    CL0, CLa, CLq, CLd = 0.28, 3.45, 0.0, -0.36
+    CDp, oswald, aspect = 0.0437, 0.9, 15.24
+    Cm0, Cma, Cmq, Cmd = -0.02338, -0.38, -3.6, -0.5
+    blend, stall, most_thrust = 50.0, 0.4712, 60.0
+    V, gamma, theta, q = x.tolist()
+    throttle, elevator = u.tolist()
+    alpha = theta - gamma
+    Q, qh = 0.5 * rho * V * V * S, c * q / (2 * V)
+    down, up = math.exp(-blend * (alpha - stall)), math.exp(blend * (alpha + stall))
+    beyond = (1 + down + up) / ((1 + down) * (1 + up))
+    flat = 2 * math.copysign(1, alpha) * math.sin(alpha) ** 2 * math.cos(alpha)
+    linear = CL0 + CLa * alpha
+    L = Q * ((1 - beyond) * linear + beyond * flat + CLq * qh + CLd * elevator)
+    D = Q * (CDp + linear**2 / (math.pi * oswald * aspect))
+    T = most_thrust * throttle
+    return [
+        (T * math.cos(alpha) - D) / m - g * math.sin(gamma),
+        (T * math.sin(alpha) + L) / (m * V) - g * math.cos(gamma) / V,
+        q,
+        Q * c * (Cm0 + Cma * alpha + Cmq * qh + Cmd * elevator) / inertia,
+    ]
+
+
+def aircraft():
+    """Its longitudinal motion."""
+    return tiltrim.Model(
+        "light aircraft",
+        aircraft_rates,
+        states=[("V", "m/s", 1), ("gamma", "rad", 0.1), ("theta", "rad", 0.1), ("q", "rad/s", 0.1)],
+        inputs=[("throttle", "", 0.1), ("elevator", "rad", 0.1)],
+    )
+
+
+def problems_with_an_equilibrium():
+    """Three models at several conditions each: {model: [(problem, unknowns' ranges)]}. Each has an
+    equilibrium within its bounds; the problem's guess is near it."""
+    written = []
+    for h in range(0, 121, 12):
+        t = min(max((h - 20) / 100, 0.0), 1.0)
+        V = 2 + 13 * (3 * t**2 - 2 * t**3)
+        tilt = 90 * (1 - 3 * (h / 120) ** 2 + 2 * (h / 120) ** 3)
+        condition = tiltrim.tiltrotor(V, tilt, tilt)
+        if not tiltrim.trim(condition):
+            continue
+        written.append(
+            tiltrim.Problem(tiltrotor_like(condition.model), condition.guess, spec=condition.spec)
+        )
+    flying = tiltrim.TrimSpec(
+        free=["theta", "thrust", "moment"],
+        still=["vx", "vz", "q"],
+        bounds={"theta": (-1.2, 1.2), "thrust": (0, 80), "moment": (-5, 5)},
+    )
+    level = tiltrim.TrimSpec(
+        free=["theta", "throttle", "elevator"],
+        still=["V", "gamma", "q"],
+        bounds={"theta": (-0.6, 0.6), "throttle": (0, 1), "elevator": (-0.5, 0.5)},
+    )
+    return {
+        "tiltrotor": written,
+        "planar VTOL": [
+            tiltrim.Problem(vtol(), {"vx": vx, "thrust": 40.0}, spec=flying)
+            for vx in (0, 4, 8, 12, 16, 20)
+        ],
+        "light aircraft": [
+            tiltrim.Problem(aircraft(), {"V": V, "gamma": gamma, "theta": gamma}, spec=level)
+            for V, gamma in ((15, -0.05), (15, 0.0), (18, 0.05), (25, -0.05), (25, 0.1), (35, 0.05))
+        ],
+    }
