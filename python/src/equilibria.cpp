@@ -77,9 +77,12 @@ py::dict linearized(const HeldModel& held, const PointTuple& point, const std::s
   LinearizeOptions options{method_of(method), inputs, {}, tolerance, moving};
   for (const auto& [name, range] : bounds)
     options.bounds[name] = {std::get<0>(range), std::get<1>(range)};
-  return dict_of(run(held.callables, [&](const std::stop_token&) {
-                   return linearize(held.model, point_of(point), options);
-                 }).first);
+  const auto [linear, raised] = run(held.callables, [&](const std::stop_token&) {
+    return linearize(held.model, point_of(point), options);
+  });
+  py::dict d = dict_of(linear);
+  d["exception"] = raised;
+  return d;
 }
 
 py::dict modes_of(const MatrixXd& A, const MatrixXd& A_error,

@@ -23,8 +23,9 @@ struct WrongAnswer : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-[[noreturn]] void refuse(const char* what, const std::string& expected, const std::string& got) {
-  throw WrongAnswer(fmt::format("the model's {}: expected {}, got {}", what, expected, got));
+[[noreturn]] void refuse(const std::string& what, const std::string& expected,
+                         const std::string& got) {
+  throw WrongAnswer(fmt::format("{}: expected {}, got {}", what, expected, got));
 }
 
 std::string kind_of(const py::handle& answer) {
@@ -39,7 +40,7 @@ std::string shape_of(const py::array& array) {
 }
 
 // As numpy sees it, if those are real numbers.
-py::array_t<double> as_numbers(const py::handle& answer, const char* what,
+py::array_t<double> as_numbers(const py::handle& answer, const std::string& what,
                                const std::string& expected) {
   const py::array given = py::array::ensure(answer);
   if (!given) refuse(what, expected, kind_of(answer));  // lists of unequal length
@@ -50,8 +51,8 @@ py::array_t<double> as_numbers(const py::handle& answer, const char* what,
   return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
 }
 
-// What most answers are, without copies and detours: an array as it is wanted, or a list or tuple of
-// floats. False for any other.
+// What most answers are, without copies and detours: an array as it is wanted, or a list or tuple
+// of floats. False for any other.
 bool read_floats(const py::handle& answer, VectorXd& values) {
   PyObject* const p = answer.ptr();
   using Plain = py::array_t<double, py::array::c_style>;
@@ -72,7 +73,7 @@ bool read_floats(const py::handle& answer, VectorXd& values) {
   return true;
 }
 
-VectorXd as_vector(const py::handle& answer, const char* what, Index expected) {
+VectorXd as_vector(const py::handle& answer, const std::string& what, Index expected) {
   const auto words = [](Index count) { return fmt::format("{} values", count); };
   VectorXd values;
   if (!read_floats(answer, values)) {
@@ -84,11 +85,12 @@ VectorXd as_vector(const py::handle& answer, const char* what, Index expected) {
   return values;
 }
 
-MatrixXd as_matrix(const py::handle& answer, const char* what, Index rows, Index columns) {
-  const std::string expected = fmt::format("an array of shape ({}, {})", rows, columns);
+MatrixXd as_matrix(const py::handle& answer, const std::string& what, Index rows, Index columns) {
+  const std::string expected = fmt::format("{} x {} values", rows, columns);
   const py::array_t<double> array = as_numbers(answer, what, expected);
-  if (array.ndim() != 2 || array.shape(0) != rows || array.shape(1) != columns)
-    refuse(what, expected, shape_of(array));
+  if (array.ndim() != 2) refuse(what, expected, shape_of(array));
+  if (array.shape(0) != rows || array.shape(1) != columns)
+    refuse(what, expected, fmt::format("{} x {}", array.shape(0), array.shape(1)));
   using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   return Eigen::Map<const RowMajor>(array.data(), rows, columns);
 }
@@ -135,13 +137,20 @@ py::tuple arguments(const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   return py::make_tuple(array_of(x), array_of(u), array_of(p));
 }
 
-Function vector_function(const std::shared_ptr<Held>& held, const char* what, Index expected) {
+Function vector_function(const std::shared_ptr<Held>& held, const std::string& what,
+                         Index expected) {
   return [held, what, expected](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     return call_for_vector(*held, what, expected, arguments(x, u, p));
   };
 }
 
 // ---- The model ----------------------------------------------------------------------------------
+
+// As the library names it, where it finds the fault itself.
+std::string answer_of(const Model& model, const char* function) {
+  return model.name.empty() ? fmt::format("the model's {}", function)
+                            : fmt::format("model '{}': its {}", model.name, function);
+}
 
 using SwitchTuple = std::tuple<std::string, py::function>;
 
@@ -154,20 +163,21 @@ void set_derivatives(HeldModel& held, const py::object& function) {
   Model& m = held.model;
   const Index rows = std::ssize(m.states) + std::ssize(m.outputs);
   const Index columns = std::ssize(m.states) + std::ssize(m.inputs) + std::ssize(m.parameters);
-  m.derivatives = [own = hold(held, function), rows, columns](const OperatingPoint& at,
-                                                              const std::vector<Index>& variables) {
+  m.derivatives = [own = hold(held, function), rows, columns, what = answer_of(m, "derivatives")](
+                      const OperatingPoint& at, const std::vector<Index>& variables) {
     const MatrixXd all = guarded([&] {
-      return as_matrix(own->function(*arguments(at.x, at.u, at.p)), "derivatives", rows, columns);
+      return as_matrix(own->function(*arguments(at.x, at.u, at.p)), what, rows, columns);
     });
     return MatrixXd(all(Eigen::all, variables));
   };
 }
 
 void add_switch(HeldModel& held, const std::string& name, const py::function& distance) {
-  held.model.switches.push_back({name, [own = hold(held, distance)](const OperatingPoint& at) {
-                                   return call_for_vector(*own, "switch", 1,
-                                                          arguments(at.x, at.u, at.p))[0];
-                                 }});
+  const std::string what = answer_of(held.model, "switch");
+  held.model.switches.push_back(
+      {name, [own = hold(held, distance), what](const OperatingPoint& at) {
+         return call_for_vector(*own, what, 1, arguments(at.x, at.u, at.p))[0];
+       }});
 }
 
 HeldModel make_model(const std::string& name, const py::object& f, const py::object& h,
@@ -183,8 +193,10 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
   m.inputs = signals_of(inputs);
   m.outputs = signals_of(outputs);
   m.parameters = signals_of(parameters);
-  if (!f.is_none()) m.f = vector_function(hold(held, f), "rates f", std::ssize(m.states));
-  if (!h.is_none()) m.h = vector_function(hold(held, h), "outputs h", std::ssize(m.outputs));
+  if (!f.is_none())
+    m.f = vector_function(hold(held, f), answer_of(m, "rates f"), std::ssize(m.states));
+  if (!h.is_none())
+    m.h = vector_function(hold(held, h), answer_of(m, "outputs h"), std::ssize(m.outputs));
   if (!derivatives.is_none()) set_derivatives(held, derivatives);
   for (const auto& [what, distance] : switches) add_switch(held, what, distance);
   if (m.f || !m.states.empty()) check(m);  // a controller without states needs no f
@@ -247,7 +259,7 @@ void collectable(PyHeapTypeObject* heap) {
 
 }  // namespace
 
-VectorXd call_for_vector(const Held& held, const char* what, Index expected,
+VectorXd call_for_vector(const Held& held, const std::string& what, Index expected,
                          const py::tuple& arguments) {
   return guarded([&] { return as_vector(held.function(*arguments), what, expected); });
 }

@@ -24,8 +24,8 @@ struct HeldModel {
   static HeldModel built_in(Model model) { return {std::move(model), {}, {}, false}; }
 };
 
-/// A callable of the time alone or of whatever else: called with these, its answer a vector.
-Eigen::VectorXd call_for_vector(const Held& held, const char* what, Eigen::Index expected,
+/// The callable's answer to these arguments, as a vector of so many numbers; `what` names it.
+Eigen::VectorXd call_for_vector(const Held& held, const std::string& what, Eigen::Index expected,
                                 const py::tuple& arguments);
 
 /// Adds Model, close_loop, evaluate to the module.

@@ -2,23 +2,22 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <limits>
 #include <stdexcept>
 
 #include "python/src/calls.hpp"
 #include "python/src/model.hpp"
 #include "python/src/verbs.hpp"
-#include "simulate/integrate.hpp"
+#include "simulate/simulate.hpp"
 
 namespace tiltrim::python {
 
 using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
 
-// The inputs over time: held, or what a callable says.
-using Inputs = std::function<VectorXd(double t)>;
+using ChangeTuple = std::tuple<std::string, double, double, double>;  ///< signal, size, from, to
 
 IntegrateOptions options_of(const py::dict& fields) {
   IntegrateOptions options;
@@ -38,75 +37,124 @@ IntegrateOptions options_of(const py::dict& fields) {
   return options;
 }
 
-Motion motion_of(const Model& model, const VectorXd& p, const Inputs& inputs,
-                 const std::vector<double>& breaks) {
-  Motion motion;
-  motion.states = model.states;
-  motion.breaks = breaks;
-  const Index n = std::ssize(model.states);
-  motion.f = [&model, &p, &inputs, n](double t, const double* x, int, double* rates) {
-    const VectorXd at = Eigen::Map<const VectorXd>(x, n);
-    const VectorXd answer = model.f(at, inputs(t), p);
-    if (answer.size() != n)
-      throw std::invalid_argument(
-          fmt::format("the model's rates f: expected {} values, got {}", n, answer.size()));
-    std::ranges::copy(answer, rates);
-  };
-  return motion;
-}
+// A model whose inputs a callable gives: along time, as simulate() takes one whose inputs are held.
+class Driven {
+ public:
+  Driven(const Model& model, const OperatingPoint& start, const Held& input)
+      : model_(model), start_(start), input_(input) {}
 
-struct Simulated {
-  Trajectory trajectory;
-  MatrixXd x, u, y;  // [sample, signal]
+  OperatingPoint at(double t, const double* x) const {
+    const VectorXd u = call_for_vector(input_, "the input", start_.u.size(), py::make_tuple(t));
+    return {Eigen::Map<const VectorXd>(x, start_.x.size()), u, start_.p};
+  }
+
+  void rates(double t, const double* x, double* rates) {
+    Eigen::Map<VectorXd> out(rates, start_.x.size());
+    out.setConstant(nan);
+    guarded([&] {
+      const OperatingPoint point = at(t, x);
+      const VectorXd f = model_.f(point.x, point.u, point.p);
+      check_rates(model_, f);
+      out = f;
+    });
+  }
+
+  void switches(double t, const double* x, double* values) {
+    std::fill_n(values, model_.switches.size(), nan);
+    guarded([&] {
+      const OperatingPoint point = at(t, x);
+      for (const Model::Switch& s : model_.switches) *values++ = s.distance(point);
+    });
+  }
+
+  // Samples of u and y.
+  void fill(Simulation& s) {
+    for (Index k = 0; k < std::ssize(s.t); ++k) {
+      s.u.col(k).setConstant(nan);
+      s.y.col(k).setConstant(nan);
+      guarded([&] {
+        const OperatingPoint point = at(s.t[std::size_t(k)], s.x.col(k).data());
+        s.u.col(k) = point.u;
+        if (model_.h) s.y.col(k) = evaluate(model_, point).outputs;
+      });
+    }
+  }
+
+  const std::string& thrown() const { return thrown_; }
+
+ private:
+  static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const Model& model_;
+  const OperatingPoint& start_;
+  const Held& input_;
+  std::string thrown_;
+
+  void guarded(const std::function<void()>& work) {
+    try {
+      work();
+    } catch (const CallableRaised& raised) {
+      if (thrown_.empty()) thrown_ = raised.what();
+    }
+  }
 };
 
-Simulated simulated(const Model& model, const OperatingPoint& start, const Inputs& inputs,
-                    const std::vector<double>& breaks, double duration,
-                    const IntegrateOptions& options) {
-  (void)evaluate(model, start);  // sizes, before any step
-  const Motion motion = motion_of(model, start.p, inputs, breaks);
-  Simulated s;
-  s.trajectory = integrate(motion, {start.x.begin(), start.x.end()}, 0, 0.0, duration, options);
-  const Index samples = std::ssize(s.trajectory.t);
-  s.x.resize(samples, start.x.size());
-  s.u.resize(samples, start.u.size());
-  s.y.resize(samples, std::ssize(model.outputs));
-  for (Index i = 0; i < samples; ++i) {
-    const VectorXd x =
-        Eigen::Map<const VectorXd>(s.trajectory.state(std::size_t(i)), start.x.size());
-    const VectorXd u = inputs(s.trajectory.t[std::size_t(i)]);
-    s.x.row(i) = x;
-    s.u.row(i) = u;
-    if (s.y.cols() > 0) s.y.row(i) = evaluate(model, {x, u, start.p}).outputs;
-  }
+Simulation simulated(const Model& model, const OperatingPoint& start, double duration,
+                     const Held& input, const std::vector<double>& breaks,
+                     const IntegrateOptions& options) {
+  check(model, start);
+  Driven driven(model, start, input);
+  Motion motion{model.states,
+                [&](double t, const double* x, int, double* f) { driven.rates(t, x, f); }};
+  motion.breaks = breaks;
+  for (const Model::Switch& s : model.switches) motion.watched.push_back({s.name});
+  if (!model.switches.empty())
+    motion.g = [&](double t, const double* x, int, double* g) { driven.switches(t, x, g); };
+  const Trajectory found =
+      integrate(motion, {start.x.begin(), start.x.end()}, 0, 0.0, duration, options);
+  const auto samples = Index(found.samples());
+  Simulation s{found.status, found.message, found.t,          {}, {}, {}, {},
+               {},           found.steps,   found.evaluations};
+  s.x = Eigen::Map<const Eigen::MatrixXd>(found.x.data(), start.x.size(), samples);
+  s.u.resize(start.u.size(), samples);
+  s.p = start.p.replicate(1, samples);
+  s.y.resize(std::ssize(model.outputs), samples);
+  driven.fill(s);
+  for (const MotionEvent& e : found.events)
+    s.events.push_back({model.switches[e.which].name, e.t, e.rising});
+  if (!driven.thrown().empty())
+    s.message += (s.message.empty() ? "" : ": ") + ("the model threw: " + driven.thrown());
   return s;
 }
 
-py::dict simulate(const HeldModel& held, const PointTuple& start, double duration,
-                  const py::object& input, const std::vector<double>& breaks,
-                  const py::dict& fields) {
+py::dict moved(const HeldModel& held, const PointTuple& start, double duration,
+               const std::vector<ChangeTuple>& changes, const py::object& input,
+               const std::vector<double>& breaks, const py::dict& fields) {
   IntegrateOptions options = options_of(fields);
   const OperatingPoint from = point_of(start);
-  Inputs inputs = [&from](double) { return from.u; };
-  Held function{input};
-  if (!input.is_none())
-    inputs = [&](double t) {
-      return call_for_vector(function, "input", from.u.size(), py::make_tuple(t));
-    };
-  const auto [s, raised] =
-      run(held.callables || !input.is_none(), [&](const std::stop_token& stop) {
-        options.stop = stop;
-        return simulated(held.model, from, inputs, breaks, duration, options);
-      });
+  std::vector<SignalChange> all;
+  for (const auto& [signal, size, begins, ends] : changes)
+    all.push_back({signal, size, begins, ends});
+  const Held function{input};
+  const bool driven = !input.is_none();
+  const auto [s, raised] = run(held.callables || driven, [&](const std::stop_token& stop) {
+    options.stop = stop;
+    return driven ? simulated(held.model, from, duration, function, breaks, options)
+                  : simulate(held.model, from, duration, all, options);
+  });
+  py::list events;
+  for (const SwitchEvent& e : s.events) events.append(py::make_tuple(e.name, e.t, e.rising));
   py::dict d;
-  d["status"] = to_string(s.trajectory.status);
-  d["message"] = s.trajectory.message;
-  d["t"] = array_of(s.trajectory.t);
-  d["x"] = s.x;
-  d["u"] = s.u;
-  d["y"] = s.y;
-  d["steps"] = s.trajectory.steps;
-  d["evaluations"] = s.trajectory.evaluations;
+  d["status"] = to_string(s.status);
+  d["message"] = s.message;
+  d["t"] = array_of(s.t);
+  d["x"] = s.x.transpose().eval();
+  d["u"] = s.u.transpose().eval();
+  d["p"] = s.p.transpose().eval();
+  d["y"] = s.y.transpose().eval();
+  d["events"] = events;
+  d["steps"] = s.steps;
+  d["evaluations"] = s.evaluations;
+  d["exception"] = raised;
   return d;
 }
 
@@ -114,8 +162,8 @@ py::dict simulate(const HeldModel& held, const PointTuple& start, double duratio
 
 void add_motion(py::module_& module) {
   using py::arg;
-  module.def("simulate", &simulate, arg("model"), arg("start"), arg("duration"), arg("input"),
-             arg("breaks"), arg("options"));
+  module.def("simulate", &moved, arg("model"), arg("start"), arg("duration"), arg("changes"),
+             arg("input"), arg("breaks"), arg("options"));
 }
 
 }  // namespace tiltrim::python

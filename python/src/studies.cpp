@@ -10,6 +10,7 @@
 #include "python/src/maps.hpp"
 #include "python/src/verbs.hpp"
 #include "simulate/flight_table.hpp"
+#include "simulate/own_motion.hpp"
 #include "simulate/plan.hpp"
 #include "trim/answer.hpp"
 
@@ -40,18 +41,6 @@ std::vector<HeldCondition> conditions_of(const HeldStudy& held) {
   std::vector<HeldCondition> all;
   for (const Condition& c : held.study->conditions) all.push_back({held.study, c});
   return all;
-}
-
-std::string to_string(Formulation formulation) {
-  switch (formulation) {
-    case Formulation::closed_loop:
-      return "closed_loop";
-    case Formulation::airframe:
-      return "airframe";
-    case Formulation::table:
-      return "table";
-  }
-  return "unknown";
 }
 
 void refuse_stop_within(const char* verb) {
@@ -87,7 +76,7 @@ py::dict trimmed(const HeldCondition& held, const py::dict& fields) {
 py::dict followed(const HeldCondition& held, const std::string& parameter, double to,
                   const py::dict& fields, const py::dict& trimming) {
   refuse_stop_within("follow");
-  const Key key = study_key(parameter);
+  const Key key = key_among(keys_of(*held.study), parameter);
   FollowOptions options = follow_options_of(fields);
   TrimOptions trim_options = trim_options_of(trimming);
   BranchAnswer answer =
@@ -192,16 +181,22 @@ py::list events_of(const FlightResult& flown) {
   return events;
 }
 
-py::dict flown(const HeldStudy& held) {
-  refuse_stop_within("simulate");
+py::list columns_of(const FlightTable& table) {
+  py::list columns;
+  for (const FlightColumn& c : table.columns)
+    columns.append(py::make_tuple(c.name, c.unit, c.what, array_of(c.values)));
+  return columns;
+}
+
+// The flight of a study of the tiltrotor.
+py::dict flown(const Study& study) {
   FlightPlan plan = run(false, [&](const std::stop_token& stop) {
                       TrimOptions options;
                       options.stop = stop;
-                      return flight_plan(*held.study, options);
+                      return flight_plan(study, options);
                     }).first;
   py::dict d;
   d["start"] = plan.start_words;
-  d["start_status"] = to_string(plan.start_status);
   d["status"] = "no_start";
   d["message"] = plan.message;
   d["events"] = py::list();
@@ -213,14 +208,36 @@ py::dict flown(const HeldStudy& held) {
                                  FlightTable t = flight_table(plan.flight, r);
                                  return std::pair(std::move(r), std::move(t));
                                }).first;
-  py::list columns;
-  for (const FlightColumn& c : table.columns)
-    columns.append(py::make_tuple(c.name, c.unit, c.what, array_of(c.values)));
   d["status"] = to_string(result.status);
   d["message"] = result.message;
   d["events"] = events_of(result);
-  d["columns"] = columns;
+  d["columns"] = columns_of(table);
   return d;
+}
+
+// The motion of a study with [model].
+py::dict moved(const Study& study) {
+  const MotionAnswer answer = run(false, [&](const std::stop_token& stop) {
+                                TrimOptions options;
+                                options.stop = stop;
+                                return own_motion(study, options);
+                              }).first;
+  py::list events;
+  py::dict d;
+  d["start"] = "from the trim of " + answer.asked.start;
+  d["status"] = answer.motion ? to_string(answer.motion->status) : "no_start";
+  d["message"] = answer.motion ? answer.motion->message : answer.start.trim.message;
+  if (answer.motion)
+    for (const SwitchEvent& e : answer.motion->events)
+      events.append(py::make_tuple("switch", e.name, e.t));
+  d["events"] = events;
+  d["columns"] = columns_of(answer.table);
+  return d;
+}
+
+py::dict flown_or_moved(const HeldStudy& held) {
+  refuse_stop_within("simulate");
+  return held.study->own ? moved(*held.study) : flown(*held.study);
 }
 
 }  // namespace
@@ -247,7 +264,7 @@ void add_studies(py::module_& module) {
   module.def("sweep_study", &swept, arg("study"), arg("only"), arg("options"));
   module.def("tune_study", &tuned, arg("study"), arg("options"));
   module.def("tune_conditions", &tuned_conditions, arg("conditions"), arg("asked"), arg("options"));
-  module.def("fly_study", &flown, arg("study"));
+  module.def("fly_study", &flown_or_moved, arg("study"));
 }
 
 }  // namespace tiltrim::python

@@ -52,19 +52,25 @@ def test_it_raises():
     assert isinstance(result.exception, RuntimeError)
     words = "".join(traceback.format_exception(result.exception))
     assert "test_misbehaving.py" in words and "raise error" in words
-    with pytest.raises(RuntimeError, match="no row 7") as caught:
-        linear_at(m, 1.0)
-    assert any("test_misbehaving" in str(entry.path) for entry in caught.traceback[1:])
+    linear = linear_at(m, 1.0)
+    assert linear.status == "model_threw" and not linear
+    assert linear.message == "the model threw: RuntimeError: no row 7"
+    assert isinstance(linear.exception, RuntimeError) and linear.exception.__traceback__
     branch = branch_from(m, 1.0)
     assert branch.end == "no_start" and "the model threw: RuntimeError: no row 7" in branch.message
     assert isinstance(branch.exception, RuntimeError)
     three, ds = statuses(m)
     assert three == ["model_threw"] * 3 and "no row 7" in str(ds.reason.values[0])
     assert "test_misbehaving.py" in ds.attrs["exception"]
-    with pytest.raises(RuntimeError, match="no row 7"):
-        tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0)
-    with pytest.raises(RuntimeError, match="no row 7"):
+    for motion in (
+        tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0),
+        tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0, lambda t: []),
+    ):
+        assert motion.status == "not_finite" and "RuntimeError: no row 7" in motion.message
+        assert isinstance(motion.exception, RuntimeError)
+    with pytest.raises(RuntimeError, match="no row 7") as caught:
         m.evaluate({"x": 0.0, "p": 1.0})
+    assert any("test_misbehaving" in str(entry.path) for entry in caught.traceback[1:])
     tuned = tiltrim.tune(m, {"x": 0.5, "p": 1.0}, gains={"p": (1, 2)}, evaluations=20, **ASKED)
     assert tuned.status == "no_trim" and isinstance(tuned.exception, RuntimeError)
 
@@ -99,7 +105,7 @@ def test_it_gives_nan():
         m = scalar(lambda x, p: value)
         assert trimmed(m).status == "not_finite"
         linear = linear_at(m, 1.0)
-        assert linear.status == "not_equilibrium" and "x' = " in linear.message
+        assert linear.status == "not_finite" and "x' = " in linear.message
         assert branch_from(m, 1.0).end == "no_start"
         assert statuses(m)[0] == ["not_finite"] * 3
         assert tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0).status == "not_finite"
@@ -135,13 +141,13 @@ def test_it_answers_what_is_no_vector(answer, words):
         lambda: tiltrim.tune(m, {"x": 0.5, "p": 1.0}, gains={"p": (1, 2)}, evaluations=9, **ASKED),
         lambda: m.evaluate({"x": 0.0, "p": 1.0}),
     ):
-        with pytest.raises(InvalidArgument, match="the model's rates f: " + words):
+        with pytest.raises(InvalidArgument, match="model 'mine': its rates f: " + words):
             verb()
 
 
 def test_it_answers_what_is_no_vector_beyond_a_point_alone():
     m = scalar(lambda x, p: None if x > 0.9 else 1.0 - x)
-    with pytest.raises(ValueError, match="rates f: expected 1 values, got None"):
+    with pytest.raises(ValueError, match="model 'mine': its rates f: expected 1 values, got None"):
         trimmed(m)
 
 

@@ -131,3 +131,39 @@ def test_problems_are_trimmed_as_they_stand():
     assert held["current"] == pytest.approx(1.0, abs=1e-10)  # z sqrt(m g/k)
     with pytest.raises(TypeError, match="its own"):
         tiltrim.trim(held_ball(), free=["gap"])
+
+
+def resident():
+    """Memory of this process, bytes."""
+    import resource
+    from pathlib import Path
+
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize()
+
+
+def test_nothing_is_left_behind():
+    def raising(x, u, p):
+        if x[0] > 0.5:
+            raise ValueError("too far")
+        return [1.0 - x[0]]
+
+    problem = tiltrim.Problem(
+        Model("m", raising, states=["x"]), {"x": 0.2}, free=["x"], still=["x"],
+        bounds={"x": (-2, 2)},
+    )  # fmt: skip
+    ball = held_ball()
+
+    def work(times):
+        for _ in range(times):
+            tiltrim.modes(tiltrim.linearize(tiltrim.trim(ball, method="newton", starts=0)))
+            tiltrim.trim(problem, method="newton", starts=4, closest=False)
+            tiltrim.simulate(ball.model, ball.guess, 0.05)
+            with pytest.raises(InvalidArgument):
+                Model("m", lambda x, u, p: None, states=["x"]).evaluate({})
+        gc.collect()
+
+    work(50)  # what is kept once
+    before = resident()
+    work(500)
+    assert resident() - before < 2e6  # bytes: less than 4 kB each

@@ -119,6 +119,27 @@ def test_a_branch(program, studies):
     assert branch.parameter.name == "V" and branch.parameter.unit == "m/s"
 
 
+def test_sensitivities(program, studies):
+    file = studies / "paper.toml"
+    own = tiltrim.sensitivities(tiltrim.read_study(file).conditions["level"])
+    printed = program("sensitivities", file, "--only", "level")["conditions"][0]
+    assert own and own.status == printed["status"]
+    compared = 0
+    for theirs in printed["parameters"]:
+        if theirs["unit"] == "degrees":  # SI and radians in Python
+            continue
+        mine = own[theirs["parameter"]]
+        same(mine.value, [theirs["value"]])
+        same(mine.x, list(theirs["state"].values()))
+        same(mine.outputs, list(theirs["output"].values()))
+        same(mine.eigenvalue.real, [m["re"] for m in theirs["modes"]])
+        same(mine.damping, [m["damping"] for m in theirs["modes"]])
+        compared += 1
+    assert compared > 20 and len(own.parameters) == len(printed["parameters"])
+    with pytest.raises(ValueError, match="no sensitivities to 'mass'; there are: V"):
+        own["mass"]
+
+
 def test_a_tuning(program, tmp_path):
     file = tmp_path / "tune.toml"
     file.write_text(
@@ -154,6 +175,32 @@ def test_a_flight(program, studies):
     assert ds.V.attrs["units"] == "m/s" and ds.sizes["event"] == len(flight.events)
     with pytest.raises(ValueError, match="no column 'theta'; the flight has: time, V"):
         flight["theta"]
+
+
+def test_a_study_with_a_model_of_formulas(program, studies):
+    pytest.importorskip("xarray")
+    file = studies / "levitation.toml"
+    study = tiltrim.read_study(file)
+    printed = program("linearize", file)["conditions"]
+    for c in printed:
+        condition = study.conditions[c["name"]]
+        assert condition.formulation == "model"
+        held = tiltrim.trim(condition)
+        assert held.status == c["status"]
+        same([held[name] for name in c["state"]], list(c["state"].values()))
+        linear = tiltrim.linearize(held)
+        same(linear.A, c["linear"]["A"])
+        same(linear.B, c["linear"]["B"])
+        assert tiltrim.modes(linear).verdict == c["verdict"]
+    branch = tiltrim.follow(condition)
+    printed = program("follow", file)["branches"][-1]
+    assert [e.kind for e in branch.events] == [e["kind"] for e in printed["events"]]
+    same(branch.values, [p[branch.parameter.name] for p in printed["points"]])
+    motion = tiltrim.fly(study)
+    assert motion and motion.status == program("simulate", file)["status"]
+    ds = tiltrim.sweep(study)
+    printed = program("sweep", file)["points"]
+    same(ds.spectral_abscissa, [p["spectral_abscissa"] for p in printed])
 
 
 def test_units_of_the_keywords_are_those_of_a_study():

@@ -67,7 +67,10 @@ def test_own_derivatives_are_taken_and_compared():
     wrong = Model("m", lambda x, u, p: -x, ["x"], derivatives=lambda x, u, p: [[2.0]])
     assert any("disagree" in r or "differ" in r for r in tiltrim.linearize(wrong, {}).remarks)
     bad = Model("m", lambda x, u, p: -x, ["x"], derivatives=lambda x, u, p: [2.0])
-    with pytest.raises(ValueError, match=r"derivatives: expected an array of shape \(1, 1\)"):
+    with pytest.raises(ValueError, match=r"derivatives: expected 1 x 1 values, got an array of"):
+        tiltrim.linearize(bad, {})
+    bad = Model("m", lambda x, u, p: -x, ["x"], derivatives=lambda x, u, p: [[2.0, 1.0]])
+    with pytest.raises(ValueError, match="model 'm': its derivatives: expected 1 x 1 values, got 1 x 2"):
         tiltrim.linearize(bad, {})
 
 
@@ -178,13 +181,27 @@ def test_simulate_follows_the_exact_motion():
     np.testing.assert_allclose(
         pulse["x"][late], (1 - math.exp(-1)) * np.exp(1 - pulse.t[late]), rtol=1e-7
     )
+    changed = tiltrim.simulate(decay, {}, 2.0, changes=[("u", 1.0, 0.0, 1.0)])
+    np.testing.assert_allclose(changed["x"][-1], pulse["x"][-1], rtol=1e-7)
     assert free and free.status == "completed" and len(free) == len(free.t)
     burst = tiltrim.simulate(Model("pole", lambda x, u, p: x * x, ["x"]), {"x": 1.0}, 2.0)
     assert not burst and burst.t[-1] == pytest.approx(1.0, abs=1e-3)  # 1/(1 - t)
     with pytest.raises(ValueError, match="no input 'v'; the model has: u"):
         tiltrim.simulate(decay, {}, 1.0, {"v": 1.0})
-    with pytest.raises(ValueError, match="the model's input: expected 1 values, got 2"):
+    with pytest.raises(ValueError, match="the input: expected 1 values, got 2"):
         tiltrim.simulate(decay, {}, 1.0, lambda t: [1.0, 2.0])
+
+
+def test_switches_are_met_on_the_way():
+    bounce = Model("m", lambda x, u, p: [1.0 if x[0] < 0.5 else 2.0 + u[0] * 0], ["x"], ["u"],
+                   switches={"gear": lambda x, u, p: x[0] - 0.5})  # fmt: skip
+    for drive in (None, lambda t: [0.0]):
+        motion = tiltrim.simulate(bounce, {}, 1.0, drive)
+        assert [(e.name, e.rising) for e in motion.events] == [("gear", True)]
+        assert motion.events[0].t == pytest.approx(0.5, abs=1e-12)
+        assert motion["x"][-1] == pytest.approx(0.5 + 2 * 0.5, abs=1e-9)
+    with pytest.raises(ValueError, match="'x' is a state; expected an input or a parameter"):
+        tiltrim.simulate(bounce, {}, 1.0, changes=[("x", 1.0)])
 
 
 def test_other_packages_get_their_own_objects():

@@ -11,7 +11,8 @@ from ._follow import Branch, BranchEvent, follow
 from ._linear import LinearModel, Mode, Modes, linearize, modes
 from ._models import Effort, Model, Point, Signal, close_loop
 from ._problems import Problem, TrimSpec
-from ._simulate import Flight, Trajectory, fly, simulate
+from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
+from ._simulate import Change, Flight, SwitchEvent, Trajectory, fly, simulate
 from ._studies import Condition, Study, data_directory, parse_study, read_study, tiltrotor
 from ._sweep import sweep
 from ._tiltrim import InvalidArgument, StudyError
@@ -23,6 +24,7 @@ __all__ = [
     "Achieved",
     "Branch",
     "BranchEvent",
+    "Change",
     "Condition",
     "Effort",
     "Flight",
@@ -32,11 +34,14 @@ __all__ = [
     "Mode",
     "Model",
     "Modes",
+    "ParameterSensitivity",
     "Point",
     "Problem",
+    "Sensitivities",
     "Signal",
     "Study",
     "StudyError",
+    "SwitchEvent",
     "Trajectory",
     "TrimResult",
     "TrimSpec",
@@ -49,6 +54,7 @@ __all__ = [
     "modes",
     "parse_study",
     "read_study",
+    "sensitivities",
     "simulate",
     "sweep",
     "tiltrotor",

@@ -27,7 +27,7 @@ class LinearModel(Shown):
     status is "linear"; else there are no matrices, and message says why.
     """
 
-    status: str  #: linear, not_equilibrium, not_finite
+    status: str  #: linear, not_equilibrium, not_finite, model_threw
     states: Tuple[Signal, ...]
     inputs: Tuple[Signal, ...]
     outputs: Tuple[Signal, ...]
@@ -47,6 +47,7 @@ class LinearModel(Shown):
     A_differences_error: Optional[Array]
     remarks: List[str]
     message: str
+    exception: Optional[BaseException] = None  #: the first that the model's functions raised
 
     def __bool__(self) -> bool:
         return self.status == "linear"
@@ -223,8 +224,6 @@ def linearize(
     bounds : {variable: (lower, upper)}; differences do not step outside
     tolerance : largest rate over its nominal size at an equilibrium, 1/s
     moving : states whose rates need not vanish
-
-    An exception of the model's own functions is raised as it is.
     """
     if isinstance(what, (Problem, Condition)):
         trimmed = trim(what)
@@ -235,8 +234,7 @@ def linearize(
             raise TypeError("linearize() of a model needs a point: values by name, or a Point")
         return _linearize(what, what.point(point), method, inputs, bounds, tolerance, moving)
     model = trimmed.model
-    if not inputs and not model.inputs and {"V", "gamma", "eta"} <= set(trimmed.point.keys()):
-        inputs = ("V", "gamma", "eta")
+    inputs = inputs or trimmed._linear_inputs
     at = trimmed.point if point is None else model.point(point)
     return _linearize(model, at, method, inputs, bounds, tolerance, moving)
 

@@ -2,8 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Callable,
+    Dict,
+    List,
+    Mapping,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Union,
+)
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,11 +36,28 @@ if TYPE_CHECKING:
 Input = Union[Mapping[str, float], Callable[[float], ArrayLike]]
 
 
+class Change(NamedTuple):
+    """`size` is added to an input or parameter from `start` until `end` [s]."""
+
+    signal: str
+    size: float
+    start: float = 0.0
+    end: float = math.inf
+
+
+class SwitchEvent(NamedTuple):
+    """One of the model's switches, met on the way; rising: its function becomes positive."""
+
+    name: str
+    t: float
+    rising: bool
+
+
 @dataclass(repr=False)
 class Trajectory(Shown):
-    """A motion: trajectory["gap"] is any state, input or output over the times t [s].
+    """A motion: trajectory["gap"] is any state, input, parameter or output over the times t [s].
 
-    x, u, y : shapes (samples, nx), (samples, nu), (samples, ny)
+    x, u, p, y : shapes (samples, nx), (samples, nu), (samples, np), (samples, ny)
     True where the end time was reached.
     """
 
@@ -38,9 +68,12 @@ class Trajectory(Shown):
     t: Array
     x: Array
     u: Array
+    p: Array
     y: Array
+    events: List[SwitchEvent]
     steps: int
     evaluations: int
+    exception: Optional[BaseException] = None  #: the first that the model's functions raised
 
     def __bool__(self) -> bool:
         return self.status == "completed"
@@ -50,12 +83,17 @@ class Trajectory(Shown):
 
     def __getitem__(self, name: str) -> Array:
         m = self.model
-        for signals, values in ((m.states, self.x), (m.inputs, self.u), (m.outputs, self.y)):
+        for signals, values in (
+            (m.states, self.x),
+            (m.inputs, self.u),
+            (m.parameters, self.p),
+            (m.outputs, self.y),
+        ):
             for i, signal in enumerate(signals):
                 if signal.name == name:
                     return np.array(values[:, i])
-        known = [s.name for s in (*m.states, *m.inputs, *m.outputs)]
-        raise _tiltrim.InvalidArgument(f"no signal '{name}'; the motion has: {', '.join(known)}")
+        _tiltrim.variable(m._core, name)  # raises, with the names there are
+        raise KeyError(name)
 
     def to_xarray(self) -> xarray.Dataset:
         """A Dataset over `time`, one variable for each signal; needs xarray."""
@@ -87,10 +125,12 @@ class Trajectory(Shown):
 class Flight(Shown):
     """A study's flight: flight["theta_deg"] is a column over flight["time"]. Angles are degrees.
 
-    True where it flew to the end of its time, or landed.
+    True where it flew to the end of its time, or landed. Of a study with [model] it is the motion
+    of that model, in its own units.
     """
 
-    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_start
+    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_start; of a [model]
+    #: completed, and as a Trajectory's
     message: str
     start: str  #: where from, in words
     events: List[Tuple[str, str, float]]  #: kind, what, time [s]
@@ -99,7 +139,7 @@ class Flight(Shown):
     descriptions: Dict[str, str]
 
     def __bool__(self) -> bool:
-        return self.status in ("flown", "landed")
+        return self.status in ("flown", "landed", "completed")
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.columns:
@@ -134,6 +174,7 @@ def simulate(
     start: Union[Guess, TrimResult],
     duration: float,
     input: Optional[Input] = None,
+    changes: Sequence[Change] = (),
     *,
     sample: float = 0.1,
     breaks: Sequence[float] = (),
@@ -147,12 +188,13 @@ def simulate(
     duration : s
     input    : {name: value} held; or input(t) -> nu numbers, smooth but at `breaks`
                (default: the start's own inputs, held)
+    changes  : of inputs and parameters for a time: (signal, size, from, until); not beside input(t)
     sample   : s between samples; 0: at the steps
     breaks   : rising times [s] at which the input jumps or has a kink
     tolerance: of each step's error in each state, times the larger of the state and its nominal size
     longest_step : s; max_steps are tried at most, then the status is step_limit
 
-    An exception of the model's own functions is raised as it is.
+    Where the model raises or gives no finite numbers the motion ends before, and says so.
     """
     at = model.point(start.point if isinstance(start, TrimResult) else start)
     if isinstance(input, Mapping):
@@ -170,14 +212,25 @@ def simulate(
         "max_steps": max_steps,
     }
     function = None if isinstance(input, Mapping) else input
+    if function is not None and changes:
+        raise TypeError("simulate(): changes beside input(t); expected them in input(t), and breaks")
+    listed = [Change(*change) for change in changes]
     raw = _tiltrim.simulate(
-        model._core, at._tuple(), duration, function, [float(t) for t in breaks], options
+        model._core,
+        at._tuple(),
+        duration,
+        [(c.signal, float(c.size), float(c.start), float(c.end)) for c in listed],
+        function,
+        [float(t) for t in breaks],
+        options,
     )
+    raw["events"] = [SwitchEvent(*event) for event in raw["events"]]
     return Trajectory(model=model, start=at, **raw)
 
 
 def fly(study: Union[Study, Condition]) -> Flight:
-    """The flight of a study's [simulate]: schedule, weather, actuators, ground (docs/simulate.md)."""
+    """What a study's [simulate] asks: a flight with schedule, weather, actuators and the ground, or the
+    motion of its [model] (docs/simulate.md)."""
     own = study if isinstance(study, Study) else study.study
     raw = _tiltrim.fly_study(own._core)
     columns = raw["columns"]

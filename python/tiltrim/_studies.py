@@ -1,4 +1,4 @@
-"""The built-in tiltrotor: studies, as files or in place, and their flight conditions."""
+"""Studies: of the built-in tiltrotor, or of a [model] written as formulas; and their conditions."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Number = Union[int, float]
 
 
 class Condition(Shown):
-    """A flight condition of the tiltrotor: `model`, `spec` and `guess` as any problem has, and all
-    verbs take it as it is. SI units and radians."""
+    """A condition of a study: `model`, `spec` and `guess` as any problem has, and all verbs take it
+    as it is. SI units and radians, or those of the study's own [model]."""
 
     def __init__(self, core: _tiltrim.Condition) -> None:
         self._core = core
@@ -29,7 +29,7 @@ class Condition(Shown):
 
     @property
     def formulation(self) -> str:
-        """closed_loop, airframe or table (docs/study.md)."""
+        """closed_loop, airframe, table, or model: the study's own (docs/study.md)."""
         return self._core.formulation
 
     @property
@@ -73,7 +73,7 @@ class Condition(Shown):
 
 
 class Study(Shown):
-    """A study of the tiltrotor: its conditions by name, and what its tables ask for."""
+    """A study, of the tiltrotor or of its own [model]: conditions by name, and what its tables ask."""
 
     def __init__(self, core: _tiltrim.Study) -> None:
         self._core = core
@@ -81,7 +81,7 @@ class Study(Shown):
 
     @property
     def conditions(self) -> Mapping[str, Condition]:
-        """Its flight conditions by name, in the study's order."""
+        """Its conditions by name, in the study's order."""
         return MappingProxyType(self._conditions)
 
     @property

@@ -123,6 +123,7 @@ def simulate(
     model: Model,
     start: _Point,
     duration: float,
+    changes: Sequence[Tuple[str, float, float, float]],
     input: Optional[Callable[[float], Any]],
     breaks: Sequence[float],
     options: Dict[str, Any],

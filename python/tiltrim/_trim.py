@@ -40,6 +40,7 @@ class TrimResult(Shown):
     exception: Optional[BaseException] = None  #: the first that the model's functions raised
     #: formulation table: moment coefficients required, and of the elevator
     moment: Optional[Tuple[float, float]] = None
+    _linear_inputs: Sequence[str] = ()  # that linearize() takes if it is told none
 
     def __bool__(self) -> bool:
         return self.status == "converged"
@@ -145,7 +146,10 @@ def trim(
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)
         of_table = what.formulation == "table"
-        return _result(raw, Model._of(raw["model"]), TrimSpec() if of_table else what.spec)
+        result = _result(raw, Model._of(raw["model"]), TrimSpec() if of_table else what.spec)
+        if what.formulation == "closed_loop":
+            result._linear_inputs = ("V", "gamma", "eta")  # its commands
+        return result
     model, own, start = asked(what, guess, own, "trim")
     raw = _tiltrim.trim(model._core, own._fields(), start._tuple(), options)
     return _result({**raw, "moment": None}, model, own)

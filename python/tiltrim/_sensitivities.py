@@ -1,0 +1,109 @@
+"""sensitivities: how a trim and its modes move with every parameter, the trim's shift included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import List, Sequence, Tuple, Union
+
+from . import _tiltrim
+from ._linear import Complex, Modes, _modes
+from ._models import Array, Point, Signal
+from ._problems import Problem
+from ._show import Page, Shown, Table, number
+from ._studies import Condition
+from ._trim import TrimResult, trim
+
+
+@dataclass(repr=False)
+class ParameterSensitivity(Shown):
+    """Derivatives along one parameter, everything per unit of it."""
+
+    parameter: Signal
+    value: float
+    x: Array  #: of the trim's states, shape (nx,)
+    u: Array  #: of its inputs, shape (nu,)
+    outputs: Array  #: shape (ny,)
+    eigenvalue: Complex  #: of each mode; NaN where it has no derivative
+    damping: Array
+    frequency: Array
+    error: Array  #: estimated, of the eigenvalue's
+
+    def _page(self) -> Page:
+        unit = f" {self.parameter.unit}" if self.parameter.unit else ""
+        return Page(f"along {self.parameter.name} = {number(self.value)}{unit}")
+
+
+@dataclass(repr=False)
+class Sensitivities(Shown):
+    """Derivatives of a trim and its modes: sensitivities["mass"] has those along one parameter.
+
+    True where the status is "found".
+    """
+
+    status: str  #: found, not_trim, not_implied, singular, no_linear
+    message: str
+    point: Point
+    rcond: float
+    modes: Modes
+    simple: List[bool]  #: the mode is isolated: it has derivatives
+    parameters: List[ParameterSensitivity]
+    ranked: List[List[int]]  #: of each mode: positions of parameters, what moves it most first
+
+    def __bool__(self) -> bool:
+        return self.status == "found"
+
+    def __getitem__(self, name: str) -> ParameterSensitivity:
+        for one in self.parameters:
+            if one.parameter.name == name:
+                return one
+        known = ", ".join(one.parameter.name for one in self.parameters)
+        raise _tiltrim.InvalidArgument(f"no sensitivities to '{name}'; there are: {known}")
+
+    def _page(self) -> Page:
+        most = 5
+        tables = []
+        for i, mode in enumerate(self.modes.modes):
+            if not self or mode.eigenvalue.imag < 0:
+                continue
+            rows = [
+                [
+                    p.parameter.name,
+                    number(p.value),
+                    f"{0.01 * p.value * p.eigenvalue[i].real:+.2e}",
+                    f"{0.01 * p.value * p.damping[i]:+.2e}",
+                ]
+                for p in (self.parameters[k] for k in self.ranked[i][:most])
+            ]
+            headings = [f"+1 % of ({mode.name})", "value", "real part", "damping"]
+            tables.append(Table(headings, rows, ["", "", "1/s", ""], left=(0,)))
+        return Page(self.status, [self.message], tables)
+
+
+def sensitivities(
+    what: Union[TrimResult, Problem, Condition], parameters: Sequence[str] = ()
+) -> Sensitivities:
+    """Derivatives of a trim and of its modes along parameters, the trim's own shift included.
+
+    what       : a TrimResult; a Problem or a Condition, which are trimmed first
+    parameters : states, inputs or parameters that the trim does not move; default: all parameters
+                 of the model that are left
+
+    ValueError for names that the model does not have (docs/follow.md).
+    """
+    held = trim(what) if isinstance(what, (Problem, Condition)) else what
+    raw = _tiltrim.sensitivities(
+        held.model._core, held.spec._fields(), held.point._tuple(), list(parameters)
+    )
+    names: Tuple[str, ...] = tuple(s.name for s in held.model.states)
+    for one in raw["parameters"]:
+        one["parameter"] = Signal(*one["parameter"])
+    return Sensitivities(
+        status=raw["status"],
+        message=raw["message"],
+        point=Point(held.model, *raw["point"]),
+        rcond=raw["rcond"],
+        modes=_modes(raw["modes"], names),
+        simple=list(raw["simple"]),
+        parameters=[ParameterSensitivity(**one) for one in raw["parameters"]],
+        ranked=[list(one) for one in raw["ranked"]],
+    )
