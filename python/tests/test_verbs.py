@@ -217,6 +217,24 @@ def test_other_packages_get_their_own_objects():
     np.testing.assert_array_equal(without.C, [[1.0]])
 
 
+def test_what_python_control_is_asked(monkeypatch):
+    import sys
+    import types
+
+    asked = {}
+    stand_in = types.SimpleNamespace(ss=lambda *matrices, **names: asked.update(names, m=matrices))
+    monkeypatch.setitem(sys.modules, "control", stand_in)
+    linear = tiltrim.linearize(tiltrim.tiltrotor())
+    linear.to_control()
+    for own, given in zip((linear.A, linear.B, linear.C, linear.D), asked.pop("m")):
+        np.testing.assert_array_equal(own, given)
+    assert asked == {
+        "states": [s.name for s in linear.states],
+        "inputs": ["V", "gamma", "eta"],
+        "outputs": [s.name for s in linear.outputs],
+    }
+
+
 def test_python_control_gets_the_names():
     pytest.importorskip("control")
     linear = tiltrim.linearize(tiltrim.tiltrotor())

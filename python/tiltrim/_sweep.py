@@ -195,8 +195,10 @@ def _dataset(xr: Any, raw: Dict[str, Any], single: bool) -> xarray.Dataset:
             own = axis if i == 0 else name.rsplit(".", 1)[-1]
             coords[own] = (axis, values, {"units": unit, "long_name": name})
     attributes: Dict[str, Any] = {"program": f"tiltrim {_tiltrim.version}"}
-    if raw["exception"] is not None:
-        attributes["exception"] = "".join(traceback.format_exception(raw["exception"]))
+    raised = raw["exception"]
+    if raised is not None:
+        lines = traceback.format_exception(type(raised), raised, raised.__traceback__)
+        attributes["exception"] = "".join(lines)
     dataset = xr.Dataset(data, coords, attributes)
     return dataset.isel(condition=0) if single else dataset  # type: ignore[no-any-return]
 
