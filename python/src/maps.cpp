@@ -144,7 +144,7 @@ py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<Axis
   const std::vector<SweepRequest> requests = requests_of(problems, callables);
   SweepOptions options = sweep_options_of(fields, callables);
   const auto [map, raised] = run(callables, [&](const std::stop_token& stop) {
-    options.stop = stop;
+    options.stop = options.trimming.stop = stop;
     return sweep(requests, axes_of(axes), options);
   });
   py::dict d = dict_of(map);
@@ -177,7 +177,7 @@ py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
   const TuneProblem problem = tune_problem_of(requests_of(problems, callables), asked);
   TuneOptions options = tune_options_of(fields, {}, callables);
   const auto [result, raised] = run(callables, [&](const std::stop_token& stop) {
-    options.stop = stop;
+    options.stop = options.trimming.stop = stop;
     return tune(problem, options);
   });
   py::dict d = dict_of(problem, result);

@@ -120,7 +120,7 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only,
   const std::vector<SweepAxis>& axes = study.sweep->axes;
   const SweepMap map =
       run(false, [&](const std::stop_token& stop) {
-        options.stop = stop;
+        options.stop = options.trimming.stop = stop;
         return sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
       }).first;
   py::dict d = dict_of(map);
@@ -133,7 +133,7 @@ py::dict tuned(const HeldStudy& held, const py::dict& fields) {
   const TuneProblem problem = tune_problem(*held.study);
   TuneOptions options = tune_options_of(fields, tune_options(*held.study), false);
   const TuneResult result = run(false, [&](const std::stop_token& stop) {
-                              options.stop = stop;
+                              options.stop = options.trimming.stop = stop;
                               return tune(problem, options);
                             }).first;
   py::dict d = dict_of(problem, result);
@@ -166,7 +166,7 @@ py::dict tuned_conditions(const std::vector<HeldCondition>& conditions, const py
   const TuneProblem problem = tuning_of(conditions, asked);
   TuneOptions options = tune_options_of(fields, {}, false);
   const TuneResult result = run(false, [&](const std::stop_token& stop) {
-                              options.stop = stop;
+                              options.stop = options.trimming.stop = stop;
                               return tune(problem, options);
                             }).first;
   py::dict d = dict_of(problem, result);

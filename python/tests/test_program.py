@@ -123,7 +123,7 @@ def test_sensitivities(program, studies):
     file = studies / "paper.toml"
     own = tiltrim.sensitivities(tiltrim.read_study(file).conditions["level"])
     printed = program("sensitivities", file, "--only", "level")["conditions"][0]
-    assert own and own.status == printed["status"]
+    assert own and own.status == printed["sensitivities"]
     compared = 0
     for theirs in printed["parameters"]:
         if theirs["unit"] == "degrees":  # SI and radians in Python

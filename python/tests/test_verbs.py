@@ -199,7 +199,7 @@ def test_switches_are_met_on_the_way():
         motion = tiltrim.simulate(bounce, {}, 1.0, drive)
         assert [(e.name, e.rising) for e in motion.events] == [("gear", True)]
         assert motion.events[0].t == pytest.approx(0.5, abs=1e-12)
-        assert motion["x"][-1] == pytest.approx(0.5 + 2 * 0.5, abs=1e-9)
+        assert motion["x"][-1] == pytest.approx(0.5 + 2 * 0.5, abs=1e-6)  # across the jump
     with pytest.raises(ValueError, match="'x' is a state; expected an input or a parameter"):
         tiltrim.simulate(bounce, {}, 1.0, changes=[("x", 1.0)])
 
