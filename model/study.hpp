@@ -140,9 +140,9 @@ std::vector<Key> keys_of(const Study& study);
 /// The study's vehicle with the gains that it has at the condition's tilt.
 Vehicle vehicle_at(const Study& study, const Condition& condition);
 
-/// Where the shipped polars and published tables lie: the environment's TILTRIM_DATA, else
-/// ../share/tiltrim/data seen from the program, else the source tree's data/ if it is there, else
-/// the share/tiltrim/data it was configured to be installed in.
+/// Where the shipped polars and published tables lie: the environment's TILTRIM_DATA, else data/
+/// beside the Python module, else the program's ../share/tiltrim/data, else the source tree's data/
+/// if it is there, else the share/tiltrim/data it was configured to be installed in.
 std::filesystem::path data_directory();
 
 /// The reference vehicle: default numbers and the default polar from data_directory(). Throws
