@@ -21,6 +21,9 @@ namespace {
 constexpr const char* name_characters =
     "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_";
 
+constexpr const char* operators = "+ - * / ^ < <= > >= == != && || ? : ( )";
+constexpr std::size_t longest_name = 100, longest_formula = 20000;  // muParser's own limits
+
 struct Function1 {
   const char* name;
   double (*function)(double);
@@ -94,21 +97,73 @@ bool assigns(std::string_view text) {
   return false;
 }
 
-std::string complaint(const mu::Parser::exception_type& e, const std::vector<std::string>& names) {
-  const std::string& token = e.GetToken();
-  if (e.GetCode() != mu::ecUNASSIGNABLE_TOKEN) return e.GetMsg();
+// What cannot be read as anything, in words.
+std::string unknown(const std::string& token, std::size_t position,
+                    const std::vector<std::string>& names) {
+  const std::string word = token.substr(0, token.find_first_not_of(name_characters));
+  if (word.empty())
+    return fmt::format("'{}' at character {} means nothing here; expected {}", token, position,
+                       operators);
+  if (word.front() >= '0' && word.front() <= '9')
+    return fmt::format("'{}' at character {} is no number", word, position);
+  if (std::ranges::find(formula_functions(), word) != formula_functions().end())
+    return fmt::format("'{0}' at character {1} has no arguments; expected {0}(...)", word,
+                       position);
   std::vector<std::string> known = names;
   known.insert(known.end(), formula_functions().begin(), formula_functions().end());
   known.emplace_back("pi");
-  const std::string word = token.substr(0, token.find_first_not_of(name_characters));
-  if (std::ranges::find(formula_functions(), word) != formula_functions().end())
-    return fmt::format("'{}' at character {} has no arguments; expected {}(...)", word,
-                       e.GetPos() + 1, word);
   const std::string near = word == "log" ? "ln' or 'log10" : nearest_name(word, known);
-  return fmt::format("'{}' at character {} is no name that it may use; {}there are: {}",
-                     word.empty() ? token : word, e.GetPos() + 1,
-                     near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
+  return fmt::format("'{}' at character {} is no name that it may use; {}there are: {}", word,
+                     position, near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
                      fmt::join(known, ", "));
+}
+
+// Where the token stands, from 1; muParser counts from 0, and some tokens where they end.
+std::size_t position_of(std::string_view token, std::size_t at, std::string_view text) {
+  const auto stands = [&](std::size_t i) {
+    return i <= text.size() && text.substr(i).starts_with(token);
+  };
+  const bool behind = !stands(at) && at >= token.size() && stands(at - token.size());
+  return at + 1 - (behind ? token.size() : 0);
+}
+
+std::string complaint(const mu::Parser::exception_type& e, std::string_view text,
+                      const std::vector<std::string>& names) {
+  std::string token = e.GetToken();
+  token.erase(token.find_last_not_of(" \t\n") + 1);
+  const std::size_t position = position_of(token, std::size_t(std::max(e.GetPos(), 0)), text);
+  switch (e.GetCode()) {
+    case mu::ecUNASSIGNABLE_TOKEN:
+      return unknown(token, position, names);
+    case mu::ecUNEXPECTED_OPERATOR:
+    case mu::ecUNEXPECTED_ARG_SEP:
+    case mu::ecUNEXPECTED_VAL:
+    case mu::ecUNEXPECTED_VAR:
+    case mu::ecUNEXPECTED_FUN:
+    case mu::ecUNEXPECTED_PARENS:
+    case mu::ecUNEXPECTED_CONDITIONAL:
+      return fmt::format("'{}' at character {} cannot stand there", token, position);
+    case mu::ecUNEXPECTED_EOF:
+    case mu::ecEMPTY_EXPRESSION:
+      return "ends where a value is expected";
+    case mu::ecMISSING_PARENS:
+      return "a closing parenthesis is missing";
+    case mu::ecMISSING_ELSE_CLAUSE:
+    case mu::ecMISPLACED_COLON:
+      return "has a ? or a : alone; expected a ? b : c";
+    case mu::ecTOO_FEW_PARAMS:
+      return fmt::format("too few arguments for {} at character {}", token, position);
+    case mu::ecTOO_MANY_PARAMS:
+      return fmt::format("too many arguments for {} at character {}", token, position);
+    case mu::ecUNEXPECTED_ARG:
+      return "has a comma outside of a function's arguments";
+    case mu::ecUNEXPECTED_STR:
+    case mu::ecUNTERMINATED_STRING:
+    case mu::ecSTR_RESULT:
+      return "has text in quotes; expected numbers, names and functions";
+    default:
+      return e.GetMsg();
+  }
 }
 
 // One thread's formulas, bound to its own numbers: states, inputs, parameters, let.
@@ -238,12 +293,18 @@ void check_formula_name(std::string_view name) {
   if (!starts || name.find_first_not_of(name_characters) != std::string_view::npos)
     throw std::invalid_argument(fmt::format(
         "'{}' is no name for a formula; expected letters, digits and _, no digit first", name));
+  if (name.size() > longest_name)
+    throw std::invalid_argument(fmt::format("'{}...' is {} characters long; expected at most {}",
+                                            name.substr(0, 20), name.size(), longest_name));
   if (name == "pi" || std::ranges::find(formula_functions(), name) != formula_functions().end())
     throw std::invalid_argument(
         fmt::format("'{}' means something else in formulas; expected another name", name));
 }
 
 void check_formula(std::string_view text, const std::vector<std::string>& names) {
+  if (text.size() > longest_formula)
+    throw std::invalid_argument(
+        fmt::format("{} characters long; expected at most {}", text.size(), longest_formula));
   if (assigns(text))
     throw std::invalid_argument("has a single =, which would assign; expected == to compare");
   std::vector<double> numbers(names.size(), 0.0);
@@ -256,7 +317,7 @@ void check_formula(std::string_view text, const std::vector<std::string>& names)
     if (count != 1)
       throw std::invalid_argument(fmt::format("has {} values; expected one formula", count));
   } catch (const mu::Parser::exception_type& e) {
-    throw std::invalid_argument(complaint(e, names));
+    throw std::invalid_argument(complaint(e, text, names));
   }
 }
 
