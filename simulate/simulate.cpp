@@ -62,9 +62,7 @@ class Moving {
     const OperatingPoint point = at(t, x);
     guarded([&] {
       const VectorXd f = model_.f(point.x, point.u, point.p);
-      if (f.size() != n)
-        throw std::invalid_argument(
-            fmt::format("the model '{}' gives {} rates for {} states", model_.name, f.size(), n));
+      check_rates(model_, f);
       out = f;
     });
   }
@@ -82,15 +80,15 @@ class Moving {
     guarded([&] {
       if (!model_.h) return;
       const VectorXd given = model_.h(point.x, point.u, point.p);
-      if (given.size() != y.size())
-        throw std::invalid_argument(fmt::format("the model '{}' gives {} values for {} outputs",
-                                                model_.name, given.size(), y.size()));
+      check_outputs(model_, given);
       y = given;
     });
     return y;
   }
 
+  // The model's words, where it threw last; empty if it did not.
   const std::string& thrown() const { return thrown_; }
+  void forget() { thrown_.clear(); }
 
  private:
   const Model& model_;
@@ -98,15 +96,17 @@ class Moving {
   std::vector<Change> changes_;
   std::string thrown_;
 
-  // The caller's mistakes pass; what nature, or the model, refuses is told in the answer.
+  // The caller's mistakes pass; what the model throws is told in the answer.
   template <class Call>
   void guarded(const Call& call) {
     try {
       call();
-    } catch (const std::invalid_argument&) {
+    } catch (const CallerMistake&) {
       throw;
     } catch (const std::exception& e) {
-      if (thrown_.empty()) thrown_ = e.what();
+      thrown_ = e.what();
+    } catch (...) {
+      thrown_ = "something that is not a std::exception";
     }
   }
 };
@@ -119,6 +119,10 @@ std::vector<double> breaks_of(const std::vector<SignalChange>& changes, double d
   std::ranges::sort(breaks);
   breaks.erase(std::unique(breaks.begin(), breaks.end()), breaks.end());
   return breaks;
+}
+
+void say(Simulation& s, const std::string& words) {
+  s.message += (s.message.empty() ? "" : ": ") + words;
 }
 
 }  // namespace
@@ -136,6 +140,7 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
   motion.breaks = breaks_of(changes, duration);
   const std::vector<double> x0(start.x.data(), start.x.data() + start.x.size());
   const Trajectory found = integrate(motion, x0, 0, 0.0, duration, options);
+  if (found) moving.forget();  // thrown beside the way, by a step that was refused
 
   Simulation s{found.status, found.message, found.t,          {}, {}, {}, {},
                {},           found.steps,   found.evaluations};
@@ -153,8 +158,7 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
   }
   for (const MotionEvent& e : found.events)
     s.events.push_back({model.switches[e.which].name, e.t, e.rising});
-  if (!moving.thrown().empty())
-    s.message += (s.message.empty() ? "" : ": ") + ("the model threw: " + moving.thrown());
+  if (!moving.thrown().empty()) say(s, "the model threw: " + moving.thrown());
   return s;
 }
 

@@ -26,11 +26,11 @@ struct SwitchEvent {
   bool rising = false;  ///< its distance becomes positive
 };
 
-/// Samples along t. Where the model throws or gives no finite numbers the motion ends before, and
-/// the message has its words.
+/// Samples along t. Where the rates throw or are no finite numbers the motion ends before; outputs
+/// that throw or are none are NaN. What the model threw is in the message.
 struct Simulation {
   MotionStatus status = MotionStatus::completed;  ///< how it ended
-  std::string message;                            ///< where and why it ended early; else empty
+  std::string message;                            ///< why it ended early; what the outputs threw
   std::vector<double> t;                          ///< s
   Eigen::MatrixXd x, u, p, y;                     ///< [signal, sample]
   std::vector<SwitchEvent> events;                ///< in their order

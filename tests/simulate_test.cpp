@@ -1,0 +1,316 @@
+// simulate(): the motion of any model, against closed forms; every way of ending.
+#include "simulate/simulate.hpp"
+
+#include <algorithm>
+#include <boost/math/special_functions/ellint_1.hpp>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "model/formulas.hpp"
+#include "tests/check.hpp"
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using namespace tiltrim;
+
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+const VectorXd none(0);
+
+VectorXd one(double value) { return VectorXd::Constant(1, value); }
+
+// x' = rate(x, u, p).
+Model scalar(const std::function<double(double x, double u, double p)>& rate) {
+  Model m;
+  m.name = "scalar";
+  m.states = {{"x", "", 1.0}};
+  m.inputs = {{"u", "", 1.0}};
+  m.parameters = {{"p", "", 1.0}};
+  m.f = [rate](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+    return one(rate(x[0], u[0], p[0]));
+  };
+  return m;
+}
+
+OperatingPoint from(double x, double u = 0, double p = 0) { return {one(x), one(u), one(p)}; }
+
+double last(const Simulation& s) { return s.x(0, s.x.cols() - 1); }
+
+bool says(const std::string& message, std::string_view words) {
+  return message.find(words) != std::string::npos;
+}
+
+// θ" = -(g/l) sin θ, with where it hangs straight as a switch.
+Model pendulum() {
+  return model_of({.name = "pendulum",
+                   .states = {{"angle", "rad", 0.1}, {"rate", "rad/s", 0.1}},
+                   .inputs = {},
+                   .outputs = {{"energy", "m²/s²", 1.0}},
+                   .parameters = {{"g", "m/s²", 1.0}, {"length", "m", 0.1}},
+                   .let = {},
+                   .rates = {"rate", "-g/length*sin(angle)"},
+                   .values = {"(length*rate)^2/2 - g*length*cos(angle)"},
+                   .switches = {{"straight", "angle"}}});
+}
+
+}  // namespace
+
+TEST_CASE("a linear model moves by the matrix exponential, a step on its input and all") {
+  MatrixXd A(3, 3);
+  A << -0.2, 2.0, 0.1, -2.0, -0.3, 0.0, 0.5, 0.4, -1.5;
+  const Eigen::Vector3d b{0.3, -1.0, 0.7}, x0{1.0, -0.5, 0.25};
+  Model m;
+  m.states = {{"x", ""}, {"y", ""}, {"z", ""}};
+  m.inputs = {{"u", ""}};
+  m.f = [A, b](const VectorXd& x, const VectorXd& u, const VectorXd&) -> VectorXd {
+    return A * x + b * u[0];
+  };
+  constexpr double begin = 0.73, end = 1.91, size = 0.8;
+  const Simulation s = simulate(m, {x0, one(0.25), none}, 4.0, {{"u", size, begin, end}},
+                                {.tolerance = 1e-12, .sample = 0.25});
+  REQUIRE(s);
+  REQUIRE(s.t.size() == 17);
+  // The input held: d/dt [x; u] = [A b; 0 0] [x; u].
+  MatrixXd held = MatrixXd::Zero(4, 4);
+  held.topLeftCorner(3, 3) = A;
+  held.topRightCorner(3, 1) = b;
+  const auto moved = [&](const VectorXd& x, double u, double dt) -> VectorXd {
+    const MatrixXd over = (held * dt).exp();
+    return over.topLeftCorner(3, 3) * x + over.topRightCorner(3, 1) * u;
+  };
+  for (std::size_t k = 0; k < s.t.size(); ++k) {
+    const double t = s.t[k];
+    VectorXd x = moved(x0, 0.25, std::min(t, begin));
+    if (t > begin) x = moved(x, 0.25 + size, std::min(t, end) - begin);
+    if (t > end) x = moved(x, 0.25, t - end);
+    for (Index i = 0; i < 3; ++i) CHECK_NEAR(s.x(i, Index(k)), x[i], 1e-10);
+    CHECK(s.u(0, Index(k)) == (t >= begin && t < end ? 0.25 + size : 0.25));
+  }
+}
+
+TEST_CASE("inputs and parameters change exactly at their times") {
+  const Model m = scalar([](double, double u, double p) { return u + p; });
+  // To rounding, whatever the tolerance: no step goes across a change.
+  const Simulation s =
+      simulate(m, from(0, 2, 0), 1.0,
+               {{"u", 1.0, 0.3, 0.7}, {"u", 0.5, 0.123456789}, {"p", -4.0, 0.0, 0.41}},
+               {.tolerance = 1e-2, .sample = 0.1});
+  REQUIRE(s);
+  REQUIRE(s.t.size() == 11);
+  for (std::size_t k = 0; k < s.t.size(); ++k) {
+    const double t = s.t[k];
+    const double area = 2 * t + std::clamp(t - 0.3, 0.0, 0.4) +
+                        0.5 * std::max(t - 0.123456789, 0.0) - 4 * std::min(t, 0.41);
+    CAPTURE(t);
+    CHECK_NEAR(s.x(0, Index(k)), area, 1e-14);
+    CHECK(s.u(0, Index(k)) == 2 + (t >= 0.3 && t < 0.7) + (t >= 0.123456789 ? 0.5 : 0));
+    CHECK(s.p(0, Index(k)) == (t < 0.41 ? -4 : 0));
+  }
+}
+
+TEST_CASE("a pendulum's period by the elliptic integral, its lowest point located") {
+  constexpr double amplitude = 2.5, g = 9.81, length = 0.7;
+  const double period = 4 * std::sqrt(length / g) * boost::math::ellint_1(std::sin(amplitude / 2));
+  const Simulation s =
+      simulate(pendulum(), {Eigen::Vector2d{amplitude, 0}, none, Eigen::Vector2d{g, length}},
+               period, {}, {.tolerance = 1e-12, .sample = period / 8});
+  REQUIRE(s);
+  CHECK_NEAR(last(s), amplitude, 1e-10);
+  CHECK_NEAR(s.x(1, s.x.cols() - 1), 0, 1e-9);
+  REQUIRE(s.events.size() == 2);
+  CHECK(s.events[0].name == "straight");
+  CHECK_NEAR(s.events[0].t, period / 4, 1e-10);
+  CHECK_FALSE(s.events[0].rising);
+  CHECK_NEAR(s.events[1].t, 3 * period / 4, 1e-10);
+  CHECK(s.events[1].rising);
+  REQUIRE(s.y.rows() == 1);
+  for (Index k = 0; k < s.y.cols(); ++k)
+    CHECK_NEAR(s.y(0, k), -g * length * std::cos(amplitude), 1e-9);
+}
+
+TEST_CASE("what is not smooth is met where the model says so") {
+  // x' = 1 below x = 0.37, then 2. The rates jump where they are asked beyond the switch, too, so
+  // that the error is of the order of the tolerance.
+  Model m = scalar([](double x, double, double) { return x < 0.37 ? 1.0 : 2.0; });
+  m.switches.push_back({"faster", [](const OperatingPoint& at) { return at.x[0] - 0.37; }});
+  const Simulation s = simulate(m, from(0), 1.0, {}, {.tolerance = 1e-10});
+  REQUIRE(s.events.size() == 1);
+  CHECK_NEAR(s.events[0].t, 0.37, 1e-8);
+  CHECK(s.events[0].rising);
+  CHECK_NEAR(last(s), 0.37 + 2 * 0.63, 1e-8);
+}
+
+// ---- every way of ending ----
+
+TEST_CASE("completed") {
+  const Simulation s = simulate(scalar([](double x, double, double) { return -x; }), from(1), 2.0);
+  CHECK(s.status == MotionStatus::completed);
+  CHECK(s.message.empty());
+  CHECK_NEAR(last(s), std::exp(-2.0), 1e-8);
+  CHECK(s.steps > 0);
+  CHECK(s.evaluations > s.steps);
+}
+
+TEST_CASE("diverged") {
+  const Simulation s = simulate(scalar([](double x, double, double) { return x; }), from(1), 100.0);
+  CHECK(s.status == MotionStatus::diverged);
+  CHECK_NEAR(s.t.back(), std::log(1e9), 0.5);
+  CHECK(says(s.message, "x is "));
+}
+
+TEST_CASE("not finite, with the model's words where it throws") {
+  SUBCASE("no number") {
+    const Simulation s =
+        simulate(scalar([](double x, double, double) { return x > 0.5 ? not_a_number : 1.0; }),
+                 from(0), 2.0);
+    CHECK(s.status == MotionStatus::not_finite);
+    CHECK_NEAR(s.t.back(), 0.5, 1e-9);
+    CHECK(s.message == "the rate of x is nan");
+  }
+  SUBCASE("at the start") {
+    const Simulation s =
+        simulate(scalar([](double, double, double) { return not_a_number; }), from(0), 2.0);
+    CHECK(s.status == MotionStatus::not_finite);
+    REQUIRE(s.t.size() == 1);
+    CHECK(s.x(0, 0) == 0);
+  }
+  SUBCASE("an exception, also one that the caller's mistakes would have") {
+    const Simulation s = simulate(scalar([](double x, double, double) {
+                                    if (x > 0.5) throw std::invalid_argument("no row 7");
+                                    return 1.0;
+                                  }),
+                                  from(0), 2.0);
+    CHECK(s.status == MotionStatus::not_finite);
+    CHECK_NEAR(s.t.back(), 0.5, 1e-9);
+    CHECK(s.message == "the rate of x is nan: the model threw: no row 7");
+  }
+  SUBCASE("what is no exception of the standard library") {
+    const Simulation s =
+        simulate(scalar([](double, double, double) -> double { throw 3; }), from(0), 2.0);
+    CHECK(s.status == MotionStatus::not_finite);
+    CHECK(says(s.message, "the model threw: something that is not a std::exception"));
+  }
+  SUBCASE("a switch throws") {
+    Model m = scalar([](double, double, double) { return 1.0; });
+    m.switches.push_back(
+        {"edge", [](const OperatingPoint&) -> double { throw std::runtime_error("no edge"); }});
+    const Simulation s = simulate(m, from(0), 2.0);
+    CHECK(s.status == MotionStatus::not_finite);
+    CHECK(s.message == "the watched 'edge' is nan: the model threw: no edge");
+  }
+}
+
+TEST_CASE("what is thrown beside the way is no remark of a motion that is completed") {
+  int thrown = 0;
+  const Model m = scalar([&thrown](double x, double, double) {
+    if (x >= 0) return -50 * x;
+    ++thrown;
+    throw std::runtime_error("below zero");
+  });
+  const Simulation s = simulate(m, from(1), 1.0, {}, {.tolerance = 1e-2, .sample = 0.5});
+  CHECK(thrown > 0);
+  CHECK(s.status == MotionStatus::completed);
+  CHECK(s.message.empty());
+}
+
+TEST_CASE("outputs that throw are NaN, and said; the motion goes on") {
+  Model m = scalar([](double, double, double) { return 1.0; });
+  m.outputs = {{"y", ""}};
+  m.h = [](const VectorXd& x, const VectorXd&, const VectorXd&) {
+    if (x[0] > 0.75) throw std::runtime_error("off the chart");
+    return one(2 * x[0]);
+  };
+  const Simulation s = simulate(m, from(0), 1.0, {}, {.sample = 0.5});
+  CHECK(s.status == MotionStatus::completed);
+  CHECK(s.message == "the model threw: off the chart");
+  REQUIRE(s.y.cols() == 3);
+  CHECK_NEAR(s.y(0, 1), 1.0, 1e-12);
+  CHECK(std::isnan(s.y(0, 2)));
+}
+
+TEST_CASE("step too small: an infinite slope") {
+  const Simulation s =
+      simulate(scalar([](double x, double, double) { return -1 / x; }), from(1), 1.0);
+  CHECK(s.status == MotionStatus::step_too_small);
+  CHECK_NEAR(s.t.back(), 0.5, 1e-6);  // x² = 1 - 2t
+  CHECK(says(s.message, "no step is short enough"));
+}
+
+TEST_CASE("step limit: stiff") {
+  const Simulation s = simulate(scalar([](double x, double, double) { return -1e9 * (x - 1); }),
+                                from(0), 1.0, {}, {.max_steps = 1000});
+  CHECK(s.status == MotionStatus::step_limit);
+  CHECK(says(s.message, "1000 steps"));
+  CHECK(s.t.back() < 1.0);
+  CHECK_NEAR(last(s), 1.0, 1e-3);
+}
+
+TEST_CASE("event limit") {
+  Model m = model_of({.name = "clock",
+                      .states = {{"x", ""}, {"y", ""}},
+                      .inputs = {},
+                      .outputs = {},
+                      .parameters = {},
+                      .let = {},
+                      .rates = {"y", "-x"},
+                      .values = {},
+                      .switches = {{"zero", "x"}}});
+  const Simulation s =
+      simulate(m, {Eigen::Vector2d{1, 0}, none, none}, 100.0, {}, {.max_events = 5});
+  CHECK(s.status == MotionStatus::event_limit);
+  CHECK(s.events.size() == 5);
+  CHECK_NEAR(s.t.back(), 4.5 * std::numbers::pi, 1e-8);
+}
+
+TEST_CASE("interrupted") {
+  std::stop_source source;
+  const Model m = scalar([&](double x, double, double) {
+    if (x > 0.5) source.request_stop();
+    return 1.0;
+  });
+  const Simulation s =
+      simulate(m, from(0), 10.0, {}, {.longest_step = 0.1, .stop = source.get_token()});
+  CHECK(s.status == MotionStatus::interrupted);
+  CHECK(s.t.back() < 1.0);
+}
+
+// ---- the caller's mistakes ----
+
+TEST_CASE("the caller's mistakes throw, in words") {
+  const Model m = scalar([](double, double, double) { return 1.0; });
+  const auto message = [&](const Model& model, const OperatingPoint& start, double duration,
+                           const std::vector<SignalChange>& changes = {}) -> std::string {
+    try {
+      (void)simulate(model, start, duration, changes);
+    } catch (const std::invalid_argument& e) {
+      return e.what();
+    }
+    return {};
+  };
+  CHECK(says(message(m, from(0), 1, {{"v", 1}}), "'v'"));
+  CHECK(
+      says(message(m, from(0), 1, {{"x", 1}}), "'x' is a state; expected an input or a parameter"));
+  CHECK(says(message(m, from(0), 1, {{"u", not_a_number}}), "a change of 'u' by nan"));
+  CHECK(says(message(m, from(0), 1, {{"u", 1, 0.5, 0.5}}), "the end behind the beginning"));
+  CHECK(says(message(m, from(0), 1, {{"u", 1, not_a_number}}), "expected finite numbers"));
+  CHECK(says(message(m, from(0), 0), "the end must come after the start"));
+  CHECK(says(message(m, from(not_a_number), 1), "'x' is nan"));
+  CHECK(says(message(m, {one(0), none, one(0)}, 1), "expected 1 values, got 0"));
+  CHECK(says(message(Model{}, {}, 1), "the model has no function f"));
+  Model wrong = m;
+  wrong.f = [](const VectorXd&, const VectorXd&, const VectorXd&) -> VectorXd {
+    return VectorXd::Zero(2);
+  };
+  CHECK(message(wrong, from(0), 1) == "model 'scalar': its rates f: expected 1 values, got 2");
+  wrong = m;
+  wrong.outputs = {{"y", ""}};
+  wrong.h = [](const VectorXd&, const VectorXd&, const VectorXd&) -> VectorXd {
+    return VectorXd::Zero(2);
+  };
+  CHECK(message(wrong, from(0), 1) == "model 'scalar': its outputs h: expected 1 values, got 2");
+}
