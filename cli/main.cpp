@@ -80,7 +80,9 @@ void add_common(CLI::App* app, Common& common, bool needs_study) {
 }
 
 void add_only(CLI::App* app, Common& common) {
-  app->add_option("--only", common.only, "only the conditions of these names")->type_name("NAME");
+  app->add_option("--only", common.only, "only the conditions of these names")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
 }
 
 void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
@@ -143,6 +145,7 @@ CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
                    "inputs of B and D: any inputs or parameters, as V,gains.K_Lp (default: the "
                    "model's inputs; closed loop: V,gamma,eta)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("NAME,...");
   linearize
       ->add_option("--models", command.models,
@@ -167,6 +170,7 @@ CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
       ->type_name("E.csv");
   modes->add_option("--states", command.states, "names of the states (the file's, or x1,x2,...)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("NAME,...");
   modes
       ->add_option("--variable", command.variable,
@@ -223,6 +227,7 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
       ->add_option("--parameters", command.parameters,
                    "numbers of the study, as V,aircraft.mass,gains.K_Lp (default: all)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("KEY,...");
   sensitivities->add_option("--most", command.most, "parameters printed for each mode (8)")
       ->check(CLI::Range(1, 1000))
@@ -240,6 +245,7 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
       ->add_option("--loop", options.actuators,
                    "where to break it: theta0, a1s, delta_e, or the model's own (default: each)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("ACTUATOR,...");
   margins
       ->add_option("--bode", command.bode,
@@ -320,6 +326,7 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
                    "linear against nonlinear response of each condition to an offset of V, "
                    "gamma_deg, theta_deg, q, energy_integral, distribution_integral")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("NAME=VALUE,...");
   instead->require_option(0, 1);
   simulate
@@ -352,6 +359,7 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
   report
       ->add_option("--sweep", command.sweeps,
                    "use this map, which sweep wrote, instead of computing one over the same axes")
+      ->allow_extra_args(false)
       ->type_name("MAP.nc");
   report
       ->add_option("--figures", command.figures,
