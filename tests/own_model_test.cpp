@@ -187,7 +187,7 @@ TEST_CASE("angles have two keys, in rad and in degrees") {
 TEST_CASE("what is no model") {
   check_refused("[model]\n@stat = 1\n" + down,
                 {"unknown key 'stat' in [model]", "did you mean 'state'?",
-                 "valid keys: name, state, input, parameter, let, "
+                 "valid keys: name, state, input, parameter, values, let, "
                  "output, switch, loop"});
   check_refused("model = @3\n" + down, {"model: ", "is not a table; expected a table [model]"});
   check_refused("@[model]\nname = 'a'\n" + down,
@@ -283,6 +283,21 @@ TEST_CASE("numbers of the model that cannot be") {
                       {"model.state.nominal: -1 is out of range"});
   check_model_refused("nominal = 0.1", "nominal = @[1, 2]", {"is not a number"});
   check_model_refused("unit = \"rad\"", "unit = @1", {"model.state.unit: 1 is not text"});
+}
+
+TEST_CASE("[model.values] comes before a parameter's own value, and may be all there is of it") {
+  const Study study = parsed(pendulum + "[model.values]\nmass = 3\nslope = -0.5\n" + down);
+  CHECK(study.own->parameters == (VectorXd(5) << 3, 0.5, 0, 9.81, -0.5).finished());
+  CHECK_NEAR(study.own->model.parameters[0].nominal, 0.3, 1e-15);
+  const Study only = parsed(
+      "[model]\nstate = [{name = 'x', rate = 'p - x'}]\nparameter = [{name = 'p'}]\n"
+      "[model.values]\np = 4\n[[condition]]\nname = 'a'\n");
+  CHECK(only.own->parameters[0] == 4);
+  check_refused(pendulum + "[model.values]\n@mas = 3\n" + down,
+                {"unknown key 'mas' in [model.values]; did you mean 'mass'?"});
+  check_refused(pendulum + "[model.values]\n@slope_deg = 3\n" + down, {"unknown key 'slope_deg'"});
+  check_refused(pendulum + "[model.values]\nmass = @'3'\n" + down,
+                {"model.values.mass: the text '3' is not a number"});
 }
 
 TEST_CASE("places to break a loop at that are none") {
