@@ -121,12 +121,12 @@ bool hides_a_dip(const Watched& before, const Watched& a, const Watched& b) {
 
 // One sign change between a and b, to round-off of s. Where Newton finds no point next to it, as at
 // a branch point or a kink, the nearest that it did find stands for it.
-std::optional<CurvePoint> located(const Curve& curve, const Watched& a, const Watched& b,
-                                  const Watch& watch, std::size_t w, Index i,
-                                  const TraceOptions& options) {
-  constexpr double next_to = 1e-6;
+std::optional<Crossing> located(const Curve& curve, const Watched& a, const Watched& b,
+                                const Watch& watch, std::size_t w, Index i,
+                                const TraceOptions& options) {
   constexpr double jumps = 1e-3;  // what is left of the function's values where it has no zero
   const double h = b.point.s - a.point.s;
+  const bool rising = b.values[w][i] > a.values[w][i];
   CurvePoint best;
   double least = infinity, lost = -1.0;
   const auto g = [&](double s) {
@@ -147,17 +147,22 @@ std::optional<CurvePoint> located(const Curve& curve, const Watched& a, const Wa
   boost::math::tools::toms748_solve(g, 0.0, h, a.values[w][i], b.values[w][i], close, iterations);
   if (lost < 0) {
     const double before = std::min(std::abs(a.values[w][i]), std::abs(b.values[w][i]));
-    return least <= std::max(jumps * before, options.tolerance) ? std::optional(best)
-                                                                : std::nullopt;
+    if (least > std::max(jumps * before, options.tolerance)) return {};
+    return Crossing{w, i, rising, best};
   }
-  // A zero has like values of either sign on its two sides; a jump has not.
+  // A zero has like values of either sign on its two sides; a jump has not. How far about it Newton
+  // finds nothing is the rounding of G over its slopes, which vanish there.
   const double at = lost;
-  const double low = g(std::max(at - 0.5 * next_to, 0.0)),
-               high = g(std::min(at + 0.5 * next_to, h));
-  const bool like = low * high < 0 && std::abs(low) < 100 * std::abs(high) &&
-                    std::abs(high) < 100 * std::abs(low);
-  return like && std::abs(best.s - (a.point.s + at)) <= next_to ? std::optional(best)
-                                                                : std::nullopt;
+  for (const double next_to : {1e-6, 1e-5, 1e-4}) {
+    const double low = g(std::max(at - 0.5 * next_to, 0.0)),
+                 high = g(std::min(at + 0.5 * next_to, h));
+    if (low == 0 || high == 0) continue;  // lost there, too
+    const bool like = low * high < 0 && std::abs(low) < 100 * std::abs(high) &&
+                      std::abs(high) < 100 * std::abs(low);
+    if (!like || std::abs(best.s - (a.point.s + at)) > next_to) return {};
+    return Crossing{w, i, rising, best, next_to};
+  }
+  return {};
 }
 
 // All sign changes between a and b in order; nothing if one cannot be located.
@@ -169,9 +174,10 @@ std::optional<std::vector<Crossing>> crossings(const Curve& curve, const Watched
     for (Index i = 0; i < a.values[w].size(); ++i) {
       const double from = a.values[w][i], to = b.values[w][i];
       if (!((from > 0 && to <= 0) || (from < 0 && to >= 0))) continue;
-      auto at = to == 0 ? b.point : located(curve, a, b, watches[w], w, i, options);
-      if (!at) return {};
-      found.push_back({w, i, to > from, *at});
+      const auto one = to == 0 ? std::optional(Crossing{w, i, to > from, b.point})
+                               : located(curve, a, b, watches[w], w, i, options);
+      if (!one) return {};
+      found.push_back(*one);
     }
   std::ranges::stable_sort(found, {}, [](const Crossing& c) { return c.at.s; });
   return found;

@@ -35,6 +35,7 @@ struct Crossing {
   Eigen::Index index;
   bool rising;
   CurvePoint at;
+  double within = 0.0;  ///< it lies no further off along the way; 0: to round-off
 };
 
 enum class CurveEnd {

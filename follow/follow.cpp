@@ -58,7 +58,7 @@ std::vector<Watch> watches(const Follower& f, const std::vector<LimitName>& name
 void merge(std::vector<Crossing>& found) {
   const auto known = [&](const Crossing& c) {
     const auto same = [&](const Crossing& other) {
-      if (std::abs(other.at.s - c.at.s) > same_place) return false;
+      if (std::abs(other.at.s - c.at.s) > same_place + other.within + c.within) return false;
       return other.watch == turning || other.watch == branching ||
              (other.watch == stability && other.index < c.index);
     };

@@ -149,6 +149,19 @@ TEST_CASE("levitation: unstable below k_p = i/z, on the grid and by the branch")
   }
 }
 
+TEST_CASE("levitation: at k_p = i/z the branch is crossed by one of all gaps, and goes on") {
+  const Study study = levitation();
+  const Branch branch = branch_of(study);
+  CHECK(branch.end == BranchEnd::reached);
+  REQUIRE(branch.events.size() == 2);
+  const BranchEvent& crossed = only(branch, EventKind::branch_point);
+  CHECK_NEAR(crossed.at.parameter, pull, 1e-3);
+  for (const BranchPoint& p : branch.points) {
+    CHECK_NEAR(p.point.x[0], 0.01, 1e-9);
+    CHECK(p.unstable == (p.parameter > pull ? 0 : 1));
+  }
+}
+
 TEST_CASE("levitation: sensitivities, the trim's own shift included") {
   const Study study = levitation();
   const SensitivityAnswer a = sensitivities(study.vehicle, study.conditions[0]);
