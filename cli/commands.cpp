@@ -289,6 +289,19 @@ static void check_frequencies(const LoopsOptions& options) {
     throw StudyError(fmt::format("--from {} is not below --to {}", *options.from, *options.to));
 }
 
+// Where loops are to be broken, before any is.
+static void check_loops(const std::vector<std::string>& asked, const Study& study) {
+  std::vector<std::string> all = actuators();
+  if (study.own) {
+    all.clear();
+    for (const OwnModel::Loop& loop : study.own->loops) all.push_back(loop.name);
+  }
+  for (const std::string& name : asked)
+    if (!all.empty() && std::ranges::find(all, name) == all.end())
+      throw StudyError(
+          fmt::format("--loop: no loop '{}'; there are: {}", name, fmt::join(all, ", ")));
+}
+
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check_frequencies(command.options);
   const std::filesystem::path &bode = command.bode, &output = command.common.output;
@@ -296,6 +309,7 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
       absolute(bode).lexically_normal() == absolute(output).lexically_normal())
     throw StudyError("--bode and --output are one file; expected two");
   const Study study = load_study(command.common.study);
+  check_loops(command.options.actuators, study);
   if (!bode.empty()) check_writable(bode);
   std::vector<LoopsAnswer> conditions;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {

@@ -513,7 +513,7 @@ TEST_CASE("tiltrim margins: mistakes are said in a line, and nothing is written"
     CHECK(std::ranges::count(ran.err, '\n') == 1);
     says(ran.err, words);
   };
-  refused(command + " --loop delta", "--loop: delta not in {theta0,a1s,delta_e}");
+  refused(command + " --loop delta", "--loop: no loop 'delta'; there are: theta0, a1s, delta_e");
   refused(command + " --points 1", "--points");
   refused(command + " --from 2 --to 1", "--from 2 is not below --to 1");
   refused(command + " --from 1 --to 1", "--from 1 is not below --to 1");
