@@ -25,7 +25,10 @@ using program::slurp;
 using program::start;
 
 const std::string levitation = "'" TILTRIM_SOURCE_DIR "/studies/levitation.toml' ";
-const std::string every_format[] = {"text", "json", "csv", "markdown", "latex"};
+// Under sanitizers a start takes a while.
+const std::vector<std::string> every_format =
+    sanitized ? std::vector<std::string>{"text", "json"}
+              : std::vector<std::string>{"text", "json", "csv", "markdown", "latex"};
 
 bool says(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
@@ -83,10 +86,9 @@ struct Misbehaviour {
 
 TEST_CASE("every command answers in every format, and to a file what it prints") {
   const Scratch scratch("own-formats");
-  for (const std::string command :
-       {"trim", "trim --all", "linearize", "sensitivities", "margins", "simulate",
-        "simulate --response gap=1e-4", "follow --only 'which bias'", "envelope --count 9",
-        "tune --evaluations 200 --seconds 0"})
+  for (const std::string command : {"trim", "trim --all", "linearize", "sensitivities", "margins",
+                                    "simulate", "simulate --response gap=1e-4", "follow",
+                                    "envelope --count 9", "tune --evaluations 200 --seconds 0"})
     for (const std::string& format : every_format) {
       const std::string arguments = fmt::format("{} {} -f {}", command, levitation, format);
       CAPTURE(arguments);
@@ -400,6 +402,7 @@ TEST_CASE("a model that misbehaves has a named status from every command, and no
     const json b = ask("follow", row.follow.exit_code)["branches"][0];
     if (!row.follow.status.empty()) CHECK(b["end"] == row.follow.status);
     CHECK(ask("sweep", row.sweep.exit_code)["points"][2]["status"] == row.sweep.status);
+    if (sanitized && row.simulate.status == "step_limit") continue;  // two million steps
     CHECK(ask("simulate", row.simulate.exit_code)["status"] == row.simulate.status);
   }
 }
@@ -423,7 +426,7 @@ TEST_CASE("a motion that ends early says why, and its samples up to there are wr
 
 TEST_CASE("a long sweep of formulas is stopped cleanly, and goes on to the same bytes") {
   const Scratch scratch("own-interrupted");
-  const int count = sanitized ? 60 : 400;
+  const int count = sanitized ? 60 : 250;
   scratch.write("s.toml",
                 "[model]\nstate = [{name = \"x\", rate = \"p - x - x^3 + q*y\"}, "
                 "{name = \"y\", rate = \"-x - y\"}]\n"
