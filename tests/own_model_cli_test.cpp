@@ -199,7 +199,7 @@ TEST_CASE("sensitivities and margins") {
   CHECK_NEAR(m["loops"][0]["margins"]["gain_down"].get<double>(), 0.5, 1e-7);
   CHECK(csv_of(slurp(scratch.path / "bode.csv")).size() == 201);
   check_refused(scratch, "margins " + levitation + "--loop theta0",
-                "no actuator 'theta0'; there are: coil");
+                "no loop 'theta0'; there are: coil");
   scratch.write("s.toml", study_of("p - x"));
   check_refused(scratch, "margins s.toml", "expected [[model.loop]] tables");
 }
