@@ -134,7 +134,7 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
 }
 
 std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
-  double unstable = 0, rest = 0;
+  double stable = 0, unstable = 0, rest = 0;
   std::size_t stretches = 0;
   const AxisInterval* least = nullptr;
   for (const AxisInterval& i : map.intervals) {
@@ -142,6 +142,7 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
     const double length = std::abs(i.to - i.from);
     if (std::isfinite(i.abscissa) && (!least || i.abscissa > least->abscissa)) least = &i;
     if (i.verdict == IntervalVerdict::unstable) unstable += length, ++stretches;
+    if (i.verdict == IntervalVerdict::stable) stable += length;
     if (i.verdict != IntervalVerdict::stable && i.verdict != IntervalVerdict::unstable)
       rest += length;
   }
@@ -151,6 +152,8 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
   if (unstable == 0 && rest == 0)
     return fmt::format("stable on all of {}; largest Re λ {:.6g} 1/s at {} = {:.6g}", range,
                        least->abscissa, own.name, least->abscissa_at);
+  if (unstable == 0 && stable == 0)
+    return fmt::format("without trim or undecided on all of {}", range);
   if (unstable == 0)
     return fmt::format("stable on {} but for {:.6g}, which is without trim or undecided", range,
                        rest);

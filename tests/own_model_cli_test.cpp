@@ -407,6 +407,15 @@ TEST_CASE("a model that misbehaves has a named status from every command, and no
   }
 }
 
+TEST_CASE("a line without any trim is not called stable") {
+  const Scratch scratch("own-nowhere");
+  scratch.write("s.toml", study_of("x^2 + p"));
+  const Ran ran = run(scratch, "sweep s.toml");
+  CHECK(ran.exit_code == 1);
+  CHECK(says(ran.out, "without trim or undecided on all of [1, 2]"));
+  CHECK(!says(ran.out, "stable on"));
+}
+
 TEST_CASE("a motion that ends early says why, and its samples up to there are written") {
   const Scratch scratch("own-ends");
   scratch.write("s.toml",
