@@ -3,8 +3,8 @@
 
   python_overhead.py [--seconds 1]     one line for each model: time of an evaluation, and the ratio
 
-Each flies the tiltrotor's closed loop near a trim with steps of the same length, so that an evaluation
-is the integrator's own work and one call of f.
+Each flies the tiltrotor's closed loop near a trim with steps of the same length, so that an
+evaluation is the integrator's own work and one call of f.
 """
 
 import argparse

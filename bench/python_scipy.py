@@ -4,14 +4,15 @@ numpy.linalg.eigvals, on the same Python functions.
 
   python_scipy.py [--starts 1000]     a table for each of three models
 
-A start is a random place within the bounds of the unknowns. Each has an equilibrium within the bounds.
+A start is a random place within the bounds of the unknowns. Each condition has an equilibrium.
 
   failed : no point within the bounds whose rates, evaluated again, are below 1e-8 in nominal sizes
   wrong  : of those, success was reported all the same
 
 tiltrim solves by Newton from the start, while that finds none from up to 32 further random places,
-then with all that trim() does. root() has the start alone, and in the row "restarted" up to 32 further
-random places, each answer verified here by hand. Both then differentiate and take eigenvalues, tiltrim's with bounds of their errors.
+then with all that trim() does. root() has the start alone, and in the row "restarted" up to 32
+further random places, each answer verified here by hand. Both then differentiate and take
+eigenvalues, tiltrim's with bounds of their errors.
 """
 
 import argparse

@@ -1,5 +1,5 @@
-"""endless.py VERB: runs a verb on Python callables that would not end by itself, says "running" once
-it is within a callable of it, and how it ended."""
+"""endless.py VERB: runs a verb on Python callables that would not end by itself, says "running"
+once it is within a callable of it, and how it ended."""
 
 import sys
 

@@ -69,7 +69,8 @@ def test_names_are_escaped_in_html():
 
 def test_the_text_says_status_numbers_and_units():
     held = tiltrim.trim(
-        magnet(), {**BALL, "gap": 0.01}, free=["current"], still=["rate"], bounds={"current": (0, 1)}
+        magnet(), {**BALL, "gap": 0.01}, free=["current"], still=["rate"],
+        bounds={"current": (0, 1)},
     )
     assert repr(held).splitlines()[0] == "converged: magnet"
     assert "  input      current         1  A        at its upper limit" in repr(held).splitlines()
@@ -139,7 +140,8 @@ def stubbed():
                         isinstance(d, ast.Name) and d.id == "property"
                         for d in member.decorator_list
                     )
-                    found[f"{node.name}.{member.name}"] = None if is_property else parameters(member)
+                    name = f"{node.name}.{member.name}"
+                    found[name] = None if is_property else parameters(member)
     return found
 
 
@@ -196,7 +198,8 @@ def test_types(tmp_path):
     )
     program = Path(__file__).parent / "typed_program.py"
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", os.devnull, PACKAGE, program, wrong],
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", os.devnull]
+        + [str(file) for file in (PACKAGE, program, wrong)],
         capture_output=True,
         text=True,
         cwd=PACKAGE.parent,

@@ -59,7 +59,8 @@ def test_own_derivatives_are_taken_and_compared():
         return [[-p[0], 1.0, -x[0]]]
 
     linear = tiltrim.linearize(
-        Model("m", lambda x, u, p: [u[0] - p[0] * x[0]], ["x"], ["u"], [], ["a"], None, derivatives),
+        Model("m", lambda x, u, p: [u[0] - p[0] * x[0]], ["x"], ["u"], [], ["a"],
+              derivatives=derivatives),
         {"x": 2.0, "u": 6.0, "a": 3.0},
     )
     assert linear.method == "exact" and linear.A[0, 0] == -3.0 and linear.B[0, 0] == 1.0
@@ -70,7 +71,7 @@ def test_own_derivatives_are_taken_and_compared():
     with pytest.raises(ValueError, match=r"derivatives: expected 1 x 1 values, got an array of"):
         tiltrim.linearize(bad, {})
     bad = Model("m", lambda x, u, p: -x, ["x"], derivatives=lambda x, u, p: [[2.0, 1.0]])
-    with pytest.raises(ValueError, match="model 'm': its derivatives: expected 1 x 1 values, got 1 x 2"):
+    with pytest.raises(ValueError, match="'m': its derivatives: expected 1 x 1 values, got 1 x 2"):
         tiltrim.linearize(bad, {})
 
 

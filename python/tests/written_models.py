@@ -195,8 +195,8 @@ def vtol():
 
 
 def aircraft_rates(x, u, p):
-    """A light aircraft through its stall: lift linear below it and that of a flat plate beyond,
-    blended (Beard and McLain, Small Unmanned Aircraft, 2012, eq. 4.9; numbers near its Aerosonde's).
+    """A light aircraft through its stall: lift linear below it and that of a flat plate beyond, the
+    two blended. Its numbers are of no aircraft in particular.
     """
     m, g, S, c, inertia, rho = 13.5, 9.81, 0.55, 0.19, 1.135, 1.2682
     CL0, CLa, CLq, CLd = 0.28, 3.45, 0.0, -0.36

@@ -103,7 +103,10 @@ class Branch(Shown):
             "event_at": ("event", [e.parameter for e in self.events]),
             "event_after": ("event", [e.after for e in self.events]),
             "event_which": ("event", [e.which for e in self.events]),
-            "event_state": (("event", "state"), _rows([e.point.x for e in self.events], len(m.states))),
+            "event_state": (
+                ("event", "state"),
+                _rows([e.point.x for e in self.events], len(m.states)),
+            ),
         }
         coords: Dict[str, Any] = {
             self.parameter.name: ("point", self.values, {"units": self.parameter.unit})
@@ -172,8 +175,8 @@ def follow(
 
     what      : a Model, with a start (values by name, or a Point) and what is asked; a TrimResult,
                 which has all three; a Problem, trimmed first; or a Condition of the tiltrotor
-    parameter : a variable that the trim does not move; of a Condition a number of its study, as "V",
-                "eta_deg", "gains.K_Lp" (default: what the study's [follow] says), in the study's unit
+    parameter : a variable that the trim does not move; of a Condition a number of its study, as
+                "V", "eta_deg", "gains.K_Lp", in the study's unit (default: what its [follow] says)
     max_step  : length of a step, every unknown over its nominal size; max_points of them at most
     stability : eigenvalues along the branch, real and Hopf crossings
     tolerance, step_tolerance : as of trim()

@@ -71,7 +71,7 @@ class LinearModel(Shown):
         return signal.StateSpace(A, B, C, D)
 
     def to_control(self) -> Any:
-        """A control.StateSpace with the signals' names; of a model without outputs, y is the state."""
+        """A control.StateSpace with the signals' names; without outputs, y is the state."""
         control = need("control", "control", "to_control()")
         (A, B, C, D), outputs = self._matrices()
         return control.ss(
@@ -176,7 +176,7 @@ class Modes(Shown):
             if m.eigenvalue.imag < 0:
                 continue  # with its conjugate
             shares = sorted(zip(m.participation, self.states), reverse=True)
-            taking_part = ", ".join(f"{n} {100 * share:.0f} %" for share, n in shares if share >= 0.1)
+            taking_part = ", ".join(f"{n} {100 * s:.0f} %" for s, n in shares if s >= 0.1)
             rows.append(
                 [
                     _complex(m.eigenvalue),

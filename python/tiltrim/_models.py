@@ -53,7 +53,9 @@ PointTuple = Tuple[Array, Array, Array]
 
 def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
     if isinstance(given, str):
-        raise _tiltrim.InvalidArgument(f"{what}: expected a list of signals, got the string {given!r}")
+        raise _tiltrim.InvalidArgument(
+            f"{what}: expected a list of signals, got the string {given!r}"
+        )
     signals = []
     for one in given:
         signal = Signal(one) if isinstance(one, str) else Signal(*one)
@@ -75,11 +77,11 @@ class Model(Shown):
     h           : h(x, u, p) -> outputs, ny numbers; needed if outputs are named
     derivatives : derivatives(x, u, p) -> array of shape (nx + ny, nx + nu + np), the exact
                   derivatives of [f; h] by [x; u; p]; without it differences are taken
-    switches    : {what happens: s(x, u, p) -> number that is zero where f or h has a kink or a jump}
+    switches    : {what happens: s(x, u, p) -> number, zero where f or h has a kink or a jump}
 
-    The functions get arrays of their own and must depend on these alone. A list, tuple, array or (of
-    one) a number will do as an answer; None, strings, complex numbers, other lengths or shapes end
-    the verb with InvalidArgument, NaN is a point without an answer.
+    The functions get arrays of their own and must depend on these alone. A list, tuple, array or
+    (of one) a number will do as an answer; None, strings, complex numbers, other lengths or shapes
+    end the verb with InvalidArgument, NaN is a point without an answer.
     """
 
     def __init__(
@@ -157,7 +159,9 @@ class Model(Shown):
         """Whether the model has exact derivatives of its own."""
         return self._core.exact
 
-    def point(self, values: Union[Mapping[str, float], Point, None] = None, **named: float) -> Point:
+    def point(
+        self, values: Union[Mapping[str, float], Point, None] = None, **named: float
+    ) -> Point:
         """A point of this model by names; states and inputs that are not named are 0.
 
         Every parameter must be given: ValueError with those that are not.
@@ -303,15 +307,16 @@ def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Tabl
     """Name, value, unit and a note (may be empty) of the variables of a point."""
     model = point.model
     many = len(model.parameters) > _most_parameters
+    noted = notes or {}
     rows = [
-        [kind if i == 0 else "", s.name, number(float(value)), s.unit, (notes or {}).get(s.name, "")]
+        [kind if i == 0 else "", s.name, number(float(value)), s.unit, noted.get(s.name, "")]
         for kind, signals, values in (
             ("state", model.states, point.x),
             ("input", model.inputs, point.u),
             ("parameter", model.parameters, point.p),
         )
         for i, (s, value) in enumerate(zip(signals, values))
-        if not (many and kind == "parameter" and s.name not in (notes or {}))
+        if not (many and kind == "parameter" and s.name not in noted)
     ]
     if many:
         rows.append(["parameter", f"({len(model.parameters)} of them)", "", "", ""])

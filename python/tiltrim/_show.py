@@ -1,4 +1,4 @@
-"""Results on a terminal and in a notebook: one description of a page, written as text or as HTML."""
+"""Results on a terminal and in a notebook: one description of a page, as text or as HTML."""
 
 from __future__ import annotations
 

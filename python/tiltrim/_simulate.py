@@ -191,7 +191,7 @@ def simulate(
     changes  : of inputs and parameters for a time: (signal, size, from, until); not beside input(t)
     sample   : s between samples; 0: at the steps
     breaks   : rising times [s] at which the input jumps or has a kink
-    tolerance: of each step's error in each state, times the larger of the state and its nominal size
+    tolerance: of each step's error in each state, times the larger of it and its nominal size
     longest_step : s; max_steps are tried at most, then the status is step_limit
 
     Where the model raises or gives no finite numbers the motion ends before, and says so.
@@ -213,7 +213,7 @@ def simulate(
     }
     function = None if isinstance(input, Mapping) else input
     if function is not None and changes:
-        raise TypeError("simulate(): changes beside input(t); expected them in input(t), and breaks")
+        raise TypeError("simulate(): changes beside input(t); expected them in it, and breaks")
     listed = [Change(*change) for change in changes]
     raw = _tiltrim.simulate(
         model._core,
@@ -229,8 +229,8 @@ def simulate(
 
 
 def fly(study: Union[Study, Condition]) -> Flight:
-    """What a study's [simulate] asks: a flight with schedule, weather, actuators and the ground, or the
-    motion of its [model] (docs/simulate.md)."""
+    """What a study's [simulate] asks: a flight with schedule, weather, actuators and the ground, or
+    the motion of its [model] (docs/simulate.md)."""
     own = study if isinstance(study, Study) else study.study
     raw = _tiltrim.fly_study(own._core)
     columns = raw["columns"]

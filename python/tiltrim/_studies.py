@@ -73,7 +73,7 @@ class Condition(Shown):
 
 
 class Study(Shown):
-    """A study, of the tiltrotor or of its own [model]: conditions by name, and what its tables ask."""
+    """A study, of the tiltrotor or its own [model]: conditions by name, and what its tables ask."""
 
     def __init__(self, core: _tiltrim.Study) -> None:
         self._core = core

@@ -158,7 +158,7 @@ def _axes(axes: Axes, model: Model) -> List[Tuple[str, List[Tuple[str, str, List
             column = _numbers(name, signal, numbers).tolist()
             columns.append((signal, _signal(model, signal).unit, column))
         if len({len(column) for _, _, column in columns}) != 1:
-            raise _tiltrim.InvalidArgument(f"axis '{name}': its signals have unequal numbers of values")
+            raise _tiltrim.InvalidArgument(f"axis '{name}': unequal numbers of values")
         listed.append((name, columns))
     return listed
 

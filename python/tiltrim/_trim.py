@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
 from ._models import Array, Effort, Model, Point, point_table
 from ._problems import Bound, Guess, Problem, TrimSpec
-from ._show import Page, Shown, Table, number
+from ._show import Page, Shown, number
 from ._studies import Condition
 
 
@@ -20,8 +20,8 @@ class TrimResult(Shown):
     read by name, outputs too: result["gap"].
     """
 
-    status: str  #: converged, singular, not_optimal, not_implied, infeasible, not_found, not_finite,
-    #: model_threw, not_repeatable, interrupted (docs/trim.md)
+    status: str  #: converged, singular, not_optimal, not_implied, infeasible, not_found,
+    #: not_finite, model_threw, not_repeatable, interrupted (docs/trim.md)
     equilibrium: bool  #: equations and bounds are verified, with or without a remark
     model: Model
     spec: TrimSpec
@@ -130,8 +130,8 @@ def trim(
     max_boxes      : of the proof that there is none, where the model has ranges; 0: no proof
     closest        : where there is no answer, look for the closest point
 
-    Returns a TrimResult, true where it converged. ValueError for names that the model does not have,
-    bounds that are reversed, more equations than unknowns.
+    Returns a TrimResult, true where it converged. ValueError for names that the model does not
+    have, bounds that are reversed, more equations than unknowns.
     """
     options = {
         "method": method,

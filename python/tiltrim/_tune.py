@@ -138,16 +138,16 @@ def tune(
 
     what     : a Model with a guess and what is asked of the trim; a Problem or a Condition; a list
                of those; or a Study with its own [tune], of which only the last options are taken
-    gains    : {parameter: (from, to)}, SI; searched in their logarithm where both are above zero, but
-               for those named in `linear`
+    gains    : {parameter: (from, to)}, SI; searched in their logarithm where both are above zero,
+               but for those named in `linear`
     goal     : its worst value is to be as good as it can be: "decay" (1/s), "damping", "frequency"
                (rad/s), ...; ("half_time", name of the mode)
     limits   : {measure: limit}, or [(measure, limit, of)] (docs/tune.md has the measures)
     uncertain: {parameter: (from, to)}: each point again at all of their corners (unless corners is
                False) and at `samples` random places between
     schedule : gains linear between their values at these, rising, of the parameter schedule_over
-    start    : numbers tried first; evaluations, seconds, seed, threads, global_search, local_search:
-               the budget and the algorithms, defaults as of the library or the study
+    start    : numbers tried first; evaluations, seconds, seed, threads, global_search,
+               local_search: budget and algorithms, defaults as of the library or the study
 
     ValueError for names that the models do not have, bounds reversed, nothing free.
     """
@@ -177,7 +177,7 @@ def tune(
         "samples": samples,
         "schedule": [float(v) for v in schedule],
         "schedule_over": schedule_over,
-        "goal": _requirement((goal, math.nan) if isinstance(goal, str) else (goal[0], math.nan, goal[1])),
+        "goal": (goal, math.nan, "") if isinstance(goal, str) else (goal[0], math.nan, goal[1]),
         "limits": [
             _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
         ],
