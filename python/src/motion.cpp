@@ -80,7 +80,9 @@ class Driven {
     }
   }
 
+  // The model's words, where it threw last; empty if it did not.
   const std::string& thrown() const { return thrown_; }
+  void forget() { thrown_.clear(); }
 
  private:
   static constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -92,8 +94,10 @@ class Driven {
   void guarded(const std::function<void()>& work) {
     try {
       work();
-    } catch (const CallableRaised& raised) {
-      if (thrown_.empty()) thrown_ = raised.what();
+    } catch (const CallerMistake&) {
+      throw;
+    } catch (const std::exception& e) {
+      thrown_ = e.what();
     }
   }
 };
@@ -118,6 +122,7 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   s.u.resize(start.u.size(), samples);
   s.p = start.p.replicate(1, samples);
   s.y.resize(std::ssize(model.outputs), samples);
+  if (found) driven.forget();  // thrown beside the way, by a step that was refused
   driven.fill(s);
   for (const MotionEvent& e : found.events)
     s.events.push_back({model.switches[e.which].name, e.t, e.rising});

@@ -205,6 +205,20 @@ def test_switches_are_met_on_the_way():
         tiltrim.simulate(bounce, {}, 1.0, changes=[("x", 1.0)])
 
 
+def test_outputs_that_raise_are_nan():
+    def height(x, u, p):
+        if x[0] > 0.45:
+            raise ValueError("above the table")
+        return [2 * x[0]]
+
+    m = Model("m", lambda x, u, p: [u[0]], ["x"], ["u"], ["y"], h=height)
+    for drive in ({"u": 1.0}, lambda t: [1.0]):
+        motion = tiltrim.simulate(m, {}, 1.0, drive)
+        assert motion and "ValueError: above the table" in motion.message
+        np.testing.assert_allclose(motion["y"], np.where(motion.t < 0.45, 2 * motion.t, np.nan))
+        assert isinstance(motion.exception, ValueError)
+
+
 def test_other_packages_get_their_own_objects():
     signal = pytest.importorskip("scipy.signal")
     linear = tiltrim.linearize(tiltrim.tiltrotor())
