@@ -67,18 +67,25 @@ void do_beside(const std::function<void(const std::stop_token&)>& work);
 /// Throws std::invalid_argument where a model's function is what calls: Ipopt is one at a time.
 void refuse_within_callable(const char* verb, const char* expected);
 
+/// How long built-in work may take: at once, where nobody would press Ctrl-C, or any time.
+enum class Lasts { a_moment, any_time };
+
 /// work(stop), here or beside, and the first exception that a callable raised (else None).
 template <class Work>
-auto run(bool callables, const Work& work) {
+auto run(bool callables, const Work& work, Lasts lasts = Lasts::any_time) {
   std::optional<decltype(work(std::stop_token{}))> result;
   py::object raised = py::none();
-  if (callables)
+  if (callables) {
     do_here([&](Call& call) {
       result.emplace(work(call.stop()));
       raised = call.first();
     });
-  else
+  } else if (lasts == Lasts::any_time) {
     do_beside([&](const std::stop_token& stop) { result.emplace(work(stop)); });
+  } else {
+    const py::gil_scoped_release released;
+    result.emplace(work(std::stop_token{}));
+  }
   return std::pair(std::move(*result), raised);
 }
 

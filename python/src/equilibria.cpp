@@ -77,9 +77,10 @@ py::dict linearized(const HeldModel& held, const PointTuple& point, const std::s
   LinearizeOptions options{method_of(method), inputs, {}, tolerance, moving};
   for (const auto& [name, range] : bounds)
     options.bounds[name] = {std::get<0>(range), std::get<1>(range)};
-  const auto [linear, raised] = run(held.callables, [&](const std::stop_token&) {
+  const auto work = [&](const std::stop_token&) {
     return linearize(held.model, point_of(point), options);
-  });
+  };
+  const auto [linear, raised] = run(held.callables, work, Lasts::a_moment);
   py::dict d = dict_of(linear);
   d["exception"] = raised;
   return d;
@@ -129,9 +130,10 @@ py::dict in_dict(const Sensitivities& s) {
 py::dict sensitive(const HeldModel& held, const py::dict& spec, const PointTuple& trimmed,
                    const std::vector<std::string>& parameters) {
   const TrimSpec asked = spec_of(spec);
-  return in_dict(run(held.callables, [&](const std::stop_token&) {
-                   return sensitivities(held.model, asked, point_of(trimmed), parameters);
-                 }).first);
+  const auto work = [&](const std::stop_token&) {
+    return sensitivities(held.model, asked, point_of(trimmed), parameters);
+  };
+  return in_dict(run(held.callables, work, Lasts::a_moment).first);
 }
 
 // Points of a branch as arrays over them.

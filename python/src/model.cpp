@@ -207,16 +207,14 @@ HeldModel closed(const py::object& plant, const py::object& controller) {
   const auto& first = plant.cast<const HeldModel&>();
   const auto& second = controller.cast<const HeldModel&>();
   const bool callables = first.callables || second.callables;
-  Model loop = run(callables, [&](const std::stop_token&) {
-                 return close_loop(first.model, second.model);
-               }).first;
+  const auto joined = [&](const std::stop_token&) { return close_loop(first.model, second.model); };
+  Model loop = run(callables, joined, Lasts::a_moment).first;
   return {std::move(loop), {}, {plant, controller}, callables};
 }
 
 py::tuple evaluated(const HeldModel& held, const PointTuple& point) {
-  const auto e = run(held.callables, [&](const std::stop_token&) {
-                   return evaluate(held.model, point_of(point));
-                 }).first;
+  const auto work = [&](const std::stop_token&) { return evaluate(held.model, point_of(point)); };
+  const auto e = run(held.callables, work, Lasts::a_moment).first;
   return py::make_tuple(e.rates, e.outputs);
 }
 
