@@ -5,9 +5,10 @@
 #   - a solver's or parser's headers enter a folder by one .cpp, its door.
 cmake_minimum_required(VERSION 3.25)
 
-set(doors Ipopt NLopt toml++ MPI NetCDF matio)
+set(doors Ipopt NLopt muParser toml++ MPI NetCDF matio)
 set(door_Ipopt "^(coin/)?Ip[A-Z]")
 set(door_NLopt "^nlopt")
+set(door_muParser "^muParser")
 set(door_toml++ "^toml\\+\\+/")
 set(door_MPI "^mpi\\.h$")
 set(door_NetCDF "^netcdf")
