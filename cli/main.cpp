@@ -33,6 +33,7 @@ constexpr const char* examples =
     "  tiltrim tune studies/tune_corridor.toml    gains for the worst of many operating points\n"
     "  tiltrim simulate studies/transition.toml   the flight from take-off to level flight\n"
     "  tiltrim report studies/paper.toml          all of it as one page: paper.html\n"
+    "  tiltrim linearize studies/levitation.toml  equations of your own, as formulas in a study\n"
     "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
     "  tiltrim linearize my.toml --format json -o my.json\n"
     "\nA study is one TOML file (docs/study.md). The smallest:\n"
