@@ -53,7 +53,7 @@ enum class EventKind {
 };
 std::string to_string(EventKind kind);  ///< as JSON spells it
 
-/// Located on the branch to round-off of its position.
+/// Located on the branch to round-off of its position; beside what Newton cannot reach, to 5e-5.
 struct BranchEvent {
   EventKind kind = EventKind::end;  ///< what happens
   BranchPoint at;                   ///< where
