@@ -6,11 +6,11 @@
 #include <charconv>
 #include <cmath>
 #include <map>
-#include <numbers>
 
 #include "cli/commands.hpp"
 #include "cli/gnuplot.hpp"
 #include "cli/terminal.hpp"
+#include "model/degrees.hpp"
 #include "model/study.hpp"
 #include "report/flights.hpp"
 #include "report/motions.hpp"
@@ -20,8 +20,6 @@ namespace tiltrim::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 std::string study_name(const Study& study) { return study.file.stem().string(); }
 

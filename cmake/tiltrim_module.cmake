@@ -1,9 +1,10 @@
-# tiltrim_module(<folder> HEADERS ... SOURCES ... USES ... LINKS ... HEADERS_OF ...)
+# tiltrim_module(<folder> [COLD] HEADERS ... SOURCES ... USES ... LINKS ... HEADERS_OF ...)
 # A folder is a target tiltrim::<folder>: what it may include is what it USES, and what those use.
 # HEADERS are public: installed, listed in docs/api.md, documented.
 # LINKS: libraries its users must link too. HEADERS_OF: header-only ones, needed to build it alone.
+# COLD: reads and writes, computes nothing that lasts; compiled in two thirds of the time.
 function(tiltrim_module name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;SOURCES;USES;LINKS;HEADERS_OF")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "COLD" "" "HEADERS;SOURCES;USES;LINKS;HEADERS_OF")
   list(TRANSFORM arg_SOURCES PREPEND ${name}/)
   list(TRANSFORM arg_HEADERS PREPEND ${name}/)
   add_library(tiltrim_${name} STATIC ${arg_SOURCES})
@@ -21,11 +22,23 @@ function(tiltrim_module name)
     target_link_libraries(tiltrim_${name} PRIVATE $<BUILD_INTERFACE:${library}>)
   endforeach()
   tiltrim_compile_options(tiltrim_${name})
+  tiltrim_light(tiltrim_${name} ${arg_COLD})
 
   # Installed, a header is <tiltrim/trim/trim.hpp>, and includes its neighbours as "model/model.hpp".
   target_include_directories(tiltrim_${name} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   install(TARGETS tiltrim_${name} EXPORT tiltrim
           FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tiltrim)
+endfunction()
+
+# What a release costs to compile: several sources at once share what their headers instantiate.
+# dense/ has its sources apart because each is large.
+function(tiltrim_light target cold)
+  if(cold)
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
+  if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  endif()
 endfunction()
 
 function(tiltrim_compile_options target)

@@ -1,9 +1,10 @@
 #include "follow/border.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
@@ -29,7 +30,7 @@ double distance(const LimitName& limit, const VectorXd& y, const Values& v) {
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // Scaled slope of the distance to a limit.
 Eigen::RowVectorXd distance_slope(const LimitName& limit, const Slopes& s, Index size) {
@@ -67,19 +68,17 @@ MatrixXd bordered_jacobian(const MatrixXd& J, const VectorXd& b, const VectorXd&
 FoldTest::FoldTest(const Plane& plane, const VectorXd& at) {
   const Index n = plane.n();
   const Slopes s = slopes(plane.problem, at);
-  const Eigen::JacobiSVD<MatrixXd> svd(s.residual.leftCols(n),
-                                       Eigen::ComputeFullU | Eigen::ComputeFullV);
-  b = svd.matrixU().col(n - 1);
-  c = svd.matrixV().col(n - 1);
+  const dense::SVD svd = dense::svd(s.residual.leftCols(n));
+  b = svd.U.col(n - 1);
+  c = svd.V.col(n - 1);
 }
 
 // [J b; cᵀ 0] [v; g] = [0; 1]: g = 0 where J is singular.
 double FoldTest::value(const Plane& plane, const VectorXd& y) const {
   const Slopes s = slopes(plane.problem, y);
-  if (!s.finite) return nan;
+  if (!s.finite) return not_a_number;
   const Index n = c.size();
-  const VectorXd vg =
-      bordered_jacobian(s.residual, b, c).partialPivLu().solve(VectorXd::Unit(n + 1, n));
+  const VectorXd vg = dense::solve(bordered_jacobian(s.residual, b, c), VectorXd::Unit(n + 1, n));
   return vg[n];
 }
 
@@ -122,11 +121,14 @@ VectorXd distances(const Plane& plane, const std::vector<LimitName>& limits, con
   const Values v = values(plane.problem, y);
   VectorXd d(std::ssize(limits));
   for (Index i = 0; i < d.size(); ++i)
-    d[i] = v.finite ? distance(limits[std::size_t(i)], y, v) : nan;
+    d[i] = v.finite ? distance(limits[std::size_t(i)], y, v) : not_a_number;
   return d;
 }
 
-enum Watched : std::size_t { fold, target, origin, limit };
+// Event functions along a way to the border, by their place in watches().
+struct OnWay {
+  enum : std::size_t { fold, target, origin, limit };
+};
 
 std::vector<Watch> watches(const Plane& plane, const std::vector<LimitName>& limits,
                            const Line& line) {
@@ -134,10 +136,14 @@ std::vector<Watch> watches(const Plane& plane, const std::vector<LimitName>& lim
     return VectorXd(VectorXd::Constant(1, line.direction.dot(v)));
   };
   std::vector<Watch> all(4);
-  all[fold] = [along](const CurvePoint& p) { return along(p.tangent.tail<2>()); };
-  all[target] = [along, &line](const CurvePoint& p) { return along(p.y.tail<2>() - line.to); };
-  all[origin] = [along, &line](const CurvePoint& p) { return along(p.y.tail<2>() - line.start); };
-  all[limit] = [&](const CurvePoint& p) { return distances(plane, limits, p.y); };
+  all[OnWay::fold] = [along](const CurvePoint& p) { return along(p.tangent.tail<2>()); };
+  all[OnWay::target] = [along, &line](const CurvePoint& p) {
+    return along(p.y.tail<2>() - line.to);
+  };
+  all[OnWay::origin] = [along, &line](const CurvePoint& p) {
+    return along(p.y.tail<2>() - line.start);
+  };
+  all[OnWay::limit] = [&](const CurvePoint& p) { return distances(plane, limits, p.y); };
   return all;
 }
 
@@ -163,8 +169,8 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
   if (first_point(curve, from, towards, options, at) != CurveEnd::stopped) return way;
   const std::vector<LimitName> limits = plane.limits();
   // Returns whether to go on: past a fold, to see where the branch turns back to.
-  const auto meet = [&](const Crossing& c) {
-    if (c.watch == target && !way.met) {
+  const auto meet = [&](const LocatedEvent& c) {
+    if (c.watch == OnWay::target && !way.met) {
       // From a limit straight outwards there is no crossing: the start is where it stopped.
       Index worst = 0;
       if (limits.empty() || distances(plane, limits, c.at.y).minCoeff(&worst) >= -slack)
@@ -173,15 +179,15 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
         way.met = Met{{limits[std::size_t(worst)]}, from};
       return false;
     }
-    if (c.watch == fold && way.met) return false;  // a second one: not back to the start
-    if (c.watch == fold) way.met = Met{{}, c.at.y};
-    if (c.watch == origin && !c.rising) way.back = c.at.y;
-    if (c.watch == limit && !c.rising && !way.met)
+    if (c.watch == OnWay::fold && way.met) return false;  // a second one: not back to the start
+    if (c.watch == OnWay::fold) way.met = Met{{}, c.at.y};
+    if (c.watch == OnWay::origin && !c.rising) way.back = c.at.y;
+    if (c.watch == OnWay::limit && !c.rising && !way.met)
       way.met = Met{{limits[std::size_t(c.index)]}, c.at.y};
-    return c.rising || c.watch == fold || c.watch == target;
+    return c.rising || c.watch == OnWay::fold || c.watch == OnWay::target;
   };
   trace(curve, at, watches(plane, limits, line), options,
-        [&](const CurvePoint&, std::vector<Crossing>& found) {
+        [&](const CurvePoint&, std::vector<LocatedEvent>& found) {
           return std::ranges::all_of(found, meet);
         });
   return way;

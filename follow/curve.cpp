@@ -1,12 +1,13 @@
 #include "follow/curve.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
@@ -26,15 +27,15 @@ constexpr double nearby = 0.3;        // of a step: how far Newton may go from t
 enum class Failure { none, not_finite, singular, no_convergence };
 
 // [slopes; directionᵀ], factored.
-Eigen::PartialPivLU<MatrixXd> bordered(const MatrixXd& slopes, const VectorXd& direction) {
+dense::LU<MatrixXd> bordered(const MatrixXd& slopes, const VectorXd& direction) {
   MatrixXd M(slopes.cols(), slopes.cols());
   M.topRows(slopes.rows()) = slopes;
   M.bottomRows(1) = direction.transpose();
-  return Eigen::PartialPivLU<MatrixXd>(M);
+  return dense::lu(M);
 }
 
-bool singular(const Eigen::PartialPivLU<MatrixXd>& lu) {
-  const auto pivots = lu.matrixLU().diagonal().cwiseAbs();
+bool singular(const dense::LU<MatrixXd>& lu) {
+  const auto pivots = lu.pivots().cwiseAbs();
   return !(pivots.minCoeff() > rank_below * std::max(1.0, pivots.maxCoeff()));
 }
 
@@ -51,7 +52,7 @@ Failure newton_in_plane(const Curve& curve, const VectorXd& origin, const Vector
     if (!curve.evaluate(y, G, slopes)) return Failure::not_finite;
     const auto lu = bordered(slopes, direction);
     rhs << -G, s - direction.dot(y - origin);
-    const VectorXd dy = lu.solve(rhs);
+    const VectorXd dy = dense::solve(lu, rhs);
     if (!dy.allFinite()) return Failure::singular;
     const double step = dy.lpNorm<Eigen::Infinity>();
     const double residual = G.size() > 0 ? G.lpNorm<Eigen::Infinity>() : 0.0;
@@ -59,13 +60,13 @@ Failure newton_in_plane(const Curve& curve, const VectorXd& origin, const Vector
     const double rounding = 64 * epsilon * (1 + y.lpNorm<Eigen::Infinity>());
     if (settled && (!fine || step <= rounding || step > 0.25 * last)) {
       if (singular(lu)) return Failure::singular;
-      VectorXd along = lu.solve(VectorXd::Unit(n, n - 1));
+      VectorXd along = dense::solve(lu, VectorXd::Unit(n, n - 1));
       const double length = along.norm();
       if (!std::isfinite(length)) return Failure::singular;
       point.y = y;
       point.tangent = along / length;
       // det [slopes; tᵀ] = det [slopes; directionᵀ] / (direction · t)
-      point.turn = lu.determinant() * length;
+      point.turn = dense::determinant(lu) * length;
       point.residual = residual;
       point.step = step;
       return Failure::none;
@@ -99,18 +100,18 @@ bool may_dip(double s0, double g0, double s1, double g1, double s2, double g2) {
   return (g1 + slope * at + curvature * at * at) * g1 <= 0;
 }
 
-struct Watched {
+struct EventValues {
   CurvePoint point;
   std::vector<VectorXd> values;
 };
 
-Watched watched(const CurvePoint& point, const std::vector<Watch>& watches) {
-  Watched w{point, {}};
+EventValues event_values(const CurvePoint& point, const std::vector<Watch>& watches) {
+  EventValues w{point, {}};
   for (const Watch& watch : watches) w.values.push_back(watch(point));
   return w;
 }
 
-bool hides_a_dip(const Watched& before, const Watched& a, const Watched& b) {
+bool hides_a_dip(const EventValues& before, const EventValues& a, const EventValues& b) {
   for (std::size_t w = 0; w < a.values.size(); ++w)
     for (Index i = 0; i < a.values[w].size(); ++i)
       if (may_dip(before.point.s, before.values[w][i], a.point.s, a.values[w][i], b.point.s,
@@ -121,9 +122,9 @@ bool hides_a_dip(const Watched& before, const Watched& a, const Watched& b) {
 
 // One sign change between a and b, to round-off of s. Where Newton finds no point next to it, as at
 // a branch point or a kink, the nearest that it did find stands for it.
-std::optional<Crossing> located(const Curve& curve, const Watched& a, const Watched& b,
-                                const Watch& watch, std::size_t w, Index i,
-                                const TraceOptions& options) {
+std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, const EventValues& b,
+                                    const Watch& watch, std::size_t w, Index i,
+                                    const TraceOptions& options) {
   constexpr double jumps = 1e-3;  // what is left of the function's values where it has no zero
   const double h = b.point.s - a.point.s;
   const bool rising = b.values[w][i] > a.values[w][i];
@@ -148,7 +149,7 @@ std::optional<Crossing> located(const Curve& curve, const Watched& a, const Watc
   if (lost < 0) {
     const double before = std::min(std::abs(a.values[w][i]), std::abs(b.values[w][i]));
     if (least > std::max(jumps * before, options.tolerance)) return {};
-    return Crossing{w, i, rising, best};
+    return LocatedEvent{w, i, rising, best};
   }
   // A zero has like values of either sign on its two sides; a jump has not. How far about it Newton
   // finds nothing is the rounding of G over its slopes, which vanish there.
@@ -160,26 +161,27 @@ std::optional<Crossing> located(const Curve& curve, const Watched& a, const Watc
     const bool like = low * high < 0 && std::abs(low) < 100 * std::abs(high) &&
                       std::abs(high) < 100 * std::abs(low);
     if (!like || std::abs(best.s - (a.point.s + at)) > next_to) return {};
-    return Crossing{w, i, rising, best, next_to};
+    return LocatedEvent{w, i, rising, best, next_to};
   }
   return {};
 }
 
 // All sign changes between a and b in order; nothing if one cannot be located.
-std::optional<std::vector<Crossing>> crossings(const Curve& curve, const Watched& a,
-                                               const Watched& b, const std::vector<Watch>& watches,
-                                               const TraceOptions& options) {
-  std::vector<Crossing> found;
+std::optional<std::vector<LocatedEvent>> crossings(const Curve& curve, const EventValues& a,
+                                                   const EventValues& b,
+                                                   const std::vector<Watch>& watches,
+                                                   const TraceOptions& options) {
+  std::vector<LocatedEvent> found;
   for (std::size_t w = 0; w < watches.size(); ++w)
     for (Index i = 0; i < a.values[w].size(); ++i) {
       const double from = a.values[w][i], to = b.values[w][i];
       if (!((from > 0 && to <= 0) || (from < 0 && to >= 0))) continue;
-      const auto one = to == 0 ? std::optional(Crossing{w, i, to > from, b.point})
+      const auto one = to == 0 ? std::optional(LocatedEvent{w, i, to > from, b.point})
                                : located(curve, a, b, watches[w], w, i, options);
       if (!one) return {};
       found.push_back(*one);
     }
-  std::ranges::stable_sort(found, {}, [](const Crossing& c) { return c.at.s; });
+  std::ranges::stable_sort(found, {}, [](const LocatedEvent& c) { return c.at.s; });
   return found;
 }
 
@@ -211,10 +213,9 @@ CurveEnd first_point(const Curve& curve, const VectorXd& y, const VectorXd& towa
   VectorXd G;
   MatrixXd slopes;
   if (!curve.evaluate(y, G, slopes)) return CurveEnd::not_finite;
-  const Eigen::FullPivLU<MatrixXd> lu(slopes);
-  VectorXd along = lu.kernel().col(0);
-  if (lu.dimensionOfKernel() != 1 || !along.allFinite()) return CurveEnd::singular;
-  along.normalize();
+  const MatrixXd kernel = dense::kernel(slopes);
+  if (kernel.cols() != 1 || !kernel.allFinite()) return CurveEnd::singular;
+  VectorXd along = kernel.col(0);
   if (along.dot(towards) < 0) along = -along;
   int iterations = 0;
   const Failure failure =
@@ -275,8 +276,8 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
   constexpr double crawl = 1e-7;   // a step so short that many of them lead nowhere
   constexpr int most_crawled = 50;
   int crawled = 0;
-  Watched at = watched(start, watches);
-  std::optional<Watched> before;
+  EventValues at = event_values(start, watches);
+  std::optional<EventValues> before;
   double h = options.first_step;
   Failure failure = Failure::none;
   for (int points = 1; points < options.max_points;) {
@@ -291,7 +292,7 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
     }
     const bool closes = points > 3 && back_at(start, at.point, taken.to);
     if (closes) close(start, at.point, taken.to);
-    Watched next = watched(taken.to, watches);
+    EventValues next = event_values(taken.to, watches);
     const bool hides = before && h > subtle && !closes && hides_a_dip(*before, at, next);
     auto events = hides ? std::nullopt : crossings(curve, at, next, watches, options);
     if (!events) {

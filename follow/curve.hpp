@@ -30,7 +30,7 @@ struct CurvePoint {
 using Watch = std::function<Eigen::VectorXd(const CurvePoint&)>;
 
 /// Component `index` of watch `watch` changes sign at the point.
-struct Crossing {
+struct LocatedEvent {
   std::size_t watch;
   Eigen::Index index;
   bool rising;
@@ -62,7 +62,7 @@ CurveEnd first_point(const Curve& curve, const Eigen::VectorXd& y, const Eigen::
 
 /// Takes a step's end point and the crossings on the way to it, in order, each located to
 /// round-off; returns whether to go on.
-using Visit = std::function<bool(const CurvePoint& next, std::vector<Crossing>& crossings)>;
+using Visit = std::function<bool(const CurvePoint& next, std::vector<LocatedEvent>& crossings)>;
 
 /// Follows the curve from `start` in steps that adapt to how it turns and to Newton's iterations.
 /// A step is taken again, shorter, where a pair of crossings may hide in it.      [25, ch. 6]

@@ -2,12 +2,12 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <deque>
 #include <stdexcept>
 
+#include "dense/dense.hpp"
 #include "follow/grid.hpp"
 
 namespace tiltrim {
@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double same_place = 1e-9;  // scaled: two breaks of a row are one
+constexpr double same_break = 1e-9;  // scaled: two breaks of a row are one
 
 // ---- the border ----
 
@@ -54,7 +54,7 @@ struct HalfWay {
   std::optional<Seed> corner;
 };
 
-enum Watched : std::size_t { plane_edge, other_limits, folding };
+enum BorderEvent : std::size_t { plane_edge, other_limits, folding };
 
 // What ends a piece: the plane's edges, the other limits, a fold of the sheet.
 std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<LimitName>& limits) {
@@ -73,7 +73,7 @@ std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<Li
   all[folding] = [&g, folds = !stop.limit](const CurvePoint& p) {
     if (folds) return VectorXd();
     const MatrixXd J = slopes(g.moving, p.y).residual.leftCols(g.n());
-    return VectorXd(VectorXd::Constant(1, J.determinant()));
+    return VectorXd(VectorXd::Constant(1, dense::determinant(dense::lu(J))));
   };
   return all;
 }
@@ -84,7 +84,7 @@ std::string leaves_at_once(const CurvePoint& at, const std::vector<Watch>& watch
   constexpr double ahead = 1e-6, on = 1e-9;
   CurvePoint beyond = at;
   beyond.y += ahead * at.tangent;
-  for (const Watched what : {plane_edge, other_limits}) {
+  for (const BorderEvent what : {plane_edge, other_limits}) {
     const VectorXd here = watching[what](at), there = watching[what](beyond);
     for (Index k = 0; k < here.size(); ++k)
       if (here[k] <= on && there[k] < here[k])
@@ -112,8 +112,8 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   const std::vector<Watch> watching = watches(g, seed.stop, limits);
   HalfWay half{{at.y}, leaves_at_once(at, watching, limits), {}};
   if (!half.end.empty()) return half;
-  const auto visit = [&](const CurvePoint& next, std::vector<Crossing>& found) {
-    for (const Crossing& c : found) {
+  const auto visit = [&](const CurvePoint& next, std::vector<LocatedEvent>& found) {
+    for (const LocatedEvent& c : found) {
       if (c.watch != folding && c.rising) continue;
       half.way.push_back(c.at.y);
       if (c.watch == other_limits)
@@ -141,7 +141,7 @@ bool alone(const Grid& g, const VectorXd& y) {
   const std::vector<VectorXd> starts = around(g, y.tail<2>());
   g.put(y.tail<2>());
   return std::ranges::none_of(starts, [&](VectorXd z) {
-    return settle(g, z, 20) == Settled::trim &&
+    return settle(g, z, 20) == GridTrim::trim &&
            (z - y.head(g.n())).lpNorm<Eigen::Infinity>() > other;
   });
 }
@@ -215,7 +215,7 @@ Break crossing(const Grid& g, const Followed& f, const VectorXd& a, const Vector
     if (!curve.evaluate(y, G, slopes)) return rough;
     M << slopes, VectorXd::Unit(n, n - 1).transpose();
     rhs << -G, row - y[n - 1];
-    const VectorXd dy = M.partialPivLu().solve(rhs);
+    const VectorXd dy = dense::solve(M, rhs);
     if (!(dy.norm() <= (b - a).norm() + 1e-3)) return rough;
     y += dy;
   }
@@ -256,7 +256,7 @@ std::optional<VectorXd> somewhere(const Grid& g, const std::vector<Followed>& bo
     }
   g.put(p);
   for (VectorXd& z : starts) {
-    if (settle(g, z, cap) != Settled::trim) continue;
+    if (settle(g, z, cap) != GridTrim::trim) continue;
     VectorXd y(g.n() + 2);
     y << z, p;
     return y;
@@ -292,7 +292,7 @@ Break last_between(const Grid& g, const std::vector<Followed>& border, VectorXd 
 std::vector<double> samples(const Grid& g, double a, double b) {
   std::vector<double> xs{0.5 * (a + b)};
   for (int i = 0; i < g.x.count; ++i)
-    if (const double x = g.place(i, 0)[0]; x > a + same_place && x < b - same_place)
+    if (const double x = g.place(i, 0)[0]; x > a + same_break && x < b - same_break)
       xs.push_back(x);
   std::ranges::sort(xs);
   return xs;
@@ -310,7 +310,7 @@ EnvelopeRow row_at(const Grid& g, const std::vector<Followed>& border, double y)
   };
   const std::vector<Break> all = breaks(g, border, y);
   for (std::size_t k = 0; k + 1 < all.size(); ++k) {
-    if (!(all[k + 1].x - all[k].x > same_place)) continue;
+    if (!(all[k + 1].x - all[k].x > same_break)) continue;
     const std::vector<double> xs = samples(g, all[k].x, all[k + 1].x);
     Break from = all[k];
     auto last = somewhere(g, border, Vector2d(xs.front(), y));

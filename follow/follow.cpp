@@ -34,7 +34,7 @@ std::string words(const LimitName& limit) {
 }
 
 // What is watched: positions in watches().
-enum Watched : std::size_t { turning, target, limits, branching, stability };
+enum BranchEvent : std::size_t { turning, target, limits, branching, stability };
 
 std::vector<Watch> watches(const Follower& f, const std::vector<LimitName>& names) {
   const Index parameter = f.path.parameter();
@@ -55,23 +55,23 @@ std::vector<Watch> watches(const Follower& f, const std::vector<LimitName>& name
 
 // At a fold or branch point an eigenvalue crosses zero, at a Hopf point two cross together: one
 // event each.
-void merge(std::vector<Crossing>& found) {
-  const auto known = [&](const Crossing& c) {
-    const auto same = [&](const Crossing& other) {
+void merge(std::vector<LocatedEvent>& found) {
+  const auto known = [&](const LocatedEvent& c) {
+    const auto same = [&](const LocatedEvent& other) {
       if (std::abs(other.at.s - c.at.s) > same_place + other.within + c.within) return false;
       return other.watch == turning || other.watch == branching ||
              (other.watch == stability && other.index < c.index);
     };
     return c.watch == stability && std::ranges::any_of(found, same);
   };
-  std::vector<Crossing> distinct;
-  for (const Crossing& c : found)
+  std::vector<LocatedEvent> distinct;
+  for (const LocatedEvent& c : found)
     if (!known(c)) distinct.push_back(c);
   found = std::move(distinct);
 }
 
 // Returns whether the branch goes on.
-bool meet(Follower& f, const Crossing& crossing, const std::vector<LimitName>& names) {
+bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName>& names) {
   switch (crossing.watch) {
     case turning:
       add_singular(f, EventKind::fold, crossing.at);
@@ -114,13 +114,13 @@ VectorXd limits_ahead(const Follower& f, const std::vector<LimitName>& names,
 }
 
 // A limit that the start lies on and that the branch would leave through.
-std::optional<Crossing> limit_at_start(const Follower& f, const std::vector<LimitName>& names,
-                                       const CurvePoint& start) {
+std::optional<LocatedEvent> limit_at_start(const Follower& f, const std::vector<LimitName>& names,
+                                           const CurvePoint& start) {
   constexpr double on = 1e-10, rounding = 1e-14;
   const VectorXd distance = limit_distances(f.path, names, start.y);
   const VectorXd change = limits_ahead(f, names, start);
   for (Index i = 0; i < distance.size(); ++i)
-    if (distance[i] <= on && change[i] < -rounding) return Crossing{limits, i, false, start};
+    if (distance[i] <= on && change[i] < -rounding) return LocatedEvent{limits, i, false, start};
   return {};
 }
 
@@ -137,9 +137,9 @@ void stretch(Follower& f, const CurvePoint& start) {
   bool ended = false;
   TraceOptions options = trace_options(f.options);
   options.max_points = f.options.max_points - int(f.branch.points.size()) + 1;
-  const auto visit = [&](const CurvePoint& next, std::vector<Crossing>& found) {
+  const auto visit = [&](const CurvePoint& next, std::vector<LocatedEvent>& found) {
     merge(found);
-    for (const Crossing& crossing : found)
+    for (const LocatedEvent& crossing : found)
       if (!meet(f, crossing, names)) {
         ended = true;
         return false;

@@ -1,9 +1,9 @@
 #include "follow/grid.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "dense/dense.hpp"
 #include "trim/newton.hpp"
 #include "trim/verdict.hpp"
 
@@ -49,21 +49,21 @@ bool Grid::within(const VectorXd& z, const Values& v) const {
          excess(v.limited, fixed.limited_lower, fixed.limited_upper) <= bound_slack;
 }
 
-Settled settle(const Grid& g, VectorXd& z, int cap) {
+GridTrim settle(const Grid& g, VectorXd& z, int cap) {
   constexpr double tolerance = 1e-10, step_tolerance = 1e-9, far = 10.0;
   for (int i = 0; i < cap; ++i) {
     const Values v = values(g.fixed, z);
-    if (!v.finite) return Settled::lost;
+    if (!v.finite) return GridTrim::lost;
     const Slopes s = slopes(g.fixed, z);
-    if (!s.finite) return Settled::lost;
-    const VectorXd dz = -s.residual.partialPivLu().solve(v.residual);
+    if (!s.finite) return GridTrim::lost;
+    const VectorXd dz = -dense::solve(s.residual, v.residual);
     const double step = dz.lpNorm<Eigen::Infinity>();
-    if (!(step < far)) return Settled::lost;
+    if (!(step < far)) return GridTrim::lost;
     if (v.residual.lpNorm<Eigen::Infinity>() <= tolerance && step <= step_tolerance)
-      return g.within(z, v) ? Settled::trim : Settled::outside;
+      return g.within(z, v) ? GridTrim::trim : GridTrim::outside;
     z += dz;
   }
-  return Settled::lost;
+  return GridTrim::lost;
 }
 
 static bool known(const std::vector<VectorXd>& trims, const VectorXd& z) {
@@ -120,9 +120,9 @@ void seed(Grid& g, std::deque<Front>& front) {
         options.max_iterations = 30;
         const VectorXd z0 = k == 0 ? unknowns_of(g.fixed, g.fixed.base) : start(g.fixed, k);
         VectorXd z = newton(g.fixed, z0, options).z;
-        const Settled how = settle(g, z, 4);
-        if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
-          add(g, i, j, z, how == Settled::trim, front);
+        const GridTrim how = settle(g, z, 4);
+        if (how == GridTrim::trim || (how == GridTrim::outside && near_limits(g, z)))
+          add(g, i, j, z, how == GridTrim::trim, front);
       }
     }
 }
@@ -143,10 +143,10 @@ std::vector<Edge> spread(Grid& g, std::deque<Front>& front) {
       if (i < 0 || j < 0 || i >= g.x.count || j >= g.y.count) continue;
       VectorXd z = f.y.head(g.n());
       g.put(g.place(i, j));
-      const Settled how = settle(g, z, cap);
-      if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
-        add(g, i, j, z, how == Settled::trim, front);
-      if (f.within && how != Settled::trim) edges.push_back({f.y, f.i, f.j, i, j});
+      const GridTrim how = settle(g, z, cap);
+      if (how == GridTrim::trim || (how == GridTrim::outside && near_limits(g, z)))
+        add(g, i, j, z, how == GridTrim::trim, front);
+      if (f.within && how != GridTrim::trim) edges.push_back({f.y, f.i, f.j, i, j});
     }
   }
   return edges;

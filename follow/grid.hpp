@@ -33,9 +33,9 @@ struct Grid {
   bool within(const Eigen::VectorXd& z, const Values& v) const;  ///< the limits
 };
 
-enum class Settled { trim, outside, lost };
+enum class GridTrim { trim, outside, lost };
 /// Plain Newton from a neighbour's trim, the parameters put by the caller.
-Settled settle(const Grid& grid, Eigen::VectorXd& z, int cap);
+GridTrim settle(const Grid& grid, Eigen::VectorXd& z, int cap);
 
 /// Where a sheet stopped between two grid points: to be looked at more closely.
 struct Edge {

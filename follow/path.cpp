@@ -2,10 +2,11 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
@@ -69,8 +70,8 @@ VectorXd Path::start(const VectorXd& z) const {
   const Slopes s = slopes(problem, z);
   const MatrixXd c = active_slopes(held, s);
   const Index of_trim = problem.n() - 1;
-  const VectorXd lambda = c.leftCols(of_trim).transpose().completeOrthogonalDecomposition().solve(
-      -s.effort.head(of_trim));
+  const VectorXd lambda =
+      dense::least_squares(c.leftCols(of_trim).transpose(), -s.effort.head(of_trim));
   VectorXd y(z.size() + lambda.size());
   y << z, lambda;
   return y;
@@ -126,8 +127,8 @@ std::vector<LimitName> limit_names(const Path& path) {
 static VectorXd multipliers(const Path& path, const VectorXd& z) {
   const Slopes s = slopes(path.problem, z);
   const Index n = path.problem.n() - 1;
-  const Eigen::PartialPivLU<MatrixXd> lu(active_slopes(path.held, s).leftCols(n).transpose());
-  return lu.solve(-s.effort.head(n)) * std::abs(lu.determinant());
+  const auto lu = dense::lu<MatrixXd>(active_slopes(path.held, s).leftCols(n).transpose());
+  return dense::solve(lu, -s.effort.head(n)) * std::abs(dense::determinant(lu));
 }
 
 VectorXd limit_distances(const Path& path, const std::vector<LimitName>& limits,

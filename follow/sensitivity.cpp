@@ -2,13 +2,13 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
+#include "dense/dense.hpp"
 #include "follow/path.hpp"
 #include "linearize/linearize.hpp"
 #include "trim/verdict.hpp"
@@ -55,7 +55,7 @@ struct Shift {
 
 double conditioning(const MatrixXd& A) {
   if (A.size() == 0) return 1.0;
-  const VectorXd sigma = Eigen::JacobiSVD<MatrixXd>(A).singularValues();
+  const VectorXd sigma = dense::singular_values(A);
   return sigma[sigma.size() - 1] / std::max(sigma[0], 1.0);
 }
 
@@ -78,7 +78,7 @@ Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint
   if (shift.rcond < fold_below) return shift;
   shift.variables[problem.unknowns.back()] = 1.0;
   if (p == 0) return shift;  // nothing is free
-  const VectorXd dw = -of_unknowns.partialPivLu().solve(J.col(p)) / problem.nominal[p];
+  const VectorXd dw = -dense::solve(of_unknowns, J.col(p)) / problem.nominal[p];
   for (Index k = 0; k < p; ++k)
     shift.variables[problem.unknowns[std::size_t(k)]] = dw[k] * problem.nominal[k];
   return shift;

@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -12,6 +10,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 
 namespace tiltrim {
@@ -44,7 +43,7 @@ Complex proper(const LoopTransfer& g, double frequency) {
   if (g.A.rows() == 0 || std::isinf(frequency)) return 0.0;
   MatrixXcd M = -g.A.cast<Complex>();
   M.diagonal().array() += Complex(0, frequency);
-  const VectorXcd x = M.partialPivLu().solve(g.b.cast<Complex>());
+  const VectorXcd x = dense::solve(M, g.b.cast<Complex>());
   const Complex y = (g.c.cast<Complex>() * x).value();
   return std::isfinite(std::abs(y)) ? y : Complex(infinity);
 }
@@ -95,8 +94,7 @@ LoopTransfer combined(const LoopTransfer& g, const Terms& k) {
 // With c = (γ 0 ... 0) a zero has x₁ = 0, and x₁' = 0 takes the place of the output.         [46]
 LoopTransfer without_output_state(const LoopTransfer& g) {
   const Index rest = g.A.rows() - 1;
-  const Eigen::HouseholderQR<MatrixXd> qr(g.c.transpose());
-  const MatrixXd Q = qr.householderQ();
+  const MatrixXd Q = dense::svd(g.c.transpose()).U;
   const MatrixXd A = Q.transpose() * g.A * Q;
   const VectorXd b = Q.transpose() * g.b;
   return {A.bottomRightCorner(rest, rest), b.tail(rest), A.row(0).tail(rest), b[0]};

@@ -22,8 +22,8 @@ struct Classical {
   Shape shape;
 };
 
-constexpr double most = 0.7;   // of the share, to be called by its states alone
-constexpr double some = 0.15;  // of the share, for a state to take part
+constexpr double most_of_it = 0.7;  // of the share, to be called by its states alone
+constexpr double some = 0.15;       // of the share, for a state to take part
 
 // Longitudinal motion, in wind axes, body axes and as errors of the closed loop.   [2, ch. 6; 3]
 constexpr auto classical = std::to_array<Classical>({
@@ -62,7 +62,7 @@ std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string
   double sum = 0.0;
   for (const std::size_t k : order) {
     const double own = share[Index(k)];
-    if (sum >= most || own == 0 || (own < some && sum > 0)) break;
+    if (sum >= most_of_it || own == 0 || (own < some && sum > 0)) break;
     sum += own;
     leading.push_back(names[k]);
   }
@@ -78,7 +78,7 @@ std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& pa
     const double first = share_of(c.states[0], participation, state_names);
     const double second = share_of(c.states[1], participation, state_names);
     const bool both = !c.states[1] || (first >= some && second >= some);
-    if (both && first + second >= most) return c.name;
+    if (both && first + second >= most_of_it) return c.name;
   }
   return dominant(participation, state_names);
 }

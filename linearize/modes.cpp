@@ -2,9 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 
 namespace tiltrim {
@@ -49,21 +47,6 @@ constexpr double denormal = std::numeric_limits<double>::denorm_min();
 constexpr double tiny = 1e-280;         // of a matrix whose results may round as denormals
 constexpr double not_determined = 1e8;  // condition above which half of the digits are gone
 
-// Eigenvectors of length one. Not solver.eigenvectors(): where the imaginary part of a pair is
-// below ε of its real part, that gives the vector's real and imaginary part for two real vectors.
-MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
-  const VectorXcd& lambda = solver.eigenvalues();
-  const MatrixXd P = solver.pseudoEigenvectors();
-  MatrixXcd V = P.cast<std::complex<double>>();
-  for (Index j = 0; j < V.cols(); ++j) {
-    if (!(lambda[j].imag() > 0)) continue;
-    V.col(j).imag() = P.col(j + 1);
-    V.col(j + 1) = V.col(j).conjugate();
-  }
-  V.colwise().normalize();
-  return V;
-}
-
 // V⁻¹ and a bound of what its computed form is wrong by: V⁻¹ = (I - E)⁻¹ X, ‖E‖∞ <= defect.
 struct Inverse {
   MatrixXcd X;
@@ -72,7 +55,7 @@ struct Inverse {
 
 Inverse inverse(const MatrixXcd& V) {
   const double n = double(V.rows());
-  Inverse inv{V.partialPivLu().inverse(), infinity};
+  Inverse inv{dense::inverse(V), infinity};
   if (!inv.X.allFinite()) return inv;
   const MatrixXcd I = MatrixXcd::Identity(V.rows(), V.cols());
   const MatrixXd rounding = (2 * n + 4) * epsilon * inv.X.cwiseAbs() * V.cwiseAbs();
@@ -99,10 +82,9 @@ VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error, const Matrix
 //   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
 // where N is the strict upper triangle of the Schur form and E its backward error and the error
 // given.                                                                       [11, thm 7.2.3]
-double schur_radius(const MatrixXd& B, const MatrixXd& error,
-                    const Eigen::RealSchur<MatrixXd>& schur) {
+double schur_radius(const MatrixXd& B, const MatrixXd& error, const dense::Schur& schur) {
   const Index n = B.rows();
-  const MatrixXd &U = schur.matrixU(), &T = schur.matrixT();
+  const MatrixXd &U = schur.U, &T = schur.T;
   const double size = B.norm() + T.norm();
   const double orthogonality = (U.transpose() * U - MatrixXd::Identity(n, n)).norm();
   const double rounding = (4 * double(n) + 8) * epsilon * std::sqrt(double(n)) * size;
@@ -110,8 +92,9 @@ double schur_radius(const MatrixXd& B, const MatrixXd& error,
   MatrixXd N = T.triangularView<Eigen::StrictlyUpper>();
   for (Index i = 0; i + 1 < n; ++i) {  // a 2x2 block made triangular keeps its Frobenius norm
     const auto block = T.block<2, 2>(i, i);
+    const double determinant = block(0, 0) * block(1, 1) - block(1, 0) * block(0, 1);
     if (block(1, 0) != 0)
-      N(i, i + 1) = std::sqrt(std::max(block.squaredNorm() - 2 * block.determinant(), 0.0));
+      N(i, i + 1) = std::sqrt(std::max(block.squaredNorm() - 2 * determinant, 0.0));
   }
   const double departure = N.norm();
   if (!(E > 0)) return 0.0;
@@ -184,8 +167,7 @@ double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double
   const double own = scaled_residual(A, v, lambda);
   if (own <= good) return own;
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(A.rows(), A.cols());
-  const Eigen::JacobiSVD<MatrixXcd> svd(shifted, Eigen::ComputeFullV);
-  const double best = scaled_residual(A, svd.matrixV().rightCols<1>(), lambda);
+  const double best = scaled_residual(A, dense::least_singular_vector(shifted), lambda);
   return own < best ? own : best;  // own may be NaN
 }
 
@@ -250,17 +232,15 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   const MatrixXd& B = balanced.B;
   MatrixXd error = lost(A, scale, balanced);
   if (A_error.size() > 0) error += balanced.same(A_error / scale);
-  Eigen::EigenSolver<MatrixXd> solver(n);
-  Eigen::RealSchur<MatrixXd> schur(n);
-  solver.setMaxIterations(options.max_iterations * n).compute(B);
-  schur.setMaxIterations(options.max_iterations * n).compute(B);
-  if (solver.info() != Eigen::Success || schur.info() != Eigen::Success) {
+  const dense::Eigensystem solved = dense::eigensystem(B, options.max_iterations);
+  const dense::Schur schur = dense::schur(B, options.max_iterations);
+  if (!solved.converged || !schur.converged) {
     result.converged = false;
     result.verdict = Verdict::undecided;
     return result;
   }
-  const VectorXcd& lambda = solver.eigenvalues();
-  const MatrixXcd V = eigenvectors(solver);
+  const VectorXcd& lambda = solved.values;
+  const MatrixXcd& V = solved.V;
   const Inverse inv = inverse(V);
   const VectorXd separate = gershgorin_radii(B, error, V, lambda, inv);
   const VectorXd common = VectorXd::Constant(n, schur_radius(B, error, schur));
@@ -299,10 +279,10 @@ VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
   const Index n = A.rows();
   if (n == 0) return {};
   const double scale = unit(A);
-  Eigen::EigenSolver<MatrixXd> solver(n);
-  solver.setMaxIterations(options.max_iterations * n).compute(balance(A / scale).B, false);
-  if (solver.info() != Eigen::Success) return {};
-  VectorXcd lambda = scale * solver.eigenvalues();
+  const dense::Eigensystem solved =
+      dense::eigenvalues(balance(A / scale).B, options.max_iterations);
+  if (!solved.converged) return {};
+  VectorXcd lambda = scale * solved.values;
   std::ranges::sort(lambda, {},
                     [](const std::complex<double>& z) { return std::pair(z.real(), z.imag()); });
   return lambda;

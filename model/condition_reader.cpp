@@ -19,9 +19,6 @@ struct Quantity {
   Range free = {};  // what "free" means: without bounds, the vehicle's limits hold
 };
 
-constexpr double largest = 1e6;  // far beyond any aircraft, far from overflow
-constexpr Accepted speed{0, largest, "m/s"};
-constexpr Accepted any_angle{-180, 180, "degrees"};
 constexpr Accepted tilt{-10, 100, "degrees"};
 constexpr Accepted deflection{-90, 90, "degrees"};
 constexpr Accepted pure{-largest, largest, ""};

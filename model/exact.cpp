@@ -12,12 +12,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-struct Sizes {
+struct Counts {
   Index states, inputs, parameters, outputs;
 };
 
 // Spans of a wrong length would be read beyond their end.
-void check_sizes(const Sizes& n, const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+void check_sizes(const Counts& n, const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   const auto size = [](const char* what, Index expected, Index got) {
     if (got != expected)
       throw CallerMistake(fmt::format("{}: expected {} values, got {}", what, expected, got));
@@ -27,7 +27,7 @@ void check_sizes(const Sizes& n, const VectorXd& x, const VectorXd& u, const Vec
   size("parameters p", n.parameters, p.size());
 }
 
-Function on_vectors(const Sizes& n, Index count, const ExactFunction& function) {
+Function on_vectors(const Counts& n, Index count, const ExactFunction& function) {
   return [n, count, function](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     check_sizes(n, x, u, p);
     VectorXd values(count);
@@ -42,8 +42,8 @@ Model exact_model(Model m, const ExactFunction& f, const ExactFunction& h) {
   if (!m.states.empty() && !f.values) throw std::invalid_argument("the model has no function f");
   if (!m.outputs.empty() && !h.values)
     throw std::invalid_argument("the model names outputs but has no function h");
-  const Sizes n{std::ssize(m.states), std::ssize(m.inputs), std::ssize(m.parameters),
-                std::ssize(m.outputs)};
+  const Counts n{std::ssize(m.states), std::ssize(m.inputs), std::ssize(m.parameters),
+                 std::ssize(m.outputs)};
   m.f = on_vectors(n, n.states, f);
   m.h = m.outputs.empty() ? Function() : on_vectors(n, n.outputs, h);
   m.derivatives = [n, f, h](const OperatingPoint& at, const std::vector<Index>& variables) {

@@ -25,7 +25,7 @@ struct Limited {
   std::string_view name;
   Accepted accepted;
 };
-constexpr auto limited = std::to_array<Limited>({
+constexpr auto limited_keys = std::to_array<Limited>({
     {"mass", positive},
     {"inertia_yy", positive},
     {"chord", positive},
@@ -53,8 +53,8 @@ std::vector<Key> number_keys(const Signals& signals) {
   std::vector<Key> keys;
   for (const Signal& signal : signals) {
     const std::string name = signal.name.substr(signal.name.find('.') + 1);
-    const auto at = std::ranges::find(limited, name, &Limited::name);
-    const Accepted accepted = at == limited.end() ? any : at->accepted;
+    const auto at = std::ranges::find(limited_keys, name, &Limited::name);
+    const Accepted accepted = at == limited_keys.end() ? any : at->accepted;
     const bool degrees = accepted.degrees();
     keys.push_back({degrees ? signal.name + "_deg" : signal.name,
                     signal.name,

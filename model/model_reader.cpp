@@ -14,9 +14,9 @@ namespace tiltrim::reading {
 
 namespace {
 
-constexpr double largest = 1e100;
-constexpr Accepted any{-largest, largest};
-constexpr Accepted positive{1e-100, largest};
+constexpr double largest_number = 1e100;
+constexpr Accepted any{-largest_number, largest_number};
+constexpr Accepted positive{1e-100, largest_number};
 constexpr std::string_view angle = "_deg";
 constexpr std::size_t most_signals = 1000;  // of each kind
 
@@ -164,13 +164,13 @@ std::vector<Key> keys_of(const Model& model) {
   std::vector<Key> keys;
   const auto add = [&](const Signals& signals) {
     for (const Signal& s : signals) {
-      keys.push_back({s.name, s.name, s.unit, {-largest, largest}});
+      keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
       const std::string in_degrees = s.name + std::string(angle);
       const bool taken = find(model.states, in_degrees) >= 0 ||
                          find(model.inputs, in_degrees) >= 0 ||
                          find(model.parameters, in_degrees) >= 0;
       if (s.unit == "rad" && !taken)
-        keys.push_back({in_degrees, s.name, "degrees", {-largest, largest}});
+        keys.push_back({in_degrees, s.name, "degrees", {-largest_number, largest_number}});
     }
   };
   add(model.states);
@@ -284,7 +284,7 @@ Condition read_own_condition(const Entry& entry, const std::filesystem::path& fi
   const Section section(file, entry, "in [[condition]] of this model", "condition.");
   std::vector<Key> keys = own->keys;
   for (const Signal& s : own->model.outputs)
-    keys.push_back({s.name, s.name, s.unit, {-largest, largest}});
+    keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
   std::vector<std::string> allowed{"name", "guess", "rates", "objective"};
   for (const Key& key : keys) allowed.push_back(key.name);
   section.allow_only(allowed, {{"formulation", "a study with [model] has one way to trim it"}});

@@ -3,8 +3,6 @@
 #include <fmt/core.h>
 #include <fmt/std.h>
 
-#include <Eigen/Dense>
-#include <Eigen/SparseLU>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -12,6 +10,8 @@
 #include <numbers>
 #include <sstream>
 #include <stdexcept>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
@@ -39,21 +39,17 @@ Range Polar::Cubic::extremes(double a, double b) const {
 //   h₋ M₋ + 2 (h₋ + h₊) M + h₊ M₊ = 6 ((y₊ - y)/h₊ - (y - y₋)/h₋), indices modulo n  [6, eq. 3.3.7]
 static Eigen::MatrixXd knot_curvatures(const std::vector<double>& h, const Eigen::MatrixXd& y) {
   const auto n = static_cast<Eigen::Index>(h.size());
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<dense::CyclicRow> rows;
   Eigen::MatrixXd rhs(n, y.cols());
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index before = (i + n - 1) % n;
     const Eigen::Index after = (i + 1) % n;
     const double hb = h[std::size_t(before)];
     const double ha = h[std::size_t(i)];
-    entries.emplace_back(i, before, hb);
-    entries.emplace_back(i, i, 2 * (hb + ha));
-    entries.emplace_back(i, after, ha);
+    rows.push_back({hb, 2 * (hb + ha), ha});
     rhs.row(i) = 6 * ((y.row(after) - y.row(i)) / ha - (y.row(i) - y.row(before)) / hb);
   }
-  Eigen::SparseMatrix<double> matrix(n, n);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return Eigen::SparseLU<Eigen::SparseMatrix<double>>(matrix).solve(rhs);
+  return dense::solve_cyclic(rows, rhs);
 }
 
 static void check_table(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {

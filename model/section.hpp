@@ -22,6 +22,10 @@ struct Accepted {
   std::string_view unit = "";  ///< "degrees" and "degrees/s" are converted
   bool degrees() const { return unit == "degrees"; }
 };
+constexpr double largest = 1e6;  ///< far beyond any aircraft, far from overflow
+constexpr Accepted speed{0, largest, "m/s"};
+constexpr Accepted any_angle{-180, 180, "degrees"};
+
 /// The range of a key, which must outlive the answer.
 inline Accepted accepted_by(const Key& key) {
   return {key.accepted.lower, key.accepted.upper, key.unit};

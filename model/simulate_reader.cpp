@@ -12,15 +12,12 @@ namespace tiltrim::reading {
 
 namespace {
 
-constexpr double largest = 1e6;            // far beyond any aircraft, far from overflow
 constexpr double longest = 1e5;            // s
 constexpr double shortest = 1e-4;          // s, between two changes; of a table over height, m
 constexpr double most_samples = 2e6;       // some 300 MB
-constexpr std::size_t most_points = 1000;  // of a schedule
+constexpr std::size_t most_places = 1000;  // of a schedule
 constexpr Accepted moment{0, longest, "s"};
 constexpr Accepted height{0, largest, "m"};
-constexpr Accepted speed{0, largest, "m/s"};
-constexpr Accepted any_angle{-180, 180, "degrees"};
 constexpr Accepted wind{-1000, 1000, "m/s"}, turbulence{0, 1000, "m/s"};
 
 void read(const Section& section, std::string_view key, const Accepted& accepted, double& value) {
@@ -43,9 +40,9 @@ std::vector<double> read_at(const Section& section, bool over_time) {
       "at", over_time ? "[0, 10, ...], rising times in s" : "[0, 60, ...], rising heights in m");
   const std::vector<double> at =
       section.rising(list, over_time ? moment : Accepted{-largest, largest, "m"}, things);
-  if (at.size() > most_points)
+  if (at.size() > most_places)
     section.refuse(list,
-                   fmt::format("has {} {}; expected at most {}", at.size(), things, most_points));
+                   fmt::format("has {} {}; expected at most {}", at.size(), things, most_places));
   for (std::size_t i = 1; i < at.size(); ++i)
     if (at[i] - at[i - 1] < shortest)
       section.refuse(list, fmt::format("{} after {} is too close; expected {} at least {} apart",

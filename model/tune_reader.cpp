@@ -13,9 +13,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr double largest = 1e6;  // far beyond any aircraft, far from overflow
-constexpr Accepted height{-largest, largest, "m"};
-constexpr Accepted any_angle{-180, 180, "degrees"};
+constexpr Accepted any_height{-largest, largest, "m"};
 constexpr std::size_t most_heights = 1000;
 constexpr std::size_t most_with_corners = 12;  // uncertain numbers: 4096 corners
 
@@ -142,7 +140,7 @@ void check_one_direction(const Section& section, const Entry& entry,
 // Both ends exactly.
 std::vector<double> spaced_heights(const Section& section) {
   section.allow_only({"from", "to", "count"});
-  const double from = section.number("from", height), to = section.number("to", height);
+  const double from = section.number("from", any_height), to = section.number("to", any_height);
   std::vector<double> heights(read_count(section, double(most_heights)));
   const double steps = double(heights.size() - 1);
   for (std::size_t i = 0; i < heights.size(); ++i)
@@ -158,11 +156,11 @@ std::vector<double> read_heights(const Section& section, const path& file) {
   if (entry->kind == Entry::Kind::table) {
     heights = spaced_heights(Section(file, *entry, "in corridor", "tune.corridor."));
   } else if (entry->kind == Entry::Kind::array && !entry->entries.empty()) {
-    heights = section.numbers(*entry, height);
+    heights = section.numbers(*entry, any_height);
   } else {
     section.refuse(*entry, fmt::format("{} is no list of heights; expected {{from = 0, to = 120, "
                                        "count = 13}} or [a, b, ...], each {}",
-                                       described(*entry), describe(height)));
+                                       described(*entry), describe(any_height)));
   }
   if (heights.size() > most_heights)
     section.refuse(
@@ -171,7 +169,7 @@ std::vector<double> read_heights(const Section& section, const path& file) {
   return heights;
 }
 
-std::vector<double> read_schedule(const Section& section) {
+std::vector<double> read_schedule_tilts(const Section& section) {
   const Entry* list = section.find("schedule_eta_deg");
   if (!list) return {};
   const Key eta = study_key("eta_deg");
@@ -326,7 +324,7 @@ void read_disturbance(const Section& section, const std::vector<Key>& keys,
 // ---- what is asked ----
 
 // Of a limit, in the measure's own unit.
-Accepted accepted_by(Measure measure) {
+Accepted range_of(Measure measure) {
   switch (measure) {
     case Measure::decay:
       return {-largest, largest, unit(measure)};
@@ -415,7 +413,7 @@ Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTab
   if (const Entry* wrong = section.find(more ? "at_most" : "at_least"))
     section.refuse(*wrong, fmt::format("of {}, {} is better; expected {}", to_string(limit.measure),
                                        more ? "more" : "less", right));
-  limit.limit = as_written(section, right, accepted_by(limit.measure));
+  limit.limit = as_written(section, right, range_of(limit.measure));
   return limit;
 }
 
@@ -424,7 +422,7 @@ TuneTable::Front read_front(const Section& section, const Tuned& tuned, const Tu
   section.allow_only({"measure", "of", "from", "to", "count"},
                      {{"at_least", moves}, {"at_most", moves}});
   TuneTable::Front front{read_measure(section, tuned, tune)};
-  const Accepted accepted = accepted_by(front.limit.measure);
+  const Accepted accepted = range_of(front.limit.measure);
   front.from = as_written(section, "from", accepted);
   front.to = as_written(section, "to", accepted);
   if (front.from == front.to)
@@ -512,7 +510,7 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
   TuneTable tune;
   tune.conditions = read_places(section, conditions);
   tune.heights = read_heights(section, file);
-  tune.schedule = read_schedule(section);
+  tune.schedule = read_schedule_tilts(section);
   const Range any{-largest, largest}, turn{any_angle.lower, any_angle.upper};
   const Tuned tuned{vehicle_keys(),
                     "expected an aircraft.* or gains.* number",

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <numbers>
 #include <optional>
 
+#include "model/degrees.hpp"
 #include "report/json.hpp"
 #include "report/own_columns.hpp"
 
@@ -16,8 +16,6 @@ using Eigen::Index;
 using json::ordered_json;
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 // The first of these names that the model has.
 SheetCell value(const Model& model, const BranchPoint& at, std::initializer_list<const char*> names,

@@ -1,10 +1,17 @@
 /// The characters of UTF-8 text. Internal to report/.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
 namespace tiltrim {
+
+/// How many there are: bytes that do not continue a character.
+inline std::size_t characters(std::string_view text) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
 
 /// Each byte that is no part of a valid character becomes U+FFFD.
 inline std::u32string code_points(std::string_view text) {

@@ -8,15 +8,6 @@ using Eigen::Index;
 
 namespace {
 
-ordered_json rows(const Eigen::MatrixXd& m) {
-  ordered_json list = ordered_json::array();
-  for (Index i = 0; i < m.rows(); ++i) {
-    list.push_back(ordered_json::array());
-    for (Index j = 0; j < m.cols(); ++j) list.back().push_back(m(i, j));
-  }
-  return list;
-}
-
 void add_trim(const Answer& a, ordered_json& c) {
   const TrimResult& t = a.trim;
   c["name"] = a.condition.name;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <initializer_list>
-#include <numbers>
 
+#include "model/degrees.hpp"
 #include "report/conditions.hpp"
 #include "report/modes.hpp"
 #include "report/own_columns.hpp"
@@ -14,7 +14,6 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double degrees = 180 / std::numbers::pi;
 const char* const magnitude_only = "{:.0e}";
 
 // The first of these names that the answer's model has, among variables and outputs.

@@ -3,8 +3,8 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <numbers>
 
+#include "model/degrees.hpp"
 #include "report/json.hpp"
 #include "report/own_columns.hpp"
 
@@ -14,8 +14,6 @@ using Eigen::Index;
 using json::ordered_json;
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 // A number of the envelope's plane in the study's unit: angles of the tiltrotor in degrees.
 double across(const EnvelopeAnswer& e, double x) { return e.table.along.in_study(x); }

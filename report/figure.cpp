@@ -55,7 +55,7 @@ KeyGrid key_grid(const Panel& panel, Device device) {
     longest = std::max(longest, letters(title));
   };
   for (const Boxes& b : panel.boxes) add(b.title);
-  for (const Curve& c : panel.curves) add(c.title);
+  for (const PlotCurve& c : panel.curves) add(c.title);
   const double room = width_of(device) - least_left - right;
   const int columns = std::max(1, int(room / (double(longest) * letter + key_sample)));
   return {columns, (entries + columns - 1) / columns};
@@ -82,7 +82,7 @@ std::string titled(const std::string& title) {
   return title.empty() ? "notitle" : "title " + gnuplot_text(title);
 }
 
-std::string data_block(const std::string& name, const Curve& curve) {
+std::string data_block(const std::string& name, const PlotCurve& curve) {
   std::string block = fmt::format("${} << EOD\n", name);
   for (std::size_t i = 0; i < curve.x.size(); ++i)
     block += std::isfinite(curve.x[i]) && std::isfinite(curve.y[i])
@@ -117,14 +117,14 @@ std::string axis_of(const char* axis, const FigureAxis& a, double length, double
   return script + fmt::format("set {}tics ({})\n", axis, ticks);
 }
 
-bool drawn(const Curve& curve) {
+bool drawn(const PlotCurve& curve) {
   for (std::size_t i = 0; i < curve.x.size(); ++i)
     if (std::isfinite(curve.x[i]) && std::isfinite(curve.y[i])) return true;
   return false;
 }
 
-std::string style_of(const Curve& curve) {
-  return curve.kind == Curve::Kind::line
+std::string style_of(const PlotCurve& curve) {
+  return curve.kind == PlotCurve::Kind::line
              ? fmt::format("with lines lw {:.2g} dt {}", curve.width, curve.dash)
              : fmt::format("with points pt {} ps {:.2g}", curve.dash, curve.width);
 }
@@ -165,7 +165,7 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
             b.outlined ? fmt::format("border rgb '{}'", figure_colours()[0].light) : "noborder",
             colour_of(b.colour), titled(b.title)));
   }
-  for (const Curve& c : panel.curves) {
+  for (const PlotCurve& c : panel.curves) {
     if (!drawn(c)) continue;
     const std::string name = fmt::format("c{}", blocks.size());
     add(data_block(name, c), fmt::format("${} using 1:2 {} {} {}", name, style_of(c),

@@ -19,7 +19,7 @@ struct FigureAxis {
   std::string key;  ///< of the track's column along this axis; empty: none
 };
 
-struct Curve {
+struct PlotCurve {
   enum class Kind {
     line,   ///< x, y; NaN breaks it
     points  ///< x, y
@@ -52,7 +52,7 @@ struct FigureLabel {
 struct Panel {
   FigureAxis x, y;
   std::vector<Boxes> boxes;
-  std::vector<Curve> curves;
+  std::vector<PlotCurve> curves;
   std::vector<FigureLabel> labels;
   double height = 14.0;  ///< of the axes, in heights of the font
   std::string map;       ///< the page's map that is read off here; empty: none

@@ -1,13 +1,10 @@
 /// Pieces that the figures of a report have in common. Internal to report/.
 #pragma once
 
-#include <numbers>
-
+#include "model/degrees.hpp"
 #include "report/study_report.hpp"
 
 namespace tiltrim::figures {
-
-inline constexpr double degrees = 180 / std::numbers::pi;
 
 /// Around all finite values, a little room at both ends.
 Range around(const std::vector<double>& values, double share = 0.05);
@@ -18,7 +15,7 @@ FigureAxis axis_of(const SweepAxis& axis);
 int curve_colour(std::size_t k);
 int curve_dash(std::size_t k);
 /// A thin dashed line at y = `at`.
-Curve level_line(const Range& x, double at);
+PlotCurve level_line(const Range& x, double at);
 /// None where the track has no such column.
 const Track::Column* column(const Track& track, const std::string& key);
 

@@ -79,7 +79,7 @@ Figure bode_figure(const LoopsAnswer& c, const Track& track, const std::string& 
     const auto add = [&](Panel& panel, const std::string& key, const std::string& title,
                          std::vector<double>& all) {
       const Track::Column& y = *column(track, key);
-      Curve curve;
+      PlotCurve curve;
       curve.title = title;
       curve.colour = curve_colour(k);
       curve.dash = curve_dash(k);
@@ -128,7 +128,7 @@ Figure disk_figure(const LoopsAnswer& c, const std::string& id) {
     if (!l.in_use) continue;
     const std::size_t at = k++;
     if (!l.margins.stable() || !std::isfinite(l.margins.disk)) continue;
-    Curve border;
+    PlotCurve border;
     border.title = fmt::format("{}: disk {:.3f}", l.actuator, l.margins.disk);
     border.colour = curve_colour(at);
     border.dash = curve_dash(at);

@@ -37,7 +37,7 @@ Panel flight_panel(const Track& track, const std::string& x_key, const std::stri
   for (const FlightCurve& c : curves) {
     const Track::Column* y = column(track, c.key);
     if (!y) continue;
-    Curve curve;
+    PlotCurve curve;
     curve.title = c.title;
     curve.colour = curve_colour(k);
     curve.dash = curve_dash(k++);
@@ -57,7 +57,7 @@ Panel flight_panel(const Track& track, const std::string& x_key, const std::stri
 void add_hand_overs(const FlightReport& flight, Panel& panel) {
   for (const FlightEvent& e : flight.flown->events) {
     if (e.kind != FlightEventKind::hand_over) continue;
-    Curve line = level_line({0, 1}, 0);
+    PlotCurve line = level_line({0, 1}, 0);
     line.x = {e.t, e.t};
     line.y = {panel.y.range.lower, panel.y.range.upper};
     panel.curves.push_back(line);

@@ -88,9 +88,9 @@ std::vector<bool> breaks(const Line& line, const Track& track) {
 }
 
 // x and y with a gap at each break, as they are drawn.
-Curve curve_along(const std::vector<bool>& after, const std::vector<double>& x,
-                  const std::vector<double>& y) {
-  Curve curve;
+PlotCurve curve_along(const std::vector<bool>& after, const std::vector<double>& x,
+                      const std::vector<double>& y) {
+  PlotCurve curve;
   for (std::size_t i = 0; i < x.size(); ++i) {
     curve.x.push_back(x[i]);
     curve.y.push_back(y[i]);
@@ -151,7 +151,7 @@ Panel trim_panel(const Line& line, const Track& track, const Track::Column& show
     panel.labels.push_back(
         {panel.x.range.upper, limit, lower ? "lower limit" : "upper limit", true, !lower});
   }
-  Curve curve = curve_along(line.after, track.columns.front().values, shown.values);
+  PlotCurve curve = curve_along(line.after, track.columns.front().values, shown.values);
   curve.colour = colour::first;
   curve.width = 2;
   curve.x_key = "parameter";
@@ -245,7 +245,7 @@ Window whole_window(const Line& line) {
 
 // Lines of one damping ratio are rays, of one frequency arcs about the origin.
 void add_damping_grid(Panel& panel, const Window& w) {
-  const auto thin = [&](Curve curve) {
+  const auto thin = [&](PlotCurve curve) {
     curve.colour = colour::limit;
     curve.dash = 3;
     curve.width = 0.8;
@@ -256,7 +256,7 @@ void add_damping_grid(Panel& panel, const Window& w) {
   for (const double zeta : {0.9, 0.7, 0.5, 0.3, 0.1}) {
     const double slope = std::sqrt(1 - zeta * zeta) / zeta;
     const double re = std::min(left, w.im / slope);
-    Curve ray;
+    PlotCurve ray;
     ray.x = {0, -re};
     ray.y = {0, re * slope};
     thin(ray);
@@ -268,7 +268,7 @@ void add_damping_grid(Panel& panel, const Window& w) {
   }
   const double step = round_step(std::max(left, w.im), 5);
   for (double radius = step; radius < std::hypot(left, w.im); radius += step) {
-    Curve arc;
+    PlotCurve arc;
     for (int k = 0; k <= 48; ++k) {
       const double angle = std::numbers::pi / 2 * (1 + k / 48.0);
       const double re = radius * std::cos(angle), im = radius * std::sin(angle);
@@ -279,7 +279,7 @@ void add_damping_grid(Panel& panel, const Window& w) {
     thin(arc);
     if (radius < left) panel.labels.push_back({-radius, 0, fmt::format("{:.3g}", radius), false});
   }
-  Curve axis;
+  PlotCurve axis;
   axis.colour = colour::ink;
   axis.width = 1.2;
   axis.x = {0, 0};
@@ -311,7 +311,7 @@ Figure locus_figure(const Line& line, const Track& track, bool slow) {
     const Track::Column& re = *column(track, fmt::format("re_{}", m));
     std::vector<double> im = column(track, fmt::format("im_{}", m))->values;
     for (double& v : im) v = std::abs(v);
-    Curve curve = curve_along(line.after, re.values, im);
+    PlotCurve curve = curve_along(line.after, re.values, im);
     curve.title = fmt::format("{} {}", m + 1, track.modes[m]);
     curve.colour = curve_colour(m);
     curve.dash = curve_dash(m);
@@ -319,8 +319,8 @@ Figure locus_figure(const Line& line, const Track& track, bool slow) {
     curve.x_key = re.key;
     curve.y_key = fmt::format("im_{}", m);
     panel.curves.push_back(curve);
-    Curve start;
-    start.kind = Curve::Kind::points;
+    PlotCurve start;
+    start.kind = PlotCurve::Kind::points;
     start.colour = curve.colour;
     start.dash = 6;
     start.width = 0.6;
@@ -363,7 +363,7 @@ Figure modes_figure(const Line& line, const Track& track) {
     for (std::size_t i = 0; i < re.size(); ++i) zeta[i] = -re[i] / std::hypot(re[i], im[i]);
     const auto add = [&](Panel& panel, const std::vector<double>& y, const std::string& key,
                          bool titled) {
-      Curve curve = curve_along(line.after, track.columns.front().values, y);
+      PlotCurve curve = curve_along(line.after, track.columns.front().values, y);
       if (titled) curve.title = fmt::format("{} {}", m + 1, track.modes[m]);
       curve.colour = curve_colour(m);
       curve.dash = curve_dash(m);

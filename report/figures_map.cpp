@@ -125,8 +125,8 @@ Figure map_figure(const SweepMap& map, std::size_t condition, const MapGrid& gri
   const Shades shades{shade_steps(grid.abscissa, -1), shade_steps(grid.abscissa, 1)};
   panel.boxes = cells(grid, shades, panel.x.logarithmic, panel.y.logarithmic);
   const auto add = [&](auto which, const char* title, int shape, double size) {
-    Curve located;
-    located.kind = Curve::Kind::points;
+    PlotCurve located;
+    located.kind = PlotCurve::Kind::points;
     located.title = title;
     located.colour = colour::ink;
     located.dash = shape;

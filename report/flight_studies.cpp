@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "model/degrees.hpp"
 #include "report/flights.hpp"
 #include "report/json.hpp"
 
@@ -14,8 +14,6 @@ using Eigen::Index;
 using json::ordered_json;
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 std::string in_words(const TiltRateLimit& l, const TextStyle& style) {
   const auto rate = [](double r) { return fmt::format("{:.4g}°/s", r * degrees); };

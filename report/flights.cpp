@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <sstream>
 #include <utility>
 
+#include "model/degrees.hpp"
 #include "report/json.hpp"
 
 namespace tiltrim {
@@ -17,7 +17,6 @@ using json::ordered_json;
 
 namespace {
 
-constexpr double degrees = 180 / std::numbers::pi;
 constexpr std::size_t most_events = 60;  // printed
 
 Tone tone(FlightStatus status) {

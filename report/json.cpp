@@ -6,6 +6,13 @@ namespace tiltrim::json {
 
 using Eigen::Index;
 
+ordered_json rows(const Eigen::MatrixXd& matrix) {
+  ordered_json list = ordered_json::array();
+  for (const auto& row : matrix.rowwise())
+    list.push_back(std::vector<double>(row.begin(), row.end()));
+  return list;
+}
+
 ordered_json named(const Signals& signals, const Eigen::VectorXd& values, std::size_t most) {
   ordered_json object = ordered_json::object();
   for (std::size_t i = 0; i < std::min(most, signals.size()) && Index(i) < values.size(); ++i)

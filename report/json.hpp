@@ -11,6 +11,8 @@ namespace tiltrim::json {
 // Numbers keep every digit; infinities and NaN, which JSON lacks, become null.
 using nlohmann::ordered_json;
 
+/// [[row], [row], ...]
+ordered_json rows(const Eigen::MatrixXd& matrix);
 /// {"name": value, ...}, the first `most` of them.
 ordered_json named(const Signals& signals, const Eigen::VectorXd& values,
                    std::size_t most = SIZE_MAX);

@@ -20,12 +20,6 @@ using namespace json;
 
 namespace {
 
-ordered_json rows(const MatrixXd& m) {
-  ordered_json list = ordered_json::array();
-  for (const auto& row : m.rowwise()) list.push_back(std::vector<double>(row.begin(), row.end()));
-  return list;
-}
-
 ordered_json model_json(const ConditionReport& c) {
   const LinearModel& l = *c.linear;
   const LinearPoint at = point_of(c);

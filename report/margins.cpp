@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "model/degrees.hpp"
 #include "report/json.hpp"
 #include "report/modes.hpp"
 
@@ -14,8 +14,6 @@ namespace tiltrim {
 using json::ordered_json;
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 double decibels(double factor) { return 20 * std::log10(factor); }
 

@@ -13,7 +13,7 @@ using json::ordered_json;
 
 namespace {
 
-constexpr std::size_t most_events = 40;
+constexpr std::size_t most_shown = 40;
 
 std::string named(const MotionAnswer& m) {
   return fmt::format("{}, from the trim of {}", m.start.model.name, m.asked.start);
@@ -56,12 +56,12 @@ Sheet course(const MotionAnswer& m) {
 
 Sheet events_sheet(const Simulation& s) {
   Sheet sheet{"", {{"t", "t", "s", "{:.6f}"}, {"what", "switch", ""}, {"to", "", ""}}, {}, {}};
-  for (std::size_t k = 0; k < std::min(s.events.size(), most_events); ++k)
+  for (std::size_t k = 0; k < std::min(s.events.size(), most_shown); ++k)
     sheet.rows.push_back({s.events[k].t, SheetCell(s.events[k].name),
                           SheetCell(s.events[k].rising ? "above" : "below")});
-  if (s.events.size() > most_events)
+  if (s.events.size() > most_shown)
     sheet.notes.push_back(
-        fmt::format("and {} more: --format json has them", s.events.size() - most_events));
+        fmt::format("and {} more: --format json has them", s.events.size() - most_shown));
   return sheet;
 }
 
@@ -135,7 +135,7 @@ Figure motion_figure(const MotionAnswer& m) {
         {},   {},
         {},   8.5,
         ""};
-    Curve curve;
+    PlotCurve curve;
     curve.colour = colour::first;
     curve.width = 2;
     curve.x = m.motion->t;

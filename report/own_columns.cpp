@@ -1,7 +1,8 @@
 #include "report/own_columns.hpp"
 
 #include <algorithm>
-#include <numbers>
+
+#include "model/degrees.hpp"
 
 namespace tiltrim {
 
@@ -9,12 +10,10 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double degrees = 180 / std::numbers::pi;
-
-bool is_angle(const Signal& signal) { return signal.unit == "rad"; }
+bool in_degrees(const Signal& signal) { return signal.unit == "rad"; }
 
 SheetColumn column_of(const Signal& s) {
-  return {s.name + (is_angle(s) ? "_deg" : ""), s.name, is_angle(s) ? "°" : s.unit, "{:.7g}"};
+  return {s.name + (in_degrees(s) ? "_deg" : ""), s.name, in_degrees(s) ? "°" : s.unit, "{:.7g}"};
 }
 
 // Every signal that has a column, and its number.
@@ -55,12 +54,12 @@ std::vector<SheetCell> own_cells(const Model& model, const std::vector<std::stri
                                  const OperatingPoint& at, const Eigen::VectorXd& outputs) {
   std::vector<SheetCell> cells;
   for_each(model, parameters, [&](const Signal& s, auto vector, Index i) {
-    cells.emplace_back((at.*vector)[i] * (is_angle(s) ? degrees : 1.0));
+    cells.emplace_back((at.*vector)[i] * (in_degrees(s) ? degrees : 1.0));
   });
   for (std::size_t i = 0; i < model.outputs.size(); ++i)
     cells.push_back(
         Index(i) < outputs.size()
-            ? SheetCell(outputs[Index(i)] * (is_angle(model.outputs[i]) ? degrees : 1.0))
+            ? SheetCell(outputs[Index(i)] * (in_degrees(model.outputs[i]) ? degrees : 1.0))
             : SheetCell());
   return cells;
 }

@@ -69,7 +69,7 @@ ordered_json panel_json(const Figure& figure, std::size_t k) {
   const PlotArea at = plot_area(figure, k, Device::page);
   const auto [width, height] = page_pixels(figure);
   ordered_json curves = ordered_json::array();
-  for (const Curve& c : panel.curves)
+  for (const PlotCurve& c : panel.curves)
     if (!c.y_key.empty())
       curves.push_back({{"x", c.x_key}, {"y", c.y_key}, {"title", c.title}, {"colour", c.colour}});
   return {{"area", {at.left * width, at.right * width, at.top * height, at.bottom * height}},

@@ -1,14 +1,11 @@
 #include <fmt/ranges.h>
 
-#include <numbers>
-
+#include "model/degrees.hpp"
 #include "report/paper.hpp"
 
 namespace tiltrim {
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 Tone tone_of(const Cell& cell) {
   return cell.matches()                              ? Tone::good

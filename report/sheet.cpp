@@ -5,15 +5,11 @@
 #include <algorithm>
 #include <sstream>
 
+#include "report/code_points.hpp"
+
 namespace tiltrim {
 
 namespace {
-
-// Characters of UTF-8 text: bytes that do not continue one.
-std::size_t characters(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
 
 std::string padded(const std::string& text, std::size_t width, bool right) {
   const std::string space(width - std::min(width, characters(text)), ' ');

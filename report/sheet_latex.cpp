@@ -131,12 +131,12 @@ std::string latex_title(const std::string& title) {
 // ---- Numbers ------------------------------------------------------------------------------------
 
 // A number as it is printed, taken apart: -12.50e-3 is '-', "12", "50", '-', "3".
-struct Printed {
+struct Digits {
   std::string sign, whole, decimals, exponent_sign, exponent;
 };
 
-std::optional<Printed> printed(const std::string& text) {
-  Printed p;
+std::optional<Digits> printed(const std::string& text) {
+  Digits p;
   std::size_t at = 0;
   const auto sign = [&] {
     return at < text.size() && (text[at] == '-' || text[at] == '+') ? std::string(1, text[at++])
@@ -164,7 +164,7 @@ std::optional<Printed> printed(const std::string& text) {
   return p;
 }
 
-std::string as_latex(const Printed& p) {
+std::string as_latex(const Digits& p) {
   return p.sign + p.whole + (p.decimals.empty() ? "" : "." + p.decimals) +
          (p.exponent.empty() ? "" : "e" + p.exponent_sign + p.exponent);
 }
@@ -179,7 +179,7 @@ std::string latex_cell(const SheetCell& cell, const SheetColumn& column, bool nu
 
 // Room for the widest of each part: S[table-format = -2.3e-1].
 std::string number_column(const Sheet& sheet, std::size_t k) {
-  Printed widest{"", "1", "", "", ""};
+  Digits widest{"", "1", "", "", ""};
   bool plus = false;
   const auto widen = [](std::string& to, const std::string& part) {
     if (part.size() > to.size()) to = part;
@@ -189,8 +189,8 @@ std::string number_column(const Sheet& sheet, std::size_t k) {
     const auto p = printed(trimmed(cell_text(row[k], sheet.columns[k])));
     if (!p) continue;
     plus = plus || p->sign == "+";
-    for (const auto part : {&Printed::sign, &Printed::whole, &Printed::decimals,
-                            &Printed::exponent_sign, &Printed::exponent})
+    for (const auto part : {&Digits::sign, &Digits::whole, &Digits::decimals,
+                            &Digits::exponent_sign, &Digits::exponent})
       widen(widest.*part, (*p).*part);
   }
   std::string format = widest.sign.empty() ? "" : plus ? "+" : "-";

@@ -34,11 +34,6 @@ bool is_nothing(const SheetCell& cell) {
   return std::holds_alternative<std::monostate>(cell.value);
 }
 
-std::size_t characters(const std::string& text) {
-  return static_cast<std::size_t>(std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
-
 // Notes of nothing are paragraphs, not a list.
 bool is_words(const Sheet& sheet) { return sheet.columns.empty() && trimmed(sheet.title).empty(); }
 

@@ -50,8 +50,8 @@ const Track::Column* column(const Track& track, const std::string& key) {
   return found == track.columns.end() ? nullptr : &*found;
 }
 
-Curve level_line(const Range& x, double at) {
-  Curve line;
+PlotCurve level_line(const Range& x, double at) {
+  PlotCurve line;
   line.colour = colour::limit;
   line.dash = 2;
   line.width = 1.2;

@@ -14,7 +14,7 @@ namespace tiltrim {
 namespace {
 
 // "2 conditions", "1 condition"
-std::string counted(std::size_t n, const std::string& what) {
+std::string number_of(std::size_t n, const std::string& what) {
   return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
 }
 
@@ -121,7 +121,7 @@ std::string verdict_in_words(const StudyReport& report) {
     else
       (c.modes->verdict == Verdict::stable ? stable : unstable).push_back(name);
   }
-  const std::string all = counted(report.conditions.size(), "condition");
+  const std::string all = number_of(report.conditions.size(), "condition");
   std::vector<std::string> parts;
   if (!without.empty())
     parts.push_back(fmt::format("no verified equilibrium for {} of {} ({})", without.size(), all,

@@ -190,9 +190,9 @@ void add_row(Sheet& sheet, std::vector<SheetCell> row, const std::string& last, 
 }
 
 SheetCell reserve_cell(const Achieved& a) {
-  const double percent = 100 * a.reserve();
-  if (!std::isfinite(percent)) return number(percent);
-  SheetCell cell(std::round(10 * percent) / 10);  // as printed: no -0.0
+  const double in_percent = 100 * a.reserve();
+  if (!std::isfinite(in_percent)) return number(in_percent);
+  SheetCell cell(std::round(10 * in_percent) / 10);  // as printed: no -0.0
   if (a.reserve() < -rounding) cell.tone = Tone::bad;
   return cell;
 }

@@ -2,7 +2,8 @@
 
 #include <cmath>
 #include <stdexcept>
-#include <unsupported/Eigen/MatrixFunctions>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim::comparing {
 
@@ -14,7 +15,7 @@ namespace {
 
 // ẋ = A x, sampled: x(t + dt) = exp(A dt) x(t).
 MatrixXd linear_motion(const MatrixXd& A, const VectorXd& offset, double dt, Index samples) {
-  const MatrixXd step = (A * dt).exp();
+  const MatrixXd step = dense::exponential(A * dt);
   MatrixXd x(A.rows(), samples);
   x.col(0) = offset;
   for (Index k = 1; k < samples; ++k) x.col(k) = step * x.col(k - 1);

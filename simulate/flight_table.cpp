@@ -4,14 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <functional>
-#include <numbers>
 #include <stdexcept>
+
+#include "model/degrees.hpp"
 
 namespace tiltrim {
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 struct Instant {
   double t;

@@ -14,6 +14,7 @@
 
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "model/degrees.hpp"
 #include "simulate/plan.hpp"
 #include "simulate/schedule.hpp"
 #include "trim/conditions.hpp"
@@ -22,7 +23,6 @@ namespace tiltrim {
 
 namespace {
 
-constexpr double degrees = 180 / std::numbers::pi;
 constexpr double beside = 1e-9;  // rad: how far from the hand-over its two sides are trimmed
 
 // Places along a line at which a function changes sign, between points that are close together.

@@ -175,9 +175,9 @@ Tally tally_from(const Bytes& bytes) {
   return tally;
 }
 
-class Flights {
+class Trials {
  public:
-  Flights(const Study& study, const FlightPlan& plan, const MonteCarloOptions& options)
+  Trials(const Study& study, const FlightPlan& plan, const MonteCarloOptions& options)
       : study_(study),
         table_(table_of(study)),
         plan_(plan),
@@ -274,7 +274,7 @@ MonteCarlo monte_carlo(const Study& study, const MonteCarloOptions& options) {
   answer.asked = table.flights;
   answer.message = plan.message;
   if (plan.start_status > TrimStatus::not_optimal) return answer;
-  with_threads(options.threads, [&] { answer = Flights(study, plan, options).run(); });
+  with_threads(options.threads, [&] { answer = Trials(study, plan, options).run(); });
   return answer;
 }
 

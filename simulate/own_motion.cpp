@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 
 #include "linearize/linearize.hpp"
+#include "model/degrees.hpp"
 #include "simulate/comparison.hpp"
 
 namespace tiltrim {
@@ -15,8 +15,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 const Condition& start_of(const Study& study, const OwnMotion& asked) {
   const auto at = std::ranges::find(study.conditions, asked.start, &Condition::name);

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,10 +11,11 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
-#include <unsupported/Eigen/MatrixFunctions>
 
+#include "dense/dense.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "model/degrees.hpp"
 #include "simulate/hand_over.hpp"
 #include "simulate/plan.hpp"
 #include "simulate/schedule.hpp"
@@ -30,7 +30,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using std::numbers::pi;
 
-constexpr double degrees = 180 / pi;
 constexpr int finer = 4;       // points of the check for each of the certificate's own
 constexpr int halvings = 5;    // of its grid, until it holds between its points
 constexpr double hair = 1e-9;  // rad beside the hand-over, where a stretch ends
@@ -159,15 +158,13 @@ MatrixXd lyapunov(const MatrixXd& A) {
         sum(i * n + j, i * n + k) += A(k, j);
       }
   const MatrixXd I = -MatrixXd::Identity(n, n);
-  const Eigen::VectorXd p = sum.partialPivLu().solve(I.reshaped());
+  const Eigen::VectorXd p = dense::solve(sum, I.reshaped());
   const MatrixXd P = p.reshaped(n, n);
   return (P + P.transpose()) / 2;
 }
 
 double largest(const MatrixXd& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(symmetric, Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .maxCoeff();
+  return dense::symmetric_eigenvalues(symmetric).maxCoeff();
 }
 
 // V' = eᵀ(AᵀP + PA + η' P')e with η' = -rate: the largest rate at which it falls at every point.
@@ -195,11 +192,11 @@ SlowTilt certified(const std::vector<FrozenLoop>& coarse, const std::vector<Froz
   }
   double rate = std::numeric_limits<double>::infinity();
   for (const Point& p : points) {
-    const Eigen::LLT<MatrixXd> root(p.falls);
+    const std::optional<MatrixXd> root = dense::cholesky(p.falls);
     double here = 0.0;  // between two frozen loops P itself does not fall
-    if (root.info() == Eigen::Success) {
-      const MatrixXd half = root.matrixL().solve(p.slope);
-      const double worst = largest(root.matrixL().solve(half.transpose()));
+    if (root) {
+      const MatrixXd half = dense::solve_lower(*root, p.slope);
+      const double worst = largest(dense::solve_lower(*root, half.transpose()));
       here = worst > 0 ? 1 / worst : std::numeric_limits<double>::infinity();
     }
     if (here >= rate) continue;
@@ -223,14 +220,14 @@ Growth growth(const std::vector<FrozenLoop>& loops, double rate) {
   std::vector<MatrixXd> since;  // from each earlier point to here
   for (std::size_t k = 0; k + 1 < loops.size(); ++k) {
     const double dt = (loops[k].eta - loops[k + 1].eta) / rate;
-    const MatrixXd step = ((loops[k].A + loops[k + 1].A) / 2 * dt).exp();
+    const MatrixXd step = dense::exponential((loops[k].A + loops[k + 1].A) / 2 * dt);
     since.emplace_back(MatrixXd::Identity(n, n));
     for (MatrixXd& phi : since) {
       phi = step * phi;
-      answer.worst = std::max(answer.worst, phi.operatorNorm());
+      answer.worst = std::max(answer.worst, dense::spectral_norm(phi));
     }
   }
-  answer.whole = since.front().operatorNorm();
+  answer.whole = dense::spectral_norm(since.front());
   return answer;
 }
 

@@ -1,10 +1,9 @@
 // Where eigenvalues cross the imaginary axis on a line of matrices.
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 
+#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "sweep/boundary.hpp"
 
@@ -39,12 +38,13 @@ std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sam
                   (balanced.scale[j] / balanced.scale[i]);
     return B;
   };
-  const Eigen::EigenSolver<MatrixXd> solver(balanced.B);
-  if (solver.info() != Eigen::Success) return {};
-  const MatrixXcd X = solver.eigenvectors();
-  const Eigen::PartialPivLU<MatrixXcd> lu(X);
+  const dense::Eigensystem middle = dense::eigensystem(balanced.B);
+  if (!middle.converged) return {};
+  const MatrixXcd& X = middle.V;
+  const dense::LU<MatrixXcd> lu = dense::lu(X);
   constexpr double units = 64;  // of rounding, that an eigenvalue of a balanced matrix may be off
-  Piece piece{solver.eigenvalues(), lu.solve(alike(a.A - m.A) * X), lu.solve(alike(b.A - m.A) * X),
+  Piece piece{middle.values, dense::solve(lu, alike(a.A - m.A) * X),
+              dense::solve(lu, alike(b.A - m.A) * X),
               units * std::numeric_limits<double>::epsilon() * balanced.B.norm()};
   if (!piece.at_a.allFinite() || !piece.at_b.allFinite()) return {};  // defective in the middle
   return piece;

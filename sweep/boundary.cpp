@@ -78,10 +78,10 @@ std::optional<Settled> stays(const GridLine& line, double t, const OperatingPoin
   Problem problem = line.sweep.problem;
   problem.base = numbers_at(line.sweep, line.at(t));
   for (const Index j : problem.unknowns) set_value(problem.base, j, value_of(near, j));
-  constexpr double at_rest = 1e-12;  // scaled, 1/s: round-off of the rates
+  constexpr double round_off = 1e-12;  // scaled, 1/s: round-off of the rates
   try {
     const Values v = values(problem, unknowns_of(problem, problem.base));
-    if (!(v.residual.lpNorm<Eigen::Infinity>() <= at_rest)) return {};
+    if (!(v.residual.lpNorm<Eigen::Infinity>() <= round_off)) return {};
     return equilibrium_at(line.sweep, problem.base);
   } catch (const std::exception&) {  // settle() has been refused, too
     return {};

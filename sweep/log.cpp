@@ -20,17 +20,17 @@ namespace {
 using Bytes = std::vector<std::byte>;
 
 constexpr std::string_view magic = "tiltlog\n";
-constexpr std::uint64_t format = 1;
+constexpr std::uint64_t log_format = 1;
 constexpr std::uint64_t word = sizeof(std::uint64_t);
 constexpr std::uint64_t before_identity = 3 * word;  // magic, format, length of the identity
 constexpr std::uint64_t before_payload = 2 * word;   // length, tile
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why) {
+[[noreturn]] void refuse_log(const std::filesystem::path& file, const std::string& why) {
   throw LogError(fmt::format("{}: {}", file.string(), why));
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& file, int error) {
-  refuse(file, std::strerror(error));
+[[noreturn]] void refuse_log(const std::filesystem::path& file, int error) {
+  refuse_log(file, std::strerror(error));
 }
 
 void put(Bytes& to, std::span<const std::byte> bytes) {
@@ -52,7 +52,7 @@ std::uint64_t number_at(std::span<const std::byte> bytes, std::uint64_t offset) 
 Bytes header_of(const std::string& identity) {
   Bytes header;
   put(header, bytes_of(magic));
-  put(header, format);
+  put(header, log_format);
   put(header, identity.size());
   put(header, bytes_of(identity));
   put(header, checksum(header));
@@ -65,13 +65,13 @@ int open_locked(const std::filesystem::path& file) {
   for (int i = 0; i < patience; ++i) {
     const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd < 0 && errno == EINTR) continue;
-    if (fd < 0) refuse(file, errno);
+    if (fd < 0) refuse_log(file, errno);
     if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
       const int error = errno;
       ::close(fd);
       if (error == EINTR) continue;
-      if (error != EWOULDBLOCK) refuse(file, error);
-      refuse(file, "another process is at work on it; wait for it, or choose another output");
+      if (error != EWOULDBLOCK) refuse_log(file, error);
+      refuse_log(file, "another process is at work on it; wait for it, or choose another output");
     }
     struct stat opened {
     }, named{};
@@ -80,7 +80,7 @@ int open_locked(const std::filesystem::path& file) {
       return fd;
     ::close(fd);
   }
-  refuse(file, "is deleted again and again by another process");
+  refuse_log(file, "is deleted again and again by another process");
 }
 
 // Fills `bytes` from `offset`; false if the file ends before.
@@ -89,7 +89,7 @@ bool read_at(const std::filesystem::path& file, int fd, std::span<std::byte> byt
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t n = ::pread(fd, bytes.data() + done, bytes.size() - done, off_t(offset + done));
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) refuse(file, errno);
+    if (n < 0) refuse_log(file, errno);
     if (n == 0) return false;
     done += std::size_t(n);
   }
@@ -109,8 +109,8 @@ int write_at(int fd, std::span<const std::byte> bytes, std::uint64_t offset) {
 
 std::uint64_t size_of(const std::filesystem::path& file, int fd) {
   struct stat opened {};
-  if (::fstat(fd, &opened) != 0) refuse(file, errno);
-  if (!S_ISREG(opened.st_mode)) refuse(file, "is not a regular file");
+  if (::fstat(fd, &opened) != 0) refuse_log(file, errno);
+  if (!S_ISREG(opened.st_mode)) refuse_log(file, "is not a regular file");
   return std::uint64_t(opened.st_size);
 }
 
@@ -147,25 +147,25 @@ constexpr std::string_view remedy = "delete it, or choose another output";
 std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint64_t size,
                            std::span<const std::byte> ours, const std::string& identity) {
   Bytes start(std::min<std::uint64_t>(size, ours.size()));
-  if (!read_at(file, fd, start, 0)) refuse(file, EIO);
+  if (!read_at(file, fd, start, 0)) refuse_log(file, EIO);
   if (std::ranges::equal(start, ours.first(start.size())))
     return start.size() == ours.size() ? ours.size() : 0;
   if (size < before_identity + word ||
       !std::ranges::equal(std::span(start).first(magic.size()), bytes_of(magic)))
-    refuse(file, fmt::format("is not a log of ours; {}", remedy));
-  if (number_at(start, word) != format)
-    refuse(file, fmt::format("is a log of another format, {} in place of {}; {}",
-                             number_at(start, word), format, remedy));
+    refuse_log(file, fmt::format("is not a log of ours; {}", remedy));
+  if (number_at(start, word) != log_format)
+    refuse_log(file, fmt::format("is a log of another format, {} in place of {}; {}",
+                                 number_at(start, word), log_format, remedy));
   const std::uint64_t length = number_at(start, 2 * word);
   const std::string damaged = fmt::format("its header is damaged; {}", remedy);
-  if (length > size - before_identity - word) refuse(file, damaged);
+  if (length > size - before_identity - word) refuse_log(file, damaged);
   Bytes header(before_identity + length + word);
-  if (!read_at(file, fd, header, 0)) refuse(file, EIO);
+  if (!read_at(file, fd, header, 0)) refuse_log(file, EIO);
   const auto checked = std::span(header).first(before_identity + length);
-  if (number_at(header, checked.size()) != checksum(checked)) refuse(file, damaged);
+  if (number_at(header, checked.size()) != checksum(checked)) refuse_log(file, damaged);
   const std::string there(reinterpret_cast<const char*>(header.data()) + before_identity, length);
-  refuse(file,
-         fmt::format("is the log of other work ({}); {}", what_differs(there, identity), remedy));
+  refuse_log(file, fmt::format("is the log of other work ({}); {}", what_differs(there, identity),
+                               remedy));
 }
 
 void sync_folder(const std::filesystem::path& file) {
@@ -202,11 +202,11 @@ Log::~Log() {
 }
 
 void Log::begin(std::span<const std::byte> header) {
-  if (::ftruncate(descriptor_, 0) != 0) refuse(file_, errno);
+  if (::ftruncate(descriptor_, 0) != 0) refuse_log(file_, errno);
   const int error = write_at(descriptor_, header, 0);
   if (error != 0) {
     ::unlink(file_.c_str());
-    refuse(file_, error);
+    refuse_log(file_, error);
   }
   sync_folder(file_);
   size_ = header.size();
@@ -236,7 +236,7 @@ void Log::recover(std::uint64_t header_size) {
   }
   dropped_ = size - good;
   size_ = good;
-  if (dropped_ > 0 && ::ftruncate(descriptor_, off_t(good)) != 0) refuse(file_, errno);
+  if (dropped_ > 0 && ::ftruncate(descriptor_, off_t(good)) != 0) refuse_log(file_, errno);
 }
 
 void Log::append(std::uint64_t tile, std::span<const std::byte> bytes) {
@@ -251,7 +251,7 @@ void Log::append(std::uint64_t tile, std::span<const std::byte> bytes) {
   if (error != 0) {
     // Where this fails too, the next append overwrites the piece, or recovery drops it.
     if (::ftruncate(descriptor_, off_t(size_)) != 0) errno = error;
-    refuse(file_, error);
+    refuse_log(file_, error);
   }
   size_ += record.size();
   checksum_ = sum;
@@ -261,11 +261,11 @@ void Log::sync() {
   int error = 0;
   do error = ::fdatasync(descriptor_) == 0 ? 0 : errno;
   while (error == EINTR);
-  if (error != 0) refuse(file_, error);
+  if (error != 0) refuse_log(file_, error);
 }
 
 void Log::remove() {
-  if (::unlink(file_.c_str()) != 0 && errno != ENOENT) refuse(file_, errno);
+  if (::unlink(file_.c_str()) != 0 && errno != ENOENT) refuse_log(file_, errno);
   if (descriptor_ >= 0) ::close(descriptor_);
   descriptor_ = -1;
 }

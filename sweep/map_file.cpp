@@ -34,7 +34,7 @@ namespace {
 
 using namespace filing;
 
-constexpr int format = 1;
+constexpr int map_format = 1;
 constexpr std::string_view seal = "tiltmap\n";  // then the checksum, at the end of the file
 
 // ---- Between a map and its lists ---------------------------------------------------------------
@@ -433,7 +433,7 @@ void define_globals(const Dataset& set, const SweepMap& map) {
   put_text(set, NC_GLOBAL, "title", "Equilibria and their eigenvalues over a grid");
   put_text(set, NC_GLOBAL, "program", map.program);
   put_text(set, NC_GLOBAL, "instruction_set", map.instruction_set);
-  set.check(nc_put_att_int(set.id, NC_GLOBAL, "format_version", NC_INT, 1, &format), "format");
+  set.check(nc_put_att_int(set.id, NC_GLOBAL, "format_version", NC_INT, 1, &map_format), "format");
 }
 
 // Throws unless there is memory for a copy of the map: neither library below survives the lack of
@@ -617,8 +617,8 @@ SweepAxis get_axis(const Dataset& set, const std::string& dimension_of_it) {
 void get_globals(const Dataset& set, SweepMap& map) {
   int found = 0;
   set.check(nc_get_att_int(set.id, NC_GLOBAL, "format_version", &found), "format_version");
-  if (found != format)
-    refuse(set.name, fmt::format("is of another format, {} in place of {}", found, format));
+  if (found != map_format)
+    refuse(set.name, fmt::format("is of another format, {} in place of {}", found, map_format));
   map.program = get_text(set, NC_GLOBAL, "program");
   map.instruction_set = get_text(set, NC_GLOBAL, "instruction_set");
   map.study = get_study(set);

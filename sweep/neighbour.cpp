@@ -2,11 +2,11 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <mutex>
 
+#include "dense/dense.hpp"
 #include "linearize/batch.hpp"
 #include "model/differentiate.hpp"
 #include "trim/verdict.hpp"
@@ -139,15 +139,10 @@ Vector residuals(const Prepared& s, const VectorXd& rates, const VectorXd& outpu
   return r;
 }
 
-// Without allocation.
-constexpr int small_size = 16;
-using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, small_size, small_size>;
-using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, small_size, 1>;
-
 // The equations' Jacobian in nominal sizes, factored, from the slopes along states and unknowns;
 // nothing if it is singular.
 template <class Matrix>
-std::optional<Eigen::PartialPivLU<Matrix>> factored(const Prepared& s, const MatrixXd& slopes) {
+std::optional<dense::LU<Matrix>> factored(const Prepared& s, const MatrixXd& slopes) {
   const Problem& p = s.problem;
   Matrix J(p.m(), p.n());
   for (Index k = 0; k < p.n(); ++k)
@@ -155,8 +150,8 @@ std::optional<Eigen::PartialPivLU<Matrix>> factored(const Prepared& s, const Mat
       const Index row = p.equations[std::size_t(i)];
       J(i, k) = slopes(row, s.unknowns[std::size_t(k)]) * p.nominal[k] / p.row_nominal[row];
     }
-  std::optional<Eigen::PartialPivLU<Matrix>> lu(J);
-  const auto pivots = lu->matrixLU().diagonal().cwiseAbs();
+  std::optional<dense::LU<Matrix>> lu = dense::lu(J);
+  const auto pivots = lu->pivots().cwiseAbs();
   constexpr double singular = 1e-11;  // left to the trim from nothing, which judges it
   if (!(pivots.minCoeff() > singular * pivots.maxCoeff())) return {};
   return lu;
@@ -164,12 +159,12 @@ std::optional<Eigen::PartialPivLU<Matrix>> factored(const Prepared& s, const Mat
 
 // The Newton step in nominal sizes; empty if singular.
 VectorXd step(const Prepared& s, const MatrixXd& slopes, const VectorXd& r) {
-  if (s.problem.n() <= small_size) {
-    const auto lu = factored<Square>(s, slopes);
-    return lu ? VectorXd(lu->solve(-Column(r))) : VectorXd();
+  if (s.problem.n() <= dense::small_size) {
+    const auto lu = factored<dense::SmallMatrix>(s, slopes);
+    return lu ? VectorXd(dense::solve(*lu, -dense::SmallVector(r))) : VectorXd();
   }
   const auto lu = factored<MatrixXd>(s, slopes);
-  return lu ? VectorXd(lu->solve(-r)) : VectorXd();
+  return lu ? VectorXd(dense::solve(*lu, -r)) : VectorXd();
 }
 
 template <class Vector>
@@ -228,7 +223,7 @@ bool newton(const Prepared& s, Settled& e) {
   constexpr double fast = 0.01, near = 1e-3;
   const Model& m = s.model();
   double before = std::numeric_limits<double>::infinity();
-  std::optional<Eigen::PartialPivLU<Matrix>> lu;
+  std::optional<dense::LU<Matrix>> lu;
   for (int i = 0; i < max_steps; ++i) {
     const VectorXd rates = m.f(e.at.x, e.at.u, e.at.p);
     if (s.output_equations) e.outputs = outputs_of(m, e.at);
@@ -236,7 +231,7 @@ bool newton(const Prepared& s, Settled& e) {
     e.residual = r.template lpNorm<Eigen::Infinity>();
     Vector dz;
     if (lu) {
-      dz = lu->solve(-r);
+      dz = dense::solve(*lu, -r);
       if (!(dz.template lpNorm<Eigen::Infinity>() <= fast * before)) lu.reset();
     }
     const bool here = !lu;
@@ -244,7 +239,7 @@ bool newton(const Prepared& s, Settled& e) {
       e.slopes = jacobian(m, e.at, s.along);
       lu = factored<Matrix>(s, e.slopes);
       if (!lu) return false;
-      dz = lu->solve(-r);
+      dz = dense::solve(*lu, -r);
     }
     const double size = dz.template lpNorm<Eigen::Infinity>();
     const bool small = e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance;
@@ -274,8 +269,9 @@ bool settle(const Prepared& s, Settled& e) {
   e.message.clear();
   bool found = false;
   try {
-    found = s.problem.square() && (s.problem.n() <= small_size ? newton<Square, Column>(s, e)
-                                                               : newton<MatrixXd, VectorXd>(s, e));
+    found = s.problem.square() && (s.problem.n() <= dense::small_size
+                                       ? newton<dense::SmallMatrix, dense::SmallVector>(s, e)
+                                       : newton<MatrixXd, VectorXd>(s, e));
   } catch (const std::exception& thrown) {
     e.message = thrown.what();
   }
@@ -301,7 +297,7 @@ bool keep_outputs(const Prepared& s, const VectorXd& outputs, OperatingPoint& at
     C.col(k) = slopes.col(s.unknowns[std::size_t(k)]).segment(nx, ny).cwiseQuotient(size) *
                s.problem.nominal[k];
   const VectorXd miss = (outputs - outputs_of(s.model(), at)).cwiseQuotient(size);
-  const VectorXd dz = C.completeOrthogonalDecomposition().solve(miss);
+  const VectorXd dz = dense::least_squares(C, miss);
   if (!dz.allFinite()) return false;
   add(s, dz, at);
   return true;

@@ -42,7 +42,7 @@ bool moves_V(const std::vector<SweepAxis>& axes) {
 }
 
 // In hover, which no axis leaves: without the bounds that hold for one set of gains alone.
-TrimProblem at_rest(const Vehicle& vehicle, const Condition& condition) {
+TrimProblem problem_at_rest(const Vehicle& vehicle, const Condition& condition) {
   TrimProblem problem = closed_loop_problem(vehicle, condition.command, Axes::body);
   problem.spec.bounds.erase("energy_integral");
   problem.spec.bounds.erase("distribution_integral");
@@ -57,7 +57,7 @@ SweepRequest closed_loop_request(const Vehicle& vehicle, const Condition& condit
     throw std::invalid_argument(
         "V = 0 has no path to follow to its neighbours; expected V above 0 along the axis");
   const TrimProblem problem =
-      V == 0 ? at_rest(vehicle, condition) : problem_along(vehicle, condition, V);
+      V == 0 ? problem_at_rest(vehicle, condition) : problem_along(vehicle, condition, V);
   SweepRequest request{
       condition.name, problem.model, problem.spec, problem.guess, {"theta0", "a1s", "delta_e"}};
   request.cold = [vehicle, slow](const OperatingPoint& at, const TrimOptions& options) {

@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "sweep/spectrum.hpp"
 
@@ -27,7 +26,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Two modes that change places are said to cross, not to veer, where they mix by less than this:
 // their gap is then below what twelve halvings of the step would resolve.
-constexpr double crossing = 1.0 / 4096;
+constexpr double crossing_mix = 1.0 / 4096;
 
 // Which eigenvalues are real, and which are each other's conjugates.
 struct Kinds {
@@ -111,35 +110,21 @@ struct Basis {
   MatrixXcd V, W;  // not finite where A is defective
 };
 
-// Eigenvectors in the solver's order. Not solver.eigenvectors(): of a pair whose imaginary part is
-// below rounding it makes two real vectors.
-MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
-  const MatrixXd P = solver.pseudoEigenvectors();
-  MatrixXcd V = P.cast<Complex>();
-  for (Index j = 0; j + 1 < V.cols(); ++j) {
-    if (!(solver.eigenvalues()[j].imag() > 0)) continue;
-    V.col(j).imag() = P.col(j + 1);
-    V.col(j + 1) = V.col(j).conjugate();
-  }
-  V.colwise().normalize();
-  return V;
-}
-
 // Of a matrix in balanced coordinates; `lambda` empty: the eigenvalues in the solver's order. Where
 // the QR iteration meets its cap the eigenvectors are empty, and so are eigenvalues not given.
 Basis basis(const MatrixXd& balanced, Spectrum lambda) {
   const Index n = balanced.rows();
-  const Eigen::EigenSolver<MatrixXd> solver(balanced);
+  const dense::Eigensystem solved = dense::eigensystem(balanced);
   Basis b;
   b.lambda.assign(lambda.begin(), lambda.end());
-  if (solver.info() == Eigen::Success) {
-    const auto& found = solver.eigenvalues();
+  if (solved.converged) {
+    const Eigen::VectorXcd& found = solved.values;
     if (lambda.empty()) b.lambda.assign(found.begin(), found.end());
     MatrixXd miss(n, n);
     for (Index i = 0; i < n; ++i)
       for (Index j = 0; j < n; ++j) miss(i, j) = std::abs(b.lambda[i] - found[j]);
-    b.V = eigenvectors(solver)(Eigen::all, assign(miss));
-    b.W = b.V.partialPivLu().inverse();
+    b.V = solved.V(Eigen::all, assign(miss));
+    b.W = dense::inverse(b.V);
   }
   b.kind = kinds(b.lambda);
   return b;
@@ -290,7 +275,7 @@ struct Judge {
         if (group[i] != g || h == g ||
             !turned(a.lambda[i] - a.lambda[k], b.lambda[to[i]] - b.lambda[to[k]]))
           continue;
-        worst = std::min(worst, 1 - 0.5 * std::sqrt(mixing(g, h)) / crossing);
+        worst = std::min(worst, 1 - 0.5 * std::sqrt(mixing(g, h)) / crossing_mix);
       }
     return worst;
   }

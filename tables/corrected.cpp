@@ -12,7 +12,7 @@ namespace tiltrim {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double degree = pi / 180.0;
 
 // Table 1 with its slips mended: the climb climbs, and the transition moves, at 6 m/s.

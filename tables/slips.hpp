@@ -7,6 +7,9 @@
 
 namespace tiltrim::slips {
 
+inline const Aircraft paper;  ///< the paper's numbers
+inline const double weight = paper.mass * paper.gravity;
+
 struct Source {
   const PublishedTables& published;
   const Identification& identified;

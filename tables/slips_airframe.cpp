@@ -18,9 +18,7 @@ namespace slips {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-const Aircraft paper;  // the paper's numbers
-const double weight = paper.mass * paper.gravity;
+using std::numbers::pi;
 
 struct Flight {
   double theta, alpha, eta, a1s;

@@ -17,7 +17,7 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double rounding = 1e-9;  // of sums that vanish identically, relative
 
 // The law with γ̃ = γ - γd, the airframe as it is: f at (-γ_err, γd - 2 γ_err) has the same γ, and

@@ -10,7 +10,7 @@ namespace tiltrim::slips {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 Slip tilts_before(const Source& s) {
   constexpr double take_off = 55.0;  // m, to which the text climbs vertically

@@ -10,9 +10,7 @@ namespace tiltrim::slips {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-const Aircraft paper;
-const double weight = paper.mass * paper.gravity;
+using std::numbers::pi;
 
 Slip climb_descends(const Source& s) {
   const double gamma = s.published.gamma[0].value, alpha = s.published.alpha[0].value;

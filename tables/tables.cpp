@@ -10,7 +10,7 @@ namespace tiltrim {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double half_turn = pi;
 constexpr double down = -pi / 2;                      // the path angle behind Table 3
 constexpr Columns<double> heights{0.0, 60.0, 120.0};  // m, of Table 1's columns on (16)

@@ -2,11 +2,11 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "dense/dense.hpp"
 #include "trim/problem.hpp"
 
 namespace tiltrim {
@@ -130,7 +130,7 @@ std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
   }
   if (active.empty()) return active;
   const VectorXd gradient = s.residual.transpose() * v.residual;
-  const VectorXd mu = A.transpose().completeOrthogonalDecomposition().solve(-gradient);
+  const VectorXd mu = dense::least_squares(A.transpose(), -gradient);
   for (std::size_t i = 0; i < active.size(); ++i) active[i].pull = -mu[Index(i)];
   std::erase_if(active, [](const Holding& h) { return !(h.pull < -negligible); });
   std::ranges::stable_sort(active, {}, &Holding::pull);

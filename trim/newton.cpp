@@ -1,7 +1,8 @@
 #include "trim/newton.hpp"
 
-#include <Eigen/Dense>
 #include <limits>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
@@ -11,11 +12,10 @@ using Eigen::VectorXd;
 
 static VectorXd solve(const MatrixXd& J, const VectorXd& r) {
   if (J.rows() == J.cols()) {
-    const Eigen::PartialPivLU<MatrixXd> lu(J);
-    VectorXd dz = lu.solve(-r);
+    VectorXd dz = dense::solve(J, -r);
     if (dz.allFinite()) return dz;
   }
-  return J.completeOrthogonalDecomposition().solve(-r);
+  return dense::least_squares(J, -r);
 }
 
 NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {

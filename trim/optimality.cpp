@@ -1,10 +1,10 @@
 #include "trim/optimality.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "dense/dense.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {
@@ -59,14 +59,12 @@ bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const Vec
   const Slopes s = slopes(p, z);
   if (!s.finite) return false;
   const MatrixXd A = active_slopes(a, s);
-  const Eigen::FullPivLU<MatrixXd> lu(A.rows() > 0 ? A : MatrixXd::Zero(1, z.size()));
-  if (lu.dimensionOfKernel() == 0) return true;
+  const MatrixXd Z = dense::kernel(A.rows() > 0 ? A : MatrixXd::Zero(1, z.size()));
+  if (Z.cols() == 0) return true;
   const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
   if (!H.allFinite()) return false;
-  const MatrixXd Z = lu.kernel().colwise().normalized();
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> curvature(Z.transpose() * H * Z,
-                                                          Eigen::EigenvaluesOnly);
-  return curvature.eigenvalues().minCoeff() >= -rounding * std::max(1.0, H.norm());
+  const VectorXd curvature = dense::symmetric_eigenvalues(Z.transpose() * H * Z);
+  return curvature.minCoeff() >= -rounding * std::max(1.0, H.norm());
 }
 
 namespace {
@@ -111,8 +109,7 @@ bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, Vector
     const VectorXd c = active_residual(a, z, v);
     const MatrixXd J = active_slopes(a, s);
     if (i == 0) lambda = VectorXd::Zero(c.size());
-    if (i == 0 && c.size() > 0)
-      lambda = J.transpose().completeOrthogonalDecomposition().solve(-s.effort);
+    if (i == 0 && c.size() > 0) lambda = dense::least_squares(J.transpose(), -s.effort);
     const VectorXd gradient = s.effort + J.transpose() * lambda;
     const double size = std::max(gradient.lpNorm<Eigen::Infinity>(), c.lpNorm<Eigen::Infinity>());
     if (size < small && size >= 0.5 * last) return true;  // round-off
@@ -124,7 +121,7 @@ bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, Vector
     if (!K.allFinite()) return false;
     VectorXd rhs(n + c.size());
     rhs << -gradient, -c;
-    const VectorXd d = K.completeOrthogonalDecomposition().solve(rhs);
+    const VectorXd d = dense::least_squares(K, rhs);
     if (!d.allFinite()) return false;
     z += d.head(n);
     lambda += d.tail(c.size());

@@ -2,11 +2,12 @@
 
 #include <fmt/ranges.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
@@ -66,19 +67,17 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
   }
   const Slopes s = slopes(p, z);
   if (!s.finite) return;  // rcond stays 0: not determined
-  const Eigen::JacobiSVD<MatrixXd, Eigen::FullPivHouseholderQRPreconditioner> svd(
-      s.residual, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const VectorXd sigma = svd.singularValues();
-  r.rcond = sigma[p.m() - 1] / std::max(sigma[0], 1.0);
-  const VectorXd dz = svd.solve(v.residual);
+  const dense::SVD svd = dense::svd(s.residual);
+  r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
+  const VectorXd dz = dense::solve(svd, v.residual);
   r.step = dz.allFinite() ? dz.lpNorm<Eigen::Infinity>() : std::numeric_limits<double>::infinity();
   if (r.rcond < singular_below) {
-    const VectorXd even = without_stiffness(s.residual).jacobiSvd().singularValues();
+    const VectorXd even = dense::singular_values(without_stiffness(s.residual));
     r.rcond = even[p.m() - 1] / std::max(even[0], 1.0);
   }
   if (r.rcond < singular_below)
     r.message = fmt::format("the equations do not determine {}: the Jacobian is singular there",
-                            free_direction(p, svd.matrixV().col(p.m() - 1)));
+                            free_direction(p, svd.V.col(p.m() - 1)));
 }
 
 }  // namespace

@@ -2,13 +2,13 @@
 
 #include <fmt/core.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
+#include "dense/dense.hpp"
 #include "linearize/margins.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
@@ -147,15 +147,16 @@ double response_score(const TuneProblem& problem, const Requirement& r, const Pl
   VectorXd x0 = VectorXd::Zero(n);
   for (const auto& [state, value] : problem.disturbance)
     x0[index_of(sweep.model().states, state, "state")] = value;
-  const Eigen::EigenSolver<MatrixXd> solver(e.A(sweep));
-  const Eigen::MatrixXcd V = solver.eigenvectors();
-  const VectorXcd modal = V.partialPivLu().solve(x0.cast<Complex>());
+  const dense::Eigensystem eigen = dense::eigensystem(e.A(sweep));
+  if (!eigen.converged) return -most;
+  const Eigen::MatrixXcd& V = eigen.V;
+  const VectorXcd modal = dense::solve(V, x0.cast<Complex>());
   double least = not_a_number;
   for (const Actuator& a : actuators(r, place)) {
     const VectorXcd c = (e.slopes.row(n + a.output).head(n).cast<Complex>() * V).transpose();
-    const double score = -largest_response(e.outputs[a.output], a.middle, c.cwiseProduct(modal),
-                                           solver.eigenvalues()) /
-                         a.half;
+    const double score =
+        -largest_response(e.outputs[a.output], a.middle, c.cwiseProduct(modal), eigen.values) /
+        a.half;
     if (!(score >= least)) least = score;
   }
   return least;

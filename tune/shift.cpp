@@ -1,10 +1,9 @@
 #include "tune/shift.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "model/differentiate.hpp"
 
@@ -41,7 +40,7 @@ MatrixXd shifts(const Prepared& sweep, const Settled& e, const std::vector<Index
     for (Index k = 0; k < p.n(); ++k)
       J(i, k) = all(row, sweep.unknowns[std::size_t(k)]) * p.nominal[k] / p.row_nominal[row];
   }
-  const MatrixXd dz = -J.partialPivLu().solve(r);
+  const MatrixXd dz = -dense::solve(J, r);
   MatrixXd by = MatrixXd::Zero(e.at.x.size() + e.at.u.size() + e.at.p.size(), count);
   for (Index k = 0; k < p.n(); ++k) by.row(p.unknowns[std::size_t(k)]) = dz.row(k) * p.nominal[k];
   for (Index j = 0; j < count; ++j) by(parameters[std::size_t(j)], j) = 1.0;
@@ -56,12 +55,13 @@ Spectrum spectrum_of(const Prepared& sweep, const Settled& e,
   const MatrixXd own = e.A(sweep);
   if (!own.allFinite()) return spectrum;
   const Balanced balanced = balance(own);
-  const Eigen::EigenSolver<MatrixXd> solver(balanced.B, !parameters.empty());
-  if (solver.info() != Eigen::Success) return spectrum;
-  spectrum.eigenvalues = solver.eigenvalues();
+  const dense::Eigensystem found =
+      parameters.empty() ? dense::eigenvalues(balanced.B) : dense::eigensystem(balanced.B);
+  if (!found.converged) return spectrum;
+  spectrum.eigenvalues = found.values;
   if (parameters.empty()) return spectrum;
-  const MatrixXcd V = solver.eigenvectors();
-  const Eigen::PartialPivLU<MatrixXcd> lu(V);
+  const MatrixXcd& V = found.V;
+  const dense::LU<MatrixXcd> lu = dense::lu(V);
   const MatrixXd by = shifts(sweep, e, parameters);
   std::vector<Index> states;
   for (Index i = 0; i < n; ++i) states.push_back(i);
@@ -77,7 +77,7 @@ Spectrum spectrum_of(const Prepared& sweep, const Settled& e,
       for (Index k = 0; k < n; ++k)
         dB(i, k) = dA(balanced.order[std::size_t(i)], balanced.order[std::size_t(k)]) *
                    (balanced.scale[k] / balanced.scale[i]);
-    spectrum.slopes.col(Index(j)) = lu.solve(dB * V).diagonal();
+    spectrum.slopes.col(Index(j)) = dense::solve(lu, dB * V).diagonal();
   }
   return spectrum;
 }

@@ -1,0 +1,49 @@
+#include <Eigen/SVD>
+#include <algorithm>
+#include <limits>
+
+#include "dense/dense.hpp"
+
+namespace tiltrim::dense {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Eigen::VectorXd;
+
+// Full pivoting first: the most exact of Eigen's, and one instantiation for all.
+using Jacobi = Eigen::JacobiSVD<MatrixXd, Eigen::FullPivHouseholderQRPreconditioner>;
+
+SVD svd(const MatrixXd& A) {
+  const Jacobi found(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return {found.matrixU(), found.singularValues(), found.matrixV()};
+}
+
+VectorXd singular_values(const MatrixXd& A) { return Jacobi(A).singularValues(); }
+
+static Index rank(const VectorXd& sigma) {
+  constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  if (sigma.size() == 0) return 0;
+  const double least =
+      std::max(sigma[0] * double(sigma.size()) * epsilon, std::numeric_limits<double>::min());
+  return (sigma.array() > least).count();
+}
+
+VectorXd solve(const SVD& svd, const VectorXd& b) {
+  const Index r = rank(svd.sigma);
+  const VectorXd along = svd.U.leftCols(r).transpose() * b;
+  return svd.V.leftCols(r) * along.cwiseQuotient(svd.sigma.head(r));
+}
+
+MatrixXd kernel(const MatrixXd& A) {
+  const SVD found = svd(A);
+  return found.V.rightCols(A.cols() - rank(found.sigma));
+}
+
+VectorXcd least_singular_vector(const MatrixXcd& A) {
+  const Eigen::JacobiSVD<MatrixXcd> found(A, Eigen::ComputeFullV);
+  return found.matrixV().rightCols<1>();
+}
+
+}  // namespace tiltrim::dense
