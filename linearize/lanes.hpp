@@ -23,20 +23,20 @@ using Lanes = std::experimental::native_simd<double>;
 using LaneMask = Lanes::mask_type;
 inline constexpr std::size_t lane_count = Lanes::size();
 
-/// a b + c, rounded once where the instruction set has that. Not std::experimental::fma: without
-/// such an instruction it calls the library, lane by lane, and with it g++ 12 at times does the
-/// lanes one by one.
+/// a b + c, rounded once, so that every instruction set gives the same bits: without the
+/// instruction by the library, lane by lane. Not std::experimental::fma: with the instruction
+/// g++ 12 at times does the lanes one by one.
 [[gnu::always_inline]] inline Lanes multiply_add(Lanes a, Lanes b, Lanes c) {
-#if defined __AVX512F__
+#if defined __AVX512F__ && !defined TILTRIM_LANES_SCALAR
   return __builtin_bit_cast(
       Lanes, _mm512_fmadd_pd(__builtin_bit_cast(__m512d, a), __builtin_bit_cast(__m512d, b),
                              __builtin_bit_cast(__m512d, c)));
-#elif defined __FMA__
+#elif defined __FMA__ && !defined TILTRIM_LANES_SCALAR
   return __builtin_bit_cast(
       Lanes, _mm256_fmadd_pd(__builtin_bit_cast(__m256d, a), __builtin_bit_cast(__m256d, b),
                              __builtin_bit_cast(__m256d, c)));
 #else
-  return a * b + c;
+  return Lanes([&](auto i) { return __builtin_fma(a[i], b[i], c[i]); });
 #endif
 }
 

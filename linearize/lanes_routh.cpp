@@ -50,24 +50,6 @@ struct Polynomial {
   Real c[N::capacity + 1], error[N::capacity + 1];
 };
 
-// a b + c in one instruction where there is one: std::experimental::fma leaves it to g++ to put
-// that together from the elements, which it does not always.
-[[gnu::always_inline]] inline Lanes fused(const Lanes& a, const Lanes& b, const Lanes& c) {
-#if defined(__AVX512F__)
-  return Lanes(_mm512_fmadd_pd(__m512d(a), __m512d(b), __m512d(c)));
-#elif defined(__FMA__)
-  return Lanes(_mm256_fmadd_pd(__m256d(a), __m256d(b), __m256d(c)));
-#else
-  return a * b + c;
-#endif
-}
-
-[[gnu::always_inline]] inline Real fused(const Real& a, const Real& b, const Real& c) {
-  Real r;
-  for (int g = 0; g < groups; ++g) r.of[g] = fused(a.of[g], b.of[g], c.of[g]);
-  return r;
-}
-
 // Where less than all lanes are left, the last ones repeat the last value.
 [[gnu::always_inline]] inline Real load(const double* from, std::size_t left) {
   Real r;
@@ -175,26 +157,26 @@ template <class N>
   Real squares = 0.0;
   for (std::size_t i = first; i < n; ++i) {
     v[i] = A(i, k);
-    squares = fused(v[i], v[i], squares);
+    squares = multiply_add(v[i], v[i], squares);
   }
   const Real length = sqrt(squares), head = v[first];
   // ½ vᵀv = ‖x‖² + |x₁| ‖x‖
   const Real beta = choose(squares < Real(least_square), Real(0.0),
-                           Real(-1.0) / fused(abs(head), length, squares));
+                           Real(-1.0) / multiply_add(abs(head), length, squares));
   const Real signed_length = choose(head < Real(0.0), -length, length);
   v[first] = head + signed_length;
   A(first, k) = -signed_length;
   for (std::size_t j = first; j < n; ++j) {
     Real dot = 0.0;
-    for (std::size_t i = first; i < n; ++i) dot = fused(v[i], A(i, j), dot);
+    for (std::size_t i = first; i < n; ++i) dot = multiply_add(v[i], A(i, j), dot);
     dot = dot * beta;
-    for (std::size_t i = first; i < n; ++i) A(i, j) = fused(dot, v[i], A(i, j));
+    for (std::size_t i = first; i < n; ++i) A(i, j) = multiply_add(dot, v[i], A(i, j));
   }
   for (std::size_t i = 0; i < n; ++i) {
     Real dot = 0.0;
-    for (std::size_t j = first; j < n; ++j) dot = fused(v[j], A(i, j), dot);
+    for (std::size_t j = first; j < n; ++j) dot = multiply_add(v[j], A(i, j), dot);
     dot = dot * beta;
-    for (std::size_t j = first; j < n; ++j) A(i, j) = fused(dot, v[j], A(i, j));
+    for (std::size_t j = first; j < n; ++j) A(i, j) = multiply_add(dot, v[j], A(i, j));
   }
 }
 
@@ -208,14 +190,14 @@ void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
   for (std::size_t i = 1; i <= n; ++i) {
     const Real here = -H(i - 1, i - 1);
     p[i][0] = 1.0;
-    for (std::size_t k = 1; k < i; ++k) p[i][k] = fused(here, p[i - 1][k - 1], p[i - 1][k]);
+    for (std::size_t k = 1; k < i; ++k) p[i][k] = multiply_add(here, p[i - 1][k - 1], p[i - 1][k]);
     p[i][i] = here * p[i - 1][i - 1];
     Real below = -1.0;  // -(hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁)
     for (std::size_t m = 1; m < i; ++m) {
       below = below * H(i - m, i - m - 1);
       const Real factor = below * H(i - m - 1, i - 1);
       for (std::size_t k = m + 1; k <= i; ++k)
-        p[i][k] = fused(factor, p[i - m - 1][k - m - 1], p[i][k]);
+        p[i][k] = multiply_add(factor, p[i - m - 1][k - m - 1], p[i][k]);
     }
   }
   for (std::size_t k = 0; k <= n; ++k) c[k] = p[n][k];
@@ -233,23 +215,23 @@ void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[
     Real of_column = 0.0;
     sum[j] = 0.0;
     for (std::size_t i = 0; i <= j + 1 && i < n; ++i) {
-      of_column = fused(H(i, j), H(i, j), of_column);
+      of_column = multiply_add(H(i, j), H(i, j), of_column);
       sum[j] = sum[j] + abs(H(i, j));
     }
     squares = squares + of_column;
   }
-  const Real distance = fused(sqrt(squares), relative, Real(underflow));
+  const Real distance = multiply_add(sqrt(squares), relative, Real(underflow));
   e[0] = 1.0;
   for (std::size_t j = 0; j < n; ++j) {
     const Real column = sum[j] + distance;
     e[j + 1] = column * e[j];
-    for (std::size_t k = j; k > 0; --k) e[k] = fused(column, e[k - 1], e[k]);
+    for (std::size_t k = j; k > 0; --k) e[k] = multiply_add(column, e[k - 1], e[k]);
   }
   const Real roundings = inflated * u * double(n * (n + 3)) / 2;
   error[0] = 0.0;
   for (std::size_t k = 1; k <= n; ++k) {
     const Real moved = distance * Real(inflated * __builtin_sqrt(double(n - k + 1)));
-    error[k] = fused(moved, e[k - 1], roundings * e[k]) + Real(underflow_of_step);
+    error[k] = multiply_add(moved, e[k - 1], roundings * e[k]) + Real(underflow_of_step);
   }
 }
 
@@ -269,14 +251,14 @@ template <class N>
     if (i + 1 >= n) continue;  // the last two rows stand as they are
     // Row i + 1 = row i - 1 less `ratio` times row i; 1/(1 - t) <= 1 + 2t for t <= ½
     const Real inverse = Real(1.0) / p.c[i], t = p.error[i] * inverse, ratio = p.c[i - 1] * inverse;
-    const Real apart = fused(ratio, p.error[i], p.error[i - 1]) * inverse;
-    const Real ratio_error = fused(t + t, apart, fused(ratio, u_of_step, apart));
+    const Real apart = multiply_add(ratio, p.error[i], p.error[i - 1]) * inverse;
+    const Real ratio_error = multiply_add(t + t, apart, multiply_add(ratio, u_of_step, apart));
     for (std::size_t j = i + 1; j < n; j += 2) {
       const Real size = abs(p.c[j + 1]);
-      p.c[j] = fused(-ratio, p.c[j + 1], p.c[j]);
-      p.error[j] =
-          fused(ratio_error, size, fused(ratio + ratio_error, p.error[j + 1], p.error[j])) +
-          fused(abs(p.c[j]), u_of_step, least);
+      p.c[j] = multiply_add(-ratio, p.c[j + 1], p.c[j]);
+      p.error[j] = multiply_add(ratio_error, size,
+                                multiply_add(ratio + ratio_error, p.error[j + 1], p.error[j])) +
+                   multiply_add(abs(p.c[j]), u_of_step, least);
     }
   }
   return {positive, unstable};
@@ -320,8 +302,8 @@ void routh_of(N n, const LineTask& task) {
     p.c[0] = 1.0;
     p.error[0] = 0.0;
     for (std::size_t k = 1; k <= n; ++k) {
-      p.c[k] = fused(b, Real(task.q[k]), Real(task.p[k]));
-      p.error[k] = fused(size, Real(task.q_error[k]), Real(task.p_error[k]));
+      p.c[k] = multiply_add(b, Real(task.q[k]), Real(task.p[k]));
+      p.error[k] = multiply_add(size, Real(task.q_error[k]), Real(task.p_error[k]));
     }
     store(routh(n, p), task.verdict + at, left);
   }

@@ -11,8 +11,10 @@
 #include <optional>
 #include <random>
 
+#include "linearize/dispatch.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "linearize/routh.hpp"
 #include "model/study.hpp"
 #include "tests/check.hpp"
 #include "trim/conditions.hpp"
@@ -243,6 +245,73 @@ double farthest_from_reference(const MatrixXd& given, VectorXcd lambda) {
   return worst;
 }
 
+// --- Instruction sets.
+
+// TILTRIM_SIMD names this one while it lives.
+class Asked {
+ public:
+  explicit Asked(const std::string& set) {
+    if (const char* before = std::getenv("TILTRIM_SIMD")) before_ = before;
+    setenv("TILTRIM_SIMD", set.c_str(), 1);
+  }
+  ~Asked() { before_ ? setenv("TILTRIM_SIMD", before_->c_str(), 1) : unsetenv("TILTRIM_SIMD"); }
+  Asked(const Asked&) = delete;
+  Asked& operator=(const Asked&) = delete;
+
+ private:
+  std::optional<std::string> before_;
+};
+
+// Those that this processor has. Asked for here, not within a CHECK: it would count what is thrown.
+std::vector<std::string> sets_here() {
+  std::vector<std::string> sets;
+  for (const char* set : {"scalar", "baseline", "avx2", "avx512"}) {
+    const Asked asked(set);
+    std::string used;
+    try {
+      used = instruction_set();
+    } catch (const std::invalid_argument&) {
+      continue;
+    }
+    CHECK(used == set);
+    sets.push_back(set);
+  }
+  return sets;
+}
+
+// What Routh's test says across lanes, before eigenvalues decide the rest.
+std::vector<RouthVerdict> by_routh(const MatrixBatch& A, double entry_error) {
+  std::vector<RouthVerdict> said(std::size_t(A.count));
+  const auto kernel = chosen(&lanes_scalar::routh_of_matrices, &lanes_baseline::routh_of_matrices,
+                             &lanes_avx2::routh_of_matrices, &lanes_avx512::routh_of_matrices);
+  kernel({A.entries.data(), std::size_t(A.n), said.size(), 0, said.size(), entry_error, true,
+          said.data()});
+  return said;
+}
+
+struct Answers {
+  BatchEigenvalues eigenvalues;
+  std::vector<RouthVerdict> verdicts, within;  // of the matrices, and of all near them
+};
+
+Answers answers_by(const std::string& set, const MatrixBatch& batch) {
+  const Asked asked(set);
+  return {eigenvalues_of(batch), by_routh(batch, 0.0), by_routh(batch, 1e-3)};
+}
+
+int different(const Answers& a, const Answers& b) {
+  int found = 0;
+  for (std::size_t i = 0; i < a.eigenvalues.re.size(); ++i) {
+    const double here[] = {a.eigenvalues.re[i], a.eigenvalues.im[i]};
+    const double there[] = {b.eigenvalues.re[i], b.eigenvalues.im[i]};
+    found += std::memcmp(here, there, sizeof here) != 0;
+  }
+  for (std::size_t k = 0; k < a.verdicts.size(); ++k)
+    found += a.eigenvalues.status[k] != b.eigenvalues.status[k] || a.verdicts[k] != b.verdicts[k] ||
+             a.within[k] != b.within[k];
+  return found;
+}
+
 }  // namespace
 
 TEST_CASE("closed loops and random matrices: every eigenvalue, to its backward error") {
@@ -386,22 +455,14 @@ TEST_CASE("every status is reached and named") {
 }
 
 TEST_CASE("every instruction set gives the eigenvalues") {
-  const char* before = std::getenv("TILTRIM_SIMD");
-  const std::optional<std::string> kept =
-      before ? std::optional<std::string>(before) : std::nullopt;
   Random random(4);
   std::vector<MatrixXd> matrices = hard(6);
   for (int k = 0; k < 200; ++k) matrices.push_back(closed_loop_like(random));
   const MatrixBatch batch = batch_of(matrices);
-  int tried = 0;
-  for (const char* set : {"scalar", "baseline", "avx2", "avx512"}) {
-    setenv("TILTRIM_SIMD", set, 1);
-    try {
-      CHECK(instruction_set() == set);
-    } catch (const std::invalid_argument&) {
-      continue;  // not of this processor
-    }
-    ++tried;
+  const std::vector<std::string> sets = sets_here();
+  CHECK(sets.size() >= 2);
+  for (const std::string& set : sets) {
+    const Asked asked(set);
     const BatchEigenvalues answer = eigenvalues_of(batch);
     double worst = 0.0;
     for (Index k = 0; k < batch.count; ++k)
@@ -409,8 +470,31 @@ TEST_CASE("every instruction set gives the eigenvalues") {
     CAPTURE(set);
     CHECK(worst <= backward);
   }
-  CHECK(tried >= 2);
-  kept ? setenv("TILTRIM_SIMD", kept->c_str(), 1) : unsetenv("TILTRIM_SIMD");
+}
+
+TEST_CASE("every instruction set gives the same bits") {
+  Random random(5);
+  const std::vector<std::string> sets = sets_here();
+  for (Index n = 1; n <= largest_batch_matrix; ++n) {
+    std::vector<MatrixXd> matrices = hard(n);
+    const int more = trials(200);
+    for (int k = 0; k < more; ++k) {
+      const double scale = std::pow(10.0, uniform(random, -3, 3));
+      // So shifted, some are stable, some unstable, some undecided.
+      const double shift = uniform(random, 0, 2 * std::sqrt(double(n)));
+      matrices.push_back(scale * (gaussian(random, n) - shift * MatrixXd::Identity(n, n)));
+      if (n == 6) matrices.push_back(closed_loop_like(random));
+    }
+    matrices.push_back(MatrixXd::Constant(n, n, not_a_number));
+    matrices.push_back(MatrixXd::Constant(n, n, infinity));
+    const MatrixBatch batch = batch_of(matrices);
+    const Answers expected = answers_by(sets.front(), batch);
+    for (const std::string& set : sets) {
+      CAPTURE(n);
+      CAPTURE(set);
+      CHECK(different(answers_by(set, batch), expected) == 0);
+    }
+  }
 }
 
 TEST_CASE("what is wrong with a batch or the environment is said") {
@@ -433,14 +517,10 @@ TEST_CASE("what is wrong with a batch or the environment is said") {
   CHECK(message([&] { two.set(0, MatrixXd::Zero(3, 3)); }) ==
         "batch of 1 matrices of size 2: number 0 cannot be 3 x 3");
   CHECK(message([&] { (void)two.matrix(1); }) == "batch of 1 matrices: no number 1");
-  const char* before = std::getenv("TILTRIM_SIMD");
-  const std::optional<std::string> kept =
-      before ? std::optional<std::string>(before) : std::nullopt;
-  setenv("TILTRIM_SIMD", "mmx", 1);
+  const Asked asked("mmx");
   CHECK(message([] {
           (void)instruction_set();
         }).starts_with("TILTRIM_SIMD is 'mmx'; this processor has: scalar, baseline"));
-  kept ? setenv("TILTRIM_SIMD", kept->c_str(), 1) : unsetenv("TILTRIM_SIMD");
 }
 
 TEST_CASE("nothing in, nothing out") {
