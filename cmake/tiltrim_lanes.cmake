@@ -1,9 +1,11 @@
+option(TILTRIM_X86_KERNELS "On x86-64, kernels for AVX2 and AVX-512 too; without, what other architectures have" ON)
+
 # tiltrim_lanes(<folder> <source>...): compiles the sources of a module once for each instruction
 # set, in namespace lanes_<set>; dispatch by the processor is the module's own.
 function(tiltrim_lanes module)
   list(TRANSFORM ARGN PREPEND ${module}/ OUTPUT_VARIABLE sources)
   set(sets scalar baseline)
-  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  if(TILTRIM_X86_KERNELS AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     list(APPEND sets avx2 avx512)
     set(x86 TILTRIM_X86)
     target_compile_definitions(tiltrim_${module} PRIVATE ${x86})

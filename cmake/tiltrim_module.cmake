@@ -45,6 +45,7 @@ function(tiltrim_compile_options target)
   # Contraction off: the same source gives the same bits with and without fused multiply-add.
   # Not these two: g++ 12 at -O3 sees them in temporary std::strings where they are not.
   target_compile_options(${target} PRIVATE
-    -Wall -Wextra -Wconversion -Wshadow -Wpedantic -Wno-sign-conversion -Wno-maybe-uninitialized
-    -Wno-restrict -ffp-contract=off -fno-semantic-interposition)
+    -Wall -Wextra -Wconversion -Wshadow -Wpedantic -Wno-sign-conversion
+    "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-restrict>"
+    -ffp-contract=off -fno-semantic-interposition)
 endfunction()
