@@ -26,15 +26,11 @@ inline constexpr std::size_t lane_count = Lanes::size();
 /// a b + c, rounded once wherever the processor can, so that every instruction set gives the same
 /// bits. Not std::experimental::fma: without the instruction it calls the library, lane by lane,
 /// and with it g++ 12 at times does the lanes one by one.
-[[gnu::always_inline]] inline Lanes multiply_add(Lanes a, Lanes b, Lanes c) {
+[[gnu::always_inline]] inline Lanes multiply_add(const Lanes& a, const Lanes& b, const Lanes& c) {
 #if defined __AVX512F__ && !defined TILTRIM_LANES_SCALAR
-  return __builtin_bit_cast(
-      Lanes, _mm512_fmadd_pd(__builtin_bit_cast(__m512d, a), __builtin_bit_cast(__m512d, b),
-                             __builtin_bit_cast(__m512d, c)));
+  return Lanes(_mm512_fmadd_pd(__m512d(a), __m512d(b), __m512d(c)));
 #elif defined __FMA__ && !defined TILTRIM_LANES_SCALAR
-  return __builtin_bit_cast(
-      Lanes, _mm256_fmadd_pd(__builtin_bit_cast(__m256d, a), __builtin_bit_cast(__m256d, b),
-                             __builtin_bit_cast(__m256d, c)));
+  return Lanes(_mm256_fmadd_pd(__m256d(a), __m256d(b), __m256d(c)));
 #elif defined __x86_64__
   // Compiled for processors without the instruction, which round twice here: to round once by other
   // means takes them several hundred times as long.
@@ -123,9 +119,10 @@ struct Pack {
     for (int g = 0; g < groups; ++g) a.of[g] = -of[g];
     return a;
   }
-  [[gnu::always_inline]] friend Pack multiply_add(Pack a, const Pack& b, const Pack& c) {
-    for (int g = 0; g < groups; ++g) a.of[g] = multiply_add(a.of[g], b.of[g], c.of[g]);
-    return a;
+  [[gnu::always_inline]] friend Pack multiply_add(const Pack& a, const Pack& b, const Pack& c) {
+    Pack r;
+    for (int g = 0; g < groups; ++g) r.of[g] = multiply_add(a.of[g], b.of[g], c.of[g]);
+    return r;
   }
   [[gnu::always_inline]] friend Pack abs(Pack a) {
     for (int g = 0; g < groups; ++g) a.of[g] = std::experimental::abs(a.of[g]);
