@@ -316,7 +316,7 @@ int different(const Answers& a, const Answers& b) {
 
 TEST_CASE("closed loops and random matrices: every eigenvalue, to its backward error") {
   Random random(1);
-  const Index count = trials(100000);
+  Index count = trials(100000);
   const auto check_all = [&](Index n, Index matrices, const std::function<MatrixXd()>& draw) {
     MatrixBatch batch(n, matrices);
     for (Index k = 0; k < matrices; ++k) batch.set(k, draw());
@@ -477,7 +477,7 @@ TEST_CASE("every instruction set gives the same bits") {
   const std::vector<std::string> sets = sets_here();
   for (Index n = 1; n <= largest_batch_matrix; ++n) {
     std::vector<MatrixXd> matrices = hard(n);
-    const int more = trials(200);
+    int more = trials(200);
     for (int k = 0; k < more; ++k) {
       const double scale = std::pow(10.0, uniform(random, -3, 3));
       // So shifted, some are stable, some unstable, some undecided.
