@@ -11,10 +11,8 @@
 #include <optional>
 #include <random>
 
-#include "linearize/dispatch.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
-#include "linearize/routh.hpp"
 #include "model/study.hpp"
 #include "tests/check.hpp"
 #include "trim/conditions.hpp"
@@ -279,24 +277,16 @@ std::vector<std::string> sets_here() {
   return sets;
 }
 
-// What Routh's test says across lanes, before eigenvalues decide the rest.
-std::vector<RouthVerdict> by_routh(const MatrixBatch& A, double entry_error) {
-  std::vector<RouthVerdict> said(std::size_t(A.count));
-  const auto kernel = chosen(&lanes_scalar::routh_of_matrices, &lanes_baseline::routh_of_matrices,
-                             &lanes_avx2::routh_of_matrices, &lanes_avx512::routh_of_matrices);
-  kernel({A.entries.data(), std::size_t(A.n), said.size(), 0, said.size(), entry_error, true,
-          said.data()});
-  return said;
-}
-
 struct Answers {
   BatchEigenvalues eigenvalues;
-  std::vector<RouthVerdict> verdicts, within;  // of the matrices, and of all near them
+  std::vector<Verdict> verdicts;
 };
 
 Answers answers_by(const std::string& set, const MatrixBatch& batch) {
   const Asked asked(set);
-  return {eigenvalues_of(batch), by_routh(batch, 0.0), by_routh(batch, 1e-3)};
+  Answers answers{eigenvalues_of(batch), {}};
+  verdicts(batch, answers.verdicts);
+  return answers;
 }
 
 int different(const Answers& a, const Answers& b) {
@@ -307,8 +297,7 @@ int different(const Answers& a, const Answers& b) {
     found += std::memcmp(here, there, sizeof here) != 0;
   }
   for (std::size_t k = 0; k < a.verdicts.size(); ++k)
-    found += a.eigenvalues.status[k] != b.eigenvalues.status[k] || a.verdicts[k] != b.verdicts[k] ||
-             a.within[k] != b.within[k];
+    found += a.eigenvalues.status[k] != b.eigenvalues.status[k] || a.verdicts[k] != b.verdicts[k];
   return found;
 }
 
