@@ -61,6 +61,13 @@ InstructionSet chosen() {
 
 std::string instruction_set() { return std::string(set_names[static_cast<std::size_t>(chosen())]); }
 
+std::string rounding() {
+#ifdef __x86_64__
+  if (!__builtin_cpu_supports("fma")) return "no fma";
+#endif
+  return "fma";
+}
+
 void MatrixBatch::set(Index k, const Eigen::MatrixXd& A) {
   if (A.rows() != n || A.cols() != n || k < 0 || k >= count)
     throw std::invalid_argument(

@@ -73,4 +73,8 @@ void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer, double entry_e
 /// that the processor has, or the environment's TILTRIM_SIMD if it has that.
 std::string instruction_set();
 
+/// What the bits of a result depend on beside the program and its libraries: "fma" where the
+/// processor has a fused multiply-add, which the kernels and the C library use, else "no fma".
+std::string rounding();
+
 }  // namespace tiltrim

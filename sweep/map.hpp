@@ -69,7 +69,7 @@ struct AxisInterval {
 struct SweepMap {
   std::string study;                    ///< the whole text of the study file
   std::string program;                  ///< "tiltrim 0.1.0"
-  std::string instruction_set;          ///< that the eigenvalues were computed with
+  std::string instruction_set;          ///< rounding(): what of the processor the bits depend on
   std::vector<std::string> conditions;  ///< their names
   std::vector<SweepAxis> axes;          ///< the first slowest
   Signals states, inputs;  ///< inputs: those of the model, or a closed loop's control outputs

@@ -150,7 +150,7 @@ void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<Li
 std::string identity_of(const SweepOptions& options,
                         const std::vector<std::unique_ptr<Prepared>>& conditions,
                         const std::vector<SweepAxis>& axes) {
-  std::string identity = options.identity + "\n" + instruction_set();
+  std::string identity = options.identity + "\n" + rounding();
   for (const auto& c : conditions)
     identity += fmt::format("\ncondition {}: {}", c->request.name,
                             fmt::join(names(c->model().states), " "));
@@ -197,7 +197,7 @@ SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
             : first.model().outputs[std::size_t(index_of(first.model().outputs, name, "output"))]);
   }
   for (const auto& c : conditions) map.conditions.push_back(c->request.name);
-  map.instruction_set = instruction_set();
+  map.instruction_set = rounding();
   map.mode_names.resize(conditions.size());
   map.reasons = {""};
   const std::size_t points = map.points(), n = map.modes(), m = map.inputs.size();

@@ -76,7 +76,7 @@ SweepMap planted_map() {
   SweepMap map;
   map.study = "# a study\n[[condition]]\nname = \"level\"\n";
   map.program = "tiltrim 0.1.0";
-  map.instruction_set = "avx2";
+  map.instruction_set = "fma";
   map.conditions = {"level", "climb at η = 45°, \"steep\""};
   map.axes = {{"K_Lp", {column("gains.K_Lp", "", {0.1, 0.2, 0.4})}},
               {"eta_deg",

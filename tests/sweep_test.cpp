@@ -1078,7 +1078,7 @@ TEST_CASE("the same bits of the tiltrotor, two gains, two threads and one") {
   check_same(alone, swept(s, options));
 }
 
-TEST_CASE("a log of other work, or of another instruction set, is refused") {
+TEST_CASE("a log of other work, or of a processor that rounds otherwise, is refused") {
   const Folder folder;
   SweepOptions options = newton_only();
   options.log = folder.path / "log";
@@ -1090,7 +1090,7 @@ TEST_CASE("a log of other work, or of another instruction set, is refused") {
   options.log = folder.path / "other";
   { Log(options.log, options.identity + "\nof a machine to come"); }
   CHECK(contains(refusal<LogError>([&] { (void)sweep({cusp()}, cusp_axes(), options); }),
-                 instruction_set()));
+                 rounding()));
 }
 
 // ---- 9. mistakes and models that fail ----
