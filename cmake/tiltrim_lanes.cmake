@@ -25,7 +25,7 @@ function(tiltrim_lanes module)
     endif()
     target_include_directories(tiltrim_${module}_${set} PRIVATE ${PROJECT_SOURCE_DIR})
     tiltrim_compile_options(tiltrim_${module}_${set})
-    target_compile_options(tiltrim_${module}_${set} PRIVATE ${flags_${set}})
+    target_compile_options(tiltrim_${module}_${set} PRIVATE ${flags_${set}} $<$<CONFIG:Release>:-O3>)
     # clang need not unroll all that g++ does.
     target_compile_options(tiltrim_${module}_${set} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-Wno-pass-failed>)
     # One source, four times: sanitizers look at two of them, the others take them minutes.

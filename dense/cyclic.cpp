@@ -1,4 +1,5 @@
-#include <Eigen/SparseLU>
+#include <Eigen/SparseCholesky>
+#include <vector>
 
 #include "dense/dense.hpp"
 
@@ -6,19 +7,20 @@ namespace tiltrim::dense {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-MatrixXd solve_cyclic(const std::vector<CyclicRow>& rows, const MatrixXd& b) {
-  const Index n = std::ssize(rows);
+MatrixXd solve_cyclic(const VectorXd& at, const VectorXd& after, const MatrixXd& b) {
+  const Index n = at.size();
   std::vector<Eigen::Triplet<double>> entries;
   for (Index i = 0; i < n; ++i) {
-    const CyclicRow& row = rows[std::size_t(i)];
-    entries.emplace_back(i, (i + n - 1) % n, row.before);
-    entries.emplace_back(i, i, row.at);
-    entries.emplace_back(i, (i + 1) % n, row.after);
+    const Index next = (i + 1) % n;
+    entries.emplace_back(i, i, at[i]);
+    entries.emplace_back(i, next, after[i]);
+    entries.emplace_back(next, i, after[i]);
   }
   Eigen::SparseMatrix<double> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  return Eigen::SparseLU<Eigen::SparseMatrix<double>>(matrix).solve(b);
+  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(b);
 }
 
 }  // namespace tiltrim::dense

@@ -6,7 +6,6 @@
 
 #include <Eigen/Core>
 #include <optional>
-#include <vector>
 
 namespace tiltrim::dense {
 
@@ -109,11 +108,10 @@ Eigen::MatrixXd solve_lower(const Eigen::MatrixXd& L, const Eigen::MatrixXd& B);
 /// eᴬ
 Eigen::MatrixXd exponential(const Eigen::MatrixXd& A);
 
-/// Row i:  before[i] x[i-1] + at[i] x[i] + after[i] x[i+1] = b.row(i), indices modulo n >= 3. In
-/// time proportional to n.
-struct CyclicRow {
-  double before, at, after;
-};
-Eigen::MatrixXd solve_cyclic(const std::vector<CyclicRow>& rows, const Eigen::MatrixXd& b);
+/// The x of
+///   after[i-1] x[i-1] + at[i] x[i] + after[i] x[i+1] = b.row(i),  indices modulo n >= 3,
+/// a system that is symmetric and must be positive definite. In time proportional to n.
+Eigen::MatrixXd solve_cyclic(const Eigen::VectorXd& at, const Eigen::VectorXd& after,
+                             const Eigen::MatrixXd& b);
 
 }  // namespace tiltrim::dense

@@ -41,9 +41,16 @@ MatrixXd kernel(const MatrixXd& A) {
   return found.V.rightCols(A.cols() - rank(found.sigma));
 }
 
+// A (x + iy) has the length of [Re A, -Im A; Im A, Re A] (x, y).
 VectorXcd least_singular_vector(const MatrixXcd& A) {
-  const Eigen::JacobiSVD<MatrixXcd> found(A, Eigen::ComputeFullV);
-  return found.matrixV().rightCols<1>();
+  const Index m = A.rows(), n = A.cols();
+  MatrixXd real(2 * m, 2 * n);
+  real << A.real(), -A.imag(), A.imag(), A.real();
+  const VectorXd least = svd(real).V.col(2 * n - 1);
+  VectorXcd v(n);
+  v.real() = least.head(n);
+  v.imag() = least.tail(n);
+  return v;
 }
 
 }  // namespace tiltrim::dense

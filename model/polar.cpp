@@ -39,17 +39,18 @@ Range Polar::Cubic::extremes(double a, double b) const {
 //   h₋ M₋ + 2 (h₋ + h₊) M + h₊ M₊ = 6 ((y₊ - y)/h₊ - (y - y₋)/h₋), indices modulo n  [6, eq. 3.3.7]
 static Eigen::MatrixXd knot_curvatures(const std::vector<double>& h, const Eigen::MatrixXd& y) {
   const auto n = static_cast<Eigen::Index>(h.size());
-  std::vector<dense::CyclicRow> rows;
+  Eigen::VectorXd at(n), to_next(n);
   Eigen::MatrixXd rhs(n, y.cols());
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Index before = (i + n - 1) % n;
     const Eigen::Index after = (i + 1) % n;
     const double hb = h[std::size_t(before)];
     const double ha = h[std::size_t(i)];
-    rows.push_back({hb, 2 * (hb + ha), ha});
+    at[i] = 2 * (hb + ha);
+    to_next[i] = ha;
     rhs.row(i) = 6 * ((y.row(after) - y.row(i)) / ha - (y.row(i) - y.row(before)) / hb);
   }
-  return dense::solve_cyclic(rows, rhs);
+  return dense::solve_cyclic(at, to_next, rhs);
 }
 
 static void check_table(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {

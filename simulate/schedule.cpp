@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <boost/math/interpolators/pchip.hpp>
+#include <boost/math/special_functions/fpclassify.hpp>
 #include <cmath>
 #include <memory>
 #include <numbers>
