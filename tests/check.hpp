@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <cstdlib>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -28,6 +30,21 @@ inline double printed_to(std::string_view printed) {
   const double decimals = point == e ? 0.0 : static_cast<double>(e - point - 1);
   const double power = e == printed.size() ? 0.0 : std::stod(std::string(printed.substr(e + 1)));
   return 0.5 * std::pow(10.0, power - decimals);
+}
+
+/// The message of the Error that `act` throws; empty if it throws none.
+template <class Error = std::invalid_argument, std::invocable Act>
+std::string refusal(const Act& act) {
+  try {
+    act();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return {};
+}
+
+inline bool contains(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
 }
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -619,11 +619,15 @@ static std::string comparable(const std::string& text) {
   return std::regex_replace(without_round_off(text), counts, "#");
 }
 
+namespace {
+
 // What a document shows of a command: "..." stands for any lines.
 struct Shown {
   std::string arguments;
   std::vector<std::string> stretches{""};
 };
+
+}  // namespace
 
 // Commands after "$ build/bin/tiltrim", and the studies that begin with their name, "# my.toml".
 static std::vector<Shown> shown_in(const fs::path& document, const Scratch& scratch) {

@@ -1,6 +1,5 @@
 #include "model/close_loop.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -9,6 +8,7 @@
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 #include "trim/trim.hpp"
 
 using Eigen::Index;
@@ -126,12 +126,6 @@ MatrixXd slopes_by_hand(const OperatingPoint& at) {
   J.row(2) = J.row(3);
   J(2, 4) -= 1;
   return J;
-}
-
-std::vector<Index> all_variables(const Model& m) {
-  std::vector<Index> all(m.states.size() + m.inputs.size() + m.parameters.size());
-  std::iota(all.begin(), all.end(), Index(0));
-  return all;
 }
 
 double largest(const MatrixXd& M) { return M.cwiseAbs().maxCoeff(); }

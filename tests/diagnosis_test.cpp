@@ -1,11 +1,12 @@
 // What would have to give: diagnoses against closed forms, the tiltrotor's against its equations.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <numbers>
-#include <random>
 
 #include "model/study.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
+#include "tests/toy_models.hpp"
 #include "trim/conditions.hpp"
 #include "trim/explain.hpp"
 
@@ -13,20 +14,14 @@ using namespace tiltrim;
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Generator = std::mt19937_64;
 using enum RemedyKind;
 
 static constexpr double pi = std::numbers::pi, degree = pi / 180;
 static constexpr double infinity = std::numeric_limits<double>::infinity();
 
-static double uniform(Generator& g, double lower, double upper) {
-  return std::uniform_real_distribution<double>(lower, upper)(g);
-}
-static double sign(Generator& g) { return g() % 2 ? 1.0 : -1.0; }
+static double sign(Random& g) { return g() % 2 ? 1.0 : -1.0; }
 
-static VectorXd column(std::initializer_list<double> numbers) {
-  return Eigen::Map<const VectorXd>(numbers.begin(), Index(numbers.size()));
-}
+namespace {
 
 // States x, y held where they are, inputs u1, u2, ... to be found within a box, a parameter p. The
 // rates, and an output z if there is one, are polynomials.
@@ -41,7 +36,7 @@ struct Asked {
     const Index n = std::ssize(box);
     for (Index i = 0; i < m; ++i) model.states.push_back({i ? "y" : "x", "", 1.0});
     model.parameters = {{"p", "", 1.0}};
-    guess = {VectorXd::Zero(m), VectorXd::Constant(n, 0.3), column({p})};
+    guess = {VectorXd::Zero(m), VectorXd::Constant(n, 0.3), vec({p})};
     for (Index k = 0; k < n; ++k) {
       const Range& r = box[std::size_t(k)];
       model.inputs.push_back({fmt::format("u{}", k + 1), "", 1.0});
@@ -70,6 +65,8 @@ struct Asked {
   }
 };
 
+}  // namespace
+
 static Diagnosis diagnosed(const Asked& q, const TrimOptions& options = {}) {
   const TrimResult none = trim(q.model, q.spec, q.guess, options);
   CHECK(none.status >= TrimStatus::infeasible);
@@ -77,6 +74,8 @@ static Diagnosis diagnosed(const Asked& q, const TrimOptions& options = {}) {
 }
 
 // ---- problems out of reach, all known: nothing else holds back, nothing else helps ----
+
+namespace {
 
 struct Way {
   RemedyKind kind;
@@ -92,6 +91,8 @@ struct Known {
   std::vector<Way> ways;
   int starts = 0;  // beyond the guess: of convex problems any start finds all there is
 };
+
+}  // namespace
 
 static void check(const Known& known) {
   const Diagnosis d = diagnosed(known.asked, {.starts = known.starts});
@@ -134,7 +135,7 @@ static void check(const Known& known) {
 }
 
 // x' = c·u - p, p beyond what the box reaches. `plain`: u1 + u2 = p, u1 in [0, a], u2 in [0, b].
-static Known line(Generator& g, bool plain) {
+static Known line(Random& g, bool plain) {
   const Index n = plain ? 2 : 2 + Index(g() % 2);
   const double missing = (plain ? 1 : sign(g)) * uniform(g, 0.2, 3);
   const double rate_size = plain ? 1 : std::pow(10, uniform(g, -0.5, 0.5));
@@ -147,7 +148,7 @@ static Known line(Generator& g, bool plain) {
     corner[k] = c[k] * missing > 0 ? box.back().upper : box.back().lower;
   }
   const double p = c.dot(corner) + missing;
-  Known known{{1, box, p, [c](const VectorXd& u, double to) { return column({c.dot(u) - to}); }},
+  Known known{{1, box, p, [c](const VectorXd& u, double to) { return vec({c.dot(u) - to}); }},
               corner,
               {},
               {{equation, "x", false, 0, -missing}, {lever, "p", false, p, p - missing}}};
@@ -165,15 +166,15 @@ static Known line(Generator& g, bool plain) {
 }
 
 // x' = u1² + u2² - p², a corner (a, b) of the box nearest to the circle.
-static Known circle(Generator& g, bool within) {
+static Known circle(Random& g, bool within) {
   const double a = uniform(g, 0.5, 2), b = uniform(g, 0.5, 2), corner = std::hypot(a, b);
   const double p = corner * (within ? uniform(g, 1.1, 1.7) : uniform(g, 0.3, 0.9));
   const double left = corner * corner - p * p, pull = -2 * std::abs(left);
   const std::vector<Range> box =
       within ? std::vector<Range>{{0, a}, {0, b}} : std::vector<Range>{{a, a + 1}, {b, b + 1}};
   Known known{
-      {1, box, p, [](const VectorXd& u, double r) { return column({u.squaredNorm() - r * r}); }},
-      column({a, b}),
+      {1, box, p, [](const VectorXd& u, double r) { return vec({u.squaredNorm() - r * r}); }},
+      vec({a, b}),
       {{{"u1", within, a}, pull * a}, {{"u2", within, b}, pull * b}},
       {{equation, "x", false, 0, left}, {lever, "p", false, p, corner}}};
   const double u1 = std::sqrt(p * p - b * b), u2 = std::sqrt(p * p - a * a);
@@ -187,7 +188,7 @@ static Known circle(Generator& g, bool within) {
 
 // x' = u1² + u2² + u3² - R²,  y' = n·(u1, u2) - u4 - p,  u3, u4 >= 0, |n| = 1: in the disc and
 // beyond the line at p > R.
-static Known disc(Generator& g) {
+static Known disc(Random& g) {
   const double R = uniform(g, 0.5, 2), p = R + uniform(g, 0.2, 2), turn = uniform(g, 0, 2 * pi);
   const double c = std::cos(turn), s = std::sin(turn);
   // The closest point lies at ρ n: a root of d/dρ (½(ρ² - R²)² + ½(ρ - p)²).
@@ -195,10 +196,10 @@ static Known disc(Generator& g) {
   for (int step = 0; step < 50; ++step)
     rho -= (2 * rho * (rho * rho - R * R) + rho - p) / (6 * rho * rho - 2 * R * R + 1);
   const auto rates = [=](const VectorXd& u, double to) {
-    return column({u.head(3).squaredNorm() - R * R, c * u[0] + s * u[1] - u[3] - to});
+    return vec({u.head(3).squaredNorm() - R * R, c * u[0] + s * u[1] - u[3] - to});
   };
   return {{2, {{-5, 5}, {-5, 5}, {0, 5}, {0, 5}}, p, rates},
-          column({rho * c, rho * s}),
+          vec({rho * c, rho * s}),
           {{{"u4", false, 0}, rho - p}},
           {{limit, "u4", false, 0, R - p},
            {equation, "x", false, 0, p * p - R * R},
@@ -207,13 +208,13 @@ static Known disc(Generator& g) {
 }
 
 // x' = u1 + u2 - p,  z = u1² + u2² <= Z < p²/2.
-static Known output(Generator& g) {
+static Known output(Random& g) {
   const double Z = uniform(g, 0.5, 2), most = std::sqrt(2 * Z), p = most + uniform(g, 0.1, 1.5);
   const auto values = [](const VectorXd& u, double to) {
-    return column({u.sum() - to, u.squaredNorm()});
+    return vec({u.sum() - to, u.squaredNorm()});
   };
   Known known{{1, {{-5, 5}, {-5, 5}}, p, values, true},
-              column({most / 2, most / 2}),
+              vec({most / 2, most / 2}),
               {{{"z", true, Z}, (most - p) / most}},
               {{limit, "z", true, Z, p * p / 2},
                {equation, "x", false, 0, most - p},
@@ -226,11 +227,11 @@ static Known output(Generator& g) {
 static Asked conflict(double a1, double a2, double k, double b, double p, const Range& range) {
   return {2, {range, range}, p, [=](const VectorXd& u, double to) {
             const double sum = a1 * u[0] + a2 * u[1];
-            return column({sum - to, k * sum - b});
+            return vec({sum - to, k * sum - b});
           }};
 }
 
-static Known two_equations(Generator& g) {
+static Known two_equations(Random& g) {
   const double a1 = sign(g) * uniform(g, 0.5, 2), a2 = sign(g) * uniform(g, 0.5, 2);
   const double k = sign(g) * uniform(g, 0.5, 2), p = uniform(g, -2, 2);
   const double b = k * p + sign(g) * uniform(g, 0.3, 2);
@@ -243,7 +244,7 @@ static Known two_equations(Generator& g) {
 }
 
 TEST_CASE("out of reach: the closest point, what holds it back, what each thing alone would give") {
-  Generator g(1);
+  Random g(1);
   for (int i = 0; i < trials(240); ++i) check(line(g, i % 3 == 0));
   for (int i = 0; i < trials(20); ++i) check(circle(g, i % 2));
   for (int i = 0; i < trials(20); ++i) check(disc(g));
@@ -275,7 +276,7 @@ static Range operator*(double c, const Range& r) {
 
 TEST_CASE("a lever that cannot help: shown where the model has an enclosure of it") {
   Asked q(1, {{0, 1}, {0, 0}}, 0,
-          [](const VectorXd& u, double p) { return column({1 + u[0] + u[1] * u[1] + p * p}); });
+          [](const VectorXd& u, double p) { return vec({1 + u[0] + u[1] * u[1] + p * p}); });
   const auto status = [&](const char* signal) {
     const Remedy r = nearest(q.model, q.spec, q.guess, {signal, {-2, 3}});
     CHECK_FALSE(r.helps());
@@ -289,6 +290,8 @@ TEST_CASE("a lever that cannot help: shown where the model has an enclosure of i
   CHECK(status("u2") == TrimStatus::infeasible);
   CHECK(status("p") == TrimStatus::not_found);  // no enclosure spans parameters
 }
+
+namespace {
 
 // x' = sum of the first unknowns' terms - level,  y' = last unknown's term - level + mix x': there
 // is a solution exactly where each level lies within the range of its terms.
@@ -309,7 +312,7 @@ struct Sums {
   double mix;
   double depth = infinity;  // of the levels within the ranges; negative: outside
 
-  explicit Sums(Generator& g) : levels(1 + g() % 2), mix(uniform(g, -3, 3)) {
+  explicit Sums(Random& g) : levels(1 + g() % 2), mix(uniform(g, -3, 3)) {
     const bool linear = g() % 3 == 0;
     for (auto n = 2 + g() % 2; n > 0; --n) {
       const double lower = uniform(g, -1.5, 1);
@@ -354,8 +357,10 @@ struct Sums {
   }
 };
 
+}  // namespace
+
 TEST_CASE("random boxes: never infeasible where there is a solution, nor converged without one") {
-  Generator g(6);
+  Random g(6);
   int with = 0, without = 0, solved = 0, shown = 0;
   constexpr int boxes = trials(2000);
   for (int i = 0; i < boxes; ++i) {
@@ -393,11 +398,15 @@ static const Remedy& of(const Diagnosis& d, RemedyKind kind, const std::string& 
   return *at;
 }
 
+namespace {
+
 // The airframe's equations once more, in plain arithmetic, without pitch rate.
 struct Forces {
   double thrust_up, wing_up, weight;  // N
   double V_rate, gamma_rate, q_rate;
 };
+
+}  // namespace
 
 static Forces forces(const Vehicle& v, const Model& model, const OperatingPoint& point) {
   const auto at = [&](const char* name) { return value_of(point, variable(model, name)); };
@@ -444,6 +453,8 @@ static Condition asked(const Command& command) {
   condition.command = command;
   return condition;
 }
+
+namespace {
 
 struct Explained {
   Vehicle vehicle;
@@ -522,6 +533,8 @@ struct Explained {
                            r.from / unit, name)));
   }
 };
+
+}  // namespace
 
 TEST_CASE("(3) as printed: no climb, for the wing's download") {
   Vehicle v = reference_vehicle();
@@ -641,8 +654,7 @@ TEST_CASE("remedies in words") {
 
 // The optimality test decomposed Jᵀ with no rows active, once the equation is left out.
 TEST_CASE("a single equation, nothing at its limit") {
-  const Asked q(1, {{-1, 2}}, 0,
-                [](const VectorXd& u, double) { return column({u[0] * u[0] + 1}); });
+  const Asked q(1, {{-1, 2}}, 0, [](const VectorXd& u, double) { return vec({u[0] * u[0] + 1}); });
   CHECK_NEAR(of(diagnosed(q), equation, "x").to, 1, 1e-9);
 }
 
@@ -654,7 +666,7 @@ TEST_CASE("a closest point of the wrong size throws") {
 // u1 + u2 = p with p beyond the corner (1, 2) by 1e-4; y' = u3 - ½ is there for the case above.
 TEST_CASE("barely out of reach: held back by the limits all the same") {
   const Asked q(2, {{0, 1}, {0, 2}, {0, 1}}, 3.0001, [](const VectorXd& u, double p) {
-    return column({u[0] + u[1] - p, u[2] - 0.5});
+    return vec({u[0] + u[1] - p, u[2] - 0.5});
   });
   CHECK(diagnosed(q).holding.size() == 2);
 }
@@ -663,7 +675,7 @@ TEST_CASE("barely out of reach: held back by the limits all the same") {
 // p = 1 up at 1.33233.
 TEST_CASE("a converged lever is the nearest") {
   Asked q(1, {{0, 0.5}}, 1, [](const VectorXd& u, double p) {
-    return column({u[0] + p * p / 4 + std::sin(8 * p) + 0.5});
+    return vec({u[0] + p * p / 4 + std::sin(8 * p) + 0.5});
   });
   q.model.derivatives = {};  // no polynomial
   const Remedy r = nearest(q.model, q.spec, q.guess, {"p", {-3, 3}});

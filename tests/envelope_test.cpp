@@ -2,7 +2,7 @@
 // equilibria of a condition.
 #include "follow/envelope.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,7 +13,9 @@
 
 #include "follow/all.hpp"
 #include "follow/answer.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXd;
@@ -23,26 +25,21 @@ static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static constexpr double degree = std::numbers::pi / 180;
 static constexpr double located = 1e-9;  // of an end or corner: Newton's settled step
 
-static VectorXd vec(std::initializer_list<double> values) {
-  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
-}
-
 // ---- regions known in closed form ----
 
 using Rate = std::function<double(double x, double a, double b)>;
 
 // x' = rate(x, a, b), with an output d = a - b.
 static Model scalar(const Rate& rate) {
-  Model m;
-  m.states = {{"x", "", 1.0}};
-  m.parameters = {{"a", "", 1.0}, {"b", "", 1.0}};
-  m.outputs = {{"d", "", 1.0}};
-  m.f = [rate](const VectorXd& x, const VectorXd&, const VectorXd& p) {
+  Model m = flow({"x"}, {"a", "b"}, [rate](const VectorXd& x, const VectorXd& p) {
     return vec({rate(x[0], p[0], p[1])});
-  };
+  });
+  m.outputs = {{"d", "", 1.0}};
   m.h = [](const VectorXd&, const VectorXd&, const VectorXd& p) { return vec({p[0] - p[1]}); };
   return m;
 }
+
+namespace {
 
 struct Region {
   Rate rate;
@@ -50,6 +47,8 @@ struct Region {
   Range a{-1.5, 1.5}, b{-1.5, 1.5};
   int count = 21;
 };
+
+}  // namespace
 
 static const TrimSpec equilibrium{.free = {"x"}, .still = {"x"}};
 static const OperatingPoint origin{vec({0.5}), {}, vec({0, 0})};
@@ -339,7 +338,7 @@ static double determinant(const TrimProblem& problem, const OperatingPoint& poin
     for (Eigen::Index i = 0; i < n; ++i)
       J(i, k) = slope[index_of(m.states, problem.spec.still[std::size_t(i)], "state")];
   }
-  return J.determinant();
+  return algebra::determinant(J);
 }
 
 static TrimProblem limited_problem(const EnvelopeAnswer& a) {

@@ -7,7 +7,6 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <random>
 
 #include "follow/follow.hpp"
 #include "linearize/modes.hpp"
@@ -15,6 +14,7 @@
 #include "model/differentiate.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 #include "trim/trim.hpp"
 
 using Eigen::Index;
@@ -245,22 +245,6 @@ MatrixXd pendulum_slopes(const OperatingPoint& at) {
 
 const OperatingPoint swing{Eigen::Vector2d{0.4, -0.7}, VectorXd::Constant(1, 0.3),
                            Eigen::Vector2d{1.3, 0.2}};
-
-std::vector<Index> all_variables(const Model& m) {
-  std::vector<Index> all(m.states.size() + m.inputs.size() + m.parameters.size());
-  std::iota(all.begin(), all.end(), Index(0));
-  return all;
-}
-
-template <class Call>
-std::string refusal(const Call& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& refused) {
-    return refused.what();
-  }
-  return "";
-}
 
 }  // namespace
 

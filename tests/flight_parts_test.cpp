@@ -22,16 +22,6 @@ static constexpr double degree = pi / 180;
 static constexpr double inf = std::numeric_limits<double>::infinity();
 static constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-// The message of a refusal; empty if it was accepted.
-static std::string refusal(const auto& call) {
-  try {
-    call();
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return {};
-}
-
 // ---- schedules ----
 
 TEST_CASE("corridor_height inverts (16) to rounding") {

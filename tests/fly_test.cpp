@@ -9,12 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "check.hpp"
 #include "model/keys.hpp"
 #include "model/study.hpp"
 #include "simulate/plan.hpp"
 #include "simulate/schedule.hpp"
 #include "simulate/weather.hpp"
+#include "tests/check.hpp"
 
 using namespace tiltrim;
 using nlohmann::json;

@@ -1,7 +1,7 @@
 // Branches of trims against closed forms, published limit points and re-trims; laws; ends.
 #include "follow/follow.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -12,7 +12,9 @@
 #include <stdexcept>
 
 #include "model/study.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
@@ -23,39 +25,11 @@ static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static constexpr double located = 1e-10;     // of an event: Newton's settled step, with margin
 static constexpr double differences = 1e-8;  // of an event on slopes by differences, good to 1e-10
 
-static VectorXd vec(std::initializer_list<double> values) {
-  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
-}
-
 // ---- models without inputs ----
 
-using Flow = std::function<VectorXd(const VectorXd& x, const VectorXd& p)>;
-
-static Model flow(const std::vector<std::string>& states, const std::vector<std::string>& p,
-                  Flow rates) {
-  Model m;
-  for (const std::string& name : states) m.states.push_back({name, "", 1.0});
-  for (const std::string& name : p) m.parameters.push_back({name, "", 1.0});
-  m.f = [rates = std::move(rates)](const VectorXd& x, const VectorXd&, const VectorXd& values) {
-    return rates(x, values);
-  };
-  return m;
-}
-
-// The same with exact slopes of all rates by all variables.
-static Model exact(Model m, std::function<MatrixXd(const OperatingPoint&)> slopes) {
-  m.derivatives = [slopes](const OperatingPoint& at, const std::vector<Eigen::Index>& variables) {
-    return MatrixXd(slopes(at)(Eigen::all, variables));
-  };
-  return m;
-}
-
-static Model scalar(const std::function<double(double x, double p)>& rate) {
-  return flow({"x"}, {"p"},
-              [rate](const VectorXd& x, const VectorXd& p) { return vec({rate(x[0], p[0])}); });
-}
-
 static OperatingPoint at(VectorXd x, VectorXd p) { return {std::move(x), {}, std::move(p)}; }
+
+namespace {
 
 /// A branch to be followed.
 struct Route {
@@ -65,6 +39,8 @@ struct Route {
   std::string parameter;
   double to;
 };
+
+}  // namespace
 
 // All states free, all rates still.
 static Route equilibria(const Model& m, OperatingPoint start, const std::string& parameter,
@@ -91,7 +67,7 @@ static Model cusp() {
   const Model m = flow({"x"}, {"p", "q"}, [](const VectorXd& x, const VectorXd& p) {
     return vec({p[0] + p[1] * x[0] - std::pow(x[0], 3)});
   });
-  return exact(m, [](const OperatingPoint& o) -> MatrixXd {
+  return with_jacobian(m, [](const OperatingPoint& o) -> MatrixXd {
     return Eigen::RowVector3d(o.p[1] - 3 * o.x[0] * o.x[0], 1, o.x[0]);
   });
 }
@@ -107,7 +83,7 @@ static Model lorenz() {
   const Model m = flow({"x", "y", "z"}, {"r"}, [](const VectorXd& x, const VectorXd& r) {
     return vec({sigma * (x[1] - x[0]), x[0] * (r[0] - x[2]) - x[1], x[0] * x[1] - b * x[2]});
   });
-  return exact(m, [](const OperatingPoint& o) {
+  return with_jacobian(m, [](const OperatingPoint& o) {
     MatrixXd J(3, 4);
     J << -sigma, sigma, 0, 0, o.p[0] - o.x[2], -1, -o.x[0], o.x[0], o.x[1], o.x[0], -b, 0;
     return J;
@@ -341,12 +317,16 @@ static Model rolling_aircraft() {
       });
 }
 
+namespace {
+
 /// Roll to beta, elevator, aileron as printed, in the order in which the branch meets them. Eight
 /// entries are misprinted: seven are given as the others require, what is printed is beside them.
 struct LimitPoints {
   double towards;
   std::vector<std::array<std::string, 7>> rows;
 };
+
+}  // namespace
 
 static const LimitPoints published[] = {
     {0.75,
@@ -510,7 +490,7 @@ TEST_CASE("every end is reached and named") {
   }
   SUBCASE("switched: a jump that the model declares") {
     Route r = jump_route();
-    r.model = exact(r.model, line_slopes);
+    r.model = with_jacobian(r.model, line_slopes);
     declare(r.model);
     const Branch branch = walk(r);
     CHECK(story(branch) == "end: switched");
@@ -519,7 +499,7 @@ TEST_CASE("every end is reached and named") {
   }
   SUBCASE("a kink that the model declares is no end") {
     Route r = scalar_route([](double x, double p) { return p - std::max(x, 2 * x - 1); }, 0, 0, 3);
-    r.model = exact(r.model, [](const OperatingPoint& o) -> MatrixXd {
+    r.model = with_jacobian(r.model, [](const OperatingPoint& o) -> MatrixXd {
       return Eigen::RowVector2d(o.x[0] > 1 ? -2 : -1, 1);
     });
     declare(r.model);
@@ -778,7 +758,7 @@ static void check_fold(const Route& r, const BranchEvent& fold) {
 static void check_hopf(const Route& r, const BranchEvent& hopf) {
   const std::vector<std::string> states = names(r.model.states);
   const MatrixXd A = slopes(r.model, hopf.at.point, states, states);
-  const Eigen::VectorXcd lambda = A.eigenvalues();
+  const Eigen::VectorXcd lambda = algebra::eigenvalues(A);
   const std::complex<double> nearest = *std::ranges::min_element(
       lambda, {}, [&](const std::complex<double>& l) { return std::abs(l - *hopf.eigenvalue); });
   CHECK(hopf.eigenvalue.value().imag() > 0);
@@ -809,10 +789,10 @@ static void check_flight(const Route& r, const Branch& branch) {
   double last = 0;
   for (const BranchPoint& p : branch.points) {
     // Between folds the determinant of ∂(rates held)/∂(unknowns) keeps its sign.
-    const double det = slopes(r.model, p.point, r.spec.still, r.spec.free).determinant();
+    const double det = algebra::determinant(slopes(r.model, p.point, r.spec.still, r.spec.free));
     turns += det * last < 0;
     last = det;
-    const Eigen::VectorXcd lambda = slopes(r.model, p.point, states, states).eigenvalues();
+    const Eigen::VectorXcd lambda = algebra::eigenvalues(slopes(r.model, p.point, states, states));
     CHECK(*p.unstable == (lambda.real().array() > 0).count());
   }
   CHECK(turns == std::ssize(of(branch, EventKind::fold)));

@@ -33,17 +33,8 @@ double value_of(const std::string& text, double at_a = a, double at_b = b) {
   return model_with(text).f(Eigen::Vector2d{at_a, at_b}, none, none)[0];
 }
 
-// What is refused, in words; empty where nothing is.
-std::string refusal(const std::function<void()>& of) {
-  try {
-    of();
-  } catch (const std::invalid_argument& e) {
-    return e.what();
-  }
-  return {};
-}
 std::string refusal(const std::string& text) {
-  return refusal([&] { check_formula(text, {"alpha", "beta", "thrust"}); });
+  return ::refusal([&] { check_formula(text, {"alpha", "beta", "thrust"}); });
 }
 
 bool says(const std::string& message, std::string_view words) {

@@ -5,8 +5,9 @@
 #include <numbers>
 #include <random>
 
-#include "check.hpp"
 #include "tables/tables.hpp"
+#include "tests/check.hpp"
+#include "tests/random.hpp"
 
 using namespace tiltrim;
 
@@ -50,9 +51,6 @@ Allowed excess_at(const SixNumbers& six, double k) {
   all.any = all.any && all.lower <= all.upper;
   return all;
 }
-
-// [0, 1), the same everywhere.
-double uniform(std::mt19937& random) { return static_cast<double>(random()) / 4294967296.0; }
 
 template <class Predicate>
 double edge(double inside, double outside, Predicate holds) {

@@ -1,18 +1,18 @@
 #include "linearize/linearize.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <complex>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <random>
 #include <unsupported/Eigen/AutoDiff>
 
 #include "linearize/modes.hpp"
 #include "model/vehicle.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
@@ -26,16 +26,6 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
-
-VectorXd uniform(Random& random, Index n, double low, double high) {
-  return VectorXd::NullaryExpr(n, [&] { return uniform(random, low, high); });
-}
-
 std::vector<Index> states_of(const Model& model) {
   std::vector<Index> all(model.states.size());
   std::iota(all.begin(), all.end(), Index{0});
@@ -46,10 +36,6 @@ std::vector<Index> states_and_inputs_of(const Model& model) {
   std::vector<Index> all(model.states.size() + model.inputs.size());
   std::iota(all.begin(), all.end(), Index{0});
   return all;
-}
-
-bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
 }
 
 // What linearize() threw; empty if it did not.
@@ -67,7 +53,7 @@ std::string refusal(const Model& model, const OperatingPoint& point,
 // imaginary part after a step too small to be rounded away is the derivative to 19 digits.
 
 using Wide = std::complex<long double>;
-using WideMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+using algebra::WideMatrix;
 constexpr long double imaginary_step = 1e-60L;
 
 struct Known {
@@ -224,7 +210,7 @@ struct WideSpline {
       K(i, after) = ha;
       right.row(i) = 6 * ((y.row(after) - y.row(i)) / ha - (y.row(i) - y.row(before)) / hb);
     }
-    M = K.partialPivLu().solve(right);
+    M = algebra::solve(K, right);
   }
 
   Wide at(Wide alpha, Index k) const {

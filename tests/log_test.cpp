@@ -12,51 +12,21 @@
 #include <iterator>
 #include <random>
 
-#include "check.hpp"
+#include "tests/check.hpp"
+#include "tests/files.hpp"
 
 using namespace tiltrim;
 namespace fs = std::filesystem;
 
 namespace {
 
-// A folder that goes away with the test.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "log_test.XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
-};
-
 using Text = std::string;
-
-Text contents(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void set_contents(const fs::path& file, const Text& bytes) {
-  fs::remove(file);  // some file systems flush what is truncated and rewritten
-  std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
-}
 
 std::span<const std::byte> bytes_of(const Text& text) { return std::as_bytes(std::span(text)); }
 
 Text text_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
-
-Text refusal(const auto& act) {
-  try {
-    act();
-  } catch (const LogError& e) {
-    return e.what();
-  }
-  return {};
-}
-
-bool contains(const Text& text, const Text& part) { return text.find(part) != Text::npos; }
 
 // Records of 0 .. 40 bytes, tiles out of order.
 std::vector<std::pair<std::uint64_t, Text>> some_records(int count, unsigned seed) {
@@ -193,7 +163,7 @@ TEST_CASE("one flipped bit, at every place, is seen") {
     bytes[bit / 8] = char(bytes[bit / 8] ^ (1 << (bit % 8)));
     set_contents(file, bytes);
     if (bit / 8 < whole.ends[0]) {
-      const Text why = refusal([&] { Log(file, identity); });
+      const Text why = refusal<LogError>([&] { Log(file, identity); });
       REQUIRE(contains(why, "delete it, or choose another output"));
       REQUIRE(contents(file) == bytes);  // refused, and left as it is
       ++refused;
@@ -261,7 +231,7 @@ TEST_CASE("another identity is refused with what differs and what to do") {
   const Folder folder;
   const fs::path file = folder.path / "log";
   const Written whole = written(file, some_records(2, 7));
-  const auto why = [&](const Text& other) { return refusal([&] { Log(file, other); }); };
+  const auto why = [&](const Text& other) { return refusal<LogError>([&] { Log(file, other); }); };
   CHECK(why("program 1\nV = 16.0\nK_Lp = 0.3\n") ==
         file.string() +
             ": is the log of other work (line 2: 'V = 15.0' there, 'V = 16.0' here); "
@@ -271,15 +241,16 @@ TEST_CASE("another identity is refused with what differs and what to do") {
   CHECK(contents(file) == whole.bytes);
   const Text long_line(200, 'a');
   { Log(folder.path / "long", long_line + "1"); }
-  CHECK(contains(refusal([&] { Log(folder.path / "long", long_line + "2"); }),
+  CHECK(contains(refusal<LogError>([&] { Log(folder.path / "long", long_line + "2"); }),
                  fmt::format("line 1: '{0}1' there, '{0}2' here", Text(40, 'a'))));
   const Text greek = "\xCE\xB1\xCE\xB2\xCE\xB3";  // cut between letters, never within one
   Text many;
   for (int i = 0; i < 50; ++i) many += greek;
   { Log(folder.path / "greek", "x" + many); }
-  CHECK(contains(refusal([&] { Log(folder.path / "greek", "y" + many); }), "'x\xCE\xB1\xCE\xB2"));
-  CHECK(
-      contains(refusal([&] { Log(folder.path / "greek", "y" + many); }), "\xCE\xB1\xCE\xB2' here"));
+  CHECK(contains(refusal<LogError>([&] { Log(folder.path / "greek", "y" + many); }),
+                 "'x\xCE\xB1\xCE\xB2"));
+  CHECK(contains(refusal<LogError>([&] { Log(folder.path / "greek", "y" + many); }),
+                 "\xCE\xB1\xCE\xB2' here"));
 }
 
 TEST_CASE("what is no log, or a damaged one, is refused and left as it is") {
@@ -287,7 +258,7 @@ TEST_CASE("what is no log, or a damaged one, is refused and left as it is") {
   const fs::path file = folder.path / "log";
   const auto why = [&](const Text& bytes) {
     set_contents(file, bytes);
-    const Text text = refusal([&] { Log(file, identity); });
+    const Text text = refusal<LogError>([&] { Log(file, identity); });
     CHECK(contents(file) == bytes);
     return text;
   };
@@ -320,12 +291,12 @@ TEST_CASE("a second writer is refused while the first is at work, and welcome af
   {
     Log first(file, identity);
     first.append(1, bytes_of("one"));
-    CHECK(refusal([&] { Log(file, identity); }) ==
+    CHECK(refusal<LogError>([&] { Log(file, identity); }) ==
           file.string() +
               ": another process is at work on it; wait for it, or choose another output");
     const pid_t child = ::fork();
     if (child == 0)
-      ::_exit(contains(refusal([&] { Log(file, identity); }), "another process") ? 0 : 1);
+      ::_exit(contains(refusal<LogError>([&] { Log(file, identity); }), "another process") ? 0 : 1);
     int status = -1;
     REQUIRE(::waitpid(child, &status, 0) == child);
     CHECK(WEXITSTATUS(status) == 0);
@@ -340,7 +311,7 @@ TEST_CASE("remove() leaves nothing, and nothing can be appended after it") {
   log.append(1, bytes_of("one"));
   log.remove();
   CHECK_FALSE(fs::exists(file));
-  CHECK(refusal([&] { log.append(2, bytes_of("two")); }) ==
+  CHECK(refusal<LogError>([&] { log.append(2, bytes_of("two")); }) ==
         file.string() + ": Bad file descriptor");
   Log again(file, identity);
   CHECK(again.recovered().empty());
@@ -360,11 +331,11 @@ TEST_CASE("a disk that fills up: the record is not there, the log is, and goes o
   rlimit limit = old_limit;
   limit.rlim_cur = size + 500;
   REQUIRE(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
-  CHECK(refusal([&] { log.append(2, bytes_of(Text(1000, 'b'))); }) ==
+  CHECK(refusal<LogError>([&] { log.append(2, bytes_of(Text(1000, 'b'))); }) ==
         file.string() + ": File too large");
   CHECK(fs::file_size(file) == size);
   CHECK_NOTHROW(log.append(3, bytes_of("small")));
-  const auto why = refusal([&] { Log(folder.path / "new", Text(5000, 'i')); });
+  const auto why = refusal<LogError>([&] { Log(folder.path / "new", Text(5000, 'i')); });
   CHECK(contains(why, "new: File too large"));
   CHECK_FALSE(fs::exists(folder.path / "new"));
   REQUIRE(::setrlimit(RLIMIT_FSIZE, &old_limit) == 0);
@@ -376,13 +347,16 @@ TEST_CASE("a disk that fills up: the record is not there, the log is, and goes o
 TEST_CASE("a full device gives the system's words") {
   // /dev/full refuses every write, and is no file to recover from.
   if (!fs::exists("/dev/full")) return;
-  CHECK(refusal([] { Log("/dev/full", identity); }) == "/dev/full: is not a regular file");
+  CHECK(refusal<LogError>([] { Log("/dev/full", identity); }) ==
+        "/dev/full: is not a regular file");
 }
 
 TEST_CASE("paths that cannot be written are refused with the system's words") {
   const Folder folder;
   set_contents(folder.path / "file", "");
-  const auto why = [](const fs::path& path) { return refusal([&] { Log(path, identity); }); };
+  const auto why = [](const fs::path& path) {
+    return refusal<LogError>([&] { Log(path, identity); });
+  };
   CHECK(why(folder.path) == folder.path.string() + ": Is a directory");
   CHECK(contains(why(folder.path / "none" / "log"), ": No such file or directory"));
   CHECK(contains(why(folder.path / "file" / "log"), ": Not a directory"));

@@ -1,6 +1,6 @@
 // Margins of a study's loops: against the loops opened by hand, by changing what passes there, and
 // the command as a user runs it.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -9,6 +9,7 @@
 
 #include "follow/actuator_loops.hpp"
 #include "report/margins.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
@@ -100,7 +101,7 @@ static LoopTransfer opened_by_hand(const Model& model, const OperatingPoint& tri
 
 static Complex return_difference(const LoopTransfer& g, double w) {
   const MatrixXcd M = Complex(0, w) * MatrixXd::Identity(6, 6) - g.A;
-  return 1.0 + g.d + (g.c * M.partialPivLu().solve(g.b.cast<Complex>())).value();
+  return 1.0 + g.d + (g.c * algebra::solve(M, MatrixXcd(g.b.cast<Complex>()))).value();
 }
 
 template <class F>
@@ -113,10 +114,14 @@ static double bisected(const F& f, double low, double high) {
   return low;
 }
 
+namespace {
+
 /// Margins from 1 + L on a dense grid.
 struct Scan {
   double gain_up = infinity, gain_down = 0, phase = infinity, delay = infinity, half = 0, peak = 0;
 };
+
+}  // namespace
 
 static Scan scanned(const LoopTransfer& g) {
   const auto L = [&](double w) { return return_difference(g, w) - 1.0; };
@@ -178,7 +183,7 @@ TEST_CASE("Bode data: the loop opened by hand, a decade beyond the eigenvalues o
                  differenced * (1 + std::abs(L)));
     }
     const MatrixXd A = a.linear.A;
-    const VectorXd frequency = A.eigenvalues().cwiseAbs();
+    const VectorXd frequency = algebra::eigenvalues(A).cwiseAbs();
     CHECK_NEAR(b.frequency.front(), frequency.minCoeff() / 10, differenced);
     CHECK_NEAR(b.frequency.back(), frequency.maxCoeff() * 10, differenced * frequency.maxCoeff());
   });
@@ -199,7 +204,7 @@ static MatrixXd scaled(const Model& model, const OperatingPoint& trim, Index j, 
   return linear.A;
 }
 
-static double abscissa(const MatrixXd& A) { return A.eigenvalues().real().maxCoeff(); }
+static double abscissa(const MatrixXd& A) { return algebra::eigenvalues(A).real().maxCoeff(); }
 
 TEST_CASE("the command times the gain margin: the nonlinear loop's eigenvalue is on the axis") {
   int met = 0;
@@ -213,7 +218,8 @@ TEST_CASE("the command times the gain margin: the nonlinear loop's eigenvalue is
       const double k = bisected(rightmost, margin * 0.99, margin * 1.01);
       CHECK_NEAR(k, margin, differenced * margin);
       double nearest = infinity;
-      for (const Complex s : scaled(model, a.linear.point, position(l), margin).eigenvalues())
+      for (const Complex s :
+           algebra::eigenvalues(scaled(model, a.linear.point, position(l), margin)))
         nearest = std::min(nearest, std::abs(s - Complex(0, at)));
       CHECK_NEAR(nearest, 0, 1e-5 * (1 + at));
     };
@@ -233,7 +239,7 @@ TEST_CASE("the lag of the phase margin, and of the delay margin: an eigenvalue o
       double nearest = infinity;
       for (const double turn : {lag, -lag}) {  // lag or lead
         const MatrixXcd A = g.A - std::polar(1.0, -turn) * g.b * g.c;
-        for (const Complex s : A.eigenvalues())
+        for (const Complex s : algebra::eigenvalues(A))
           nearest = std::min(nearest, std::abs(s - Complex(0, at)));
       }
       CHECK_NEAR(nearest, 0, 1e-5 * (1 + at));

@@ -1,2 +1,73 @@
-#define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
+// The program of every folder's tests. It refuses to pass without a test: a filter that matches no
+// test case, or none that asserts anything, is a failure. It exits with code 77, and prints why,
+// only where the environment's TILTRIM_SIMD names an instruction set that this processor lacks.
+#define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+#include <string_view>
+
+#include "linearize/batch.hpp"
+
+namespace {
+
+constexpr int skipped = 77;
+
+/// Of a whole run, what doctest itself does not judge.
+struct Ran : doctest::IReporter {
+  static inline unsigned cases = 0;
+  static inline int assertions = 0;
+
+  explicit Ran(const doctest::ContextOptions&) {}
+  void test_run_end(const doctest::TestRunStats& run) override {
+    cases = run.numTestCasesPassingFilters;
+    assertions = run.numAsserts;
+  }
+
+  void report_query(const doctest::QueryData&) override {}
+  void test_run_start() override {}
+  void test_case_start(const doctest::TestCaseData&) override {}
+  void test_case_reenter(const doctest::TestCaseData&) override {}
+  void test_case_end(const doctest::CurrentTestCaseStats&) override {}
+  void test_case_exception(const doctest::TestCaseException&) override {}
+  void subcase_start(const doctest::SubcaseSignature&) override {}
+  void subcase_end() override {}
+  void log_assert(const doctest::AssertData&) override {}
+  void log_message(const doctest::MessageData&) override {}
+  void test_case_skipped(const doctest::TestCaseData&) override {}
+};
+REGISTER_LISTENER("ran", 1, Ran);
+
+/// The instruction set asked for, if there is one of this name and the processor lacks it.
+const char* missing_instruction_set() {
+  const char* asked = std::getenv("TILTRIM_SIMD");
+  constexpr std::array<std::string_view, 4> known = {"scalar", "baseline", "avx2", "avx512"};
+  if (!asked || std::ranges::find(known, asked) == known.end()) return nullptr;
+  try {
+    (void)tiltrim::instruction_set();
+  } catch (const std::invalid_argument&) {
+    return asked;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (const char* set = missing_instruction_set()) {
+    std::printf("skipped: this processor has no %s\n", set);
+    return skipped;
+  }
+  doctest::Context context(argc, argv);
+  const int failed = context.run();
+  if (failed || context.shouldExit()) return failed;
+  if (Ran::cases == 0 || Ran::assertions == 0) {
+    std::fputs("no test case ran, or none asserted anything\n", stderr);
+    return EXIT_FAILURE;
+  }
+  return EXIT_SUCCESS;
+}

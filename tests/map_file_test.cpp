@@ -15,8 +15,9 @@
 #include <random>
 #include <thread>
 
-#include "check.hpp"
 #include "sweep/difference.hpp"
+#include "tests/check.hpp"
+#include "tests/files.hpp"
 
 using namespace tiltrim;
 namespace fs = std::filesystem;
@@ -25,41 +26,9 @@ namespace {
 
 using Text = std::string;
 
-// A folder that goes away with the test.
-struct Folder {
-  fs::path path;
-  explicit Folder(const fs::path& in = fs::temp_directory_path()) {
-    std::string name = (in / "map_file_test.XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
-};
-
-Text contents(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void set_contents(const fs::path& file, const Text& bytes) {
-  fs::remove(file);  // some file systems flush what is truncated and rewritten
-  std::ofstream(file, std::ios::binary) << bytes;
-}
-
 std::size_t files_in(const fs::path& folder) {
   return std::size_t(std::distance(fs::directory_iterator(folder), {}));
 }
-
-template <class Error = std::runtime_error>
-Text refusal(const auto& act) {
-  try {
-    act();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return {};
-}
-
-bool contains(const Text& text, const Text& part) { return text.find(part) != Text::npos; }
 
 constexpr double undefined = std::numeric_limits<double>::quiet_NaN();
 
@@ -432,12 +401,13 @@ TEST_CASE("cut off anywhere, it is refused") {
   for (std::size_t length = 0; length < whole.size();
        length += length < 100 || length + 200 > whole.size() ? 1 : step) {
     set_contents(file, whole.substr(0, length));
-    const Text why = refusal([&] { (void)read_netcdf(file); });
+    const Text why = refusal<std::runtime_error>([&] { (void)read_netcdf(file); });
     REQUIRE(why.starts_with(file.string() + ": "));
     REQUIRE((contains(why, "is not a NetCDF-4 file") || contains(why, "cut off")));
   }
   set_contents(file, whole + "x");
-  CHECK(contains(refusal([&] { (void)read_netcdf(file); }), "changed by another program"));
+  CHECK(contains(refusal<std::runtime_error>([&] { (void)read_netcdf(file); }),
+                 "changed by another program"));
   set_contents(file, whole);
   CHECK_NOTHROW((void)read_netcdf(file));
 }
@@ -455,7 +425,7 @@ TEST_CASE("10000 times a flipped bit: every one is seen") {
     const std::size_t at = random() % bytes.size();
     const char flipped = char(bytes[at] ^ (1 << random() % 8));
     REQUIRE(::pwrite(fd, &flipped, 1, off_t(at)) == 1);
-    if (refusal([&] { (void)read_netcdf(file); }).empty()) ++missed;
+    if (refusal<std::runtime_error>([&] { (void)read_netcdf(file); }).empty()) ++missed;
     REQUIRE(::pwrite(fd, &bytes[at], 1, off_t(at)) == 1);
   }
   ::close(fd);
@@ -466,7 +436,9 @@ TEST_CASE("10000 times a flipped bit: every one is seen") {
 TEST_CASE("what is no map is refused with the path and the reason") {
   const Folder folder;
   const fs::path file = folder.path / "map.nc";
-  const auto why = [](const fs::path& path) { return refusal([&] { (void)read_netcdf(path); }); };
+  const auto why = [](const fs::path& path) {
+    return refusal<std::runtime_error>([&] { (void)read_netcdf(path); });
+  };
   CHECK(why(file) == file.string() + ": No such file or directory");
   CHECK(why(folder.path) == folder.path.string() + ": Is a directory");
   CHECK(why("/dev/null") == "/dev/null: Invalid argument");
@@ -488,7 +460,7 @@ TEST_CASE("whole, but not what is expected: what is missing is named") {
     for (auto at = bytes.find(old_name); at != Text::npos; at = bytes.find(old_name, at + 1))
       bytes.replace(at, old_name.size(), name);
     set_contents(file, sealed(bytes.substr(0, bytes.size() - 16)));
-    return refusal([&] { (void)read_netcdf(file); });
+    return refusal<std::runtime_error>([&] { (void)read_netcdf(file); });
   };
   CHECK(why("nothing by this name", "") == "");
   CHECK(why("crossing_frequency", "crossing_frequencz") ==
@@ -496,14 +468,15 @@ TEST_CASE("whole, but not what is expected: what is missing is named") {
   CHECK(why("format_version", "format_versiom") ==
         file.string() + ": format_version: NetCDF: Attribute not found");
   set_contents(file, sealed("\x89HDF\r\n\x1a\n and nothing more"));
-  CHECK(contains(refusal([&] { (void)read_netcdf(file); }), ": contents: NetCDF: "));
+  CHECK(contains(refusal<std::runtime_error>([&] { (void)read_netcdf(file); }),
+                 ": contents: NetCDF: "));
 }
 
 TEST_CASE("where it cannot be written the system's words say why, and nothing is left behind") {
   const Folder folder;
   set_contents(folder.path / "file", "");
   const auto why = [](const fs::path& path) {
-    return refusal([&] { write_netcdf(planted_map(), path); });
+    return refusal<std::runtime_error>([&] { write_netcdf(planted_map(), path); });
   };
   CHECK(why(folder.path) == folder.path.string() + ": Is a directory");
   CHECK(contains(why(folder.path / "none" / "map.nc"), "map.nc: No such file or directory"));
@@ -531,7 +504,7 @@ TEST_CASE("a disk that fills up leaves the old file and nothing else") {
     rlimit limit = old_limit;
     limit.rlim_cur = room;
     REQUIRE(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
-    const Text why = refusal([&] { write_netcdf(other, file); });
+    const Text why = refusal<std::runtime_error>([&] { write_netcdf(other, file); });
     REQUIRE(::setrlimit(RLIMIT_FSIZE, &old_limit) == 0);
     CHECK(why == file.string() + ": File too large");
     CHECK(contents(file) == old);

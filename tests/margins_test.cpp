@@ -1,13 +1,11 @@
 #include "linearize/margins.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <numbers>
-#include <random>
 
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -22,17 +20,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double pi = std::numbers::pi;
-
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
-
-MatrixXd normal(Random& random, Index rows, Index columns) {
-  std::normal_distribution<double> gauss;
-  return MatrixXd::NullaryExpr(rows, columns, [&] { return gauss(random); });
-}
 
 // Polynomials by rising powers; the denominator's last coefficient is 1. In the companion form.
 using Polynomial = std::vector<double>;
@@ -67,7 +54,7 @@ LoopTransfer in_units(const LoopTransfer& g, const VectorXd& unit) {
 // The closed loop with a factor, real or not, at the place where the loop is broken.
 double abscissa(const LoopTransfer& g, Complex factor) {
   const MatrixXcd A = g.A.cast<Complex>() - (factor / (1.0 + factor * g.d)) * (g.b * g.c);
-  return Eigen::ComplexEigenSolver<MatrixXcd>(A, false).eigenvalues().real().maxCoeff();
+  return algebra::eigenvalues(A).real().maxCoeff();
 }
 
 bool stable(const LoopTransfer& g, double factor) {
@@ -86,10 +73,10 @@ struct Fractions {
   double d;
 
   explicit Fractions(const LoopTransfer& g) : d(g.d) {
-    const Eigen::EigenSolver<MatrixXd> solver(g.A);
-    const MatrixXcd V = solver.eigenvectors();
-    poles = solver.eigenvalues();
-    residues = (g.c * V).transpose().cwiseProduct(V.partialPivLu().solve(g.b.cast<Complex>()));
+    const auto [values, V] = algebra::eigensystem(g.A);
+    poles = values;
+    residues =
+        (g.c * V).transpose().cwiseProduct(algebra::solve(V, MatrixXcd(g.b.cast<Complex>())));
   }
   Complex operator()(double w) const {
     Complex L = d;
@@ -559,15 +546,16 @@ TEST_CASE("opened: a plant and a controller, broken by hand at the plant's input
     const LoopTransfer L_out = opened(closed, b_out, c_out);
     for (const double w : {0.1, 1.0, 10.0}) {
       const MatrixXcd I = Complex(0, w) * MatrixXcd::Identity(n + l, n + l);
-      const Complex hand = -(c * (I - cut).partialPivLu().solve(b.cast<Complex>())).value();
+      const Complex hand =
+          -(c * algebra::solve(MatrixXcd(I - cut), MatrixXcd(b.cast<Complex>()))).value();
       CHECK(std::abs(response(L, w) - hand) <= 1e-9 * (1 + std::abs(hand)));
       const MatrixXcd Ip = Complex(0, w) * MatrixXcd::Identity(n, n),
                       Ic = Complex(0, w) * MatrixXcd::Identity(l, l);
-      const MatrixXcd P = C * (Ip - A).partialPivLu().solve(B.cast<Complex>());
-      const MatrixXcd K = H * (Ic - F).partialPivLu().solve(G.cast<Complex>()) + J;
+      const MatrixXcd P = C * algebra::solve(MatrixXcd(Ip - A), MatrixXcd(B.cast<Complex>()));
+      const MatrixXcd K = H * algebra::solve(MatrixXcd(Ic - F), MatrixXcd(G.cast<Complex>())) + J;
       // L at one place of a matrix: the other place stays closed.  1/(1 + L) is S's entry
-      const MatrixXcd S_in = (MatrixXcd::Identity(nu, nu) + K * P).inverse();
-      const MatrixXcd S_out = (MatrixXcd::Identity(ny, ny) + P * K).inverse();
+      const MatrixXcd S_in = algebra::inverse(MatrixXcd(MatrixXcd::Identity(nu, nu) + K * P));
+      const MatrixXcd S_out = algebra::inverse(MatrixXcd(MatrixXcd::Identity(ny, ny) + P * K));
       CHECK(std::abs(1.0 / (1.0 + response(L, w)) - S_in(0, 0)) <= 1e-8 * (1 + S_in.norm()));
       CHECK(std::abs(1.0 / (1.0 + response(L_out, w)) - S_out(1, 1)) <= 1e-8 * (1 + S_out.norm()));
     }
@@ -645,8 +633,9 @@ TEST_CASE(
     const double D = 1 + g.d;
     const MatrixXd T =
         MatrixXd::Identity(g.A.rows(), g.A.rows()) + 0.3 * MatrixXd::Ones(g.A.rows(), g.A.rows());
-    const MatrixXd closed = T * (g.A - g.b * g.c / D) * T.inverse();
-    const LoopTransfer again = opened(closed, T * g.b / D, -g.c * T.inverse() / D, 1 / D - 1);
+    const MatrixXd closed = T * (g.A - g.b * g.c / D) * algebra::inverse(T);
+    const LoopTransfer again =
+        opened(closed, T * g.b / D, -g.c * algebra::inverse(T) / D, 1 / D - 1);
     const Margins m = margins(again);
     REQUIRE(m.stable());
     CHECK(m.complete);

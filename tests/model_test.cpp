@@ -33,6 +33,7 @@ static CoefficientsOf<Complex> coefficients(const Polar& polar, const Complex& a
 }  // namespace tiltrim::physics
 
 #include "model/closed_loop.hpp"
+#include "tests/toy_models.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -59,41 +60,22 @@ struct Dice {
   }
 };
 
-static VectorXd vector(std::initializer_list<double> values) {
-  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
-}
-
-// The message of what `act` throws; empty if it does not.
-template <class Error>
-static std::string refusal(const auto& act) {
-  try {
-    act();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return {};
-}
-
-static bool contains(const std::string& text, std::string_view part) {
-  return text.find(part) != std::string::npos;
-}
-
 #define CHECK_CONTAINS(text, part) \
   CHECK_MESSAGE(contains(text, part), fmt::format("'{}' does not say '{}'", text, part))
 
 // The middle of the envelope; inputs free of the control law, and of either sign.
 static OperatingPoint airframe_point(Dice& dice, const Vehicle& vehicle) {
-  return {vector({dice.between(3, 20), dice.between(-1, 1.5), dice.between(-1, 1),
-                  dice.between(-1, 1)}),
-          vector({dice.between(-0.5, 1), dice.between(-0.3, 0.3), dice.between(-0.5, 0.5),
-                  dice.between(0, pi / 2)}),
-          airframe_parameters(vehicle)};
+  return {
+      vec({dice.between(3, 20), dice.between(-1, 1.5), dice.between(-1, 1), dice.between(-1, 1)}),
+      vec({dice.between(-0.5, 1), dice.between(-0.3, 0.3), dice.between(-0.5, 0.5),
+           dice.between(0, pi / 2)}),
+      airframe_parameters(vehicle)};
 }
 
 static OperatingPoint loop_point(Dice& dice, const Vehicle& vehicle) {
   const Command command{dice.between(5, 20), dice.between(-0.5, 1.5), dice.between(0, pi / 2)};
-  return {vector({dice.between(-2, 2), dice.between(-0.3, 0.3), dice.between(-1, 1),
-                  dice.between(-1, 1), dice.between(-1, 3), dice.between(-40, 2)}),
+  return {vec({dice.between(-2, 2), dice.between(-0.3, 0.3), dice.between(-1, 1),
+               dice.between(-1, 1), dice.between(-1, 3), dice.between(-40, 2)}),
           VectorXd(0), closed_loop_parameters(vehicle, command)};
 }
 
@@ -339,7 +321,7 @@ TEST_CASE("without wing and thrust the airframe falls freely") {
   const Model body = airframe(vehicle, Axes::body);
   const double u = 12, w = 3, theta = 0.4, q = 0.7, g = vehicle.aircraft.gravity;
   const auto rates =
-      body.f(vector({u, w, theta, q}), vector({0, 0.1, 0.1, 1}), airframe_parameters(vehicle));
+      body.f(vec({u, w, theta, q}), vec({0, 0.1, 0.1, 1}), airframe_parameters(vehicle));
   CHECK_NEAR(rates[0], -g * std::sin(theta) - q * w, 4 * epsilon * 12);
   CHECK_NEAR(rates[1], g * std::cos(theta) + q * u, 4 * epsilon * 18);
   CHECK_NEAR(rates[3], 0.0, 1e-290);
@@ -353,7 +335,7 @@ TEST_CASE("body axes hold at rest") {
   dry.aircraft.wake_immersion = 0;
   const auto rates =
       airframe(dry, Axes::body)
-          .f(vector({0, 0, 0, 0}), vector({hover, 0, 0, pi / 2}), airframe_parameters(dry));
+          .f(vec({0, 0, 0, 0}), vec({hover, 0, 0, pi / 2}), airframe_parameters(dry));
   CHECK_NEAR(rates[0], 0.0, 4 * epsilon * g);
   CHECK_NEAR(rates[1], 0.0, 4 * epsilon * g);
 }
@@ -366,7 +348,7 @@ TEST_CASE("thrust (4) is theta0 times its full value") {
   const Model wind = airframe(vehicle);
   for (double theta0 : {-0.5, 0.0, 0.25, 1.0}) {
     const VectorXd y =
-        wind.h(vector({15, 0, 0.1, 0}), vector({theta0, 0, 0, 0}), airframe_parameters(vehicle));
+        wind.h(vec({15, 0, 0.1, 0}), vec({theta0, 0, 0, 0}), airframe_parameters(vehicle));
     const double T = a.thrust_excess * a.mass * a.gravity * theta0;
     CHECK_NEAR(y[find(wind.outputs, "thrust")], T, 4 * epsilon * std::abs(T));
   }
@@ -854,26 +836,26 @@ static Model pendulum() {
   m.parameters = {{"length", "m", 1.0}};
   m.outputs = {{"height", "m", 1.0}};
   m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
-    return vector({x[1], u[0] - std::sin(x[0]) / p[0]});
+    return vec({x[1], u[0] - std::sin(x[0]) / p[0]});
   };
   m.h = [](const VectorXd& x, const VectorXd&, const VectorXd& p) {
-    return vector({p[0] * std::cos(x[0])});
+    return vec({p[0] * std::cos(x[0])});
   };
   return m;
 }
 
 TEST_CASE("evaluate: rates, outputs, and sizes that do not fit") {
   Model m = pendulum();
-  const OperatingPoint at{vector({0, 2}), vector({3}), vector({4})};
-  CHECK(evaluate(m, at).rates == vector({2, 3}));
-  CHECK(evaluate(m, at).outputs == vector({4}));
+  const OperatingPoint at{vec({0, 2}), vec({3}), vec({4})};
+  CHECK(evaluate(m, at).rates == vec({2, 3}));
+  CHECK(evaluate(m, at).outputs == vec({4}));
   const auto message = [&](const OperatingPoint& point) {
     return refusal<std::invalid_argument>([&] { (void)evaluate(m, point); });
   };
-  CHECK_CONTAINS(message({vector({1, 2, 3}), at.u, at.p}), "state x: expected 2 values, got 3");
-  CHECK_CONTAINS(message({at.x, vector({}), at.p}), "input u: expected 1 values, got 0");
-  CHECK_CONTAINS(message({at.x, at.u, vector({1, 2})}), "parameters p: expected 1 values, got 2");
-  m.f = [](const auto&, const auto&, const auto&) { return vector({1, 2, 3}); };
+  CHECK_CONTAINS(message({vec({1, 2, 3}), at.u, at.p}), "state x: expected 2 values, got 3");
+  CHECK_CONTAINS(message({at.x, vec({}), at.p}), "input u: expected 1 values, got 0");
+  CHECK_CONTAINS(message({at.x, at.u, vec({1, 2})}), "parameters p: expected 1 values, got 2");
+  m.f = [](const auto&, const auto&, const auto&) { return vec({1, 2, 3}); };
   CHECK_CONTAINS(message(at), "rates f: expected 2 values, got 3");
   m = pendulum();
   m.h = [](const auto&, const auto&, const auto&) { return VectorXd(0); };
@@ -884,7 +866,7 @@ TEST_CASE("evaluate: rates, outputs, and sizes that do not fit") {
 
 TEST_CASE("variables are counted through states, inputs, parameters") {
   const Model m = pendulum();
-  OperatingPoint at{vector({1, 2}), vector({3}), vector({4})};
+  OperatingPoint at{vec({1, 2}), vec({3}), vec({4})};
   const std::array<const char*, 4> order{"angle", "speed", "torque", "length"};
   for (Index j = 0; j < 4; ++j) {
     CHECK(variable(m, order[std::size_t(j)]) == j);
@@ -932,9 +914,9 @@ TEST_CASE("check: models and points that cannot be used") {
     }
   }
   SUBCASE("a point that is not finite, or of another size") {
-    const OperatingPoint bad{vector({0, std::nan("")}), vector({3}), vector({4})};
+    const OperatingPoint bad{vec({0, std::nan("")}), vec({3}), vec({4})};
     CHECK_CONTAINS(refusal<std::invalid_argument>([&] { check(m, bad); }), "'speed' is nan");
-    const OperatingPoint small{vector({0}), vector({3}), vector({4})};
+    const OperatingPoint small{vec({0}), vec({3}), vec({4})};
     CHECK_THROWS_AS(check(m, small), std::invalid_argument);
   }
 }
@@ -948,7 +930,7 @@ TEST_CASE("signals: positions, names, sizes, and the nearest name") {
       refusal<std::invalid_argument>([&] { (void)index_of(signals, "elevtor", "input"); }),
       "no input 'elevtor'; the model has: elevator, throttle");
   CHECK(names(signals) == std::vector<std::string>{"elevator", "throttle"});
-  CHECK(nominals(signals) == vector({0.1, 0.2}));
+  CHECK(nominals(signals) == vec({0.1, 0.2}));
   CHECK(nearest_name("elevtor", names(signals)) == "elevator");
   CHECK(nearest_name("throtle", names(signals)) == "throttle");
   CHECK(nearest_name("throttle", names(signals)) == "throttle");

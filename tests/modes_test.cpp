@@ -1,7 +1,5 @@
 #include "linearize/modes.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cstring>
 #include <functional>
@@ -12,7 +10,9 @@
 #include <random>
 
 #include "linearize/balance.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -25,12 +25,6 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double largest_backward_error = 20;  // LAPACK's limit of its own eigenvalue tests [12]
-
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
 
 int whole(Random& random, int low, int high) {
   return std::uniform_int_distribution(low, high)(random);
@@ -204,12 +198,10 @@ Verdict truth(const std::vector<Complex>& eigenvalues) {
 
 // Eigenvalues with eleven bits more than a double: against discs that hold the rounding of doubles
 // they are the true ones, but for a share of each disc that is checked with.
-std::vector<std::complex<long double>> precise(
-    const Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>& A) {
-  Eigen::EigenSolver<Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>> solver(A, false);
-  REQUIRE(solver.info() == Eigen::Success);
-  const auto& values = solver.eigenvalues();
-  return {values.begin(), values.end()};
+std::vector<std::complex<long double>> precise(const algebra::WideMatrix& A) {
+  std::vector<std::complex<long double>> values;
+  REQUIRE_NOTHROW(values = algebra::eigenvalues(A));
+  return values;
 }
 
 // How far outside of every disc the value lies, over the nearest disc's radius: <= 1 if inside.
@@ -268,7 +260,7 @@ std::vector<Complex> eigenvalues_of(const Modes& m) {
 }
 
 std::vector<Complex> plain_eigenvalues(const MatrixXd& A) {
-  const Eigen::VectorXcd values = Eigen::EigenSolver<MatrixXd>(A, false).eigenvalues();
+  const Eigen::VectorXcd values = algebra::eigenvalues(A);
   return {values.begin(), values.end()};
 }
 
@@ -538,7 +530,7 @@ TEST_CASE("on the axis nothing is decided") {
         block_diagonal(jordan(0, n), -2 * MatrixXd::Identity(4, 4) + 0.3 * dense(random, 4));
     A.topRightCorner(n, 4).setOnes();
     CHECK(modes(A).verdict == Verdict::undecided);
-    const MatrixXd Q = dense(random, n + 4).householderQr().householderQ();
+    const MatrixXd Q = algebra::orthogonal(dense(random, n + 4));
     CHECK(modes(Q * A * Q.transpose()).verdict == Verdict::undecided);
     // Two rotations that share their vectors
     MatrixXd pair = block_diagonal(rotation, rotation);
@@ -547,7 +539,7 @@ TEST_CASE("on the axis nothing is decided") {
   }
   // A defective eigenvalue left of the axis by less than rounding moves it, and by more. As it
   // stands the block is triangular and none of its zeros is rounded: then 1e-5 is enough.
-  const MatrixXd Q = dense(random, 4).householderQr().householderQ();
+  const MatrixXd Q = algebra::orthogonal(dense(random, 4));
   const MatrixXd J = jordan(-1e-5, 4);
   CHECK(modes(Q * J * Q.transpose()).verdict == Verdict::undecided);
   CHECK(modes(J, MatrixXd::Constant(4, 4, epsilon)).verdict == Verdict::undecided);
@@ -592,10 +584,10 @@ TEST_CASE("balancing is an exact similarity") {
     // What nothing isolates does not grow. (Couplings to isolated states may.)
     if ((A.array() != 0).all()) CHECK(b.B.cwiseAbs().sum() <= A.cwiseAbs().sum() * (1 + 1e-12));
     // Eigenvectors come back as those of A
-    const Eigen::EigenSolver<MatrixXd> solver(b.B);
-    const Eigen::MatrixXcd V = b.back(solver.eigenvectors());
+    const algebra::Eigensystem system = algebra::eigensystem(b.B);
+    const Eigen::MatrixXcd V = b.back(system.vectors);
     for (Index k = 0; k < n; ++k) {
-      const double miss = (A * V.col(k) - solver.eigenvalues()[k] * V.col(k)).norm();
+      const double miss = (A * V.col(k) - system.values[k] * V.col(k)).norm();
       CHECK_NEAR(miss, 0, 1e-12 * A.norm() * V.col(k).norm());
     }
   }

@@ -12,26 +12,13 @@
 #include "simulate/plan.hpp"
 #include "sweep/log.hpp"
 #include "tests/check.hpp"
+#include "tests/files.hpp"
 
 using namespace tiltrim;
 
 namespace fs = std::filesystem;
 
-namespace {
-
-// A folder that goes away with the test.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "monte_carlo_test.XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-};
-
-}  // namespace
+namespace {}  // namespace
 
 static constexpr double degrees = 180 / std::numbers::pi;
 

@@ -1,5 +1,5 @@
 // Sensitivities against differences of re-trimmed points, closed forms and laws; refusals.
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -11,6 +11,7 @@
 #include "follow/answer.hpp"
 #include "model/study.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
@@ -25,10 +26,14 @@ static constexpr double pi = std::numbers::pi, degree = pi / 180;
 static const TrimOptions newton{
     .method = TrimMethod::newton, .starts = 0, .max_boxes = 0, .closest = false};
 
+namespace {
+
 struct Sample {
   TrimProblem problem;
   OperatingPoint trimmed;
 };
+
+}  // namespace
 
 static Sample trimmed(const TrimProblem& p) {
   const TrimResult r = trim(p.model, p.spec, p.guess);
@@ -46,20 +51,20 @@ static MatrixXd state_matrix(const Model& model, const OperatingPoint& at) {
   return jacobian(model, at, states).topRows(std::ssize(model.states));
 }
 
-static VectorXd vec(std::initializer_list<double> values) {
-  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
-}
-
 static double size_of(const ParameterSensitivity& p) {
   return std::max(std::abs(p.value), p.parameter.nominal);
 }
 
 // ---- the reference: differences of re-trimmed points ----
 
+namespace {
+
 // A derivative and an estimate of its error, component by component.
 struct Derivative {
   VectorXd value, error;
 };
+
+}  // namespace
 
 // Central differences at h, h/2, h/4, ..., extrapolated to zero: of all entries of the tableau the
 // one that agrees best with the two it is made of. Steps with a sample NaN are left out.
@@ -122,10 +127,14 @@ static Derivative retrimmed(TrimProblem problem, const Sensitivities& s,
 // a thousandth of its size, to a millionth of that.
 static constexpr double digits = 1e-6, no_effect = 1e-3;
 
+namespace {
+
 // Comparisons made, those that the reference cannot judge, those that miss.
 struct Tally {
   int compared = 0, not_judged = 0, missed = 0;
 };
+
+}  // namespace
 
 // All that `s` says along one parameter. Where it misses, by no more than its own estimate says.
 static void compare(const TrimProblem& problem, const Sensitivities& s, std::size_t parameter,

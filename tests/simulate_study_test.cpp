@@ -3,10 +3,10 @@
 #include <fstream>
 #include <iterator>
 #include <numbers>
-#include <random>
 
 #include "model/study.hpp"
 #include "tests/check.hpp"
+#include "tests/study_text.hpp"
 
 using namespace tiltrim;
 
@@ -43,34 +43,11 @@ static MonteCarloTable repeated(const std::string& text) {
   return *read.montecarlo;
 }
 
-// The message of a refused study; empty if it was accepted.
-static std::string refusal(const std::string& text) {
-  try {
-    (void)parse_study(text, "s.toml");
-  } catch (const StudyError& e) {
-    return e.what();
-  }
-  return {};
-}
-
-// The study is refused at "s.toml:<place>: " and every one of the words is in the message.
-static void check_refused(const std::string& text, const std::string& place,
-                          const std::vector<std::string>& words) {
-  const std::string message = refusal(text);
-  CAPTURE(text);
-  CAPTURE(message);
-  CHECK(message.starts_with("s.toml:" + place + ": "));
-  for (const std::string& word : words) {
-    CAPTURE(word);
-    CHECK(message.find(word) != std::string::npos);
-  }
-}
-
 // A number at a key is refused below and above its range, without one, and as no number.
 static void check_range(const auto& with, const std::string& place, const std::string& key,
                         const std::vector<std::string>& inside,
                         const std::vector<std::string>& outside) {
-  for (const std::string& value : inside) CHECK(refusal(with(value)) == "");
+  for (const std::string& value : inside) CHECK(study_refusal(with(value)) == "");
   for (const std::string& value : outside) check_refused(with(value), place, {key + ": "});
   check_refused(with("nan"), place, {key + ": nan is not finite", "expected a number from"});
   check_refused(with("inf"), place, {key + ": inf is not finite"});
@@ -405,7 +382,7 @@ TEST_CASE("the printed equations do not fly") {
     check_refused(fmt::format("equations = 'printed'\n{}[{}]\n", level, name), "7:1",
                   {fmt::format("{}: the printed equations do not fly", name),
                    "expected equations = \"consistent\""});
-  CHECK(refusal("equations = 'consistent'\n" + study("")).empty());
+  CHECK(study_refusal("equations = 'consistent'\n" + study("")).empty());
 }
 
 TEST_CASE("numbers of [simulate] that cannot be are refused") {
@@ -468,14 +445,15 @@ TEST_CASE("starts that cannot be are refused") {
       "7:9", {"simulate.start: 'trim' is the name of a condition too"});
   check_refused(fixed_wing + "[simulate]\nschedule = 'hold'\n", "7:12",
                 {"simulate.schedule: the condition 'glide' is flown without", "closed_loop"});
-  CHECK(refusal(fixed_wing + level + "[simulate]\nschedule = 'hold'\nstart = 'level'\n").empty());
-  CHECK(refusal(fixed_wing + "[simulate]\n").empty());
+  CHECK(study_refusal(fixed_wing + level + "[simulate]\nschedule = 'hold'\nstart = 'level'\n")
+            .empty());
+  CHECK(study_refusal(fixed_wing + "[simulate]\n").empty());
   check_refused(study("schedule = 'reconversion'\nstart = 'ground'\n"), "8:9",
                 {"simulate.start: a reconversion begins in the air", "\"trim\""});
   check_refused(study("height = 20\n"), "7:10",
                 {"simulate.height: 20 m is not the ground", "start = \"trim\""});
   check_refused(study("start = 'ground'\nheight = 20\n"), "8:10", {"20 m is not the ground"});
-  CHECK(refusal(study("start = 'trim'\nheight = 20\n")).empty());
+  CHECK(study_refusal(study("start = 'trim'\nheight = 20\n")).empty());
 }
 
 TEST_CASE("wind axes are refused where V vanishes") {
@@ -495,7 +473,7 @@ TEST_CASE("wind axes are refused where V vanishes") {
                 "7:8", {"goes down to 0 m/s"});
   const std::string hovering = hover + "[simulate]\naxes = 'wind'\nstart = 'hover'\n";
   check_refused(hovering, "7:8", {"goes down to 0 m/s"});
-  CHECK(refusal(hovering + "[simulate.states]\nV = 0.5\n").empty());
+  CHECK(study_refusal(hovering + "[simulate.states]\nV = 0.5\n").empty());
   const std::string held = hover + "[simulate]\naxes = 'wind'\nschedule = 'hold'\n";
   check_refused(held, "7:8", {"goes down to 0 m/s"});
   check_refused(held + "[simulate.states]\nV = 5\n", "7:8", {"goes down to 0 m/s"});
@@ -740,7 +718,7 @@ TEST_CASE("scatter between whose ends the control law divides by zero is refused
   };
   check_refused(with("gains.K_Lp", "from = -2\nto = 1\n"), "8:7",
                 {"montecarlo.scatter.key", "1 + K_Lp"});
-  CHECK(refusal(with("gains.K_Lp", "from = -0.9\nto = 1\n")).empty());
+  CHECK(study_refusal(with("gains.K_Lp", "from = -0.9\nto = 1\n")).empty());
   check_refused(with("gains.K_Ep", "from = -1\nto = 1\n"), "8:7", {"1 + thrust_excess K_Ep"});
   check_refused("[gains]\nK_Ep = -0.5\n" + with("aircraft.thrust_excess", "from = 1\nto = 3\n"),
                 "10:7", {"1 + thrust_excess K_Ep"});
@@ -771,54 +749,16 @@ static const std::string everything =
     "[[montecarlo.scatter]]\nkey = 'height'\nfrom = 5\nto = 20\n"
     "[[montecarlo.scatter]]\nkey = 'theta_deg'\nfrom = -5\nto = 5\n";
 
-// Loaded or refused in one line with the file's name: nothing else may come of any text.
-static bool loads_or_is_refused(const std::string& text) {
-  try {
-    return !parsed(text).conditions.empty();
-  } catch (const StudyError& e) {
-    const std::string message = e.what();
-    return message.find("s.toml:") != std::string::npos && message.size() < 2000;
-  }
-}
-
 TEST_CASE("a [simulate] with bytes changed, lost or doubled loads or is refused") {
-  REQUIRE(refusal(everything) == "");
-  std::mt19937 random(20131120);
-  constexpr std::string_view likely = "\n\r \"'#=.,[]{}-+_0123456789eEaV:\x80\xC3\xFF\x01";
-  for (int trial = 0; trial < trials(5000); ++trial) {
-    CAPTURE(trial);
-    std::string changed = everything;
-    const std::size_t at = random() % changed.size();
-    const char byte = likely[random() % likely.size()];
-    switch (random() % 3) {
-      case 0:
-        changed[at] = byte;
-        break;
-      case 1:
-        changed.insert(at, 1, byte);
-        break;
-      default:
-        changed.erase(at, 1 + random() % 8);
-    }
-    if (!loads_or_is_refused(changed)) FAIL("neither loaded nor refused");
-  }
+  REQUIRE(study_refusal(everything) == "");
+  check_damaged(everything, trials(5000));
 }
 
 // What stands at a key is exchanged for each of these in turn, or the key is left out.
 TEST_CASE("a [simulate] with a value of another kind at any key loads or is refused") {
-  for (std::size_t at = everything.find("[simulate]");
-       (at = everything.find(" = ", at)) != std::string::npos; at += 3) {
-    const std::size_t end = everything.find('\n', at), begin = everything.rfind('\n', at);
-    for (const char* value : {"1", "-0.0", "1e308", "5e-324", "nan", "'x'", "''", "true",
-                              "2024-01-01", "[]", "[[]]", "[{}]", "{}", "{a = 1}", "['x', 1]"}) {
-      const std::string changed = everything.substr(0, at + 3) + value + everything.substr(end);
-      CAPTURE(changed);
-      if (!loads_or_is_refused(changed)) FAIL("neither loaded nor refused");
-    }
-    const std::string without = everything.substr(0, begin) + everything.substr(end);
-    CAPTURE(without);
-    if (!loads_or_is_refused(without)) FAIL("neither loaded nor refused");
-  }
+  check_exchanged(everything, "[simulate]",
+                  {"1", "-0.0", "1e308", "5e-324", "nan", "'x'", "''", "true", "2024-01-01", "[]",
+                   "[[]]", "[{}]", "{}", "{a = 1}", "['x', 1]"});
 }
 
 // The part of the manual about a table.

@@ -7,9 +7,9 @@
 #include <functional>
 #include <numbers>
 #include <stdexcept>
-#include <unsupported/Eigen/MatrixFunctions>
 
 #include "model/formulas.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
 
 using Eigen::Index;
@@ -80,7 +80,7 @@ TEST_CASE("a linear model moves by the matrix exponential, a step on its input a
   held.topLeftCorner(3, 3) = A;
   held.topRightCorner(3, 1) = b;
   const auto moved = [&](const VectorXd& x, double u, double dt) -> VectorXd {
-    const MatrixXd over = (held * dt).exp();
+    const MatrixXd over = algebra::exponential(held * dt);
     return over.topLeftCorner(3, 3) * x + over.topRightCorner(3, 1) * u;
   };
   for (std::size_t k = 0; k < s.t.size(); ++k) {

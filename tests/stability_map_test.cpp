@@ -1,20 +1,19 @@
 #include "linearize/stability_map.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <random>
 
 #include "linearize/batch.hpp"
 #include "linearize/dispatch.hpp"
 #include "linearize/modes.hpp"
 #include "linearize/routh.hpp"
 #include "model/vehicle.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -25,17 +24,6 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
-
-MatrixXd normal(Random& random, Index rows, Index columns) {
-  std::normal_distribution<double> gauss;
-  return MatrixXd::NullaryExpr(rows, columns, [&] { return gauss(random); });
-}
 
 double abscissa(const MatrixXd& A) { return eigenvalues(A).real().maxCoeff(); }
 
@@ -128,7 +116,7 @@ void solve(const Model& model, OperatingPoint& at, const std::vector<Index>& sta
     VectorXd y(model.states.size() + model.outputs.size());
     y << model.f(at.x, at.u, at.p), model.h(at.x, at.u, at.p);
     const MatrixXd J = model.derivatives(at, states)(rows, Eigen::all);
-    at.x(states) -= J.partialPivLu().solve(y(rows) - wanted);
+    at.x(states) -= algebra::solve(J, MatrixXd(y(rows) - wanted));
   }
 }
 
@@ -622,7 +610,7 @@ TEST_CASE("crossings: planted in blocks behind a similarity") {
   for (int k = 0; k < trials(1000); ++k) {
     const double a = uniform(random, 0.2, 3), b = uniform(random, 0.2, 3);
     const MatrixXd rest = normal(random, 3, 3) - 4 * MatrixXd::Identity(3, 3);
-    const MatrixXd T = normal(random, 6, 6).householderQr().householderQ();
+    const MatrixXd T = algebra::orthogonal(normal(random, 6, 6));
     const MatrixXd A0 = T * block(cubic(a, b), rest) * T.transpose();
     const MatrixXd A1 = T * block(last_coefficient(), MatrixXd::Zero(3, 3)) * T.transpose();
     const LineCrossings found = line_crossings(A0, A1, 0.1 * a * b, 3 * a * b);

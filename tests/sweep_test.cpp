@@ -1,12 +1,11 @@
 // Sweeps against planted truth: closed-form eigenvalues and equilibria, roots, re-trims.
 #include "sweep/sweep.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <complex>
 #include <cstring>
 #include <numbers>
-#include <random>
 
 #include "linearize/batch.hpp"
 #include "linearize/linearize.hpp"
@@ -14,7 +13,11 @@
 #include "model/differentiate.hpp"
 #include "sweep/log.hpp"
 #include "sweep/record.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/files.hpp"
+#include "tests/random.hpp"
+#include "tests/toy_models.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
@@ -30,16 +33,7 @@ constexpr double rounded = 1e-15;  // of a coordinate near one, beside its state
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double pi = std::numbers::pi;
 
-using Random = std::mt19937_64;
 using Complex = std::complex<double>;
-
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
-
-VectorXd vec(std::initializer_list<double> values) {
-  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
-}
 
 // ---- planted models: x' = A(p) x + u - u0(p), trimmed at x = 0 by u = u0(p), whatever A is ----
 
@@ -63,7 +57,7 @@ MatrixXd blocks(const Spectrum& spectrum) {
 MatrixXd change_of_coordinates(Random& random, Index n) {
   const auto orthogonal = [&] {
     const MatrixXd raw = MatrixXd::NullaryExpr(n, n, [&] { return uniform(random, -1, 1); });
-    return MatrixXd(Eigen::HouseholderQR<MatrixXd>(raw).householderQ());
+    return algebra::orthogonal(raw);
   };
   const VectorXd sizes =
       VectorXd::NullaryExpr(n, [&] { return std::exp2(uniform(random, -1, 1)); });
@@ -72,7 +66,7 @@ MatrixXd change_of_coordinates(Random& random, Index n) {
 
 Matrices in_other_coordinates(Random& random, Index n, const Matrices& A) {
   const MatrixXd T = change_of_coordinates(random, n);
-  return [A, T, inverse = MatrixXd(T.inverse())](const VectorXd& p) -> MatrixXd {
+  return [A, T, inverse = algebra::inverse(T)](const VectorXd& p) -> MatrixXd {
     return T * A(p) * inverse;
   };
 }
@@ -109,12 +103,7 @@ Model planted(const std::vector<std::string>& parameters, const Matrices& A) {
 // One state, x' = rate(x, p).
 Model scalar(const std::function<double(double x, double p)>& rate,
              const std::function<double(double x, double p)>& slope) {
-  Model m;
-  m.states = {{"x", "", 1.0}};
-  m.parameters = {{"p", "", 1.0}};
-  m.f = [rate](const VectorXd& x, const VectorXd&, const VectorXd& p) {
-    return vec({rate(x[0], p[0])});
-  };
+  Model m = ::scalar(rate);
   m.derivatives = [slope](const OperatingPoint& at, const std::vector<Index>&) -> MatrixXd {
     return MatrixXd::Constant(1, 1, slope(at.x[0], at.p[0]));
   };
@@ -285,30 +274,6 @@ void check_same(const SweepMap& a, const SweepMap& b) {
   CHECK(same_bits(a.second.verdict, b.second.verdict));
   CHECK(as_bytes(LineVerdicts{a.crossings, a.intervals}) ==
         as_bytes(LineVerdicts{b.crossings, b.intervals}));
-}
-
-// A folder that goes away with the test.
-struct Folder {
-  fs::path path;
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "sweep_test.XXXXXX").string();
-    path = ::mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path); }
-};
-
-template <class Error>
-std::string refusal(const auto& act) {
-  try {
-    act();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return {};
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 std::string reason_at(const SweepMap& map, std::size_t point) {
@@ -757,7 +722,7 @@ TEST_CASE("modes have names where the first point has no trim") {
   CHECK(swept(fold_request(0.5), {axis("p", spaced(0, 1, 11))}).mode_names[0][0] == "x");
 }
 
-SweepMap fold_beside(double by) {  // the middle of a step
+static SweepMap fold_beside(double by) {  // the middle of a step
   return swept(fold_request(0.55 + by), {axis("p", spaced(0, 1, 11))});
 }
 

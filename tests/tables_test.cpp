@@ -10,7 +10,8 @@
 #include <numbers>
 #include <random>
 
-#include "check.hpp"
+#include "tests/check.hpp"
+#include "tests/random.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
@@ -58,9 +59,6 @@ std::string what(const std::function<void()>& f) {
   }
   return {};
 }
-
-// [0, 1), the same everywhere.
-double uniform(std::mt19937& random) { return static_cast<double>(random()) / 4294967296.0; }
 
 }  // namespace
 

@@ -1,7 +1,7 @@
 // What is said of a flight before it is flown: hand-over, tilt rate, how far linear models reach.
 #include "simulate/tilt_rate.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -14,6 +14,7 @@
 #include "simulate/plan.hpp"
 #include "simulate/response.hpp"
 #include "simulate/schedule.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "trim/conditions.hpp"
 
@@ -35,12 +36,16 @@ static Gains gains_of(const Flight& flight, double eta) {
   return flight.gains.eta.empty() ? flight.vehicle.gains : gains_at(flight.gains, eta);
 }
 
+namespace {
+
 // The closed loop frozen at a command, by the folders trim and linearize alone.
 struct Frozen {
   TrimResult trim;
   VectorXd x;  // theta, q, x1, x2 of the trim behind two zero errors
   MatrixXd A;
 };
+
+}  // namespace
 
 static Frozen frozen(const Flight& flight, const Command& command) {
   Vehicle vehicle = flight.vehicle;
@@ -56,9 +61,7 @@ static Frozen frozen(const Flight& flight, const Command& command) {
   return loop;
 }
 
-static double abscissa(const MatrixXd& A) {
-  return Eigen::EigenSolver<MatrixXd>(A, false).eigenvalues().real().maxCoeff();
-}
+static double abscissa(const MatrixXd& A) { return algebra::eigenvalues(A).real().maxCoeff(); }
 
 // ---- how far the linear model reaches ----
 
@@ -103,14 +106,13 @@ TEST_CASE("the linear response is that of the eigenvalues; apart is the largest 
     REQUIRE(r.t.size() == 81);
     VectorXd sign = VectorXd::Ones(6);
     sign.head(2).setConstant(-1);  // errors are commanded less actual
-    const Eigen::EigenSolver<MatrixXd> eigen(loop.A);
-    const MatrixXcd V = eigen.eigenvectors();
+    const auto [lambda, V] = algebra::eigensystem(loop.A);
     const VectorXcd share =
-        V.partialPivLu().solve((sign.cwiseProduct(r.offset)).cast<std::complex<double>>());
+        algebra::solve(V, MatrixXcd(sign.cwiseProduct(r.offset).cast<std::complex<double>>()));
     const VectorXd sizes = nominals(r.states);
     double apart = 0, largest = 0;
     for (Eigen::Index k = 0; k < r.linear.cols(); ++k) {
-      const VectorXcd grown = (eigen.eigenvalues() * r.t[std::size_t(k)]).array().exp();
+      const VectorXcd grown = (lambda * r.t[std::size_t(k)]).array().exp();
       const VectorXd expected = sign.cwiseProduct((V * grown.cwiseProduct(share)).real());
       CHECK_NEAR((r.linear.col(k) - expected).norm(), 0.0, 1e-11);
       largest = std::max(largest, r.linear.col(k).cwiseQuotient(sizes).cwiseAbs().maxCoeff());
@@ -341,9 +343,8 @@ static MatrixXd scaled_loop(const Flight& flight, double eta) {
 
 // AᵀP + PA = -I over the eigenvectors of A: (VᴴPV)ᵢⱼ = -(VᴴV)ᵢⱼ/(λᵢ* + λⱼ).
 static MatrixXd lyapunov(const MatrixXd& A) {
-  const Eigen::EigenSolver<MatrixXd> eigen(A);
-  const MatrixXcd V = eigen.eigenvectors(), W = V.inverse();
-  const VectorXcd& l = eigen.eigenvalues();
+  const auto [l, V] = algebra::eigensystem(A);
+  const MatrixXcd W = algebra::inverse(V);
   MatrixXcd M = -V.adjoint() * V;
   for (Eigen::Index i = 0; i < M.rows(); ++i)
     for (Eigen::Index j = 0; j < M.cols(); ++j) M(i, j) /= std::conj(l[i]) + l[j];
@@ -351,8 +352,10 @@ static MatrixXd lyapunov(const MatrixXd& A) {
 }
 
 static double largest(const MatrixXd& symmetric) {
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(symmetric).eigenvalues().maxCoeff();
+  return algebra::eigenvalues(symmetric).real().maxCoeff();
 }
+
+namespace {
 
 // Between nodes P is linear, so that its slope is that between them.
 struct Certificate {
@@ -372,6 +375,8 @@ struct Certificate {
     return largest(A.transpose() * here + here * A + rate * (P[k + 1] - P[k]) / width);
   }
 };
+
+}  // namespace
 
 static TiltRateOptions helicopter() {
   TiltRateOptions options = coarse();
@@ -457,7 +462,8 @@ TEST_CASE("growth: the same by integrating Φ' = A(η(t)) Φ") {
                                        {.tolerance = 1e-9, .sample = step});
       REQUIRE(phi);
       for (std::size_t k = 0; k < phi.samples(); ++k) {
-        const double norm = Eigen::Map<const MatrixXd>(phi.state(k), 6, 6).operatorNorm();
+        const double norm =
+            algebra::singular_values(Eigen::Map<const MatrixXd>(phi.state(k), 6, 6)).values[0];
         worst = std::max(worst, norm);
         if (start == 0) whole = norm;
       }

@@ -1,17 +1,15 @@
 #include "sweep/track.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <random>
 
-#include "check.hpp"
 #include "linearize/modes.hpp"
+#include "tests/algebra.hpp"
+#include "tests/check.hpp"
+#include "tests/random.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -19,7 +17,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 using Spectrum = std::vector<Complex>;
-using Random = std::mt19937_64;
 using Matrices = std::function<MatrixXd(double)>;
 
 namespace {
@@ -27,21 +24,13 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double trusted = TrackOptions{}.trusted;
 
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
-
-VectorXd uniform(Random& random, Index n, double low, double high) {
-  return VectorXd::NullaryExpr(n, [&] { return uniform(random, low, high); });
-}
-
 MatrixXd dense(Random& random, Index n, double size) {
   return MatrixXd::NullaryExpr(n, n, [&] { return uniform(random, -size, size); });
 }
 
 // A well-conditioned basis of states whose units are up to 1e8 apart.
 MatrixXd similarity(Random& random, Index n) {
-  MatrixXd T = Eigen::HouseholderQR<MatrixXd>(dense(random, n, 1)).householderQ();
+  MatrixXd T = algebra::orthogonal(dense(random, n, 1));
   T += dense(random, n, 0.3);
   for (Index i = 0; i < n; ++i) T.row(i) *= std::pow(10, uniform(random, -4, 4));
   return T;
@@ -65,9 +54,7 @@ MatrixXd pair(double re, double im, double shape = 1) {  // the shape moves the 
   return (MatrixXd(2, 2) << re, im * shape, -im / shape, re).finished();
 }
 
-MatrixXd in_basis(const MatrixXd& T, const MatrixXd& D) {
-  return T * D * T.partialPivLu().inverse();
-}
+MatrixXd in_basis(const MatrixXd& T, const MatrixXd& D) { return T * D * algebra::inverse(T); }
 
 Spectrum spectrum(const MatrixXd& A) {
   const Eigen::VectorXcd lambda = eigenvalues(A);
@@ -301,7 +288,7 @@ TEST_CASE("crossings while the eigenvectors turn: flagged in one step, resolved 
       const MatrixXd skew = 0.5 * (K - K.transpose());
       const VectorXd p = uniform(random, 6, -3, 0), q = uniform(random, 6, -3, 0);
       const Matrices A = [&](double s) {  // turned by Cayley's rotation
-        const MatrixXd R = (I - s * skew).inverse() * (I + s * skew);
+        const MatrixXd R = algebra::inverse(MatrixXd(I - s * skew)) * (I + s * skew);
         return in_basis(T * R, MatrixXd(((1 - s) * p + s * q).asDiagonal()));
       };
       const Planted path(A, reals(p), reals(q));

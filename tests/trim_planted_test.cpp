@@ -1,8 +1,9 @@
 // Planted truth: random models whose equilibria are known by construction, or known not to be.
-#include <Eigen/Dense>
-#include <random>
+#include <Eigen/Core>
 
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
 #include "trim/trim.hpp"
 
 using namespace tiltrim;
@@ -10,27 +11,23 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-using Generator = std::mt19937_64;
-
-static double uniform(Generator& g, double lower, double upper) {
-  return std::uniform_real_distribution<double>(lower, upper)(g);
-}
-
-static VectorXd random_vector(Generator& g, Index n) {
+static VectorXd random_vector(Random& g, Index n) {
   VectorXd v(n);
   for (double& x : v) x = uniform(g, -1, 1);
   return v;
 }
 
 // A matrix of singular values from 0.3 to 3: what a well-scaled model has.
-static MatrixXd random_matrix(Generator& g, Index n) {
+static MatrixXd random_matrix(Random& g, Index n) {
   MatrixXd raw(n, n);
   for (Index j = 0; j < n; ++j) raw.col(j) = random_vector(g, n);
-  const Eigen::JacobiSVD<MatrixXd> svd(raw, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const algebra::SingularValues svd = algebra::singular_values(raw);
   VectorXd sigma(n);
   for (double& s : sigma) s = 0.3 * std::pow(10.0, uniform(g, 0, 1));
-  return svd.matrixU() * sigma.asDiagonal() * svd.matrixV().transpose();
+  return svd.U * sigma.asDiagonal() * svd.V.transpose();
 }
+
+namespace {
 
 // What the first row is made into.
 enum class Planted { root, no_root, singular_root };
@@ -43,7 +40,7 @@ struct Planting {
   double curvature, gap = 0.0;
   Planted what;
 
-  Planting(Generator& g, Index n, double bent, Planted kind)
+  Planting(Random& g, Index n, double bent, Planted kind)
       : M(random_matrix(g, n)), a(n, n), b(n, n), curvature(bent), what(kind) {
     for (Index i = 0; i < n; ++i) {
       a.row(i) = random_vector(g, n).normalized();
@@ -93,14 +90,16 @@ struct Planting {
   }
 
   // A start within two scale lengths of x*.
-  OperatingPoint guess(Generator& g) const {
+  OperatingPoint guess(Random& g) const {
     const VectorXd off = random_vector(g, size.size()).normalized() * uniform(g, 0, 2);
     return {root + off.cwiseProduct(size), VectorXd(), VectorXd()};
   }
 };
 
+}  // namespace
+
 // Bounds that keep x* inside, or cut it off in one variable.
-static void bound(TrimSpec& spec, const Planting& p, Generator& g, bool cut_off) {
+static void bound(TrimSpec& spec, const Planting& p, Random& g, bool cut_off) {
   const Index n = p.size.size();
   const Index cut = cut_off ? Index(g() % std::uint64_t(n)) : -1;
   for (Index i = 0; i < n; ++i) {
@@ -124,7 +123,7 @@ static bool wrong(const Planting& p, const TrimSpec& spec, const TrimResult& r) 
 }
 
 // Mostly Newton: Ipopt's time goes into its linear solver, not into what is tested here.
-static TrimMethod random_method(Generator& g) {
+static TrimMethod random_method(Random& g) {
   return g() % 4 ? TrimMethod::newton : TrimMethod::ipopt;
 }
 
@@ -132,7 +131,7 @@ static TrimMethod random_method(Generator& g) {
 static TrimOptions few_starts(TrimMethod method) { return {.method = method, .starts = 8}; }
 
 TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong one") {
-  Generator g(2013);
+  Random g(2013);
   constexpr int n = trials(2000);
   int solved = 0, silently_wrong = 0, at_the_planted = 0;
   for (int i = 0; i < n; ++i) {
@@ -156,7 +155,7 @@ TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong 
 }
 
 TEST_CASE("planted without equilibrium: none is reported") {
-  Generator g(14);
+  Random g(14);
   int converged = 0, called_singular = 0, small_gaps = 0;
   constexpr int n = trials(200);
   for (int i = 0; i < n; ++i) {
@@ -175,7 +174,7 @@ TEST_CASE("planted without equilibrium: none is reported") {
 }
 
 TEST_CASE("planted singular equilibria are not called well-conditioned") {
-  Generator g(15);
+  Random g(15);
   int converged = 0, reached = 0;
   constexpr int n = trials(200);
   for (int i = 0; i < n; ++i) {
@@ -190,7 +189,7 @@ TEST_CASE("planted singular equilibria are not called well-conditioned") {
 }
 
 TEST_CASE("planted equilibria outside the bounds are not answers") {
-  Generator g(16);
+  Random g(16);
   int silently_wrong = 0, converged = 0;
   constexpr int n = trials(200);
   for (int i = 0; i < n; ++i) {
@@ -209,12 +208,14 @@ TEST_CASE("planted equilibria outside the bounds are not answers") {
 
 // ---- with an enclosure: none is shown where there is none, and never where there is one ----
 
+namespace {
+
 // f = C q with qᵢ = (xᵢ - rᵢ)(xᵢ - sᵢ): the 2ⁿ points of all rᵢ, sᵢ are the equilibria.
 struct Lattice {
   MatrixXd C;
   VectorXd r, s;
 
-  Lattice(Generator& g, Index n)
+  Lattice(Random& g, Index n)
       : C(random_matrix(g, n)), r(2 * random_vector(g, n)), s(2 * random_vector(g, n)) {}
 
   static Range quadratic(const Range& x, double r, double s) {
@@ -260,8 +261,10 @@ struct Lattice {
   }
 };
 
+}  // namespace
+
 TEST_CASE("random boxes: infeasible is shown where it is true, and only there") {
-  Generator g(17);
+  Random g(17);
   int with = 0, without = 0, shown = 0, solved = 0, wrongly_shown = 0, silently_wrong = 0;
   constexpr int boxes = trials(1000);
   for (int i = 0; i < boxes; ++i) {

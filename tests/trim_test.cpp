@@ -1,6 +1,6 @@
 #include "trim/trim.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <cstring>
 #include <memory>
 #include <numbers>
@@ -8,7 +8,9 @@
 #include <random>
 #include <stdexcept>
 
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXd;
@@ -17,10 +19,6 @@ using Eigen::VectorXd;
 static constexpr double infinity = std::numeric_limits<double>::infinity();
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static const double converged_to = TrimOptions{}.tolerance;  // of rates over nominal sizes
-
-static VectorXd vec(std::initializer_list<double> values) {
-  return Eigen::Map<const VectorXd>(values.begin(), std::ssize(values));
-}
 
 // ---- three models that are no tiltrotor ----
 
@@ -76,6 +74,8 @@ static Model pendulum() {
 
 static OperatingPoint hanging() { return {vec({0, 0}), vec({0}), VectorXd()}; }
 
+namespace {
+
 // An aircraft with five surfaces for three rates: ω' = A ω + B u + d.
 struct Redundant {
   MatrixXd A, B;
@@ -124,7 +124,7 @@ struct Redundant {
         scaled.col(k) = B.col(k) * sizes[k];
       }
     }
-    const VectorXd v = scaled.completeOrthogonalDecomposition().pseudoInverse() * left;
+    const VectorXd v = algebra::pseudo_inverse(scaled) * left;
     for (int k = 0; k < 5; ++k)
       if (!held[std::size_t(k)]) u[k] = sizes[k] * v[k];
     return u;
@@ -152,6 +152,8 @@ struct Redundant {
     return best;
   }
 };
+
+}  // namespace
 
 // ---- ways of ending ----
 

@@ -24,11 +24,15 @@ static const Vehicle& reference() {
   return vehicle;
 }
 
+namespace {
+
 struct ReferenceCase {
   std::string name;
   Command command;
   std::map<std::string, double> state, input;
 };
+
+}  // namespace
 
 static std::vector<ReferenceCase> reference_cases() {
   std::ifstream file(std::string(TILTRIM_SOURCE_DIR) + "/data/reference_cases.json");
@@ -48,6 +52,8 @@ static std::vector<ReferenceCase> reference_cases() {
 
 // ---- the page docs/model.md once more, in plain arithmetic ----
 
+namespace {
+
 struct Controls {
   double theta0, a1s, delta_e, eta;
 };
@@ -59,6 +65,8 @@ struct Attitude {
 struct Aerodynamics {
   double L, D, M, T, hub;
 };
+
+}  // namespace
 
 static double induced(const Aircraft& a, double theta0) {
   const double c1 = a.blade_lift_slope * a.blade_count * a.blade_chord / (pi * a.rotor_radius);
@@ -81,9 +89,13 @@ static Aerodynamics aerodynamics(const Vehicle& v, double alpha, const Attitude&
           a.rotor_x * std::sin(u.eta - u.a1s) - a.rotor_z * std::sin(u.a1s)};
 }
 
+namespace {
+
 struct Rates {
   double V, gamma, q;
 };
+
+}  // namespace
 
 static Rates rates(const Vehicle& v, const Attitude& at, const Controls& u) {
   const double m = v.aircraft.mass, g = v.aircraft.gravity;
@@ -113,6 +125,8 @@ static double bisect(const Function& f, double a, double b) {
     ((f(middle) > 0) == rising ? b : a) = middle;
   return a;
 }
+
+namespace {
 
 struct Equilibrium {
   double theta;
@@ -225,6 +239,8 @@ struct Truth {
   std::vector<Equilibrium> within;
   bool clear = true;  // none of them, or of those outside, lies on the very edge of the limits
 };
+
+}  // namespace
 
 static Truth truth(const Vehicle& vehicle, const Command& command) {
   constexpr double edge = 1e-6;

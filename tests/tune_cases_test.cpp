@@ -2,7 +2,7 @@
 // by a second road.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,11 +13,12 @@
 #include <random>
 #include <stdexcept>
 
-#include "check.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
 #include "model/study.hpp"
+#include "tests/algebra.hpp"
+#include "tests/check.hpp"
 #include "trim/conditions.hpp"
 #include "tune/requirement.hpp"
 #include "tune/tune.hpp"
@@ -716,9 +717,7 @@ LinearModel cut_at(const Vehicle& vehicle, const OperatingPoint& trimmed, Index 
   return linear;
 }
 
-double abscissa(const Eigen::MatrixXcd& A) {
-  return Eigen::ComplexEigenSolver<Eigen::MatrixXcd>(A, false).eigenvalues().real().maxCoeff();
-}
+double abscissa(const Eigen::MatrixXcd& A) { return algebra::eigenvalues(A).real().maxCoeff(); }
 
 // Where f, negative at zero, first is not: by steps up to `most`, then by halving.
 double first_not_negative(const std::function<double(double)>& f, double step, double most) {
@@ -753,7 +752,8 @@ Scanned scanned(const LinearModel& cut) {
             180 / pi * first_not_negative(at_lag, 2e-3, pi), infinity, 0.0};
   const auto L = [&](double omega) -> Complex {
     const Eigen::MatrixXcd shifted = Complex(0, omega) * Eigen::MatrixXcd::Identity(6, 6) - cut.A;
-    return -(cut.C.cast<Complex>() * shifted.partialPivLu().solve(cut.B.cast<Complex>()))(0);
+    return -(cut.C.cast<Complex>() *
+             algebra::solve(shifted, Eigen::MatrixXcd(cut.B.cast<Complex>())))(0);
   };
   constexpr int steps = 20'000;
   const auto omega_at = [](double i) { return std::pow(10.0, -4.0 + 8.0 * i / steps); };

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "check.hpp"
 #include "model/study.hpp"
 #include "simulate/plan.hpp"
+#include "tests/check.hpp"
 #include "tune/tune.hpp"
 
 using namespace tiltrim;

@@ -2,11 +2,11 @@
 #include <fstream>
 #include <iterator>
 #include <numbers>
-#include <random>
 #include <set>
 
 #include "model/study.hpp"
 #include "tests/check.hpp"
+#include "tests/study_text.hpp"
 
 using namespace tiltrim;
 
@@ -30,29 +30,6 @@ static TuneTable tuned(const std::string& text) {
   const Study read = parse_study(text, TILTRIM_SOURCE_DIR "/studies/t.toml");
   REQUIRE(read.tune);
   return *read.tune;
-}
-
-// The message of a refused study; empty if it was accepted.
-static std::string refusal(const std::string& text) {
-  try {
-    (void)parse_study(text, "t.toml");
-  } catch (const StudyError& e) {
-    return e.what();
-  }
-  return {};
-}
-
-// The study is refused at "t.toml:<place>: " and every one of the words is in the message.
-static void check_refused(const std::string& text, const std::string& place,
-                          const std::vector<std::string>& words) {
-  const std::string message = refusal(text);
-  CAPTURE(text);
-  CAPTURE(message);
-  CHECK(message.starts_with("t.toml:" + place + ": "));
-  for (const std::string& word : words) {
-    CAPTURE(word);
-    CHECK(message.find(word) != std::string::npos);
-  }
 }
 
 // ---- what is read ----
@@ -393,8 +370,8 @@ TEST_CASE("numbers and names of the search that cannot be are refused") {
     };
     const std::string at = fmt::format("7:{}", std::string(key).size() + 4);
     const std::string named = fmt::format("tune.{}: ", key);
-    CHECK(refusal(with("0")).empty());
-    CHECK(refusal(with(most)).empty());
+    CHECK(study_refusal(with("0")).empty());
+    CHECK(study_refusal(with(most)).empty());
     check_refused(with(too_much), at, {named, "out of range"});
     check_refused(with("-1"), at, {named, "-1 is out of range"});
     check_refused(with("nan"), at, {named, "nan is not finite"});
@@ -403,7 +380,7 @@ TEST_CASE("numbers and names of the search that cannot be are refused") {
     check_refused(with("[1]"), at, {named, "an array"});
     check_refused(with("true"), at, {named, "a boolean"});
     if (std::string(key) == "seconds")
-      CHECK(refusal(with("0.5")).empty());
+      CHECK(study_refusal(with("0.5")).empty());
     else
       check_refused(with("0.5"), at, {named, "0.5 is not a whole number"});
   }
@@ -494,10 +471,10 @@ TEST_CASE("numbers between whose ends the control law divides by zero are refuse
   check_refused(free("gains.K_Lp", "from = -2\nto = 1\n", ""), "7:7",
                 {"tune.gain.key", "1 + K_Lp"});
   check_refused(free("gains.K_Lp", "from = -1\nto = 1\n", ""), "7:7", {"1 + K_Lp"});
-  CHECK(refusal(free("gains.K_Lp", "from = -0.9\nto = 1\n", "")).empty());
-  CHECK(refusal(free("gains.K_Lp", "from = -3\nto = -1.1\n", "")).empty());
+  CHECK(study_refusal(free("gains.K_Lp", "from = -0.9\nto = 1\n", "")).empty());
+  CHECK(study_refusal(free("gains.K_Lp", "from = -3\nto = -1.1\n", "")).empty());
   check_refused(free("gains.K_Ep", "from = -1\nto = 1\n", ""), "7:7", {"1 + thrust_excess K_Ep"});
-  CHECK(refusal(free("gains.K_Ep", "from = -0.7\nto = 1\n", "")).empty());
+  CHECK(study_refusal(free("gains.K_Ep", "from = -0.7\nto = 1\n", "")).empty());
   check_refused(free("aircraft.thrust_excess", "from = 1\nto = 3\n", "[gains]\nK_Ep = -0.5\n"),
                 "9:7", {"1 + thrust_excess K_Ep"});
   check_refused(free("gains.K_Ep", "from = -0.7\nto = 1\n", "") +
@@ -564,7 +541,7 @@ TEST_CASE("limits that cannot be are refused") {
   check_refused(with("measure = 'phase_margin_deg'\nat_least = 181\n"), "13:12",
                 {"181 is out of range", "0 to 180 degrees"});
   check_refused(with("measure = 'decay'\nat_least = inf\n"), "13:12", {"inf", "1/s"});
-  CHECK(refusal(with("measure = 'decay'\nat_least = -1\n")).empty());
+  CHECK(study_refusal(with("measure = 'decay'\nat_least = -1\n")).empty());
 }
 
 TEST_CASE("a limit on the wrong side is refused with the right one named") {
@@ -630,51 +607,16 @@ static const std::string everything =
     "[[tune.limit]]\nmeasure = 'half_time'\nof = 'phugoid'\nat_most = 10\n"
     "[tune.front]\nmeasure = 'damping'\nfrom = 0.2\nto = 0.8\ncount = 7\n";
 
-// Loaded or refused in one line with the file's name: nothing else may come of any text.
-static bool loads_or_is_refused(const std::string& text) {
-  try {
-    return !parse_study(text, TILTRIM_SOURCE_DIR "/studies/t.toml").conditions.empty();
-  } catch (const StudyError& e) {
-    const std::string message = e.what();
-    return message.find("t.toml:") != std::string::npos && message.size() < 2000;
-  }
-}
-
 TEST_CASE("a [tune] with bytes changed, lost or doubled loads or is refused") {
-  REQUIRE(refusal(everything).empty());
-  std::mt19937 random(20131120);
-  constexpr std::string_view likely = "\n\r \"'#=.,[]{}-+_0123456789eEaV:\x80\xC3\xFF\x01";
-  for (int trial = 0; trial < trials(5000); ++trial) {
-    CAPTURE(trial);
-    std::string changed = everything;
-    const std::size_t at = random() % changed.size();
-    const char byte = likely[random() % likely.size()];
-    switch (random() % 3) {
-      case 0:
-        changed[at] = byte;
-        break;
-      case 1:
-        changed.insert(at, 1, byte);
-        break;
-      default:
-        changed.erase(at, 1 + random() % 8);
-    }
-    if (!loads_or_is_refused(changed)) FAIL("neither loaded nor refused");
-  }
+  REQUIRE(study_refusal(everything).empty());
+  check_damaged(everything, trials(5000));
 }
 
 // What stands at a key is exchanged for each of these in turn.
 TEST_CASE("a [tune] with a value of another kind at any key loads or is refused") {
-  for (std::size_t at = everything.find("[tune]");
-       (at = everything.find(" = ", at)) != std::string::npos; at += 3) {
-    const std::size_t end = everything.find('\n', at);
-    for (const char* value : {"1", "-0.0", "1e308", "nan", "'x'", "''", "true", "2024-01-01", "[]",
-                              "[[]]", "[{}]", "{}", "{a = 1}", "['x', 1]"}) {
-      const std::string changed = everything.substr(0, at + 3) + value + everything.substr(end);
-      CAPTURE(changed);
-      if (!loads_or_is_refused(changed)) FAIL("neither loaded nor refused");
-    }
-  }
+  check_exchanged(everything, "[tune]",
+                  {"1", "-0.0", "1e308", "5e-324", "nan", "'x'", "''", "true", "2024-01-01", "[]",
+                   "[[]]", "[{}]", "{}", "{a = 1}", "['x', 1]"});
 }
 
 TEST_CASE("the manual names every key of [tune], every measure and its unit") {

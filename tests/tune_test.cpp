@@ -8,10 +8,10 @@
 #include <limits>
 #include <random>
 
-#include "check.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/study.hpp"
+#include "tests/check.hpp"
 #include "trim/conditions.hpp"
 #include "tune/candidate.hpp"
 

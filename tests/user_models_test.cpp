@@ -8,6 +8,7 @@
 #include "follow/follow.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
+#include "tests/toy_models.hpp"
 
 using Eigen::VectorXd;
 using namespace tiltrim;
@@ -21,11 +22,8 @@ VectorXd one(double value) { return VectorXd::Constant(1, value); }
 
 // x' = rate(x, p).
 Model scalar(const std::function<VectorXd(double x, double p)>& rate) {
-  Model m;
-  m.states = {{"x", "", 1.0}};
-  m.parameters = {{"p", "", 1.0}};
-  m.f = [rate](const VectorXd& x, const VectorXd&, const VectorXd& p) { return rate(x[0], p[0]); };
-  return m;
+  return flow({"x"}, {"p"},
+              [rate](const VectorXd& x, const VectorXd& p) { return rate(x[0], p[0]); });
 }
 
 const TrimSpec at_rest{.free = {"x"}, .still = {"x"}, .bounds = {{"x", {-10, 10}}}};

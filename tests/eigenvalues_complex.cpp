@@ -1,0 +1,7 @@
+#include <Eigen/Eigenvalues>
+
+#include "tests/algebra.hpp"
+
+algebra::VectorXcd algebra::eigenvalues(const MatrixXcd& A) {
+  return Eigen::ComplexEigenSolver<MatrixXcd>(A, false).eigenvalues();
+}

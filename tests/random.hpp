@@ -1,0 +1,15 @@
+/// Random numbers and matrices, the same in every run.
+#pragma once
+
+#include <Eigen/Core>
+#include <random>
+
+using Random = std::mt19937_64;
+
+double uniform(Random& random, double low, double high);
+/// [0, 1), the same with every standard library.
+double uniform(std::mt19937& random);
+Eigen::VectorXd uniform(Random& random, Eigen::Index n, double low, double high);
+
+/// Entries of the standard normal distribution.
+Eigen::MatrixXd normal(Random& random, Eigen::Index rows, Eigen::Index columns);
