@@ -16,6 +16,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.dont_write_bytecode = True
+from packages import leave_out  # noqa: E402
+
 PACKAGES = "amsmath,array,booktabs,graphicx,siunitx"
 # What a table may call: LaTeX, the packages above, nothing else.
 COMMANDS = set(
@@ -123,8 +126,7 @@ def latex_tables(text):
 
 def set_in_type(text):
     if not shutil.which("pdflatex"):
-        print("pdflatex is not installed: LaTeX is read, not set")
-        return
+        return leave_out("pdflatex, which sets the LaTeX,")
     with tempfile.TemporaryDirectory() as folder:
         with open(f"{folder}/t.tex", "w", encoding="utf-8") as file:
             file.write(f"\\documentclass[twocolumn]{{article}}\\usepackage{{{PACKAGES}}}\n")

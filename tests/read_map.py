@@ -6,15 +6,14 @@ or -- for a masked value. Exit code 0: all as expected; 1: not; 77: no netCDF4 p
 Where there is xarray it must open the file, too, and find the same shapes.
 """
 
+import importlib.util
 import re
 import sys
 
-try:
-    import netCDF4
-    import numpy
-except ImportError:
-    print("python3-netcdf4 is not installed")
-    sys.exit(77)
+sys.dont_write_bytecode = True
+from packages import leave_out, need  # noqa: E402
+
+netCDF4, numpy = need("python3-netcdf4", "netCDF4", "numpy")
 
 
 def found(data, name, index):
@@ -42,10 +41,10 @@ def misses(data, expectations):
 
 
 def check_xarray(data, path):
-    try:
-        import xarray
-    except ImportError:
-        return
+    if not importlib.util.find_spec("xarray"):
+        return leave_out("python3-xarray")
+    import xarray
+
     with xarray.open_dataset(path) as opened:
         for name in ("eigenvalue_re", "confidence", "status", "state_value"):
             assert opened[name].shape == data[name].shape, name

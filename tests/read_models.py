@@ -15,15 +15,11 @@ import sys
 import tempfile
 import types
 
-try:
-    import numpy as np
-    import scipy.io
-    import scipy.signal
-except ImportError:
-    print("python3-scipy is not installed")
-    sys.exit(77)
-
 sys.dont_write_bytecode = True
+from packages import need  # noqa: E402
+
+(np,) = need("python3-numpy", "numpy")
+scipy, _, _ = need("python3-scipy", "scipy", "scipy.io", "scipy.signal")
 
 # Names that would break out of a string literal, a row of CSV or MATLAB's rules for names.
 HOSTILE = [

@@ -18,6 +18,9 @@ import sys
 import tempfile
 import xml.etree.ElementTree
 
+sys.dont_write_bytecode = True
+from packages import skip  # noqa: E402
+
 NOTHING = "–"
 COLUMN = 88.0  # mm
 
@@ -191,8 +194,7 @@ def misses_of_figures(page, folder):
 
 def main():
     if not shutil.which("gnuplot"):
-        print("gnuplot is not installed")
-        return 77
+        skip("gnuplot")
     program, source = sys.argv[1], pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)

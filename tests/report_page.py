@@ -22,15 +22,13 @@ import tempfile
 
 sys.dont_write_bytecode = True
 import colour_vision  # noqa: E402
+from packages import need, skip  # noqa: E402
 
-try:
-    from selenium import webdriver
-    from selenium.common.exceptions import NoAlertPresentException
-    from selenium.webdriver.chrome.service import Service
-    from selenium.webdriver.common.keys import Keys
-except ImportError:
-    print("python3-selenium is not installed")
-    sys.exit(77)
+need("python3-selenium", "selenium")
+from selenium import webdriver  # noqa: E402
+from selenium.common.exceptions import NoAlertPresentException  # noqa: E402
+from selenium.webdriver.chrome.service import Service  # noqa: E402
+from selenium.webdriver.common.keys import Keys  # noqa: E402
 
 TESTS = pathlib.Path(__file__).resolve().parent
 SCRIPT = (TESTS / "report_page.js").read_text(encoding="utf-8")
@@ -533,8 +531,7 @@ def misses_of_hostile(driver, program, folder):
 def main():
     for tool in ("chromium", "chromedriver", "gnuplot"):
         if not shutil.which(tool):
-            print(f"{tool} is not installed")
-            return 77
+            skip(tool)
     program, source = sys.argv[1], pathlib.Path(sys.argv[2])
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)

@@ -8,6 +8,23 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 
+def fail_if_skipped(report):
+    """Where TILTRIM_NO_SKIP is set, what would be skipped fails."""
+    if os.environ.get("TILTRIM_NO_SKIP") and report.skipped and not hasattr(report, "wasxfail"):
+        report.outcome = "failed"
+        report.longrepr = f"skipped, and TILTRIM_NO_SKIP is set: {report.longrepr}"
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport():
+    fail_if_skipped((yield).get_result())
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_make_collect_report():
+    fail_if_skipped((yield).get_result())
+
+
 @pytest.fixture(scope="session")
 def studies():
     return ROOT / "studies"
