@@ -3,14 +3,15 @@
 #   cmake/install-packages.sh        what building, testing and benchmarks need
 #   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
 #                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; Doxygen; a
-#                                    browser; and what the Python package's tests need
+#                                    browser; another compiler; an emulator of other processors;
+#                                    and what the Python package's tests need
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config
   libeigen3-dev coinor-libipopt-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev libmuparser-dev
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev
   doctest-dev libbenchmark-dev gnuplot-nox pybind11-dev python3-dev python3-numpy"
-[ "${1:-}" != dev ] || packages="$packages clang-format clang-tidy
+[ "${1:-}" != dev ] || packages="$packages clang clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy liblapack-dev
   python3-pytest python3-xarray python3-venv mypy
   texlive-latex-recommended texlive-science doxygen chromium chromium-driver python3-selenium"
