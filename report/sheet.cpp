@@ -30,8 +30,9 @@ std::string csv_field(const SheetCell& cell) {
 
 std::string cell_text(const SheetCell& cell, const SheetColumn& column) {
   if (const auto* number = std::get_if<double>(&cell.value)) {
-    const double shown = *number == 0 ? 0.0 : *number;  // no minus before a zero
-    return fmt::format(fmt::runtime(column.format), shown);
+    const std::string shown = fmt::format(fmt::runtime(column.format), *number);
+    const bool zero = shown.find_first_of("123456789ni") == std::string::npos;  // not nan, not inf
+    return zero ? fmt::format(fmt::runtime(column.format), 0.0) : shown;  // no minus before a zero
   }
   if (const auto* words = std::get_if<std::string>(&cell.value)) return *words;
   return "-";

@@ -73,6 +73,18 @@ SingularValues singular_values(const MatrixXd& A) {
   return {svd.matrixU(), svd.matrixV(), svd.singularValues()};
 }
 
+double largest_singular_value(const MatrixXd& A) {
+  return Eigen::JacobiSVD<MatrixXd, Eigen::NoQRPreconditioner>(A).singularValues()[0];
+}
+
+// Those of [Re A, -Im A; Im A, Re A] are those of A, each twice.
+double least_singular_value(const MatrixXcd& A) {
+  const Index n = A.rows();
+  MatrixXd real(2 * n, 2 * n);
+  real << A.real(), -A.imag(), A.imag(), A.real();
+  return Eigen::JacobiSVD<MatrixXd, Eigen::NoQRPreconditioner>(real).singularValues()[2 * n - 1];
+}
+
 MatrixXd pseudo_inverse(const MatrixXd& A) {
   const Index n = std::max(A.rows(), A.cols());
   MatrixXd square = MatrixXd::Zero(n, n);

@@ -42,6 +42,8 @@ struct SingularValues {
   VectorXd values;
 };
 SingularValues singular_values(const MatrixXd& A);
+double largest_singular_value(const MatrixXd& A);
+double least_singular_value(const MatrixXcd& A);
 
 MatrixXd pseudo_inverse(const MatrixXd& A);
 

@@ -1,7 +1,5 @@
 #include "linearize/batch.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <complex>
 #include <cstdlib>
@@ -14,7 +12,9 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/study.hpp"
+#include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/random.hpp"
 #include "trim/conditions.hpp"
 
 using namespace tiltrim;
@@ -30,12 +30,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double denormal = std::numeric_limits<double>::denorm_min();
 constexpr double backward = 1e-14;  // times n ‖A‖: what an eigenvalue may be a perturbation of
-
-using Random = std::mt19937_64;
-
-double uniform(Random& random, double low, double high) {
-  return std::uniform_real_distribution(low, high)(random);
-}
 
 MatrixXd filled(Index n, const std::function<double(Index, Index)>& entry) {
   MatrixXd A(n, n);
@@ -183,11 +177,10 @@ double unit(const MatrixXd& A) {
 double backward_error(const MatrixXd& A, double norm, Complex lambda) {
   const Index n = A.rows();
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(n, n);
-  const VectorXcd v = shifted.partialPivLu().solve(VectorXcd::Ones(n));
+  const VectorXcd v = algebra::solve(shifted, MatrixXcd::Ones(n, 1));
   const double by_vector = (shifted * v).norm() / v.norm() / (double(n) * norm);
   if (by_vector <= backward) return by_vector;
-  const Eigen::JacobiSVD<MatrixXcd> svd(shifted);
-  return svd.singularValues()[n - 1] / (double(n) * norm);
+  return algebra::least_singular_value(shifted) / (double(n) * norm);
 }
 
 // The largest over the spectrum, and of the sum against the trace: no eigenvalue is there twice in
@@ -197,7 +190,7 @@ double worst_of(const MatrixXd& given, VectorXcd lambda) {
   const MatrixXd A = given / size;
   if (!lambda.allFinite()) return infinity;
   lambda *= 1 / size;
-  const double norm = Eigen::JacobiSVD<MatrixXd>(A).singularValues()[0];
+  const double norm = algebra::largest_singular_value(A);
   if (norm == 0) return lambda.cwiseAbs().maxCoeff() == 0 ? 0.0 : infinity;
   double worst = std::abs(lambda.sum() - A.trace()) / (double(A.rows()) * norm);
   for (const Complex& z : lambda) {

@@ -40,4 +40,6 @@ TEST_CASE("a minus sign never stands before a zero") {
   Sheet zero = sheet;
   zero.rows = {{SheetCell("z"), SheetCell(-0.0), SheetCell(0.0)}};
   CHECK(as_text(zero).find("-0") == std::string::npos);
+  zero.rows = {{SheetCell("z"), SheetCell(-1e-20), SheetCell(0.0)}};  // of its digits none is shown
+  CHECK(as_text(zero).find("-0") == std::string::npos);
 }
