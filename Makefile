@@ -5,7 +5,7 @@
 #   make python     install the Python package (pip install .)
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-SOURCES = $(wildcard $(foreach d,model trim linearize follow simulate sweep optimize tune tables report cli tests \
+SOURCES = $(wildcard $(foreach d,dense model trim linearize follow simulate sweep optimize tune tables report cli tests \
             examples bench python/src,$(d)/*.cpp $(d)/*.hpp))
 # The program for MPI runs is built and tested where there is an MPI.
 MPI = $(if $(shell command -v mpicxx 2>/dev/null),ON,OFF)
@@ -17,11 +17,15 @@ PARTS = -D TILTRIM_MPI=$(MPI) -D TILTRIM_PYTHON=$(HAS_PYTHON) $(if $(filter ON,$
 # ThreadSanitizer needs a predictable address space; where the kernel lets us, ask for one.
 STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 
-.PHONY: release packages demo test python bench bench-python sanitize asan tsan tidy format format-check figures api clean help
+# What a newcomer sees while it builds: steps done, of how many, and seconds since the first.
+export NINJA_STATUS ?= [%f of %t, %e s] 
+
+.PHONY: release packages demo test python bench bench-python sanitize asan tsan clang tidy format format-check figures api clean help
 .NOTPARALLEL:
 
 release:
 	cmake --preset release
+	@echo "building build/bin/tiltrim: about two minutes on two cores the first time"
 	cmake --build --preset release -j $(JOBS) --target tiltrim
 
 packages:
@@ -33,6 +37,7 @@ demo: packages release
 
 test: packages
 	cmake --preset release $(PARTS)
+	@echo "building the program and its tests: about five minutes on two cores the first time, then three to run them"
 	cmake --build --preset release -j $(JOBS)
 	ctest --preset release -j $(JOBS)
 
@@ -65,11 +70,17 @@ tsan: packages
 	cmake --build --preset tsan -j $(JOBS)
 	$(STILL) ctest --preset tsan -j $(JOBS)
 
+# Another compiler's warnings; sources one by one, so that every header is compiled alone.
+clang:
+	cmake/install-packages.sh dev
+	cmake --preset clang $(PARTS)
+	cmake --build --preset clang -j $(JOBS)
+
 tidy:
 	cmake/install-packages.sh dev
-	cmake --preset release $(PARTS)
+	cmake --preset clang $(PARTS)
 	printf '%s\n' $(filter %.cpp,$(filter-out tests/% bench/% $(if $(filter OFF,$(HAS_PYTHON)),python/src/%) $(if $(filter OFF,$(MPI)),sweep/ranks_mpi.cpp),$(SOURCES))) | \
-	  xargs -P $(JOBS) -n 1 clang-tidy --quiet -p build
+	  xargs -r -P $(JOBS) -n 1 clang-tidy --quiet -p build/clang
 
 format:
 	cmake/install-packages.sh dev
@@ -97,4 +108,4 @@ clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"
+	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"

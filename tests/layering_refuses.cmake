@@ -46,6 +46,7 @@ plant(linearize/modes.cpp "  # include <trim/trim.hpp>  // sly"
 plant(model/model.cpp "#include \"../trim/trim.hpp\"" "1: #include \"../trim/trim.hpp\"  -- ours are")
 plant(model/model.hpp "#include <fmt/core.h>"
       "3: #include <fmt/core.h>  -- a public header carries nothing but Eigen")
+plant(trim/newton.cpp "#include <Eigen/LU>" "1: #include <Eigen/LU>  -- of Eigen, only dense/ includes more than Core")
 plant(trim/trim.hpp "#include \"model/private.hpp\""
       "2: #include \"model/private.hpp\"  -- a public header includes one that is not")
 plant(trim/problem.hpp "#include <IpTNLP.hpp>"

@@ -1,0 +1,49 @@
+#!/usr/bin/env python3
+"""Runs every command of the program once, on a study that is shipped, and looks at its exit code and its words.
+
+    each_command.py <tiltrim> <source tree>
+
+For sanitizers, under which the tests of the command line take too long; those look at what is printed.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+program, source = sys.argv[1], pathlib.Path(sys.argv[2])
+studies = source / "studies"
+MAPPED = studies / "map_corridor.toml"
+
+# Command, arguments, exit code (1: a condition without answer), a word of what it prints.
+COMMANDS = [
+    ("trim", [studies / "paper.toml"], 0, "converged"),
+    ("linearize", [studies / "paper.toml", "--format", "json"], 0, '"verdict"'),
+    ("modes", [studies / "boeing747.csv"], 0, "stable"),
+    ("follow", [studies / "stall.toml", "--only", "level"], 0, "fold"),
+    ("envelope", [studies / "stall.toml", "--only", "level", "--count", "12"], 0, "border"),
+    ("sensitivities", [studies / "paper.toml", "--only", "level", "--most", "3"], 0, "decay rate"),
+    ("margins", [studies / "paper.toml", "--only", "level"], 0, "gain up"),
+    ("sweep", [MAPPED, "-o", "one.nc"], 0, ""),
+    ("sweep", [MAPPED, "-o", "two.nc", "--threads", "2"], 0, ""),
+    ("diff", ["one.nc", "two.nc"], 0, ""),
+    ("tune", [studies / "tune_paper.toml", "--evaluations", "40"], None, "tuned"),
+    ("simulate", [studies / "transition_reference.toml"], None, "h"),
+    ("report", [studies / "paper.toml", "-o", "paper.html"], None, ""),
+    ("tables", [], 0, "Table 3"),
+]
+
+told = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
+offered = set(re.findall(r"^  ([a-z]+) {2,}", told.split("Subcommands:")[1].split("Try:")[0], re.M))
+faults = [f"{name}: not run here" for name in offered - {name for name, *_ in COMMANDS}]
+
+with tempfile.TemporaryDirectory() as folder:
+    for name, arguments, code, word in COMMANDS:
+        run = subprocess.run([program, name, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
+        print(f"{name}: exit code {run.returncode}, {len(run.stdout)} characters")
+        expected = (0, 1) if code is None else (code,)
+        if run.returncode not in expected or word not in run.stdout:
+            faults.append(f"{name} {arguments}: exit code {run.returncode}\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
+
+print(*faults, sep="\n")
+sys.exit(bool(faults))
