@@ -1,7 +1,6 @@
-/// Dense linear algebra, compiled once: Eigen's decompositions behind plain functions, so that who
-/// needs one pays for neither its header nor its instantiation. Of Eigen, other folders include
-/// Core alone. Internal to tiltrim. Shapes that do not fit are the caller's mistake and are not
-/// looked for.
+/// Dense linear algebra, compiled once: Eigen's decompositions as plain functions. Other folders
+/// include Eigen/Core alone, and so compile neither the headers nor the templates of the
+/// decompositions. Internal to tiltrim. Shapes are not checked.
 #pragma once
 
 #include <Eigen/Core>

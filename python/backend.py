@@ -57,7 +57,7 @@ def configured():
     generator = ["-G", "Ninja"] if shutil.which("ninja") else []
     run(
         "cmake", "-S", ROOT, "-B", build, *generator, "-D", "CMAKE_BUILD_TYPE=Release",
-        "-D", "TILTRIM_PYTHON=ON", "-D", "TILTRIM_TESTS=OFF",
+        "-D", "TILTRIM_PYTHON=ON", "-D", "TILTRIM_TESTS=OFF", "-D", "TILTRIM_UNITY=ON",
         "-D", f"Python_EXECUTABLE={sys.executable}",
         failed="configuring failed: a library is missing, or Python's headers (see above); "
         "cmake/install-packages.sh has the names of all of them in Debian",
