@@ -37,7 +37,12 @@ function(tiltrim_light target cold)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
   if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    # As many as one compiler process takes with less than 1 GB.
+    set(batch 12)
+    if(target MATCHES "_(sweep|simulate|cli)$")
+      set(batch 8)
+    endif()
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
   endif()
 endfunction()
 
