@@ -15,8 +15,8 @@
 
 #include "linearize/batch.hpp"
 #include "linearize/linearize.hpp"
-#include "model/study.hpp"
-#include "trim/conditions.hpp"
+#include "study/study.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 #ifdef TILTRIM_BENCH_LAPACK
 extern "C" void dgeev_(const char* left, const char* right, const int* n, double* A, const int* lda,

@@ -10,14 +10,14 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "follow/answer.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
-#include "model/closed_loop.hpp"
 #include "model/differentiate.hpp"
-#include "model/study.hpp"
-#include "trim/conditions.hpp"
+#include "study/analyses.hpp"
+#include "study/study.hpp"
 #include "trim/problem.hpp"
+#include "vehicles/tiltrotor/closed_loop.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 
@@ -119,7 +119,7 @@ void newton_step(benchmark::State& state) {
   for (auto _ : state) {
     z[0] += 1e-13;
     const Values v = values(problem, z);
-    const Slopes s = slopes(problem, z);
+    const Jacobians s = jacobians(problem, z);
     const Eigen::VectorXd next = z - s.residual.partialPivLu().solve(v.residual);
     benchmark::DoNotOptimize(next.data());
   }

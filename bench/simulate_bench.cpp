@@ -8,8 +8,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "model/study.hpp"
-#include "simulate/fly.hpp"
+#include "flight/fly.hpp"
+#include "study/study.hpp"
 
 using namespace tiltrim;
 

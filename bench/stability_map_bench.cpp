@@ -9,8 +9,8 @@
 #include "linearize/batch.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/stability_map.hpp"
-#include "model/study.hpp"
-#include "trim/conditions.hpp"
+#include "study/study.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

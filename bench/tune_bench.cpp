@@ -4,8 +4,9 @@
 
 #include <random>
 
-#include "model/study.hpp"
-#include "sweep/threads.hpp"
+#include "runtime/threads.hpp"
+#include "study/study.hpp"
+#include "study/tune_problem.hpp"
 #include "tune/candidate.hpp"
 
 using namespace tiltrim;

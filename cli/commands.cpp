@@ -8,13 +8,15 @@
 
 #include "cli/model_files.hpp"
 #include "cli/terminal.hpp"
-#include "model/study.hpp"
 #include "report/envelopes.hpp"
 #include "report/linear_models.hpp"
 #include "report/maps.hpp"
 #include "report/margins.hpp"
 #include "report/paper.hpp"
 #include "report/sensitivities.hpp"
+#include "study/analyses.hpp"
+#include "study/study.hpp"
+#include "study/sweep_requests.hpp"
 #include "sweep/map_file.hpp"
 #include "sweep/sweep.hpp"
 
@@ -39,7 +41,7 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
   std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
   for (const Condition& c : conditions) identity += " " + c.name;
-  if (study.own) return identity;
+  if (study.user_model) return identity;
   identity += "\npolar:";
   for (int degree = -180; degree < 180; ++degree) {
     const auto c = study.vehicle.polar->at(degree * (std::numbers::pi / 180));
@@ -191,12 +193,12 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
 
 // The envelope asked for on the command line, or in the study, or the conversion corridor.
 static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
-  if (study.own && !study.envelope)
+  if (study.user_model && !study.envelope)
     throw StudyError(
         fmt::format("{}: no [envelope] table; expected one with along and over, two "
                     "numbers of the model, and the range of each",
                     study.file.string()));
-  if (study.own && !command.over.empty())
+  if (study.user_model && !command.over.empty())
     throw StudyError("--over is of the tiltrotor; a study with [model] says it in [envelope]");
   EnvelopeTable table = study.envelope.value_or(EnvelopeTable{});
   if (!command.over.empty() && command.over != table.over.name) {
@@ -236,7 +238,7 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
   std::vector<EnvelopeAnswer> envelopes;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
     EnvelopeOptions options;
-    options.rows = rows_of(table, bool(study.own));
+    options.rows = rows_of(table, bool(study.user_model));
     options.stop = stop;
     options.observe = [&](double share) {
       progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share), share);
@@ -292,9 +294,9 @@ static void check_frequencies(const LoopsOptions& options) {
 // Where loops are to be broken, before any is.
 static void check_loops(const std::vector<std::string>& asked, const Study& study) {
   std::vector<std::string> all = actuators();
-  if (study.own) {
+  if (study.user_model) {
     all.clear();
-    for (const OwnModel::Loop& loop : study.own->loops) all.push_back(loop.name);
+    for (const UserModel::Loop& loop : study.user_model->loops) all.push_back(loop.name);
   }
   for (const std::string& name : asked)
     if (!all.empty() && std::ranges::find(all, name) == all.end())
@@ -430,7 +432,7 @@ Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_
     vehicle = reference_vehicle();
   } else {
     const Study study = load_study(command.study);
-    if (study.own)
+    if (study.user_model)
       throw StudyError(
           fmt::format("{}: the tables are of the paper's tiltrotor; expected a study "
                       "without [model], or none",

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "cli/terminal.hpp"
-#include "follow/actuator_loops.hpp"
 #include "report/branches.hpp"
 #include "report/conditions.hpp"
 #include "report/flights.hpp"
+#include "study/actuator_loops.hpp"
 #include "sweep/sweep.hpp"
 
 namespace tiltrim::cli {

@@ -10,6 +10,7 @@
 #include "cli/gnuplot.hpp"
 #include "cli/terminal.hpp"
 #include "report/study_report.hpp"
+#include "study/axes.hpp"
 #include "sweep/map_file.hpp"
 #include "tables/tables.hpp"
 
@@ -21,47 +22,26 @@ namespace fs = std::filesystem;
 
 // ---- Which maps ---------------------------------------------------------------------------------
 
-// What is drawn where the study does not say, as a study would say it.
-constexpr const char* corridor_map = R"(
-[[report.map]]
-[[report.map.axis]]
-key = "h"
-from = 0
-to = 120
-count = 481
-)";
-constexpr const char* gain_map = R"(
-[[report.map]]
-[[report.map.axis]]
-key = "h"
-from = 0
-to = 120
-count = 121
-[[report.map.axis]]
-key = "gains.K_Lp"
-from = 0.05
-to = 5
-count = 101
-spacing = "log"
-)";
-
 // The printed equations do not fly, and no gain makes a point of theirs stable: of them the
 // conditions alone are shown.
 bool has_closed_loop(const Study& study) {
-  return !study.own && study.vehicle.equations == Equations::consistent &&
+  return !study.user_model && study.vehicle.equations == Equations::consistent &&
          std::ranges::any_of(study.conditions, [](const Condition& c) {
            return c.formulation == Formulation::closed_loop;
          });
 }
 
+// Where the study does not say: the corridor, and a gain over it.
 std::vector<ReportTable::Map> maps_of(const Study& study) {
   if (study.report && !study.report->maps.empty()) return study.report->maps;
   if (study.sweep && study.sweep->axes.size() <= 2) return {{"", *study.sweep}};
   if (!has_closed_loop(study)) return {};
-  // A gain that moves with the tilt cannot be an axis of its own.
-  const std::string chosen =
-      study.schedule.eta.empty() ? std::string(corridor_map) + gain_map : corridor_map;
-  return parse_study(study.text + chosen, study.file).report->maps;
+  const auto heights = [](std::size_t count) { return spaced(0, 120, count); };
+  std::vector<ReportTable::Map> maps{{"", {{corridor_axis(heights(481), study.schedule)}}}};
+  if (!study.schedule.eta.empty()) return maps;  // a gain that moves with the tilt is no axis
+  const SweepAxis gain{"K_Lp", {column_of(study_key("gains.K_Lp"), spaced(0.05, 5, 101, true))}};
+  maps.push_back({"", {{corridor_axis(heights(121), {}), gain}}});
+  return maps;
 }
 
 bool along_corridor(const SweepTable& grid) {
@@ -96,7 +76,7 @@ std::vector<std::string> differences(const Study& a, const Study& b, const Sweep
     });
   };
   std::vector<std::string> found;
-  if (a.own || b.own) {
+  if (a.user_model || b.user_model) {
     if (a.text != b.text) found.emplace_back("their texts");
     return found;
   }
@@ -169,7 +149,7 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
 
 // Tables 1-3 are those of the paper's aircraft.
 bool wants_audit(const Study& study) {
-  if (study.own) return false;
+  if (study.user_model) return false;
   if (study.report && study.report->audit) return *study.report->audit;
   const Vehicle reference = reference_vehicle();
   const TrimProblem p = closed_loop_problem(study.vehicle, {}),
@@ -194,15 +174,15 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   trimming.stop = stop;
   for_each(study, command.common, [&](const Condition& c, Progress&) {
     report.conditions.push_back(linearized(study, c, trimming));
-    if (c.formulation == Formulation::closed_loop || (c.own && !c.own->loops.empty()))
+    if (c.formulation == Formulation::closed_loop || (c.user_model && !c.user_model->loops.empty()))
       report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
   });
   report.interrupted = stop.stop_requested();
   add_maps(command, stop, report);
   if (wants_flight(study) && !report.interrupted) report.flight = flown(study, {}, stop);
-  if (study.own_motion && (!study.report || study.report->flight.value_or(true)) &&
+  if (study.user_motion && (!study.report || study.report->flight.value_or(true)) &&
       !report.interrupted)
-    report.motion = own_motion(study, trimming);
+    report.motion = user_motion(study, trimming);
   report.interrupted = report.interrupted || stop.stop_requested();
   if (wants_audit(study) && !report.interrupted)
     report.paper = paper_tables(data_directory(), study.vehicle);

@@ -10,10 +10,12 @@
 #include "cli/commands.hpp"
 #include "cli/gnuplot.hpp"
 #include "cli/terminal.hpp"
+#include "flight/response.hpp"
 #include "model/degrees.hpp"
-#include "model/study.hpp"
 #include "report/flights.hpp"
 #include "report/motions.hpp"
+#include "study/flight_plan.hpp"
+#include "study/study.hpp"
 
 namespace tiltrim::cli {
 
@@ -68,7 +70,7 @@ FlightReport flown(const Study& study, std::optional<long> number, const std::st
   FlightReport report{study_name(study), {}, {}, {}, {}, {}};
   report.plan = number ? flight_plan_of(study, *number) : flight_plan(study);
   if (number) report.name += fmt::format(", flight {}", *number);
-  if (report.plan.start_status > TrimStatus::not_optimal) return report;
+  if (!is_equilibrium(report.plan.start_status)) return report;
   HandOverOptions checking;
   checking.duration = report.plan.options.duration;
   report.hand_over = check_hand_over(report.plan.flight, checking);
@@ -126,7 +128,7 @@ Outcome move_model(const SimulateCommand& command, const Study& study, const Tex
                    const std::stop_token& stop) {
   TrimOptions trimming;
   trimming.stop = stop;
-  const MotionAnswer motion = own_motion(study, trimming);
+  const MotionAnswer motion = user_motion(study, trimming);
   if (motion.motion && !command.samples.empty())
     write_table(command, study, motion.table, notes_of(motion));
   if (motion.motion && !motion.motion->t.empty() && !command.plots.empty()) {
@@ -185,7 +187,7 @@ std::vector<Key> flight_keys() {
   return keys;
 }
 
-std::vector<Key> states_of(const OwnModel& own) {
+std::vector<Key> states_of(const UserModel& own) {
   std::vector<Key> keys = own.keys;
   std::erase_if(keys, [&](const Key& key) { return find(own.model.states, key.signal) < 0; });
   return keys;
@@ -226,13 +228,13 @@ std::map<std::string, double> offsets_of(const std::vector<std::string>& texts,
 Outcome respond(const SimulateCommand& command, const Study& study, const TextStyle& style,
                 const std::stop_token& stop) {
   const std::map<std::string, double> offset =
-      offsets_of(command.response, study.own ? states_of(*study.own) : flight_keys());
+      offsets_of(command.response, study.user_model ? states_of(*study.user_model) : flight_keys());
   std::vector<NamedResponse> responses;
   bool all = true;
   for (const Condition& c : chosen(study, command.common.only)) {
     if (stop.stop_requested()) break;
-    if (study.own)
-      responses.push_back({c.name, own_response(c, offset)});
+    if (study.user_model)
+      responses.push_back({c.name, user_response(c, offset)});
     else if (c.formulation == Formulation::closed_loop)
       responses.push_back({c.name, response(flight_of(study, SimulateTable{}), c.command, offset)});
     else
@@ -280,14 +282,14 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
 
 Outcome simulated(const SimulateCommand& command, const Study& study, const TextStyle& style,
                   const std::stop_token& stop) {
-  if (study.own && (command.tilt_rate_limit || command.monte_carlo || command.flight))
+  if (study.user_model && (command.tilt_rate_limit || command.monte_carlo || command.flight))
     throw std::invalid_argument(
         "--tilt-rate-limit, --monte-carlo and --flight are of the tiltrotor; a study with [model] "
         "has its motion and --response");
   if (command.tilt_rate_limit) return limit_tilt_rate(command, study, style, stop);
   if (!command.response.empty()) return respond(command, study, style, stop);
   if (command.monte_carlo) return scatter(command, study, style, stop);
-  if (study.own) return move_model(command, study, style, stop);
+  if (study.user_model) return move_model(command, study, style, stop);
   return fly_study(command, study, style, stop);
 }
 
@@ -296,7 +298,7 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
   const Study study = load_study(command.common.study);
-  if (!study.own) (void)offsets_of(command.response, flight_keys());
+  if (!study.user_model) (void)offsets_of(command.response, flight_keys());
   try {
     return simulated(command, study, style, stop);
   } catch (const std::invalid_argument& e) {

@@ -8,7 +8,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
-#include "model/study.hpp"
+#include "study/study.hpp"
+#include "study/tune_problem.hpp"
 
 namespace tiltrim::cli {
 
@@ -18,8 +19,8 @@ namespace {
 std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
   const std::string_view in = unit(problem.goal.measure);
   const std::string where = at.decides.substr(0, at.decides.find(','));
-  return fmt::format("{} {:.4g}{}{}, {} {}; {} of {}, {:.0f}/s", to_string(problem.goal.measure),
-                     at.best, in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", where,
+  return fmt::format("{} {:.4g}{}{}, {} {}; {} of {}, {:.0f}/s", name_of(problem.goal), at.best,
+                     in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", where,
                      at.evaluations, at.of, double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 
@@ -77,7 +78,7 @@ bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem
 TuningReport tuned(const TuneCommand& command, const Study& study, const std::stop_token& stop) {
   TuningReport report;
   report.problem = tune_problem(study);
-  report.own = bool(study.own);
+  report.user_model = bool(study.user_model);
   const TuneProblem& problem = report.problem;
   TuneOptions& options = report.options;
   options = tune_options(study);

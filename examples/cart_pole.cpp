@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "linearize/modes.hpp"
-#include "model/close_loop.hpp"
+#include "model/feedback.hpp"
 #include "trim/trim.hpp"
 
 using Eigen::VectorXd;
@@ -48,10 +48,10 @@ Eigen::Vector4d gains(double c3, double c2, double c1, double c0) {
 
 int main() {
   // (s² + 2 s + 4)(s + 5)(s + 6)
-  const tiltrim::Model loop = close_loop(cart_pole(), state_feedback(gains(13, 56, 104, 120)));
+  const tiltrim::Model loop = feedback(cart_pole(), state_feedback(gains(13, 56, 104, 120)));
   const tiltrim::OperatingPoint guess{Eigen::Vector4d{0.1, 0, 0.2, 0}, VectorXd(0), VectorXd(0)};
   const auto upright = names(loop.states);
-  const tiltrim::TrimResult held = trim(loop, {.free = upright, .still = upright}, guess);
+  const tiltrim::TrimResult held = trim(loop, {.free = upright, .steady = upright}, guess);
   std::printf("%s: angle %.6f rad at x = %.6f m\n", to_string(held.status).c_str(),
               std::abs(held.point.x[0]), std::abs(held.point.x[2]));
   if (!held) return 1;

@@ -12,7 +12,7 @@ using Eigen::VectorXd;
 // Level flight at a speed; the guess serves all of them.
 tiltrim::TrimResult level(const tiltrim::Model& m, double V, double xcg) {
   const tiltrim::TrimSpec spec{.free = {"alpha", "theta", "power", "throttle", "elevator"},
-                               .still = {"V", "alpha", "q", "power"},
+                               .steady = {"V", "alpha", "q", "power"},
                                .bounds = {{"gamma", {0, 0}}},
                                .implied = {"theta"}};
   VectorXd x(5);

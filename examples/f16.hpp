@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "model/model.hpp"
+#include "vehicles/mode_names.hpp"
 
 namespace f16 {
 
@@ -161,6 +162,7 @@ inline double kinks(double at, double n) {
 inline tiltrim::Model longitudinal() {
   tiltrim::Model m;
   m.name = "F-16";
+  m.mode_names = tiltrim::longitudinal_modes();
   m.states = {{"V", "ft/s", 10},
               {"alpha", "rad", 0.1},
               {"theta", "rad", 0.1},

@@ -5,6 +5,7 @@
 
 #include "linearize/modes.hpp"
 #include "trim/trim.hpp"
+#include "vehicles/mode_names.hpp"
 
 using Eigen::VectorXd;
 
@@ -13,6 +14,7 @@ using Eigen::VectorXd;
 tiltrim::Model longitudinal() {
   tiltrim::Model m;
   m.name = "Boeing 747-100";
+  m.mode_names = tiltrim::longitudinal_modes();
   m.states = {{"u", "ft/s", 10}, {"w", "ft/s", 10}, {"q", "rad/s", 0.1}, {"theta", "rad", 0.1}};
   m.parameters = {{"X_u", "1/s", 0.01},      {"X_w", "1/s", 0.01},      {"g", "ft/s²", 10},
                   {"Z_u", "1/s", 0.1},       {"Z_w", "1/s", 0.1},       {"Z_q", "ft/s", 100},
@@ -31,7 +33,7 @@ int main() {
   p << -0.006868, 0.01395, 32.2, -0.09055, -0.3151, 773.98, 0.0001187, -0.001026, -0.4285;
   const auto states = names(m.states);
   const tiltrim::OperatingPoint guess{Eigen::Vector4d{10, 5, 0.1, 0.1}, VectorXd(0), p};
-  const tiltrim::TrimResult level = trim(m, {.free = states, .still = states}, guess);
+  const tiltrim::TrimResult level = trim(m, {.free = states, .steady = states}, guess);
   std::printf("%s\n", to_string(level.status).c_str());
   if (!level) return 1;
   // The book prints -0.3719 ± 0.8875i and -0.003289 ± 0.06723i.

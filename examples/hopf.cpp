@@ -19,7 +19,7 @@ tiltrim::Model flow(const tiltrim::Signals& states, const char* parameter,
 // Follows the equilibria of m from near x at p until the parameter comes to `to`.
 void walk(const char* name, const tiltrim::Model& m, const VectorXd& x, double p, double to) {
   const auto states = names(m.states);
-  const tiltrim::TrimSpec still{.free = states, .still = states};
+  const tiltrim::TrimSpec still{.free = states, .steady = states};
   const tiltrim::TrimResult start = trim(m, still, {x, VectorXd(0), VectorXd::Constant(1, p)});
   std::printf("%s: %s\n", name, to_string(start.status).c_str());
   if (!start) return;

@@ -4,8 +4,8 @@
 #include <cstdio>
 
 #include "linearize/modes.hpp"
-#include "model/close_loop.hpp"
 #include "model/exact.hpp"
+#include "model/feedback.hpp"
 #include "sweep/sweep.hpp"
 
 using Eigen::VectorXd;
@@ -46,18 +46,18 @@ tiltrim::Model hold() {
 
 int main() {
   const tiltrim::OperatingPoint ground{VectorXd::Zero(6), VectorXd::Zero(2), VectorXd(0)};
-  const tiltrim::TrimSpec hover{.free = {"theta", "thrust", "moment"}, .still = {"vx", "vz", "q"}};
+  const tiltrim::TrimSpec hover{.free = {"theta", "thrust", "moment"}, .steady = {"vx", "vz", "q"}};
   const tiltrim::TrimResult held = trim(vtol(), hover, ground);
   std::printf("%s: thrust %.4f N, moment %.4f N m\n", to_string(held.status).c_str(),
               held.point.u[0], std::abs(held.point.u[1]));
   if (!held) return 1;
 
-  const tiltrim::Model loop = close_loop(vtol(), hold());
+  const tiltrim::Model loop = feedback(vtol(), hold());
   const auto states = names(loop.states);
   const tiltrim::SweepRequest request{
       .name = "hover",
       .model = loop,
-      .spec = {.free = states, .still = states},
+      .spec = {.free = states, .steady = states},
       .guess = {VectorXd::Zero(6), VectorXd(0), Eigen::Vector4d{6, 4, 0.75, 1}},
       .inputs = {}};
   const std::vector<double> gains = {1.5, 2.5, 3.5, 4.5, 5.5, 6.5};

@@ -25,7 +25,7 @@ struct Found {
   AllEquilibria all{};
 
   void add(const TrimResult& r, const std::string& how) {
-    if (r.status > TrimStatus::not_optimal) return;
+    if (!is_equilibrium(r.status)) return;
     const VectorXd z = unknowns_of(problem, r.point);
     for (const Equilibrium& e : all.equilibria) {
       const VectorXd apart = unknowns_of(problem, e.trim.point) - z;
@@ -95,28 +95,15 @@ AllEquilibria search(Found f, const OperatingPoint& guess,
 AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                              const std::vector<std::string>& parameters, double reach,
                              const TrimOptions& options) {
-  return search({model, spec, spec, make_problem(model, spec, guess)}, guess, parameters, reach,
-                options);
+  return all_equilibria(model, spec, spec, guess, parameters, reach, options);
 }
 
-AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
+AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const TrimSpec& along,
+                             const OperatingPoint& guess,
+                             const std::vector<std::string>& parameters, double reach,
                              const TrimOptions& options) {
-  constexpr double reach = 10.0;  // m/s, and a radian of path angle or tilt
-  const TrimProblem p = problem_of(vehicle, condition);
-  std::vector<std::string> held;
-  for (const char* name : {"V", "gamma", "eta"}) {
-    const bool there = find(p.model.states, name) >= 0 || find(p.model.inputs, name) >= 0 ||
-                       find(p.model.parameters, name) >= 0;
-    const bool free = std::ranges::find(p.spec.free, name) != p.spec.free.end();
-    // In body axes the speed is held beside the command, which alone would move.
-    const bool tied = p.spec.bounds.contains("airspeed") && std::string(name) != "eta";
-    if (there && !free && !tied) held.push_back(name);
-  }
-  TrimSpec along = p.spec;  // the integrals' bounds hold for the condition's own speed and path
-  along.bounds.erase("energy_integral");
-  along.bounds.erase("distribution_integral");
-  return search({p.model, p.spec, along, make_problem(p.model, p.spec, p.guess)}, p.guess, held,
-                reach, options);
+  return search({model, spec, along, make_problem(model, spec, guess)}, guess, parameters, reach,
+                options);
 }
 
 }  // namespace tiltrim

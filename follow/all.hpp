@@ -1,5 +1,5 @@
 /// @file
-/// All the equilibria of a condition that can be found.
+/// All the equilibria of a trim problem that can be found.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "follow/follow.hpp"
-#include "trim/answer.hpp"
+#include "linearize/modes.hpp"
 
 namespace tiltrim {
 
@@ -33,10 +33,10 @@ struct AllEquilibria {
                                            const OperatingPoint& guess,
                                            const std::vector<std::string>& parameters, double reach,
                                            const TrimOptions& options);
-
-/// Of a study's condition: branches in V, gamma and eta, where the condition holds them. Throws
-/// std::invalid_argument for formulation table.
-[[nodiscard]] AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
+/// The same, where branches are not bounded as starts are: `along` in place of `spec` on them.
+[[nodiscard]] AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec,
+                                           const TrimSpec& along, const OperatingPoint& guess,
+                                           const std::vector<std::string>& parameters, double reach,
                                            const TrimOptions& options);
 
 }  // namespace tiltrim

@@ -33,7 +33,7 @@ namespace {
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // Scaled slope of the distance to a limit.
-Eigen::RowVectorXd distance_slope(const LimitName& limit, const Slopes& s, Index size) {
+Eigen::RowVectorXd distance_slope(const LimitName& limit, const Jacobians& s, Index size) {
   if (!limit.of_unknown) return -limit.as.side * s.limited.row(limit.as.position);
   return -limit.as.side * VectorXd::Unit(size, limit.as.position).transpose();
 }
@@ -44,7 +44,7 @@ Curve with(const Plane& plane, const More& more) {
   return {[&plane, more](const VectorXd& y, VectorXd& G, MatrixXd& J) {
     const Values v = values(plane.problem, y);
     if (!v.finite) return false;
-    const Slopes s = slopes(plane.problem, y);
+    const Jacobians s = jacobians(plane.problem, y);
     if (!s.finite) return false;
     const Index m = v.residual.size();
     G.resize(m + 1);
@@ -67,7 +67,7 @@ MatrixXd bordered_jacobian(const MatrixXd& J, const VectorXd& b, const VectorXd&
 
 FoldTest::FoldTest(const Plane& plane, const VectorXd& at) {
   const Index n = plane.n();
-  const Slopes s = slopes(plane.problem, at);
+  const Jacobians s = jacobians(plane.problem, at);
   const dense::SVD svd = dense::svd(s.residual.leftCols(n));
   b = svd.U.col(n - 1);
   c = svd.V.col(n - 1);
@@ -75,7 +75,7 @@ FoldTest::FoldTest(const Plane& plane, const VectorXd& at) {
 
 // [J b; cᵀ 0] [v; g] = [0; 1]: g = 0 where J is singular.
 double FoldTest::value(const Plane& plane, const VectorXd& y) const {
-  const Slopes s = slopes(plane.problem, y);
+  const Jacobians s = jacobians(plane.problem, y);
   if (!s.finite) return not_a_number;
   const Index n = c.size();
   const VectorXd vg = dense::solve(bordered_jacobian(s.residual, b, c), VectorXd::Unit(n + 1, n));
@@ -85,23 +85,25 @@ double FoldTest::value(const Plane& plane, const VectorXd& y) const {
 Curve border(const Plane& plane, const Stop& stop, const VectorXd& at) {
   if (stop.limit) {
     const LimitName limit = *stop.limit;
-    return with(plane, [limit](const VectorXd& y, const Values& v, const Slopes& s, MatrixXd& J) {
-      J.bottomRows(1) = distance_slope(limit, s, y.size());
-      return distance(limit, y, v);
-    });
+    return with(plane,
+                [limit](const VectorXd& y, const Values& v, const Jacobians& s, MatrixXd& J) {
+                  J.bottomRows(1) = distance_slope(limit, s, y.size());
+                  return distance(limit, y, v);
+                });
   }
   const FoldTest fold(plane, at);
-  return with(plane, [fold, &plane](const VectorXd& y, const Values&, const Slopes&, MatrixXd& J) {
-    constexpr double h = 1e-5;  // of a nominal size
-    for (Index k = 0; k < y.size(); ++k) {
-      VectorXd ahead = y, behind = y;
-      ahead[k] += h;
-      behind[k] -= h;
-      J(J.rows() - 1, k) =
-          (fold.value(plane, ahead) - fold.value(plane, behind)) / (ahead[k] - behind[k]);
-    }
-    return fold.value(plane, y);
-  });
+  return with(
+      plane, [fold, &plane](const VectorXd& y, const Values&, const Jacobians&, MatrixXd& J) {
+        constexpr double h = 1e-5;  // of a nominal size
+        for (Index k = 0; k < y.size(); ++k) {
+          VectorXd ahead = y, behind = y;
+          ahead[k] += h;
+          behind[k] -= h;
+          J(J.rows() - 1, k) =
+              (fold.value(plane, ahead) - fold.value(plane, behind)) / (ahead[k] - behind[k]);
+        }
+        return fold.value(plane, y);
+      });
 }
 
 namespace {
@@ -153,7 +155,7 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
   constexpr double slack = 1e-9;
   const Line line(from.tail<2>(), to);
   const Curve curve =
-      with(plane, [&](const VectorXd& y, const Values&, const Slopes&, MatrixXd& J) {
+      with(plane, [&](const VectorXd& y, const Values&, const Jacobians&, MatrixXd& J) {
         J.bottomRows(1).setZero();
         J.bottomRows(1).rightCols(2) = line.across.transpose();
         return line.across.dot(y.tail<2>() - line.start);

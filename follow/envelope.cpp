@@ -72,7 +72,7 @@ std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<Li
   };
   all[folding] = [&g, folds = !stop.limit](const CurvePoint& p) {
     if (folds) return VectorXd();
-    const MatrixXd J = slopes(g.moving, p.y).residual.leftCols(g.n());
+    const MatrixXd J = jacobians(g.moving, p.y).residual.leftCols(g.n());
     return VectorXd(VectorXd::Constant(1, dense::determinant(dense::lu(J))));
   };
   return all;

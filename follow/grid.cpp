@@ -54,7 +54,7 @@ GridTrim settle(const Grid& g, VectorXd& z, int cap) {
   for (int i = 0; i < cap; ++i) {
     const Values v = values(g.fixed, z);
     if (!v.finite) return GridTrim::lost;
-    const Slopes s = slopes(g.fixed, z);
+    const Jacobians s = jacobians(g.fixed, z);
     if (!s.finite) return GridTrim::lost;
     const VectorXd dz = -dense::solve(s.residual, v.residual);
     const double step = dz.lpNorm<Eigen::Infinity>();

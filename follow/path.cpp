@@ -19,7 +19,7 @@ namespace {
 bool square_path(const Path& path, const VectorXd& z, VectorXd& G, MatrixXd& J) {
   const Values v = values(path.problem, z);
   if (!v.finite) return false;
-  Slopes s = slopes(path.problem, z);
+  Jacobians s = jacobians(path.problem, z);
   if (!s.finite) return false;
   G = path.optimal ? active_residual(path.held, z, v) : v.residual;
   J = path.optimal ? active_slopes(path.held, s) : std::move(s.residual);
@@ -33,7 +33,7 @@ bool optimal_path(const Path& path, const VectorXd& y, VectorXd& G, MatrixXd& J)
   const VectorXd z = y.head(n), lambda = y.tail(m);
   const Values v = values(p, z);
   if (!v.finite) return false;
-  const Slopes s = slopes(p, z);
+  const Jacobians s = jacobians(p, z);
   if (!s.finite) return false;
   const MatrixXd c_slopes = active_slopes(path.held, s);
   const Gradient gradient = lagrangian_gradient(p, path.held, lambda);
@@ -67,7 +67,7 @@ Curve Path::curve() const {
 
 VectorXd Path::start(const VectorXd& z) const {
   if (!deciding()) return z;
-  const Slopes s = slopes(problem, z);
+  const Jacobians s = jacobians(problem, z);
   const MatrixXd c = active_slopes(held, s);
   const Index of_trim = problem.n() - 1;
   const VectorXd lambda =
@@ -125,7 +125,7 @@ std::vector<LimitName> limit_names(const Path& path) {
 // ∇f + c'ᵀλ = 0 where the held equations alone fix the trim: λ times the size of their determinant,
 // so that it stays finite where the trim folds.
 static VectorXd multipliers(const Path& path, const VectorXd& z) {
-  const Slopes s = slopes(path.problem, z);
+  const Jacobians s = jacobians(path.problem, z);
   const Index n = path.problem.n() - 1;
   const auto lu = dense::lu<MatrixXd>(active_slopes(path.held, s).leftCols(n).transpose());
   return dense::solve(lu, -s.effort.head(n)) * std::abs(dense::determinant(lu));

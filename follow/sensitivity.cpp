@@ -106,8 +106,8 @@ struct Directional {
 
 Directional jacobian_along(const Model& model, const OperatingPoint& at,
                            const VectorXd& direction) {
-  // Of each variable's size: truncation and round-off both small. Slopes by differences carry noise
-  // that a short step would magnify.
+  // Of each variable's size: truncation and round-off both small. Jacobians by differences carry
+  // noise that a short step would magnify.
   const double h = model.derivatives ? 1e-5 : 5e-4;
   std::vector<Index> states;
   for (Index i = 0; i < at.x.size(); ++i) states.push_back(i);

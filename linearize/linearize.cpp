@@ -167,6 +167,7 @@ LinearModel linearize(const Model& model, const OperatingPoint& point,
   const Selection selection = select(model, options);
   const std::vector<Range> bounds = ranges(model, selection, options);
   LinearModel linear;
+  linear.mode_names = model.mode_names;
   linear.states = model.states;
   linear.inputs = selection.inputs;
   linear.outputs = model.outputs;

@@ -53,7 +53,8 @@ struct LinearModel {
   std::optional<Estimate> A_differences;
   /// Kinks met, one-sided differences taken, exact and difference Jacobians in disagreement.
   std::vector<std::string> remarks;
-  std::string message;  ///< why there is no linear model
+  std::string message;   ///< why there is no linear model
+  ModeNames mode_names;  ///< the model's
   /// There is a linear model.
   explicit operator bool() const { return status == LinearizeStatus::linear; }
 };

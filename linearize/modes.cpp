@@ -263,7 +263,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
         mode.participation[balanced.order[std::size_t(k)]] = share[k] / share.sum();
     }
     if (!state_names.empty())
-      mode.name = mode_name(mode.eigenvalue, mode.participation, state_names);
+      mode.name = mode_name(mode.eigenvalue, mode.participation, state_names, options.mode_names);
     result.modes.push_back(mode);
   }
   std::ranges::sort(result.modes, {}, [](const Mode& m) {
@@ -290,7 +290,7 @@ VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
 
 Modes modes(const LinearModel& linear) {
   if (!linear) throw std::invalid_argument("modes: there is no linear model: " + linear.message);
-  return modes(linear.A, linear.A_error, names(linear.states));
+  return modes(linear.A, linear.A_error, names(linear.states), {.mode_names = linear.mode_names});
 }
 
 }  // namespace tiltrim

@@ -19,7 +19,7 @@ struct Mode {
   Eigen::VectorXcd right;         ///< A v = λ v, of length one, its largest component positive
   Eigen::VectorXcd left;          ///< wᴴ A = λ wᴴ, wᴴ v = 1; zero if defective
   Eigen::VectorXd participation;  ///< share of each state, |vₖ wₖ|, summing to one; else zero
-  std::string name;               ///< a classical name where participation supports it
+  std::string name;               ///< one of the model's where participation supports it
   bool determined = true;         ///< false: condition > 1e8, the value is not determined
 
   double frequency() const { return std::abs(eigenvalue); }  ///< rad/s
@@ -46,6 +46,7 @@ struct Modes {
 /// How modes() goes about it.
 struct ModesOptions {
   int max_iterations = 40;  ///< QR steps for each eigenvalue
+  ModeNames mode_names{};   ///< null: modes are called by the states that carry them
 };
 
 /// Eigenvalues of `A` (balanced, then shifted QR), with error bounds that include rounding and
@@ -65,9 +66,9 @@ struct ModesOptions {
 /// Modes of a linear model, named by its states. Throws std::invalid_argument if there is none.
 [[nodiscard]] Modes modes(const LinearModel& linear);
 
-/// A name for a mode from its states' shares: a classical one ("short period", "phugoid", ...)
-/// where its states hold most of the share, else the dominant states joined by +.
+/// A name for a mode from its states' shares: the first of `known` whose states hold most of the
+/// share, else the dominant states joined by +.
 std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& participation,
-                      const std::vector<std::string>& state_names);
+                      const std::vector<std::string>& state_names, const ModeNames& known = {});
 
 }  // namespace tiltrim

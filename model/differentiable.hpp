@@ -1,5 +1,5 @@
 /// From physics written once on any scalar to a Model with exact derivatives and enclosures.
-/// Internal to model/.
+/// Internal to model/ and vehicles/.
 ///
 /// A Physics has `sizes` and is called as `physics(x, u, p, rates, outputs)` on pointers to
 /// scalars, either of the last two null if not wanted; it accepts parameters on the scalar of the
@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "model/model.hpp"
-#include "model/parameters.hpp"
 #include "model/scalar.hpp"
 
 // Not under sanitizers, whose checks would make the one large function minutes to compile.
@@ -22,6 +21,11 @@
 #endif
 
 namespace tiltrim::physics {
+
+/// How many numbers a model takes and gives.
+struct Sizes {
+  std::size_t states, inputs, parameters, outputs;
+};
 
 template <class Physics>
 void set_functions(Model& model, const Physics& physics) {

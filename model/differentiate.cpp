@@ -151,8 +151,8 @@ VectorXd term_sizes(const Model& model, const OperatingPoint& point,
   return sizes;
 }
 
-MatrixXd own_derivatives(const Model& model, const OperatingPoint& point,
-                         const std::vector<Index>& variables) {
+MatrixXd given_derivatives(const Model& model, const OperatingPoint& point,
+                           const std::vector<Index>& variables) {
   MatrixXd J = model.derivatives(point, variables);
   check_derivatives(model, J, variables.size());
   return J;
@@ -192,7 +192,7 @@ Differences difference(const Model& model, const OperatingPoint& point,
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Index>& variables) {
   if (!model.derivatives) throw std::invalid_argument("the model has no exact derivatives");
-  Estimate e{own_derivatives(model, point, variables), {}};
+  Estimate e{given_derivatives(model, point, variables), {}};
   const VectorXd sizes =
       term_sizes(model, point, variables, e.value, VectorXd::Zero(e.value.rows()));
   constexpr double operations = 16;  // roundings that a derivative passes through, about
@@ -209,7 +209,7 @@ Estimate exact(const Model& model, const OperatingPoint& point,
 
 MatrixXd jacobian(const Model& model, const OperatingPoint& point,
                   const std::vector<Index>& variables) {
-  if (model.derivatives) return own_derivatives(model, point, variables);
+  if (model.derivatives) return given_derivatives(model, point, variables);
   MatrixXd J(std::ssize(model.states) + std::ssize(model.outputs), std::ssize(variables));
   for (Index k = 0; k < J.cols(); ++k) {
     Line line(model, point, variables[std::size_t(k)]);

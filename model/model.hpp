@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,16 @@ using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd& x, const E
 struct OperatingPoint {
   Eigen::VectorXd x, u, p;  ///< one value for each state, input, parameter
 };
+
+/// A classical name for a mode, given where the states that carry it hold most of its share.
+struct ModeName {
+  std::string name;                 ///< "phugoid"
+  std::vector<std::string> states;  ///< each must take part
+  bool oscillation = false;         ///< of complex pairs alone
+};
+/// The names that a vehicle's modes can have, tried in order; null: modes are called by their
+/// states.
+using ModeNames = std::shared_ptr<const std::vector<ModeName>>;
 
 /// ẋ = f(x, u, p),  y = h(x, u, p). Fill it in and every verb works on it.
 ///
@@ -58,6 +69,8 @@ struct Model {
     std::function<std::optional<double>(const Eigen::VectorXd& p)> phi;
   };
   std::vector<Affine> affine;  ///< empty: none is known
+
+  ModeNames mode_names{};  ///< of its linear models
 };
 
 /// The caller's mistake, met while a model is being called: told apart from what the model throws.

@@ -1,6 +1,6 @@
 /// The scalars the physics is evaluated on: numbers, numbers with derivatives, ranges; and what
-/// each does in its own way: turning by an angle, looking up the polar.
-/// Internal to model/.
+/// each does in its own way, as turning by an angle.
+/// Internal to model/ and vehicles/.
 #pragma once
 
 #include <boost/numeric/interval.hpp>
@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "model/dual.hpp"
-#include "model/polar.hpp"
 
 namespace tiltrim::physics {
 
@@ -27,30 +26,30 @@ inline double atan2(double y, double x) { return std::atan2(y, x); }
 
 /// An angle with its sine and cosine, found together once and used in every row.
 template <class S>
-struct Turn {
+struct SinCos {
   S angle, sin, cos;
 };
 
 // Side by side, so that the compiler makes one call of the two.
-inline Turn<double> turn(double angle) { return {angle, std::sin(angle), std::cos(angle)}; }
+inline SinCos<double> sin_cos(double angle) { return {angle, std::sin(angle), std::cos(angle)}; }
 
 template <class T>
-Turn<DualOf<T>> turn(const DualOf<T>& angle) {
-  const Turn<T> at = turn(angle.value);
+SinCos<DualOf<T>> sin_cos(const DualOf<T>& angle) {
+  const SinCos<T> at = sin_cos(angle.value);
   return {angle, {at.sin, at.cos * angle.slopes}, {at.cos, -at.sin * angle.slopes}};
 }
 
-inline Turn<Interval> turn(const Interval& angle) { return {angle, sin(angle), cos(angle)}; }
+inline SinCos<Interval> sin_cos(const Interval& angle) { return {angle, sin(angle), cos(angle)}; }
 
 // One turn after another.
 template <class S>
-Turn<S> operator+(const Turn<S>& a, const Turn<S>& b) {
+SinCos<S> operator+(const SinCos<S>& a, const SinCos<S>& b) {
   return {a.angle + b.angle, a.sin * b.cos + a.cos * b.sin, a.cos * b.cos - a.sin * b.sin};
 }
 
 // The same values; the slopes need no product rule, for the angle has them.
 template <class T>
-Turn<DualOf<T>> operator+(const Turn<DualOf<T>>& a, const Turn<DualOf<T>>& b) {
+SinCos<DualOf<T>> operator+(const SinCos<DualOf<T>>& a, const SinCos<DualOf<T>>& b) {
   const DualOf<T> angle = a.angle + b.angle;
   const T sin = a.sin.value * b.cos.value + a.cos.value * b.sin.value;
   const T cos = a.cos.value * b.cos.value - a.sin.value * b.sin.value;
@@ -58,35 +57,13 @@ Turn<DualOf<T>> operator+(const Turn<DualOf<T>>& a, const Turn<DualOf<T>>& b) {
 }
 
 // Ranges of products forget that both factors turn by one angle; the range of the angle does not.
-inline Turn<Interval> operator+(const Turn<Interval>& a, const Turn<Interval>& b) {
-  return turn(a.angle + b.angle);
+inline SinCos<Interval> operator+(const SinCos<Interval>& a, const SinCos<Interval>& b) {
+  return sin_cos(a.angle + b.angle);
 }
 
 template <class S>
-Turn<S> operator-(const Turn<S>& a, const Turn<S>& b) {
-  return a + Turn<S>{-b.angle, -b.sin, b.cos};
-}
-
-template <class S>
-struct CoefficientsOf {
-  S CL, CD, CM;
-};
-
-inline CoefficientsOf<double> coefficients(const Polar& polar, double alpha) {
-  const auto [CL, CD, CM] = polar.at(alpha);
-  return {CL, CD, CM};
-}
-
-inline CoefficientsOf<Dual> coefficients(const Polar& polar, const Dual& alpha) {
-  const auto [value, slope] = polar.slope_at(alpha.value);
-  return {{value.CL, slope.CL * alpha.slopes},
-          {value.CD, slope.CD * alpha.slopes},
-          {value.CM, slope.CM * alpha.slopes}};
-}
-
-inline CoefficientsOf<Interval> coefficients(const Polar& polar, const Interval& alpha) {
-  const auto [CL, CD, CM] = polar.range(alpha.lower(), alpha.upper());
-  return {{CL.lower, CL.upper}, {CD.lower, CD.upper}, {CM.lower, CM.upper}};
+SinCos<S> operator-(const SinCos<S>& a, const SinCos<S>& b) {
+  return a + SinCos<S>{-b.angle, -b.sin, b.cos};
 }
 
 /// Zero, as the length or angle of a vector (u, w) that vanishes: without derivative, but along

@@ -25,9 +25,15 @@ struct Range {
   double upper = std::numeric_limits<double>::infinity();   ///< belongs to it
 };
 
+/// A parameter that may be anywhere between two values, in SI units.
+struct Uncertain {
+  std::string name;                 ///< the models' signal, "aircraft.mass"
+  double lower = 0.0, upper = 0.0;  ///< both may be
+};
+
 /// One term of the objective that decides where there are more unknowns than equations:
 /// ((signal - reference) / scale)². The signal is a variable or an output of the model.
-struct Effort {
+struct CostTerm {
   std::string signal;      ///< its name
   double scale = 1.0;      ///< in its unit; not zero
   double reference = 0.0;  ///< in its unit

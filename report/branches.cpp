@@ -8,7 +8,7 @@
 
 #include "model/degrees.hpp"
 #include "report/json.hpp"
-#include "report/own_columns.hpp"
+#include "report/user_columns.hpp"
 
 namespace tiltrim {
 
@@ -35,8 +35,8 @@ std::vector<SheetColumn> columns(const BranchAnswer& b, const Names& parameters)
   const Key& parameter = b.parameter;
   const SheetColumn along{parameter.name, parameter.name,
                           parameter.unit == "degrees" ? "°" : parameter.unit, "{:.8g}"};
-  if (b.start.condition.own) {
-    std::vector<SheetColumn> all = own_columns(b.start.model, parameters);
+  if (b.start.condition.user_model) {
+    std::vector<SheetColumn> all = user_columns(b.start.model, parameters);
     all.insert(all.begin(), {{"name", "condition", ""}, {"kind", "event", ""}, along});
     all.insert(all.end(), {{"unstable", "unstable", "", "{:.0f}"},
                            {"eigenvalue_re", "", "", "{}"},
@@ -67,8 +67,8 @@ std::vector<SheetCell> row(const BranchAnswer& b, const Names& parameters, const
                            std::string kind) {
   const Model& m = b.start.model;
   const SheetCell unstable = at.unstable ? SheetCell(double(*at.unstable)) : SheetCell();
-  if (b.start.condition.own) {
-    std::vector<SheetCell> all = own_cells(m, parameters, at.point, at.outputs);
+  if (b.start.condition.user_model) {
+    std::vector<SheetCell> all = user_cells(m, parameters, at.point, at.outputs);
     all.insert(all.begin(), {b.start.condition.name, SheetCell(std::move(kind)),
                              b.parameter.in_study(at.parameter)});
     all.insert(all.end(), {unstable, {}, {}, at.residual, {}});

@@ -9,7 +9,7 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "report/sheet.hpp"
-#include "trim/explain.hpp"
+#include "study/explain.hpp"
 
 namespace tiltrim {
 

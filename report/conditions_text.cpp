@@ -6,7 +6,7 @@
 #include "model/degrees.hpp"
 #include "report/conditions.hpp"
 #include "report/modes.hpp"
-#include "report/own_columns.hpp"
+#include "report/user_columns.hpp"
 
 namespace tiltrim {
 
@@ -34,7 +34,7 @@ SheetCell cell(std::optional<double> number, double factor = 1.0) {
 }
 
 bool is_own(const std::vector<ConditionReport>& conditions) {
-  return !conditions.empty() && conditions.front().answer.condition.own;
+  return !conditions.empty() && conditions.front().answer.condition.user_model;
 }
 
 std::vector<std::string> shown_parameters(const std::vector<ConditionReport>& conditions) {
@@ -51,11 +51,11 @@ void add_status(const Answer& a, std::vector<SheetCell>& row) {
 }
 
 // Of a study with [model]: every signal, where it is an equilibrium.
-std::vector<SheetCell> own_row(const ConditionReport& c,
-                               const std::vector<std::string>& parameters) {
+std::vector<SheetCell> user_row(const ConditionReport& c,
+                                const std::vector<std::string>& parameters) {
   const Answer& a = c.answer;
   std::vector<SheetCell> row{a.condition.name};
-  std::vector<SheetCell> cells = own_cells(a.model, parameters, a.trim.point, a.trim.outputs);
+  std::vector<SheetCell> cells = user_cells(a.model, parameters, a.trim.point, a.trim.outputs);
   if (!a.has_equilibrium()) cells.assign(cells.size(), {});
   row.insert(row.end(), cells.begin(), cells.end());
   add_status(a, row);
@@ -66,7 +66,7 @@ std::vector<SheetCell> own_row(const ConditionReport& c,
 std::vector<SheetCell> trim_row(const ConditionReport& c,
                                 const std::vector<std::string>& parameters) {
   const Answer& a = c.answer;
-  if (a.condition.own) return own_row(c, parameters);
+  if (a.condition.user_model) return user_row(c, parameters);
   const bool found = a.has_equilibrium();
   const bool asked = a.condition.formulation == Formulation::closed_loop;
   const auto show = [&](bool known, std::initializer_list<const char*> names, double factor) {
@@ -117,7 +117,7 @@ std::vector<std::string> remarks(const ConditionReport& c) {
 const char* formulation_name(Formulation f) {
   return f == Formulation::closed_loop ? "closed loop"
          : f == Formulation::airframe  ? "airframe alone"
-         : f == Formulation::own       ? "own model"
+         : f == Formulation::user      ? "own model"
                                        : "table";
 }
 
@@ -126,7 +126,7 @@ std::vector<SheetColumn> trim_columns(const std::vector<ConditionReport>& condit
   const SheetColumn residual{"residual", "residual", "1/s", magnitude_only};
   if (is_own(conditions)) {
     std::vector<SheetColumn> columns =
-        own_columns(conditions.front().answer.model, shown_parameters(conditions));
+        user_columns(conditions.front().answer.model, shown_parameters(conditions));
     columns.insert(columns.begin(), name);
     columns.insert(columns.end(), {residual, status});
     return columns;

@@ -241,7 +241,7 @@ ordered_json actuators_json(const Actuators& a) {
 
 ordered_json side_json(const HandOverSide& s) {
   ordered_json side{{"status", to_string(s.status)}, {"message", s.message}};
-  if (s.status > TrimStatus::not_optimal) return side;
+  if (!is_equilibrium(s.status)) return side;
   side["theta_deg"] = s.state.theta * degrees;
   side["energy_integral"] = s.state.x1;
   side["distribution_integral"] = s.state.x2;

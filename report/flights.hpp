@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "flight/flight_table.hpp"
+#include "flight/hand_over.hpp"
+#include "flight/monte_carlo.hpp"
+#include "flight/paper_flight.hpp"
+#include "flight/plan.hpp"
+#include "flight/tilt_rate.hpp"
 #include "report/sheet.hpp"
-#include "simulate/flight_table.hpp"
-#include "simulate/hand_over.hpp"
-#include "simulate/monte_carlo.hpp"
-#include "simulate/paper_flight.hpp"
-#include "simulate/plan.hpp"
 #include "simulate/response.hpp"
-#include "simulate/tilt_rate.hpp"
 
 namespace tiltrim {
 

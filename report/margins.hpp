@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "follow/actuator_loops.hpp"
 #include "report/sheet.hpp"
+#include "study/actuator_loops.hpp"
 
 namespace tiltrim {
 

@@ -6,7 +6,7 @@
 
 #include "report/figure.hpp"
 #include "report/sheet.hpp"
-#include "simulate/own_motion.hpp"
+#include "study/user_motion.hpp"
 
 namespace tiltrim {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "follow/answer.hpp"
 #include "report/sheet.hpp"
+#include "study/analyses.hpp"
 
 namespace tiltrim {
 

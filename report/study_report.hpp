@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "follow/actuator_loops.hpp"
 #include "report/conditions.hpp"
 #include "report/figure.hpp"
 #include "report/flights.hpp"
 #include "report/motions.hpp"
 #include "report/sheet.hpp"
+#include "study/actuator_loops.hpp"
 #include "sweep/map.hpp"
 #include "tables/tables.hpp"
 

@@ -14,7 +14,7 @@ namespace tiltrim {
 /// What `tiltrim tune` has to say of one study.
 struct TuningReport {
   TuneProblem problem;                     ///< as asked
-  bool own = false;                        ///< of a study with [model]
+  bool user_model = false;                 ///< of a study with [model]
   TuneOptions options{};                   ///< as asked
   TuneResult result{};                     ///< the answer
   std::string second_algorithm{};          ///< whose answer stands beside; empty: none

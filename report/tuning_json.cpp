@@ -11,9 +11,8 @@ using namespace tuning;
 namespace {
 
 ordered_json requirement_json(const Requirement& asked) {
-  return {{"measure", to_string(asked.measure)},
-          {"of", asked.of},
-          {"unit", std::string(unit(asked.measure))}};
+  return {
+      {"measure", name_of(asked)}, {"of", asked.of}, {"unit", std::string(unit(asked.measure))}};
 }
 
 // What was asked and its worst case; the goal's limit is null.
@@ -131,7 +130,7 @@ Sheet tuning_sheet(const TuningReport& report) {
     sheet.columns.push_back({key, "", ""});
   for (const Achieved& a : report.result.achieved)
     sheet.rows.push_back({point_name(report.problem, a.place), a.place.scatter,
-                          to_string(a.requirement.measure), a.requirement.of,
+                          name_of(a.requirement), a.requirement.of,
                           std::string(unit(a.requirement.measure)), number(a.requirement.limit),
                           number(a.value), number(a.reserve()), number(a.eigenvalue.real()),
                           number(a.eigenvalue.imag()), a.active ? 1.0 : 0.0});

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "model/keys.hpp"
 #include "report/tuning.hpp"
+#include "study/keys.hpp"
 
 namespace tiltrim::tuning {
 

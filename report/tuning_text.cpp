@@ -33,7 +33,7 @@ std::string without_prefix(const std::string& name) {
 
 // "phase margin of theta0"
 std::string in_words(const Requirement& asked) {
-  std::string words = to_string(asked.measure);
+  std::string words = name_of(asked);
   for (const std::string suffix : {"_db", "_deg"})
     if (words.ends_with(suffix)) words.resize(words.size() - suffix.size());
   std::ranges::replace(words, '_', ' ');

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "model/vehicle.hpp"
 #include "report/tuning_parts.hpp"
+#include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {
 
@@ -114,7 +114,7 @@ std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result)
                      gains, others);
 }
 
-std::string own_toml(const TuneProblem& problem, const TuneResult& result) {
+std::string user_toml(const TuneProblem& problem, const TuneResult& result) {
   std::string text = "[model.values]\n";
   for (std::size_t g = 0; g < problem.gains.size(); ++g)
     text += fmt::format("{} = {}\n", problem.gains[g].name, toml_number(result.gains[Index(g)]));
@@ -126,7 +126,7 @@ std::string own_toml(const TuneProblem& problem, const TuneResult& result) {
 std::string tuning_toml(const TuningReport& report) {
   if (report.result.status == TuneStatus::no_trim) return "";  // no gains that anything is known of
   if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
-  if (report.own) return own_toml(report.problem, report.result);
+  if (report.user_model) return user_toml(report.problem, report.result);
   return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
                                          : scheduled_toml(report.problem, report.result);
 }

@@ -1,7 +1,6 @@
 #include "simulate/comparison.hpp"
 
 #include <cmath>
-#include <stdexcept>
 
 #include "dense/dense.hpp"
 
@@ -91,14 +90,6 @@ double reach(const Comparison& comparison, const VectorXd& offset, const Respons
 }
 
 }  // namespace
-
-VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset) {
-  VectorXd by = VectorXd::Zero(std::ssize(states));
-  for (const auto& [name, value] : offset) by[index_of(states, name, "state")] = value;
-  if (by.isZero(0))
-    throw std::invalid_argument("an offset of nothing; expected a state and its change");
-  return by;
-}
 
 void compare(const std::function<Nonlinear(const VectorXd& offset)>& moved, const MatrixXd& A,
              const ResponseOptions& options, Response& response) {

@@ -1,9 +1,8 @@
-/// Linear motions beside nonlinear ones from the same offset. Internal to simulate/.
+/// Linear motions beside nonlinear ones from the same offset. Internal to simulate/ and flight/.
 #pragma once
 
 #include <Eigen/Core>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -18,9 +17,6 @@ struct Nonlinear {
   bool whole = false;   ///< to the end of its time
   std::string message;  ///< why not
 };
-
-/// By state name; throws std::invalid_argument for other names and an offset of nothing.
-Eigen::VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset);
 
 /// Fills in the response from its offset: both motions, how far apart, how far they go together.
 /// `moved` may have no samples where there is no motion from an offset.

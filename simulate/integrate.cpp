@@ -298,9 +298,9 @@ class Integration {
     if (t_ - instant_ > instant()) at_once_ = 0;
     instant_ = t_;
     above_[which] = !above_[which];
-    const Watched& watched = motion_.watched[which];
+    const EventFunction& watched = motion_.watched[which];
     const MotionEvent event{which, bool(above_[which]), t_};
-    using enum Watched::Direction;
+    using enum EventFunction::Direction;
     if (watched.direction == both || (watched.direction == rising) == event.rising) {
       sample_here();
       result_.events.push_back(event);

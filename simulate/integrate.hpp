@@ -13,7 +13,7 @@ namespace tiltrim {
 
 /// A function whose change of sign is an event. Zero counts as below it: at the start what rises
 /// from zero has an event, what falls from it has none.
-struct Watched {
+struct EventFunction {
   std::string name;  ///< in messages
   /// Which changes of sign count.
   enum class Direction {
@@ -37,10 +37,10 @@ using Evaluate = std::function<void(double t, const double* x, int mode, double*
 
 /// A motion, smooth but at its breaks and events.
 struct Motion {
-  Signals states;                  ///< of x
-  Evaluate f;                      ///< their rates
-  std::vector<Watched> watched{};  ///< what has events
-  Evaluate g{};                    ///< its values; needed if anything is watched
+  Signals states;                        ///< of x
+  Evaluate f;                            ///< their rates
+  std::vector<EventFunction> watched{};  ///< what has events
+  Evaluate g{};                          ///< its values; needed if anything is watched
   /// Times at which f or g has a kink or a jump, rising; at them both have their value behind.
   std::vector<double> breaks{};
   /// Called at each event, just behind it; may move the state, returns the mode from there on.

@@ -1,96 +1,48 @@
 #include "simulate/response.hpp"
 
-#include <fmt/core.h>
-
 #include <array>
+#include <stdexcept>
 
 #include "linearize/linearize.hpp"
 #include "simulate/comparison.hpp"
-#include "simulate/plan.hpp"
-#include "simulate/schedule.hpp"
+#include "simulate/simulate.hpp"
 
 namespace tiltrim {
 
-namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-constexpr Index states = 6;
-
-VectorXd wind_axes(const FlightState& x) {
-  VectorXd v(states);
-  v << x.along, x.across, x.theta, x.q, x.x1, x.x2;
-  return v;
-}
-
-FlightState moved(const FlightState& from, const VectorXd& by) {
-  FlightState x = from;
-  x.along += by[0];
-  x.across += by[1];
-  x.theta += by[2];
-  x.q += by[3];
-  x.x1 += by[4];
-  x.x2 += by[5];
-  return x;
-}
-
-}  // namespace
 
 std::string to_string(ResponseStatus status) {
   constexpr std::array names{"responded", "no_trim", "cut_short"};
   return names[std::size_t(status)];
 }
 
-Response response(const Flight& flight, const Command& command,
-                  const std::map<std::string, double>& offset, const ResponseOptions& options) {
-  Response answer;
-  answer.states = flight_signals(Axes::wind);
-  answer.states.resize(states);
-  answer.command = command;
-  answer.offset = comparing::offset_of(answer.states, offset);
+VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset) {
+  VectorXd by = VectorXd::Zero(std::ssize(states));
+  for (const auto& [name, value] : offset) by[index_of(states, name, "state")] = value;
+  if (by.isZero(0))
+    throw std::invalid_argument("an offset of nothing; expected a state and its change");
+  return by;
+}
 
-  Flight still = flight;
-  still.schedule = held(command);
-  still.axes = Axes::wind;
-  still.wind = {};
-  still.disturbance = {};
-  still.kink_times.clear();
-  still.rates = {};
-  still.vehicle.gains = gains_at(still, command.eta);
-  still.gains = {};
-  constexpr double high = 1e6;  // m: no ground
-  const TrimmedStart trim = trimmed_start(still, command, high, options.trimming);
-  answer.message = trim.message;
-  if (!trim) return answer;
-  VectorXd x(states);
-  x << 0, 0, trim.start.state.theta, trim.start.state.q, trim.start.state.x1, trim.start.state.x2;
-  const Model model = closed_loop(still.vehicle);
-  const LinearModel linear =
-      linearize(model, {x, VectorXd(), closed_loop_parameters(still.vehicle, command)});
-  answer.message = linear.message;
-  if (!linear) return answer;
-  // V_err and gamma_err are commanded less actual: the other sign.
-  VectorXd sign = VectorXd::Ones(states);
-  sign.head(2).setConstant(-1);
-  const MatrixXd A = sign.asDiagonal() * linear.A * sign.asDiagonal();
-  const auto moved_by = [&](const VectorXd& by) -> comparing::Nonlinear {
-    // Wind axes end there: of the offset that is asked for, fly() says so.
-    if (by != answer.offset && !(trim.start.state.along + by[0] > 0)) return {};
-    FlyOptions flying;
-    flying.duration = options.duration;
-    flying.integrate.tolerance = options.tolerance;
-    flying.integrate.sample = options.sample;
-    const FlightResult flown = fly(still, {moved(trim.start.state, by), false}, flying);
-    comparing::Nonlinear motion{flown.t, MatrixXd(states, std::ssize(flown.t)), bool(flown),
-                                flown.message};
-    for (std::size_t i = 0; i < flown.t.size(); ++i)
-      motion.x.col(Index(i)) = wind_axes(flown.states[i]) - wind_axes(trim.start.state);
-    return motion;
+Response response(const Model& model, const OperatingPoint& trim,
+                  const std::map<std::string, double>& offset, const ResponseOptions& options) {
+  Response response;
+  response.states = model.states;
+  response.offset = offset_of(model.states, offset);
+  const LinearModel linear = linearize(model, trim);
+  response.message = linear.message;
+  if (!linear) return response;
+  const auto moved = [&](const VectorXd& by) {
+    IntegrateOptions integrate;
+    integrate.tolerance = options.tolerance;
+    integrate.sample = options.sample;
+    OperatingPoint from = trim;
+    from.x += by;
+    const Simulation s = simulate(model, from, options.duration, {}, integrate);
+    return comparing::Nonlinear{s.t, s.x.colwise() - trim.x, bool(s), s.message};
   };
-  comparing::compare(moved_by, A, options, answer);
-  return answer;
+  comparing::compare(moved, linear.A, options, response);
+  return response;
 }
 
 }  // namespace tiltrim

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "simulate/fly.hpp"
+#include "model/model.hpp"
 #include "trim/trim.hpp"
 
 namespace tiltrim {
@@ -20,13 +20,11 @@ enum class ResponseStatus {
 };
 std::string to_string(ResponseStatus status);  ///< as JSON spells it
 
-/// Both from the same offset at a trim, the command held. Deviations from the trim of V, gamma,
-/// theta, q and the two integrals, in that order.
+/// Both from the same offset at a trim, inputs and parameters held, as deviations from the trim.
 struct Response {
   ResponseStatus status = ResponseStatus::no_trim;  ///< whether there are some
   std::string message{};                            ///< why not
   Signals states{};                                 ///< of the deviations
-  Command command{};                                ///< held
   Eigen::VectorXd offset{};                         ///< at t = 0
   std::vector<double> t{};                          ///< s
   Eigen::MatrixXd linear{}, nonlinear{};            ///< [state, time]
@@ -45,9 +43,13 @@ struct ResponseOptions {
   TrimOptions trimming{};                 ///< of the start
 };
 
-/// `offset` by state name: V, gamma, theta, q, energy_integral, distribution_integral (SI). Throws
-/// std::invalid_argument for other names and an offset of nothing.
-[[nodiscard]] Response response(const Flight& flight, const Command& command,
+/// An offset by state name as a vector. Throws std::invalid_argument for names that are no states
+/// and an offset of nothing.
+Eigen::VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset);
+
+/// Linear against nonlinear motion of the model from an offset of states, by name, at a trim.
+/// Throws std::invalid_argument for names that are no states and an offset of nothing.
+[[nodiscard]] Response response(const Model& model, const OperatingPoint& trim,
                                 const std::map<std::string, double>& offset,
                                 const ResponseOptions& options = {});
 

@@ -60,8 +60,8 @@ std::optional<Sample> as_sample(double t, const OperatingPoint& at, const Matrix
   return s;
 }
 
-// Settled again, since the map need not keep all that the trim is free to move.
-std::optional<Settled> settled_at(const GridLine& line, std::size_t k) {
+// GridTrim again, since the map need not keep all that the trim is free to move.
+std::optional<GridTrim> settled_at(const GridLine& line, std::size_t k) {
   if (!line.valid(k)) return {};
   return settle(line.sweep, line.at(double(k)), operating_point(line, k));
 }
@@ -74,7 +74,7 @@ std::optional<Sample> grid_sample(const GridLine& line, std::size_t k) {
 
 // Where an eigenvalue is zero the trim's own equations may be singular, and nothing settles. An
 // equilibrium that stays where it is while the line's numbers move is there all the same.
-std::optional<Settled> stays(const GridLine& line, double t, const OperatingPoint& near) {
+std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoint& near) {
   Problem problem = line.sweep.problem;
   problem.base = numbers_at(line.sweep, line.at(t));
   for (const Index j : problem.unknowns) set_value(problem.base, j, value_of(near, j));
@@ -128,7 +128,7 @@ std::optional<Sample> beyond_switch(const GridLine& line, const MatrixLine& matr
                                     const std::optional<Sample>& near) {
   if (near)
     if (auto sample = matrices.sample(t, *near)) return sample;
-  const Settled e = from_nothing(line.sweep, line.at(t));
+  const GridTrim e = from_nothing(line.sweep, line.at(t));
   if (!e.valid()) return {};
   return as_sample(t, e.at, e.A(line.sweep));
 }

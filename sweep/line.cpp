@@ -32,7 +32,7 @@ struct Room {
 };
 
 // A line while it is walked.
-struct Walk {
+struct LineTracker {
   const Prepared& sweep;
   GridPlace place;
   std::size_t axis, count;
@@ -66,17 +66,17 @@ std::int16_t reason_number(LinePoints& points, const std::string& reason) {
   return std::int16_t(std::ranges::find(points.reasons, reason) - points.reasons.begin());
 }
 
-void keep_matrix(Walk& w, std::size_t k, const MatrixXd& slopes) {
+void keep_matrix(LineTracker& w, std::size_t k, const MatrixXd& slopes) {
   for (Index j = 0; j < w.A.n; ++j)
     for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = slopes(i, j);
 }
 
-void keep_no_matrix(Walk& w, std::size_t k) {
+void keep_no_matrix(LineTracker& w, std::size_t k) {
   for (Index j = 0; j < w.A.n; ++j)
     for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = not_a_number;
 }
 
-void keep(Walk& w, std::size_t k, const Settled& e) {
+void keep(LineTracker& w, std::size_t k, const GridTrim& e) {
   LinePoints& p = w.points;
   p.status[k] = std::int8_t(e.status);
   p.reason[k] = e.message.empty() ? std::int16_t(0) : reason_number(p, e.message);
@@ -90,7 +90,7 @@ void keep(Walk& w, std::size_t k, const Settled& e) {
   for (std::size_t i = 0; i < m; ++i) p.input[k * m + i] = input_at(w.sweep, e, i);
 }
 
-Walk begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& room) {
+LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& room) {
   const std::size_t axis = sweep.axes.size() - 1, count = sweep.axes[axis].size();
   const std::size_t n = std::size_t(sweep.states()), m = sweep.inputs.size();
   room.A.n = Index(n);
@@ -115,7 +115,7 @@ Walk begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& r
 }
 
 // Unknowns at point k from those at up to four points next to it, by the polynomial through them.
-void extrapolate(const Walk& w, std::size_t k, std::array<std::size_t, 4> near, int count,
+void extrapolate(const LineTracker& w, std::size_t k, std::array<std::size_t, 4> near, int count,
                  OperatingPoint& at) {
   const std::vector<double>& v = w.coordinates();
   std::array<double, 4> weight{};
@@ -134,7 +134,7 @@ void extrapolate(const Walk& w, std::size_t k, std::array<std::size_t, 4> near, 
 }
 
 // The equilibria next to k on the side where the walk comes from (-1: before it), nearest first.
-int known_beside(const Walk& w, std::size_t k, int side, std::array<std::size_t, 4>& near) {
+int known_beside(const LineTracker& w, std::size_t k, int side, std::array<std::size_t, 4>& near) {
   int count = 0;
   for (std::ptrdiff_t j = std::ptrdiff_t(k) + side;
        count < 4 && j >= 0 && j < std::ptrdiff_t(w.count) && w.valid[std::size_t(j)]; j += side)
@@ -143,10 +143,10 @@ int known_beside(const Walk& w, std::size_t k, int side, std::array<std::size_t,
 }
 
 // From the equilibria before by Newton, from nothing where that fails.
-Settled next_forward(const Walk& w, std::size_t k) {
+GridTrim next_forward(const LineTracker& w, std::size_t k) {
   GridPlace place = w.place;
   place[w.axis] = double(k);
-  Settled e;
+  GridTrim e;
   std::array<std::size_t, 4> near{};
   if (const int known = known_beside(w, k, -1, near)) {
     e.at = w.base;
@@ -161,9 +161,9 @@ Settled next_forward(const Walk& w, std::size_t k) {
   return e;
 }
 
-void walk_forward(Walk& w, const LineStart& start) {
+void walk_forward(LineTracker& w, const LineStart& start) {
   for (std::size_t k = 0; k < w.count; ++k) {
-    const Settled e = k == 0 ? start.first : next_forward(w, k);
+    const GridTrim e = k == 0 ? start.first : next_forward(w, k);
     keep(w, k, e);
     if (e.valid())
       keep_matrix(w, k, e.slopes);
@@ -173,7 +173,7 @@ void walk_forward(Walk& w, const LineStart& start) {
 }
 
 // The matrices of points whose shares of the line's slope these are.
-void keep_matrices(Walk& w, const AffineLine& line, const std::vector<double>& shares) {
+void keep_matrices(LineTracker& w, const AffineLine& line, const std::vector<double>& shares) {
   for (Index i = 0; i < w.A.n; ++i)
     for (Index j = 0; j < w.A.n; ++j) {
       const double first = line.first(i, j), slope = line.slope(i, j);
@@ -186,7 +186,7 @@ void keep_matrices(Walk& w, const AffineLine& line, const std::vector<double>& s
 }
 
 // Of a steady line every point is the first.
-void keep_steady(Walk& w, const Settled& e) {
+void keep_steady(LineTracker& w, const GridTrim& e) {
   keep(w, 0, e);
   const auto repeat = [&](auto& values) {
     const std::size_t width = values.size() / w.count;
@@ -200,7 +200,7 @@ void keep_steady(Walk& w, const Settled& e) {
 }
 
 // From the point before, a Newton step or none. False as soon as it is no equilibrium.
-bool next_affine(Walk& w, const AffineLine& line, std::size_t k, Settled& e) {
+bool next_affine(LineTracker& w, const AffineLine& line, std::size_t k, GridTrim& e) {
   extrapolate(w, k, {k - 1, k < 2 ? 0 : k - 2}, k < 2 ? 1 : 2, e.at);
   if (settle(w.sweep, line, e)) return true;
   GridPlace place = w.place;
@@ -211,9 +211,9 @@ bool next_affine(Walk& w, const AffineLine& line, std::size_t k, Settled& e) {
 }
 
 // Along an axis that leaves the airframe's equilibrium alone.
-bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line,
+bool walk_affine(LineTracker& w, const LineStart& start, const AffineLine& line,
                  std::vector<double>& shares) {
-  Settled e = start.first;
+  GridTrim e = start.first;
   if (line.steady) {
     e.residual = line.residual;
     keep_steady(w, e);
@@ -232,8 +232,8 @@ bool walk_affine(Walk& w, const LineStart& start, const AffineLine& line,
   return true;
 }
 
-void add_second(Walk& w, std::size_t k, const OperatingPoint& at) {
-  const Settled e = equilibrium_at(w.sweep, at);
+void add_second(LineTracker& w, std::size_t k, const OperatingPoint& at) {
+  const GridTrim e = equilibrium_at(w.sweep, at);
   const MatrixXd A = e.A(w.sweep);
   const Eigenvalues lambda = eigenvalues_of(A);
   LinePoints& p = w.points;
@@ -250,7 +250,7 @@ void add_second(Walk& w, std::size_t k, const OperatingPoint& at) {
   p.second_verdict.push_back(std::int8_t(modes(A).verdict));
 }
 
-bool near_point(const Walk& w, std::size_t k, const OperatingPoint& at, double within) {
+bool near_point(const LineTracker& w, std::size_t k, const OperatingPoint& at, double within) {
   const Problem& p = w.sweep.problem;
   for (std::size_t i = 0; i < w.n_unknowns(); ++i) {
     const double here = w.unknowns[k * w.n_unknowns() + i];
@@ -261,7 +261,7 @@ bool near_point(const Walk& w, std::size_t k, const OperatingPoint& at, double w
 }
 
 // Two equilibria of one point: the one of less effort stays, the other is its second branch.
-void settle_between(Walk& w, std::size_t k, const Settled& other) {
+void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   const bool first = !w.valid[k];
   const OperatingPoint here = first ? other.at : w.at(k);
   if (!first && apart(w.sweep, here, other.at) <= other_branch) return;
@@ -276,7 +276,7 @@ void settle_between(Walk& w, std::size_t k, const Settled& other) {
 // The line walked from its other end. Where Newton comes to the same equilibrium at both ends of a
 // steady line there is nothing to walk. What the first walk found is this walk's too where it lies
 // as near to the continuation of the points behind it as Newton needs; else Newton decides.
-void walk_backward(Walk& w, const LineStart& start, bool steady) {
+void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
   constexpr double near_enough = 1e-2;              // nominal sizes
   std::optional<OperatingPoint> last = start.last;  // set while this walk is on another branch
   if (last && w.valid[w.count - 1] && apart(w.sweep, *last, w.at(w.count - 1)) <= other_branch)
@@ -284,7 +284,7 @@ void walk_backward(Walk& w, const LineStart& start, bool steady) {
   if (steady && !last) return;
   std::array<std::size_t, 4> near{};
   for (std::size_t k = w.count; k-- > 0;) {
-    Settled e;
+    GridTrim e;
     if (last) {
       e.at = *last;
       move_to(w.sweep, w.axis, double(k), e.at);
@@ -308,7 +308,7 @@ void walk_backward(Walk& w, const LineStart& start, bool steady) {
 }
 
 // Modes of `length` points from k on, mode by mode: largest real part and least damping with them.
-void keep_modes(Walk& w, std::size_t k, std::size_t length, const double* const* re,
+void keep_modes(LineTracker& w, std::size_t k, std::size_t length, const double* const* re,
                 const double* const* im) {
   const std::size_t n = std::size_t(w.sweep.states());
   std::array<double, IsolatedModes::longest> abscissa, damping;
@@ -332,7 +332,7 @@ void keep_modes(Walk& w, std::size_t k, std::size_t length, const double* const*
   }
 }
 
-void keep_modes(Walk& w, std::size_t k, const Eigenvalues& modes,
+void keep_modes(LineTracker& w, std::size_t k, const Eigenvalues& modes,
                 const std::vector<std::uint8_t>& confidence) {
   std::array<double, largest_batch_matrix> re{}, im{};
   std::array<const double*, largest_batch_matrix> re_at{}, im_at{};
@@ -348,7 +348,7 @@ void keep_modes(Walk& w, std::size_t k, const Eigenvalues& modes,
 
 // The modes' order carried along the line from its first equilibrium.
 struct Following {
-  Walk& w;
+  LineTracker& w;
   const BatchEigenvalues& all;
   std::optional<Reference> from;  // the point before
   Eigenvalues before{};           // and the modes of the one before that
@@ -359,8 +359,8 @@ struct Following {
   IsolatedModes isolated{};
   std::size_t last = 0, last_but_one = 0;
 
-  Following(Walk& walk, const BatchEigenvalues& eigenvalues, const std::optional<Reference>& start,
-            std::size_t n)
+  Following(LineTracker& walk, const BatchEigenvalues& eigenvalues,
+            const std::optional<Reference>& start, std::size_t n)
       : w(walk),
         all(eigenvalues),
         from(start),
@@ -451,7 +451,7 @@ struct Following {
   }
 };
 
-void follow_modes(Walk& w, const LineStart& start, const BatchEigenvalues& all) {
+void follow_modes(LineTracker& w, const LineStart& start, const BatchEigenvalues& all) {
   Following f(w, all, start.reference, std::size_t(w.sweep.states()));
   for (std::size_t k = 0; k < w.count; ++k) {
     std::size_t run = IsolatedModes::longest / 16;
@@ -516,7 +516,7 @@ std::function<std::optional<MatrixXd>(double)> trims_between(const Prepared& swe
 }
 
 // What a point has not got: without an equilibrium nothing, without eigenvalues none of theirs.
-static void clear(Walk& w, std::size_t k) {
+static void clear(LineTracker& w, std::size_t k) {
   LinePoints& p = w.points;
   const std::size_t n = std::size_t(w.sweep.states()), m = w.sweep.inputs.size();
   p.spectral_abscissa[k] = p.damping[k] = not_a_number;
@@ -532,7 +532,7 @@ static void clear(Walk& w, std::size_t k) {
 
 // A matrix of differences has errors that verdicts() knows nothing of: near the axis the bounds of
 // linearize() decide.
-static void judge_differences(Walk& w) {
+static void judge_differences(LineTracker& w) {
   constexpr double near = 1e-6;  // 1/s, or of the largest entry: well above what differences leave
   for (std::size_t k = 0; k < w.count; ++k) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
@@ -547,7 +547,7 @@ static void judge_differences(Walk& w) {
 
 void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
   static thread_local Room room;
-  Walk w = begin(sweep, start, points, room);
+  LineTracker w = begin(sweep, start, points, room);
   std::optional<AffineLine> line;
   if (start.first.valid()) line = affine_line(sweep, start.place, w.axis, start.first);
   const bool affine = line && walk_affine(w, start, *line, room.shares);

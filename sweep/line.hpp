@@ -23,7 +23,7 @@ struct Reference {
 /// axes before any line is walked, so that lines do not depend on one another.
 struct LineStart {
   GridPlace place;  ///< of the first point
-  Settled first;
+  GridTrim first;
   std::optional<OperatingPoint> last;
   std::optional<Reference> reference;    ///< the line's first point in the order of the modes
   std::vector<std::uint8_t> confidence;  ///< of that order

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "linearize/modes.hpp"
-#include "model/study.hpp"
+#include "sweep/axis.hpp"
 #include "trim/trim.hpp"
 
 namespace tiltrim {

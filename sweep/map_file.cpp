@@ -20,9 +20,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sweep/checksum.hpp"
+#include "runtime/checksum.hpp"
+#include "runtime/whole_file.hpp"
 #include "sweep/map_fields.hpp"
-#include "sweep/whole_file.hpp"
 
 namespace tiltrim {
 
@@ -150,7 +150,7 @@ std::string udunits(const std::string& unit) {
 std::string last_part(const std::string& name) { return name.substr(name.rfind('.') + 1); }
 
 // The file's own variables and dimensions.
-std::set<std::string> own_names() {
+std::set<std::string> reserved_names() {
   SweepMap map;
   Lists lists;
   std::set<std::string> names{"study", "study_length"};
@@ -176,7 +176,7 @@ struct ColumnNames {
 
 /// [axis][column]; the first column's is the dimension's, too.
 std::vector<std::vector<ColumnNames>> column_names(const std::vector<SweepAxis>& axes) {
-  auto taken = own_names();
+  auto taken = reserved_names();
   std::vector<std::vector<ColumnNames>> names;
   for (const SweepAxis& axis : axes) names.push_back({{give(taken, axis.name), ""}});
   for (std::size_t a = 0; a < axes.size(); ++a)
@@ -530,7 +530,7 @@ Shape dimension(const Dataset& set, int id) {
 // The dimensions of the file; those of the axes are what lies between condition and the end in
 // status. Returns their names.
 Strings find_dimensions(Dataset& set) {
-  for (const std::string& name : own_names())
+  for (const std::string& name : reserved_names())
     if (int id = -1; nc_inq_dimid(set.id, name.c_str(), &id) == NC_NOERR)
       set.dimensions[name] = dimension(set, id);
   int variable = -1, count = 0;

@@ -96,26 +96,18 @@ void move_to(const Prepared& sweep, std::size_t axis, double position, Operating
   const std::vector<SweepAxis::Column>& columns = sweep.axes[axis].columns;
   const auto k = std::min(std::size_t(position), columns.front().si.size() - 1);
   const double share = position - double(k);
-  const bool along_corridor = columns.front().signal.empty() && share != 0;
-  const Command scheduled =
-      along_corridor ? corridor(coordinate(sweep.axes[axis], position)) : Command{};
-  for (std::size_t c = 0; c < columns.size(); ++c) {
-    const Index j = sweep.moved[axis][c];
-    if (j < 0) continue;
-    const std::vector<double>& si = columns[c].si;
-    double value = share == 0 ? si[k] : si[k] + share * (si[k + 1] - si[k]);
-    if (along_corridor && columns[c].signal == "V") value = scheduled.V;
-    if (along_corridor && columns[c].signal == "gamma") value = scheduled.gamma;
-    if (along_corridor && columns[c].signal == "eta") value = scheduled.eta;
-    set_value(at, j, value);
+  const auto straight = [&](const SweepAxis::Column& column) {
+    const std::vector<double>& si = column.si;
+    return share == 0 ? si[k] : si[k] + share * (si[k + 1] - si[k]);
+  };
+  std::vector<double> curved;
+  if (share != 0 && sweep.axes[axis].between) {
+    for (const SweepAxis::Column& column : columns) curved.push_back(straight(column));
+    sweep.axes[axis].between(curved);
   }
-  if (sweep.axes[axis].schedule.eta.empty() || share == 0) return;
-  const auto tilt = std::ranges::find(columns, "eta", &SweepAxis::Column::signal);
-  Gains gains = gains_at(sweep.axes[axis].schedule,
-                         value_of(at, sweep.moved[axis][std::size_t(tilt - columns.begin())]));
   for (std::size_t c = 0; c < columns.size(); ++c)
-    if (columns[c].scheduled >= 0)
-      set_value(at, sweep.moved[axis][c], gain_value(gains, std::size_t(columns[c].scheduled)));
+    if (const Index j = sweep.moved[axis][c]; j >= 0)
+      set_value(at, j, curved.empty() ? straight(columns[c]) : curved[c]);
 }
 
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place) {
@@ -184,7 +176,7 @@ std::string outside_in_words(const std::string& name, const std::string& unit, d
 }
 
 // Limits and implied rates at a point whose equations hold.
-bool keeps_limits(const Prepared& s, const VectorXd& rates, Settled& e) {
+bool keeps_limits(const Prepared& s, const VectorXd& rates, GridTrim& e) {
   const Problem& p = s.problem;
   for (Index k = 0; k < p.n(); ++k) {
     const Index j = p.unknowns[std::size_t(k)];
@@ -219,7 +211,7 @@ VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
 
 // A Jacobian serves for further steps while they are small and shrink a hundredfold.
 template <class Matrix, class Vector>
-bool newton(const Prepared& s, Settled& e) {
+bool newton(const Prepared& s, GridTrim& e) {
   constexpr double fast = 0.01, near = 1e-3;
   const Model& m = s.model();
   double before = std::numeric_limits<double>::infinity();
@@ -260,12 +252,12 @@ bool newton(const Prepared& s, Settled& e) {
 }  // namespace
 
 // What to say of an equilibrium that has no linear model, as the rest in body axes.
-static std::string missing_model(const Prepared& s, const Settled& e) {
+static std::string missing_model(const Prepared& s, const GridTrim& e) {
   const bool finite = e.slopes.topLeftCorner(s.states(), s.states()).allFinite();
   return finite ? "" : "an equilibrium without a linear model: a derivative is not finite there";
 }
 
-bool settle(const Prepared& s, Settled& e) {
+bool settle(const Prepared& s, GridTrim& e) {
   e.message.clear();
   bool found = false;
   try {
@@ -305,9 +297,9 @@ bool keep_outputs(const Prepared& s, const VectorXd& outputs, OperatingPoint& at
 
 }  // namespace
 
-std::optional<Settled> settle(const Prepared& s, const OperatingPoint& numbers,
-                              const OperatingPoint& from) {
-  Settled e;
+std::optional<GridTrim> settle(const Prepared& s, const OperatingPoint& numbers,
+                               const OperatingPoint& from) {
+  GridTrim e;
   e.at = numbers;
   for (const Index j : s.problem.unknowns) set_value(e.at, j, value_of(from, j));
   const OperatingPoint here = e.at;
@@ -323,13 +315,13 @@ std::optional<Settled> settle(const Prepared& s, const OperatingPoint& numbers,
   return e;
 }
 
-std::optional<Settled> settle(const Prepared& s, const GridPlace& place,
-                              const OperatingPoint& from) {
+std::optional<GridTrim> settle(const Prepared& s, const GridPlace& place,
+                               const OperatingPoint& from) {
   return settle(s, numbers_at(s, place), from);
 }
 
-Settled equilibrium_at(const Prepared& s, const OperatingPoint& at) {
-  Settled e;
+GridTrim equilibrium_at(const Prepared& s, const OperatingPoint& at) {
+  GridTrim e;
   e.at = at;
   e.status = TrimStatus::converged;
   e.outputs = outputs_of(s.model(), at);
@@ -346,11 +338,11 @@ static std::string in_short(const TrimResult& found) {
   return found.message;
 }
 
-Settled from_nothing(const Prepared& s, const GridPlace& place) {
+GridTrim from_nothing(const Prepared& s, const GridPlace& place) {
   return from_nothing(s, numbers_at(s, place));
 }
 
-Settled from_nothing(const Prepared& s, const OperatingPoint& at) {
+GridTrim from_nothing(const Prepared& s, const OperatingPoint& at) {
   static std::mutex one_at_a_time;
   TrimResult found;
   {
@@ -359,9 +351,9 @@ Settled from_nothing(const Prepared& s, const OperatingPoint& at) {
                 ? s.request.cold(at, s.trimming)
                 : trim(s.model(), free_of(s.request.spec, s.model(), s.axes), at, s.trimming);
   }
-  Settled e;
+  GridTrim e;
   e.at = found.point;
-  if (found.status <= TrimStatus::not_optimal) e = equilibrium_at(s, found.point);
+  if (is_equilibrium(found.status)) e = equilibrium_at(s, found.point);
   e.status = found.status;
   e.message = e.valid() ? missing_model(s, e) : std::string();
   if (e.message.empty()) e.message = in_short(found);
@@ -384,7 +376,7 @@ double effort_at(const Prepared& s, const OperatingPoint& at) {
   return values(problem, unknowns_of(problem, at)).effort;
 }
 
-double input_at(const Prepared& s, const Settled& e, std::size_t i) {
+double input_at(const Prepared& s, const GridTrim& e, std::size_t i) {
   const Index at = s.inputs[i], nu = std::ssize(s.model().inputs);
   return at < nu ? e.at.u[at] : e.outputs[at - nu];
 }
@@ -403,13 +395,13 @@ static double inverse_size(const Prepared& s, const MatrixXd& A) {
 
 namespace {
 
-double outputs_apart(const Prepared& s, const Settled& a, const Settled& b) {
+double outputs_apart(const Prepared& s, const GridTrim& a, const GridTrim& b) {
   const VectorXd size = nominals(s.model().outputs);
   return size.size() ? (a.outputs - b.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() : 0.0;
 }
 
 // Whether A at a point of the line is what the line says, to the round-off of the trims.
-bool predicted(const Prepared& s, const AffineLine& line, const Settled& e) {
+bool predicted(const Prepared& s, const AffineLine& line, const GridTrim& e) {
   constexpr double same_matrix = 1e-9;
   const MatrixXd A = e.A(s);
   const auto share = line.share(e.at.p);
@@ -421,7 +413,7 @@ bool predicted(const Prepared& s, const AffineLine& line, const Settled& e) {
 }  // namespace
 
 std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place, std::size_t axis,
-                                      const Settled& start) {
+                                      const GridTrim& start) {
   const Model::Affine* structure = s.affine[axis];
   if (!structure) return {};
   const auto settled_at = [&](double position) {
@@ -449,7 +441,7 @@ std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place,
   return line;
 }
 
-bool settle(const Prepared& s, const AffineLine& line, Settled& e) {
+bool settle(const Prepared& s, const AffineLine& line, GridTrim& e) {
   constexpr int few = 4;  // the integrals are linear in the law's gains, or nearly
   const auto share = line.share(e.at.p);
   if (!share) return false;

@@ -33,16 +33,16 @@ struct Prepared {
 /// A place in the grid: along each axis a position from 0 to size - 1, whole at the grid's points.
 using GridPlace = std::vector<double>;
 
-/// The coordinate of the axis itself at a position, in the study's unit. Between two points of the
-/// grid all columns go straight, but for h, whose columns follow the corridor (16).
+/// The coordinate of the axis itself at a position, in its own unit.
 double coordinate(const SweepAxis& axis, double position);
-/// Sets the variables that the axis moves.
+/// Sets the variables that the axis moves: between two points of the grid as SweepAxis::between
+/// says.
 void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at);
 /// The guess with all axes' numbers set.
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place);
 
 /// A verified equilibrium, or why there is none.
-struct Settled {
+struct GridTrim {
   TrimStatus status = TrimStatus::not_found;
   std::string message;
   OperatingPoint at;
@@ -50,7 +50,7 @@ struct Settled {
   Eigen::MatrixXd slopes;  ///< ∂[f; h]/∂along
   double residual = 0.0;   ///< scaled
 
-  bool valid() const { return status <= TrimStatus::not_optimal; }
+  bool valid() const { return is_equilibrium(status); }
   Eigen::MatrixXd A(const Prepared& sweep) const {
     return slopes.topLeftCorner(sweep.states(), sweep.states());
   }
@@ -59,22 +59,22 @@ struct Settled {
 /// Newton from the unknowns that `e.at` has, its other numbers given. Without damping: what
 /// does not come to rest within limits is not this neighbour's. False: no equilibrium reached, and
 /// `e.message` says in short why.
-bool settle(const Prepared& sweep, Settled& e);
+bool settle(const Prepared& sweep, GridTrim& e);
 
 /// The same at the numbers of `place`, or at those given, from the unknowns of `from`; if that
 /// fails, from unknowns that give the outputs of `from` there.
-std::optional<Settled> settle(const Prepared& sweep, const GridPlace& place,
-                              const OperatingPoint& from);
-std::optional<Settled> settle(const Prepared& sweep, const OperatingPoint& numbers,
-                              const OperatingPoint& from);
+std::optional<GridTrim> settle(const Prepared& sweep, const GridPlace& place,
+                               const OperatingPoint& from);
+std::optional<GridTrim> settle(const Prepared& sweep, const OperatingPoint& numbers,
+                               const OperatingPoint& from);
 
 /// From nothing: the request's own trim, one at a time in this process (Ipopt's MUMPS keeps
 /// global state).
-Settled from_nothing(const Prepared& sweep, const GridPlace& place);
-Settled from_nothing(const Prepared& sweep, const OperatingPoint& numbers);
+GridTrim from_nothing(const Prepared& sweep, const GridPlace& place);
+GridTrim from_nothing(const Prepared& sweep, const OperatingPoint& numbers);
 
 /// Derivatives and outputs at an equilibrium known before.
-Settled equilibrium_at(const Prepared& sweep, const OperatingPoint& at);
+GridTrim equilibrium_at(const Prepared& sweep, const OperatingPoint& at);
 
 /// Largest difference of the unknowns over their nominal sizes.
 double apart(const Prepared& sweep, const OperatingPoint& a, const OperatingPoint& b);
@@ -83,7 +83,7 @@ double apart(const Prepared& sweep, const OperatingPoint& a, const OperatingPoin
 double effort_at(const Prepared& sweep, const OperatingPoint& at);
 
 /// Value i of those kept beside the state.
-double input_at(const Prepared& sweep, const Settled& e, std::size_t i);
+double input_at(const Prepared& sweep, const GridTrim& e, std::size_t i);
 
 /// A line along an axis on which ∂f/∂x is affine in φ: from two points of it, all others.
 struct AffineLine {
@@ -105,9 +105,9 @@ struct AffineLine {
 /// ends and in its middle are settled and differentiated, their outputs agree, and the middle's A
 /// is the one that the ends give it.
 std::optional<AffineLine> affine_line(const Prepared& sweep, const GridPlace& place,
-                                      std::size_t axis, const Settled& start);
+                                      std::size_t axis, const GridTrim& start);
 
 /// Newton with the line's Jacobian: true if the equilibrium is there, with the outputs kept.
-bool settle(const Prepared& sweep, const AffineLine& line, Settled& e);
+bool settle(const Prepared& sweep, const AffineLine& line, GridTrim& e);
 
 }  // namespace tiltrim

@@ -1,9 +1,9 @@
 /// Finished lines as bytes, for the log and for other ranks. Internal to sweep/.
 #pragma once
 
+#include "runtime/ranks.hpp"
 #include "sweep/boundary.hpp"
 #include "sweep/line.hpp"
-#include "sweep/ranks.hpp"
 
 namespace tiltrim {
 

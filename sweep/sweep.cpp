@@ -54,10 +54,11 @@ struct Named {
 };
 
 // The modes in the order and by the names of modes(), at the first equilibrium of a condition.
-Named named_modes(const Prepared& sweep, const Settled& e) {
+Named named_modes(const Prepared& sweep, const GridTrim& e) {
   Named named;
   named.reference.A = e.A(sweep);
-  for (const Mode& m : modes(named.reference.A, {}, names(sweep.model().states)).modes) {
+  const ModesOptions naming{.mode_names = sweep.model().mode_names};
+  for (const Mode& m : modes(named.reference.A, {}, names(sweep.model().states), naming).modes) {
     named.reference.modes.push_back(m.eigenvalue);
     named.names.push_back(m.name);
   }
@@ -97,7 +98,7 @@ void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<L
       last[l] = last[*before];
       s.reference = starts[*before].reference;
     }
-    std::optional<Settled> e;
+    std::optional<GridTrim> e;
     if (last[l]) e = settle(sweep, s.place, *last[l]);
     s.first = e ? *e : from_nothing(sweep, s.place);
     if (!s.first.valid()) continue;
@@ -128,10 +129,10 @@ void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<Li
     GridPlace place = starts[l].place;
     place.back() = double(sweep.axes.back().size() - 1);
     const auto after = lines.next_to(l, false);
-    std::optional<Settled> e;
+    std::optional<GridTrim> e;
     if (after && starts[*after].last) {
       e = settle(sweep, place, *starts[*after].last);
-    } else if (Settled own = from_nothing(sweep, place); own.valid()) {
+    } else if (GridTrim own = from_nothing(sweep, place); own.valid()) {
       e = own;
     }
     if (e) {
@@ -311,7 +312,7 @@ void name_late(const Prepared& sweep, std::size_t condition, SweepMap& map) {
     GridPlace place;
     const std::vector<std::size_t> position = map.position(p);
     for (std::size_t a = 1; a < position.size(); ++a) place.push_back(double(position[a]));
-    const Settled e = from_nothing(sweep, place);
+    const GridTrim e = from_nothing(sweep, place);
     if (!e.valid() || !e.A(sweep).allFinite()) return;
     const Named named = named_modes(sweep, e);
     for (std::size_t i = 0; i < n && i < named.names.size(); ++i) {

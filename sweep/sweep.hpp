@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "model/study.hpp"
 #include "sweep/map.hpp"
 #include "trim/trim.hpp"
 
@@ -66,11 +65,5 @@ struct SweepInterrupted : std::runtime_error {
 /// not have, std::runtime_error "path: why" for a log that cannot be used, SweepInterrupted.
 [[nodiscard]] SweepMap sweep(const std::vector<SweepRequest>& conditions,
                              const std::vector<SweepAxis>& axes, const SweepOptions& options = {});
-
-/// The study's conditions as requests. Throws std::invalid_argument, naming the condition, where
-/// one cannot be swept: formulation table, or a number that it does not have.
-[[nodiscard]] std::vector<SweepRequest> sweep_requests(const Study& study,
-                                                       const std::vector<Condition>& conditions,
-                                                       const std::vector<SweepAxis>& axes);
 
 }  // namespace tiltrim

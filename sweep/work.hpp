@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "sweep/log.hpp"
-#include "sweep/ranks.hpp"
+#include "runtime/log.hpp"
+#include "runtime/ranks.hpp"
+#include "runtime/threads.hpp"
 #include "sweep/record.hpp"
 #include "sweep/sweep.hpp"
-#include "sweep/threads.hpp"
 
 namespace tiltrim {
 

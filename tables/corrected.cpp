@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tables/tables.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {
 

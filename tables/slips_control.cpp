@@ -8,7 +8,7 @@
 
 #include "linearize/modes.hpp"
 #include "tables/slips.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim::slips {
 

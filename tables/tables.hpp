@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "linearize/modes.hpp"
-#include "model/vehicle.hpp"
 #include "trim/trim.hpp"
+#include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {
 

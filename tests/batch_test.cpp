@@ -11,11 +11,11 @@
 
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
-#include "model/study.hpp"
+#include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <numbers>
 
-#include "model/study.hpp"
+#include "study/explain.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/random.hpp"
 #include "tests/toy_models.hpp"
-#include "trim/conditions.hpp"
-#include "trim/explain.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -44,7 +44,7 @@ struct Asked {
       if (std::isfinite(r.upper - r.lower)) guess.u[k] = 0.5 * (r.lower + r.upper);
     }
     spec.free = names(model.inputs);
-    spec.still = names(model.states);
+    spec.steady = names(model.states);
     using V = const VectorXd&;
     model.f = [=](V, V u, V q) -> VectorXd { return y(u, q[0]).head(m); };
     model.h = [=](V, V u, V q) -> VectorXd { return y(u, q[0]).tail(output); };
@@ -619,13 +619,15 @@ TEST_CASE("what is not explained") {
 
 TEST_CASE("the caller's mistakes throw") {
   const Asked q = conflict(1, 1, 1, 2, 1, Range{});
-  for (const Lever& wrong : {Lever{"q", {0, 1}}, Lever{"p", {1, 0}}, Lever{"p", {NAN, 1}}}) {
+  for (const DecisionVariable& wrong :
+       {DecisionVariable{"q", {0, 1}}, DecisionVariable{"p", {1, 0}},
+        DecisionVariable{"p", {NAN, 1}}}) {
     CHECK_THROWS_AS((void)nearest(q.model, q.spec, q.guess, wrong), std::invalid_argument);
     CHECK_THROWS_AS((void)diagnose(q.model, q.spec, q.guess, q.guess, {wrong}),
                     std::invalid_argument);
   }
   TrimSpec wrong = q.spec;
-  wrong.still = {"z"};
+  wrong.steady = {"z"};
   CHECK_THROWS_AS((void)diagnose(q.model, wrong, q.guess, q.guess, {}), std::invalid_argument);
 }
 

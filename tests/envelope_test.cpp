@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "follow/all.hpp"
-#include "follow/answer.hpp"
+#include "study/analyses.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
@@ -50,7 +50,7 @@ struct Region {
 
 }  // namespace
 
-static const TrimSpec equilibrium{.free = {"x"}, .still = {"x"}};
+static const TrimSpec equilibrium{.free = {"x"}, .steady = {"x"}};
 static const OperatingPoint origin{vec({0.5}), {}, vec({0, 0})};
 
 // What every envelope says of itself.
@@ -336,7 +336,7 @@ static double determinant(const TrimProblem& problem, const OperatingPoint& poin
     set_value(behind, j, value_of(point, j) - h);
     const VectorXd slope = (evaluate(m, ahead).rates - evaluate(m, behind).rates) / (2 * h);
     for (Eigen::Index i = 0; i < n; ++i)
-      J(i, k) = slope[index_of(m.states, problem.spec.still[std::size_t(i)], "state")];
+      J(i, k) = slope[index_of(m.states, problem.spec.steady[std::size_t(i)], "state")];
   }
   return algebra::determinant(J);
 }
@@ -363,7 +363,7 @@ static void check_border_points(const EnvelopeAnswer& a) {
       double residual = 0, beyond = 0, off = 0;
       for (const BorderPoint& p : piece.points) {
         const Evaluation e = evaluate(a.model, p.point);
-        for (const std::string& still : problem.spec.still) {
+        for (const std::string& still : problem.spec.steady) {
           const auto i = index_of(a.model.states, still, "state");
           residual =
               std::max(residual, std::abs(e.rates[i]) / a.model.states[std::size_t(i)].nominal);
@@ -564,7 +564,7 @@ static AllEquilibria least(const std::function<double(double u1, double u2)>& ra
   m.f = [rate](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     return vec({rate(u[0], u[1]) - p[0] - x[0]});
   };
-  TrimSpec spec{.free = {"u1", "u2"}, .still = {"x"}};
+  TrimSpec spec{.free = {"u1", "u2"}, .steady = {"x"}};
   spec.bounds = {{"u1", {-5, 5}}, {"u2", {-5, 5}}};
   spec.effort = {{"u1", 1.0, 0.1}, {"u2", 1.0, 0.1}};
   return all_equilibria(m, spec, {vec({0}), vec({0.5, 1}), vec({1})}, {"p"}, 2.0, {});
@@ -610,9 +610,9 @@ TEST_CASE("the caller's mistakes throw") {
   }
   for (const int count : {1, 0, -3}) wrong({"a", {-1, 1}, count});
   CHECK_THROWS_AS(asked(a, a), std::invalid_argument);
-  CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .still = {}}), std::invalid_argument);
-  CHECK_THROWS_AS(asked(a, b, {.free = {}, .still = {"x"}}), std::invalid_argument);
-  CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .still = {"y"}}), std::invalid_argument);
+  CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {}}), std::invalid_argument);
+  CHECK_THROWS_AS(asked(a, b, {.free = {}, .steady = {"x"}}), std::invalid_argument);
+  CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {"y"}}), std::invalid_argument);
   for (const Formulation f : {Formulation::table, Formulation::airframe}) {
     Condition c;
     c.formulation = f;

@@ -10,8 +10,8 @@
 
 #include "follow/follow.hpp"
 #include "linearize/modes.hpp"
-#include "model/close_loop.hpp"
 #include "model/differentiate.hpp"
+#include "model/feedback.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
@@ -312,7 +312,7 @@ TEST_CASE("trim, follow, sweep take it; the answers are those without derivative
   const Model m = pendulum();
   Model plain = m;
   plain.derivatives = nullptr;
-  TrimSpec hold{.free = {"angle"}, .still = {"rate"}, .implied = {"angle"}};
+  TrimSpec hold{.free = {"angle"}, .steady = {"rate"}, .implied = {"angle"}};
   hold.bounds = {{"angle", {-1.5, 1.5}}};
   OperatingPoint guess = swing;
   guess.x << 0.1, 0.0;
@@ -349,7 +349,7 @@ TEST_CASE("a crossing at which the trim's own equations are singular is one cros
     rates[1] = (1 - p[0]) * x[0] - 0.3 * x[1];
   });
   const auto states = names(m.states);
-  TrimSpec still{.free = states, .still = states};
+  TrimSpec still{.free = states, .steady = states};
   still.bounds = {{"x", {-1.0, 1.0}}};
   const OperatingPoint rest{VectorXd::Zero(2), VectorXd(0), VectorXd::Zero(1)};
   const std::vector<double> values = {0.4, 0.7, 1.1, 1.6};
@@ -374,7 +374,7 @@ TEST_CASE("a loop of two exact models is exact") {
   law = exact_model(
       law, [](auto, auto u, auto, auto rates) { rates[0] = u[0]; },
       [](auto x, auto u, auto p, auto torque) { torque[0] = -p[0] * (sin(u[0]) + u[1]) - x[0]; });
-  const Model loop = close_loop(pendulum(), law);
+  const Model loop = feedback(pendulum(), law);
   REQUIRE(loop.derivatives);
   VectorXd p(3);
   p << 1.3, 0.2, 5.0;
@@ -400,7 +400,7 @@ TEST_CASE("a law without states needs no f") {
   law.inputs = {{"rate", "rad/s", 0.1}};
   law.outputs = {{"torque", "1/s²", 1.0}};
   law = exact_model(law, {}, [](auto, auto u, auto, auto torque) { torque[0] = -2 * u[0]; });
-  const Model loop = close_loop(pendulum(), law);
+  const Model loop = feedback(pendulum(), law);
   REQUIRE(loop.derivatives);
   CHECK(loop.derivatives({Eigen::Vector2d{0, 0}, VectorXd(0), swing.p}, {1})(1, 0) == -2.2);
 }
@@ -412,7 +412,7 @@ TEST_CASE("what f does not write is not a number, in values and derivatives") {
   const OperatingPoint at{VectorXd::Zero(2), VectorXd(0), VectorXd(0)};
   CHECK(m.f(at.x, at.u, at.p)[0] == 0.0);
   CHECK(std::isnan(m.f(at.x, at.u, at.p)[1]));
-  const TrimSpec still{.free = {"x", "y"}, .still = {"x", "y"}};
+  const TrimSpec still{.free = {"x", "y"}, .steady = {"x", "y"}};
   CHECK(trim(m, still, at).status == TrimStatus::not_finite);
 }
 
@@ -424,7 +424,7 @@ TEST_CASE("what f throws is the model's own word") {
     rates[0] = -x[0];
   });
   const OperatingPoint at{VectorXd::Zero(1), VectorXd(0), VectorXd(0)};
-  const TrimSpec still{.free = {"x"}, .still = {"x"}, .bounds = {{"x", {-0.5, 0.5}}}};
+  const TrimSpec still{.free = {"x"}, .steady = {"x"}, .bounds = {{"x", {-0.5, 0.5}}}};
   const TrimResult result = trim(m, still, at);
   CHECK(result.status == TrimStatus::model_threw);
   CHECK(result.message.find("no table below 1") != std::string::npos);

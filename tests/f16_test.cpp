@@ -26,7 +26,7 @@ nlohmann::json printed() {
 double number(const std::string& text) { return std::stod(text); }
 
 const TrimSpec level_flight{.free = {"alpha", "theta", "power", "throttle", "elevator"},
-                            .still = {"V", "alpha", "q", "power"},
+                            .steady = {"V", "alpha", "q", "power"},
                             .bounds = {{"gamma", {0, 0}}},
                             .implied = {"theta"}};
 
@@ -138,7 +138,7 @@ TEST_CASE("the printed matrix and the model's have the same modes") {
 TEST_CASE("at an entry of its tables a slope is one-sided, and the table is named") {
   const Model m = f16::longitudinal();
   const TrimSpec spec{.free = {"V", "theta", "power", "throttle", "elevator"},
-                      .still = {"V", "alpha", "q", "power"},
+                      .steady = {"V", "alpha", "q", "power"},
                       .bounds = {{"gamma", {0, 0}}, {"alpha", {5 * degree, 5 * degree}}}};
   VectorXd x(5);
   x << 380, 5 * degree, 5 * degree, 0, 7;

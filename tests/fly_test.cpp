@@ -1,6 +1,6 @@
 // Flights: against an independent implementation (data/reference_flights.json, written by
 // bench/flight_scipy.py), against each other in two sets of axes, and against laws.
-#include "simulate/fly.hpp"
+#include "flight/fly.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,11 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "model/keys.hpp"
-#include "model/study.hpp"
-#include "simulate/plan.hpp"
-#include "simulate/schedule.hpp"
-#include "simulate/weather.hpp"
+#include "flight/plan.hpp"
+#include "flight/schedule.hpp"
+#include "flight/weather.hpp"
+#include "study/flight_plan.hpp"
+#include "study/keys.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 
 using namespace tiltrim;

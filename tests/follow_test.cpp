@@ -11,11 +11,11 @@
 #include <random>
 #include <stdexcept>
 
-#include "model/study.hpp"
+#include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXd;
@@ -46,7 +46,7 @@ struct Route {
 static Route equilibria(const Model& m, OperatingPoint start, const std::string& parameter,
                         double to, const std::map<std::string, Range>& bounds = {}) {
   const std::vector<std::string> states = names(m.states);
-  return {m, {.free = states, .still = states, .bounds = bounds}, std::move(start), parameter, to};
+  return {m, {.free = states, .steady = states, .bounds = bounds}, std::move(start), parameter, to};
 }
 
 static Route scalar_route(const std::function<double(double x, double p)>& rate, double x, double p,
@@ -105,7 +105,7 @@ static Route allocation(const std::function<double(double u1, double u2)>& rate,
   m.f = [rate](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     return vec({rate(u[0], u[1]) - p[0] - x[0]});
   };
-  TrimSpec spec{.free = {"u1", "u2"}, .still = {"x"}};
+  TrimSpec spec{.free = {"u1", "u2"}, .steady = {"x"}};
   spec.bounds = {{"u1", {-5, most1}}, {"u2", {-5, most2}}};
   spec.effort = {{"u1", 1.0}, {"u2", 1 / std::sqrt(weight)}};
   return {m, spec, std::move(start), "p", to};
@@ -122,7 +122,7 @@ static Route corner_route(double u1, double u2, double to) {
 static double left_over(const Route& r, const OperatingPoint& point) {
   const VectorXd rates = evaluate(r.model, point).rates;
   double most = 0;
-  for (const std::string& name : r.spec.still) {
+  for (const std::string& name : r.spec.steady) {
     const auto i = index_of(r.model.states, name, "state");
     most = std::max(most, std::abs(rates[i]) / r.model.states[std::size_t(i)].nominal);
   }
@@ -247,7 +247,7 @@ TEST_CASE("x' = p + x²: two branches meet in a fold at the origin") {
 
 TEST_CASE("x' = p + x², followed in the state: the eigenvalue 2x crosses zero without a fold") {
   Route r = fold_route(-1);
-  r.spec = {.free = {"p"}, .still = {"x"}};
+  r.spec = {.free = {"p"}, .steady = {"x"}};
   r.parameter = "x";
   const Branch branch = walk(r);
   CHECK(story(branch) == "zero, end: reached");
@@ -481,7 +481,7 @@ TEST_CASE("every end is reached and named") {
                               }),
                          at(vec({0, 0}), vec({0})), "p", 3);
     r.spec.free = {"x"};
-    r.spec.still = {"x"};
+    r.spec.steady = {"x"};
     r.spec.implied = {"y"};
     const Branch branch = follow(r.model, r.spec, r.start, "p", 3);
     CHECK(story(branch) == "end: not_implied");
@@ -579,7 +579,7 @@ TEST_CASE("no verdict on stability where it is not asked or there is no equilibr
   CHECK(story(unasked) == "fold, limit p lower, end: limit");
   CHECK(!unasked.points[0].unstable.has_value());
   Route r = scalar_route(line, -2, 0, 3);
-  r.spec.still.clear();
+  r.spec.steady.clear();
   r.spec.rates["x"] = 2;  // x' = 2: moving
   const Branch moving = follow(r.model, r.spec, r.start, "p", 3);
   CHECK(moving.end == BranchEnd::reached);
@@ -789,7 +789,7 @@ static void check_flight(const Route& r, const Branch& branch) {
   double last = 0;
   for (const BranchPoint& p : branch.points) {
     // Between folds the determinant of ∂(rates held)/∂(unknowns) keeps its sign.
-    const double det = algebra::determinant(slopes(r.model, p.point, r.spec.still, r.spec.free));
+    const double det = algebra::determinant(slopes(r.model, p.point, r.spec.steady, r.spec.free));
     turns += det * last < 0;
     last = det;
     const Eigen::VectorXcd lambda = algebra::eigenvalues(slopes(r.model, p.point, states, states));

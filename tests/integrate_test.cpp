@@ -12,7 +12,7 @@
 #include "tests/check.hpp"
 
 using namespace tiltrim;
-using enum Watched::Direction;
+using enum EventFunction::Direction;
 
 static constexpr double pi = std::numbers::pi;
 static constexpr double inf = std::numeric_limits<double>::infinity();
@@ -39,7 +39,7 @@ static Motion oscillator() {
   return motion;
 }
 
-static void watch(Motion& motion, const Watched& watched,
+static void watch(Motion& motion, const EventFunction& watched,
                   std::function<double(double t, const double* x)> g) {
   motion.watched.push_back(watched);
   motion.g = [before = motion.g, g = std::move(g), k = motion.watched.size() - 1](
@@ -336,7 +336,7 @@ TEST_CASE("a ball bounces in a geometric sequence until it may no longer be foll
 
 TEST_CASE("crossings of an oscillator, in each direction") {
   // Off the event's own error the solution's: tolerance times a hundred steps.
-  const auto crossings = [](Watched::Direction direction) {
+  const auto crossings = [](EventFunction::Direction direction) {
     Motion motion = oscillator();
     watch(motion, {"x", direction}, [](double, const double* x) { return x[0]; });
     return integrate(motion, {1.0, 0.0}, 0, 0.0, 6 * pi, {.tolerance = 1e-14});
@@ -356,14 +356,14 @@ TEST_CASE("crossings of an oscillator, in each direction") {
 }
 
 // A clock, watched.
-static Motion clock_with(const Watched& watched, std::function<double(double t)> g) {
+static Motion clock_with(const EventFunction& watched, std::function<double(double t)> g) {
   Motion motion = of_one([](double, double) { return 1.0; });
   watch(motion, watched, [g = std::move(g)](double, const double* x) { return g(x[0]); });
   return motion;
 }
 
 TEST_CASE("events at the start, in the first step and at the end") {
-  const auto at = [](double t, Watched::Direction direction, double sign) {
+  const auto at = [](double t, EventFunction::Direction direction, double sign) {
     return times(
         integrate(clock_with({"there", direction}, [=](double x) { return sign * (x - t); }), {0.0},
                   0, 0.0, 1.0));

@@ -53,4 +53,11 @@ plant(trim/problem.hpp "#include <IpTNLP.hpp>"
       "1: #include <IpTNLP.hpp>  -- Ipopt is included in one .cpp only")
 plant(trim/trim_too.cpp "#include <IpTNLP.hpp>"
       "1: #include <IpTNLP.hpp>  -- Ipopt is included in trim/trim.cpp already")
+plant(linearize/modes.cpp "const char* state = \"gamma\";" "1: \"gamma\"  -- linearize is for every vehicle")
+write_tree()
+file(APPEND ${TREE}/CMakeLists.txt "tiltrim_module(vehicles/glider SOURCES glider.cpp USES trim)\n")
+file(WRITE ${TREE}/vehicles/glider/glider.cpp "#include \"vehicles/glider/glider.hpp\"\n#include \"trim/trim.hpp\"\n")
+check("")
+file(APPEND ${TREE}/trim/trim.cpp "#include \"vehicles/glider/glider.hpp\"\n")
+check("trim/trim.cpp:3: #include \"vehicles/glider/glider.hpp\"  -- trim is for every vehicle")
 file(REMOVE_RECURSE ${TREE})

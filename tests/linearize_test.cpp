@@ -9,11 +9,11 @@
 #include <unsupported/Eigen/AutoDiff>
 
 #include "linearize/modes.hpp"
-#include "model/vehicle.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/vehicle.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

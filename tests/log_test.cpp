@@ -1,4 +1,4 @@
-#include "sweep/log.hpp"
+#include "runtime/log.hpp"
 
 #include <sys/resource.h>
 #include <sys/stat.h>

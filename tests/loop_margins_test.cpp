@@ -7,8 +7,8 @@
 #include <numbers>
 #include <string>
 
-#include "follow/actuator_loops.hpp"
 #include "report/margins.hpp"
+#include "study/actuator_loops.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"

@@ -13,6 +13,7 @@
 
 #include "model/scalar.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/coefficients.hpp"
 
 // Complex steps: a step of 1e-30 along the imaginary axis leaves the derivative there, without any
 // difference of near-equal numbers. The physics finds these by overload, so they come before it.
@@ -21,7 +22,7 @@ namespace tiltrim::physics {
 using Complex = std::complex<double>;
 
 static Complex abs(const Complex& x) { return x.real() < 0 ? -x : x; }
-static Turn<Complex> turn(const Complex& angle) {
+static SinCos<Complex> sin_cos(const Complex& angle) {
   return {angle, std::sin(angle), std::cos(angle)};
 }
 static CoefficientsOf<Complex> coefficients(const Polar& polar, const Complex& alpha) {
@@ -32,8 +33,8 @@ static CoefficientsOf<Complex> coefficients(const Polar& polar, const Complex& a
 
 }  // namespace tiltrim::physics
 
-#include "model/closed_loop.hpp"
 #include "tests/toy_models.hpp"
+#include "vehicles/tiltrotor/closed_loop.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

@@ -13,6 +13,7 @@
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random.hpp"
+#include "vehicles/mode_names.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -828,7 +829,8 @@ TEST_CASE("classical names from the states that take part") {
                                          "q",     "energy_integral", "distribution_integral"};
   const auto name = [](Complex z, const std::vector<double>& share,
                        const std::vector<std::string>& states) {
-    return mode_name(z, Eigen::Map<const VectorXd>(share.data(), std::ssize(share)), states);
+    return mode_name(z, Eigen::Map<const VectorXd>(share.data(), std::ssize(share)), states,
+                     longitudinal_modes());
   };
   CHECK(name(oscillation, {0.02, 0.08, 0.4, 0.5}, wind) == "short period");
   CHECK(name(oscillation, {0.02, 0.5, 0.08, 0.4}, body) == "short period");
@@ -866,7 +868,7 @@ TEST_CASE("planted modes are named as planted") {
       0.3, -0.02, 0.02, 0,    //
       0, 0, 0, 1,             //
       0.02, 0.1, -16, -4;
-  const Modes m = modes(A, {}, {"V", "gamma", "theta", "q"});
+  const Modes m = modes(A, {}, {"V", "gamma", "theta", "q"}, {.mode_names = longitudinal_modes()});
   REQUIRE(m.modes.size() == 4);
   CHECK(m.modes[0].name == "short period");
   CHECK(m.modes[1].name == "short period");

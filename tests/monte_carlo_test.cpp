@@ -1,5 +1,5 @@
 // Monte-Carlo flights: laws of chance, of the log, of threads, and of the flights themselves.
-#include "simulate/monte_carlo.hpp"
+#include "flight/monte_carlo.hpp"
 
 #include <unistd.h>
 
@@ -9,8 +9,10 @@
 #include <numbers>
 #include <set>
 
-#include "simulate/plan.hpp"
-#include "sweep/log.hpp"
+#include "flight/plan.hpp"
+#include "runtime/log.hpp"
+#include "study/flight_plan.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
 

@@ -44,7 +44,7 @@ TEST_CASE("published linear models have their published eigenvalues, to every di
     const Model m = published(entry);
     const auto states = names(m.states);
     const VectorXd off = VectorXd::Constant(std::ssize(states), 0.05);
-    const TrimResult rest = trim(m, {.free = states, .still = states}, {off, {}, {}});
+    const TrimResult rest = trim(m, {.free = states, .steady = states}, {off, {}, {}});
     REQUIRE(rest);
     CHECK(rest.point.x.cwiseAbs().maxCoeff() < 1e-6);
     const Modes found = modes(linearize(m, rest.point));

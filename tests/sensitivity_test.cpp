@@ -8,11 +8,11 @@
 #include <random>
 #include <stdexcept>
 
-#include "follow/answer.hpp"
-#include "model/study.hpp"
+#include "study/analyses.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -306,7 +306,7 @@ static Sample toy(const std::array<std::string, 4>& letters,
       J.col(Index(k)) = value(o.x, o.u, o.p, variables[k]).imag() / tiny;
     return J;
   };
-  return {{m, {.free = names(m.states), .still = names(m.states)}, at}, at};
+  return {{m, {.free = names(m.states), .steady = names(m.states)}, at}, at};
 }
 
 static VectorXcd rows(std::initializer_list<Complex> values) {
@@ -382,7 +382,7 @@ static Sample shared_out(const std::vector<double>& weights, const VectorXd& u,
   m.inputs[0].nominal = 0.5;
   m.parameters[0].nominal = 0.2;
   m.outputs[0].nominal = 3;
-  sample.problem.spec = {.free = names(m.inputs), .still = {"x"}, .bounds = bounds};
+  sample.problem.spec = {.free = names(m.inputs), .steady = {"x"}, .bounds = bounds};
   for (std::size_t i = 0; i < weights.size(); ++i)
     sample.problem.spec.effort.push_back({m.inputs[i].name, 1 / std::sqrt(weights[i])});
   return sample;

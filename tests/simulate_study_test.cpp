@@ -4,7 +4,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "model/study.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/study_text.hpp"
 

@@ -10,10 +10,10 @@
 #include "linearize/dispatch.hpp"
 #include "linearize/modes.hpp"
 #include "linearize/routh.hpp"
-#include "model/vehicle.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random.hpp"
+#include "vehicles/tiltrotor/vehicle.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

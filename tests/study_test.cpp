@@ -1,4 +1,4 @@
-#include "model/study.hpp"
+#include "study/study.hpp"
 
 #include <unistd.h>
 

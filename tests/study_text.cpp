@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "model/study.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 
 using namespace tiltrim;

@@ -11,14 +11,16 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
-#include "sweep/log.hpp"
+#include "runtime/log.hpp"
+#include "study/study.hpp"
+#include "study/sweep_requests.hpp"
 #include "sweep/record.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
 #include "tests/random.hpp"
 #include "tests/toy_models.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -115,7 +117,7 @@ SweepRequest request(const Model& m, const std::string& name = "planted") {
   const std::vector<std::string> inputs = names(m.inputs), states = names(m.states);
   const OperatingPoint guess{VectorXd::Zero(std::ssize(states)), VectorXd::Zero(std::ssize(inputs)),
                              VectorXd::Ones(std::ssize(m.parameters))};
-  return {name, m, {.free = inputs.empty() ? states : inputs, .still = states}, guess, inputs};
+  return {name, m, {.free = inputs.empty() ? states : inputs, .steady = states}, guess, inputs};
 }
 
 SweepRequest with_spectrum(const std::function<Spectrum(double p)>& spectrum) {
@@ -1180,7 +1182,7 @@ SweepRequest allocation() {
   m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     return vec({u[0] + u[1] + p[0] + (p[0] - 0.4) * x[0]});
   };
-  SweepRequest r{"allocation", m, {.free = {"u1", "u2"}, .still = {"x"}}, {}, {"u1", "u2"}};
+  SweepRequest r{"allocation", m, {.free = {"u1", "u2"}, .steady = {"x"}}, {}, {"u1", "u2"}};
   r.spec.effort = {{"u1", 1.0}, {"u2", std::sqrt(0.5)}};
   r.guess = {VectorXd::Zero(1), VectorXd::Zero(2), VectorXd::Zero(1)};
   return r;
@@ -1214,7 +1216,7 @@ TEST_CASE("free variables that are not kept, between the points") {
   m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     return vec({u[0] - p[0] - x[0], p[1] - u[0] * u[0] + (p[1] - 0.3) * x[1]});
   };
-  SweepRequest r{"free", m, {.free = {"u", "c"}, .still = {"x", "y"}}, {}, {}};
+  SweepRequest r{"free", m, {.free = {"u", "c"}, .steady = {"x", "y"}}, {}, {}};
   r.guess = {VectorXd::Zero(2), vec({0.4}), vec({0.4, 0.2})};
   check_crossings(swept(r, {axis("p", spaced(0.2, 1, 5))}),
                   {{std::sqrt(0.3), CrossingKind::zero, 0, 1}});

@@ -12,7 +12,7 @@
 
 #include "tests/check.hpp"
 #include "tests/random.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 

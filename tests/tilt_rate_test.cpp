@@ -1,5 +1,5 @@
 // What is said of a flight before it is flown: hand-over, tilt rate, how far linear models reach.
-#include "simulate/tilt_rate.hpp"
+#include "flight/tilt_rate.hpp"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -8,15 +8,16 @@
 #include <random>
 #include <set>
 
+#include "flight/hand_over.hpp"
+#include "flight/plan.hpp"
+#include "flight/response.hpp"
+#include "flight/schedule.hpp"
 #include "linearize/linearize.hpp"
-#include "model/study.hpp"
-#include "simulate/hand_over.hpp"
-#include "simulate/plan.hpp"
-#include "simulate/response.hpp"
-#include "simulate/schedule.hpp"
+#include "study/flight_plan.hpp"
+#include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXcd;

@@ -85,7 +85,7 @@ struct Planting {
   TrimSpec spec() const {
     TrimSpec s;
     for (Index i = 0; i < size.size(); ++i) s.free.push_back(fmt::format("x{}", i));
-    s.still = s.free;
+    s.steady = s.free;
     return s;
   }
 
@@ -280,7 +280,7 @@ TEST_CASE("random boxes: infeasible is shown where it is true, and only there") 
       spec.free.push_back(fmt::format("x{}", k));
       spec.bounds[spec.free.back()] = box.back();
     }
-    spec.still = spec.free;
+    spec.steady = spec.free;
     const double depth = lattice.depth(box);
     // Neither a root on the very edge, nor a double one: the one is undecided, the other singular.
     if (std::abs(depth) < 1e-3 || (lattice.r - lattice.s).cwiseAbs().minCoeff() < 1e-3) continue;

@@ -106,7 +106,7 @@ struct Redundant {
   static TrimSpec spec() {
     TrimSpec s;
     s.free = {"u0", "u1", "u2", "u3", "u4"};
-    s.still = {"roll", "pitch", "yaw"};
+    s.steady = {"roll", "pitch", "yaw"};
     return s;
   }
 
@@ -160,7 +160,7 @@ struct Redundant {
 static TrimSpec still_fold() {
   TrimSpec spec;
   spec.free = {"x"};
-  spec.still = {"x"};
+  spec.steady = {"x"};
   return spec;
 }
 
@@ -219,14 +219,14 @@ static void every_way_of_ending(const TrimOptions& options) {
   }
   SUBCASE("singular: the free variable has no effect") {
     const TrimResult r = trim(plain([](double, double) { return 0.0; }),
-                              {.free = {"u"}, .still = {"x"}}, plain_guess, options);
+                              {.free = {"u"}, .steady = {"x"}}, plain_guess, options);
     CHECK(r.status == TrimStatus::singular);
     CHECK(r.rcond == 0);
     CHECK(r.message.find("do not determine u") != std::string::npos);
   }
   SUBCASE("not_implied: the equations hold, what should follow does not") {
     Model m = pendulum();
-    TrimSpec spec{.free = {"torque"}, .still = {"omega"}, .implied = {"theta"}};
+    TrimSpec spec{.free = {"torque"}, .steady = {"omega"}, .implied = {"theta"}};
     OperatingPoint guess = hanging();
     guess.x[1] = 0.2;  // turning: θ' cannot vanish
     const TrimResult r = trim(m, spec, guess, options);
@@ -272,7 +272,7 @@ static void every_way_of_ending(const TrimOptions& options) {
   }
   SUBCASE("not_finite: everywhere") {
     const TrimResult r = trim(plain([](double x, double u) { return std::log(-x * x - u * u); }),
-                              {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+                              {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
     CHECK(r.status == TrimStatus::not_finite);
     CHECK(r.message.find("x' = ") != std::string::npos);
     CHECK(r.message.find("nan") != std::string::npos);
@@ -283,30 +283,30 @@ static void every_way_of_ending(const TrimOptions& options) {
       return vec({NaN, u[0] - m_g_l * std::sin(x[0])});
     };
     m.derivatives = {};
-    const TrimResult r = trim(m, {.free = {"torque"}, .still = {"omega"}}, hanging(), options);
+    const TrimResult r = trim(m, {.free = {"torque"}, .steady = {"omega"}}, hanging(), options);
     CHECK(r.status == TrimStatus::not_finite);
     CHECK(r.message.find("theta' = nan") != std::string::npos);
   }
   SUBCASE("not_finite: an output") {
     Model m = pendulum();
     m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({-infinity}); };
-    const TrimResult r = trim(m, {.free = {"torque"}, .still = {"omega"}}, hanging(), options);
+    const TrimResult r = trim(m, {.free = {"torque"}, .steady = {"omega"}}, hanging(), options);
     CHECK(r.status == TrimStatus::not_finite);
     CHECK(r.message.find("height = -inf") != std::string::npos);
   }
   SUBCASE("model_threw: its words are kept") {
     const auto never = [](double, double) -> double { throw std::runtime_error("no table"); };
-    const TrimResult r = trim(plain(never), {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    const TrimResult r = trim(plain(never), {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
     CHECK(r.status == TrimStatus::model_threw);
     CHECK(r.message == "the model threw: no table");
     const auto odd = [](double, double) -> double { throw 42; };
-    CHECK(trim(plain(odd), {.free = {"x"}, .still = {"x"}}, plain_guess, options).status ==
+    CHECK(trim(plain(odd), {.free = {"x"}, .steady = {"x"}}, plain_guess, options).status ==
           TrimStatus::model_threw);
   }
   SUBCASE("not_repeatable: the model keeps a counter") {
     const auto calls = std::make_shared<int>(0);
     const auto rate = [calls](double x, double) { return x - 1 + 1e-14 * ++*calls; };
-    const TrimResult r = trim(plain(rate), {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    const TrimResult r = trim(plain(rate), {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
     CHECK(r.status == TrimStatus::not_repeatable);
     CHECK(r.message.find("two answers") != std::string::npos);
   }
@@ -345,7 +345,7 @@ TEST_CASE("every way of ending is reached and named") {
 TEST_CASE("an optimum that cannot be verified is not called one") {
   Model m = plain([](double x, double u) { return x + u; });
   m.outputs = {{"cost", "", 1.0}};
-  const TrimSpec spec{.free = {"x", "u"}, .still = {"x"}, .effort = {{"cost", 1.0, 0.0}}};
+  const TrimSpec spec{.free = {"x", "u"}, .steady = {"x"}, .effort = {{"cost", 1.0, 0.0}}};
   SUBCASE("not smooth where it is least") {
     m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
       return vec({1 + std::max(u[0] - 0.3, 3 * (0.3 - u[0]))});
@@ -387,7 +387,7 @@ TEST_CASE("an optimum that cannot be verified is not called one") {
 static void fails_at_single_points(const TrimOptions& options) {
   SUBCASE("no number beyond a wall") {  // ln x = 1, from where the full step leaves x > 0
     const auto rate = [](double x, double) { return std::log(x) - 1; };
-    const TrimResult r = trim(plain(rate), {.free = {"x"}, .still = {"x"}},
+    const TrimResult r = trim(plain(rate), {.free = {"x"}, .steady = {"x"}},
                               {vec({8.0}), vec({0}), VectorXd()}, options);
     CHECK(r.status == TrimStatus::converged);
     CHECK_NEAR(r.point.x[0], std::numbers::e, 2 * converged_to * std::numbers::e);
@@ -397,7 +397,7 @@ static void fails_at_single_points(const TrimOptions& options) {
       if (x == 0.5) throw std::domain_error("one half");
       return x - 2;
     };
-    const TrimResult r = trim(plain(rate), {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    const TrimResult r = trim(plain(rate), {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
     CHECK(r.status == TrimStatus::converged);
     CHECK_NEAR(r.point.x[0], 2.0, converged_to);
   }
@@ -406,7 +406,7 @@ static void fails_at_single_points(const TrimOptions& options) {
     m.f = [](const VectorXd& x, const VectorXd&, const VectorXd&) -> VectorXd {
       return VectorXd::Constant(x[0] == 0.5 ? 1 : 3, 1.0);
     };
-    const TrimResult r = trim(m, {.free = {"x"}, .still = {"x"}}, plain_guess, options);
+    const TrimResult r = trim(m, {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
     CHECK(r.status == TrimStatus::not_found);
     CHECK(r.message.find("expected 1 values, got 3") != std::string::npos);
   }
@@ -438,36 +438,36 @@ TEST_CASE("the caller's mistakes throw, in real names") {
   };
   const std::vector<std::string> torque = {"torque"}, omega = {"omega"};
 
-  said({.free = {"torqe"}, .still = omega}, {"'torqe'", "nearest: 'torque'", "theta, omega"});
-  said({.free = torque, .still = {"omga"}}, {"no state 'omga'", "theta, omega"});
+  said({.free = {"torqe"}, .steady = omega}, {"'torqe'", "nearest: 'torque'", "theta, omega"});
+  said({.free = torque, .steady = {"omga"}}, {"no state 'omga'", "theta, omega"});
   said({.free = torque, .rates = {{"omga", 1.0}}}, {"no state 'omga'", "theta, omega"});
-  said({.free = torque, .still = omega, .implied = {"phi"}}, {"no state 'phi'", "theta, omega"});
-  said({.free = torque, .still = omega, .bounds = {{"heigth", {0, 1}}}},
+  said({.free = torque, .steady = omega, .implied = {"phi"}}, {"no state 'phi'", "theta, omega"});
+  said({.free = torque, .steady = omega, .bounds = {{"heigth", {0, 1}}}},
        {"'heigth'", "nearest: 'height'"});
-  said({.free = torque, .still = omega, .effort = {{"toque", 1.0, 0.0}}},
+  said({.free = torque, .steady = omega, .effort = {{"toque", 1.0, 0.0}}},
        {"'toque'", "nearest: 'torque'"});
-  said({.free = torque, .still = omega, .bounds = {{"torque", {1, -1}}}},
+  said({.free = torque, .steady = omega, .bounds = {{"torque", {1, -1}}}},
        {"'torque'", "reversed", "[1, -1]"});
-  said({.free = torque, .still = omega, .bounds = {{"torque", {NaN, 1}}}},
+  said({.free = torque, .steady = omega, .bounds = {{"torque", {NaN, 1}}}},
        {"'torque'", "not a number"});
-  said({.free = torque, .still = omega, .bounds = {{"height", {0, NaN}}}},
+  said({.free = torque, .steady = omega, .bounds = {{"height", {0, NaN}}}},
        {"'height'", "not a number"});
-  said({.free = {"torque", "theta"}, .still = omega, .bounds = {{"theta", {infinity, infinity}}}},
+  said({.free = {"torque", "theta"}, .steady = omega, .bounds = {{"theta", {infinity, infinity}}}},
        {"'theta'", "inf"});
-  said({.free = {"torque", "torque"}, .still = omega}, {"'torque'", "free twice"});
-  said({.free = torque, .still = omega, .rates = {{"omega", 0.1}}}, {"'omega'", "held twice"});
+  said({.free = {"torque", "torque"}, .steady = omega}, {"'torque'", "free twice"});
+  said({.free = torque, .steady = omega, .rates = {{"omega", 0.1}}}, {"'omega'", "held twice"});
   said({.free = torque, .rates = {{"omega", NaN}}}, {"'omega'", "not finite"});
-  said({.free = torque, .still = {"theta", "omega"}},
+  said({.free = torque, .steady = {"theta", "omega"}},
        {"1 free variable (torque)", "2 conditions (theta', omega')", "1 more"});
-  said({.free = torque, .still = omega, .bounds = {{"torque", {2, 2}}}},
+  said({.free = torque, .steady = omega, .bounds = {{"torque", {2, 2}}}},
        {"0 free variables", "1 conditions (omega')"});
-  said({.free = torque, .still = omega, .effort = {{"torque", 0.0, 0.0}}},
+  said({.free = torque, .steady = omega, .effort = {{"torque", 0.0, 0.0}}},
        {"'torque'", "positive"});
-  said({.free = torque, .still = omega, .effort = {{"torque", -1.0, 0.0}}},
+  said({.free = torque, .steady = omega, .effort = {{"torque", -1.0, 0.0}}},
        {"'torque'", "positive"});
-  said({.free = torque, .still = omega, .effort = {{"torque", 1.0, NaN}}}, {"'torque'", "finite"});
+  said({.free = torque, .steady = omega, .effort = {{"torque", 1.0, NaN}}}, {"'torque'", "finite"});
 
-  const TrimSpec spec{.free = torque, .still = omega};
+  const TrimSpec spec{.free = torque, .steady = omega};
   OperatingPoint guess = hanging();
   guess.x.resize(3);
   guess.x.setZero();
@@ -506,7 +506,7 @@ TEST_CASE("a pendulum: the torque for an angle, the angles for a torque") {
       OperatingPoint guess = hanging();
       guess.x[0] = 0.7;
       const TrimResult torque =
-          trim(m, {.free = {"torque"}, .still = {"omega"}, .implied = {"theta"}}, guess, options);
+          trim(m, {.free = {"torque"}, .steady = {"omega"}, .implied = {"theta"}}, guess, options);
       CHECK(torque.status == TrimStatus::converged);
       // ω' over 0.1 rad/s within the tolerance leaves this much torque.
       CHECK_NEAR(torque.point.u[0], m_g_l * std::sin(0.7), converged_to * 0.1 * m_l_l + 1e-15);
@@ -515,7 +515,7 @@ TEST_CASE("a pendulum: the torque for an angle, the angles for a torque") {
       guess = hanging();
       guess.u[0] = 0.6 * m_g_l;
       const TrimSpec spec{.free = {"theta", "omega"},
-                          .still = {"theta", "omega"},
+                          .steady = {"theta", "omega"},
                           .bounds = {{"theta", {-std::numbers::pi, std::numbers::pi}}}};
       TrimOptions more = options;
       more.starts = 16;  // some of them above the hinge
@@ -558,7 +558,7 @@ TEST_CASE("a fold: both branches, and its parameter as the unknown") {
         CHECK_NEAR(r.others[0].x[0], -side * std::sqrt(2.0), converged_to / 2);
         CHECK_NEAR(r.rcond, 1.0, 0.0);  // one equation, one unknown, slope above one
       }
-      const TrimResult p = trim(m, {.free = {"p"}, .still = {"x"}}, at_fold(1.7, 0.3), options);
+      const TrimResult p = trim(m, {.free = {"p"}, .steady = {"x"}}, at_fold(1.7, 0.3), options);
       CHECK(p.status == TrimStatus::converged);
       CHECK_NEAR(p.point.p[0], -1.7 * 1.7, converged_to);
 
@@ -635,7 +635,7 @@ TEST_CASE("an effort of one's own decides otherwise") {
   CHECK_NEAR(r.effort, 0.0, 1e-17);
 
   // p + x² = 0 nearest to p = -4: either branch is best, and both are equilibria.
-  TrimSpec curve{.free = {"x", "p"}, .still = {"x"}, .effort = {{"p", 1.0, -4.0}}};
+  TrimSpec curve{.free = {"x", "p"}, .steady = {"x"}, .effort = {{"p", 1.0, -4.0}}};
   const TrimResult c = trim(fold(), curve, at_fold(1.5, -1));
   CHECK(c.status == TrimStatus::converged);
   CHECK_NEAR(c.point.p[0], -4.0, 1e-9);
@@ -658,7 +658,7 @@ TEST_CASE("near the answer each Newton step squares the error") {
                             }};
   OperatingPoint guess{vec({0.9, 0}), vec({0.5 * m_g_l}), VectorXd()};
   const TrimResult r =
-      trim(pendulum(), {.free = {"theta", "omega"}, .still = {"theta", "omega"}}, guess, options);
+      trim(pendulum(), {.free = {"theta", "omega"}, .steady = {"theta", "omega"}}, guess, options);
   CHECK(r.status == TrimStatus::converged);
   REQUIRE(errors.size() >= 4);
   CHECK(errors[0] == 0.9 - answer);
@@ -708,7 +708,7 @@ static void check_same(const TrimResult& a, const TrimResult& b) {
 TEST_CASE("the same input gives the same bytes; a trimmed point stays where it is") {
   TrimSpec bounded = Redundant::spec();
   for (const std::string& name : bounded.free) bounded.bounds[name] = {-0.12, 0.12};
-  const TrimSpec angle{.free = {"theta", "omega"}, .still = {"theta", "omega"}};
+  const TrimSpec angle{.free = {"theta", "omega"}, .steady = {"theta", "omega"}};
   const OperatingPoint leaning{vec({0.2, 0.1}), vec({0.6 * m_g_l}), VectorXd()};
   struct Asked {
     Model model;

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "tests/check.hpp"
-#include "trim/conditions.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::VectorXd;

@@ -16,12 +16,13 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
-#include "model/study.hpp"
+#include "study/study.hpp"
+#include "study/sweep_requests.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "trim/conditions.hpp"
 #include "tune/requirement.hpp"
 #include "tune/tune.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Complex = std::complex<double>;
@@ -164,7 +165,7 @@ Moved tuned_both_ways(const FlownAt& flight, double blend_deg, const Requirement
   SweepRequest& request = stale.points.front() = {};
   request.name = "frozen";
   request.model = frozen(study.vehicle, first);
-  request.spec.free = request.spec.still = names(request.model.states);
+  request.spec.free = request.spec.steady = names(request.model.states);
   request.guess = first.point;
   const TuneOptions options{.evaluations = 400, .threads = 1};
   const TuneResult on_frozen = tune(stale, options), on_truth = tune(truth, options);
@@ -211,7 +212,7 @@ TuneProblem planted(const Rates& f) {
   r.model.states = {{"a", "", 1.0}, {"b", "", 1.0}};
   r.model.parameters = {{"p", "", 1.0}};
   r.model.f = [f](const VectorXd& x, const VectorXd&, const VectorXd& p) { return f(x, p[0]); };
-  r.spec.free = r.spec.still = {"a", "b"};
+  r.spec.free = r.spec.steady = {"a", "b"};
   r.guess = {VectorXd::Zero(2), VectorXd(), VectorXd::Ones(1)};
   TuneProblem problem;
   problem.points = {r};
@@ -992,6 +993,7 @@ TEST_CASE("a schedule's ends are two sets of constant gains") {
   const Study study = study_of({climb, level});
   TuneProblem p = problem_of(study, 3.0);
   p.schedule = {0.0, pi / 2};
+  p.schedule_over = "eta";
   p.limits = {{Measure::damping, 0.3}, {Measure::frequency, 25.0}};
   const TuneResult found = tune(p, {.evaluations = 200, .threads = 1});
   REQUIRE(found.gains.size() == 18);
@@ -1014,6 +1016,7 @@ TEST_CASE("between a schedule's places gains are linear, and slopes shared out")
   const Study study = study_of({{"between", 6.0, 45.0, 30.0}});
   TuneProblem p = problem_of(study, 3.0);
   p.schedule = {0.0, pi / 2};
+  p.schedule_over = "eta";
   Candidates candidates(p, TrimOptions{});
   VectorXd at(18);
   std::mt19937_64 random(7);

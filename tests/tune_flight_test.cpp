@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/study.hpp"
-#include "simulate/plan.hpp"
+#include "flight/plan.hpp"
+#include "study/flight_plan.hpp"
+#include "study/study.hpp"
+#include "study/tune_problem.hpp"
 #include "tests/check.hpp"
 #include "tune/tune.hpp"
 
@@ -78,9 +80,9 @@ TEST_CASE("the figures of a flight are those of the flight itself") {
   const double V = std::abs(std::hypot(x.along, x.across) - 15.0) / 0.2;
   const double gamma = std::abs(x.theta - std::atan2(x.across, x.along)) / 0.01;
   constexpr double coarser = 1e-5;  // candidates are flown at a tolerance of 1e-7
-  CHECK_NEAR(problem.flight(Measure::tracking, parameters(s)),
-             std::sqrt(sum / double(flown.t.size())), coarser);
-  CHECK_NEAR(problem.flight(Measure::flight, parameters(s)), std::max({theta / 1.3, V, gamma}),
+  CHECK_NEAR(problem.figures.at("tracking")(parameters(s)), std::sqrt(sum / double(flown.t.size())),
+             coarser);
+  CHECK_NEAR(problem.figures.at("flight")(parameters(s)), std::max({theta / 1.3, V, gamma}),
              coarser);
 }
 
@@ -95,15 +97,15 @@ schedule = "corridor"
   REQUIRE(flown.status == FlightStatus::ground_contact);
   const double expected = 10 + 90 * (1 - flown.t.back() / 90);
   const TuneProblem problem = tune_problem(s);
-  CHECK_NEAR(problem.flight(Measure::flight, parameters(s)), expected, 1e-4);
-  CHECK_NEAR(problem.flight(Measure::tracking, parameters(s)), expected, 1e-4);
+  CHECK_NEAR(problem.figures.at("flight")(parameters(s)), expected, 1e-4);
+  CHECK_NEAR(problem.figures.at("tracking")(parameters(s)), expected, 1e-4);
 }
 
 TEST_CASE("gains are tuned for a flight") {
   const Study s = study(std::string(level) + settles + tuned);
   const TuneProblem problem = tune_problem(s);
   const TuneOptions options = tune_options(s);
-  const double before = problem.flight(Measure::tracking, parameters(s));
+  const double before = problem.figures.at("tracking")(parameters(s));
   const TuneResult result = tune(problem, options);
   REQUIRE(result);
   CHECK(result.goal < before);
@@ -111,8 +113,8 @@ TEST_CASE("gains are tuned for a flight") {
   Study better = s;
   better.vehicle.gains.K_Lp = result.gains[0];
   better.vehicle.gains.k_de = result.gains[1];
-  CHECK_NEAR(problem.flight(Measure::tracking, parameters(better)), result.goal, 1e-12);
-  CHECK(problem.flight(Measure::flight, parameters(better)) <= 1);
+  CHECK_NEAR(problem.figures.at("tracking")(parameters(better)), result.goal, 1e-12);
+  CHECK(problem.figures.at("flight")(parameters(better)) <= 1);
 }
 
 TEST_CASE("flights that cannot be asked for are refused") {
@@ -120,9 +122,9 @@ TEST_CASE("flights that cannot be asked for are refused") {
   scheduled.replace(scheduled.find("[tune]\n"), 7, "[tune]\nschedule_eta_deg = [0, 90]\n");
   const Study s = study(scheduled);
   CHECK_THROWS_WITH_AS((void)tune(tune_problem(s), tune_options(s)),
-                       doctest::Contains("do not depend on the tilt"), std::invalid_argument);
+                       doctest::Contains("constant gains"), std::invalid_argument);
   TuneProblem none = tune_problem(study(std::string(level) + settles + tuned));
-  none.flight = {};
-  CHECK_THROWS_WITH_AS((void)tune(none), doctest::Contains("needs a flight"),
+  none.figures.clear();
+  CHECK_THROWS_WITH_AS((void)tune(none), doctest::Contains("none of the problem's figures"),
                        std::invalid_argument);
 }

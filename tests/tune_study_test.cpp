@@ -4,7 +4,7 @@
 #include <numbers>
 #include <set>
 
-#include "model/study.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/study_text.hpp"
 
@@ -185,14 +185,24 @@ TEST_CASE("a disturbance: metres per second, and degrees to radians") {
 }
 
 // What a limit on a measure needs beside it.
+// All that the tiltrotor's loop can be asked for.
+static std::vector<Requirement> asked() {
+  std::vector<Requirement> all;
+  for (const Measure measure : measures())
+    if (measure != Measure::figure) all.push_back({measure});
+  for (const char* figure : {"flight", "tracking"})
+    all.push_back({.measure = Measure::figure, .figure = figure});
+  return all;
+}
 static std::string of(Measure measure) {
   return measure == Measure::half_time ? "of = 'phugoid'\n" : "";
 }
 static const std::string all_that_is_needed = mass + "[tune.disturbance]\nV = 1\n";
 
 TEST_CASE("every measure may be the goal, a limit and a front, in its own unit") {
-  for (const Measure measure : measures()) {
-    const std::string name = to_string(measure);
+  for (const Requirement& r : asked()) {
+    const Measure measure = r.measure;
+    const std::string name = name_of(r);
     CAPTURE(name);
     const std::string side = more_is_better(measure) ? "at_least" : "at_most";
     const std::string what = "measure = '" + name + "'\n" + of(measure);
@@ -203,6 +213,7 @@ TEST_CASE("every measure may be the goal, a limit and a front, in its own unit")
                         " = 0.75\n[tune.front]\n" + what + "from = 0.25\nto = 0.5\ncount = 3\n"));
     const std::string mode = measure == Measure::half_time ? "phugoid" : "";
     CHECK(tune.goal.measure == measure);
+    CHECK(tune.goal.figure == r.figure);
     CHECK(tune.goal.of == mode);
     CHECK(std::isnan(tune.goal.limit));
     REQUIRE(tune.limits.size() == 1);
@@ -226,8 +237,9 @@ static const std::set<std::string> of_an_actuator{
     "gain_margin_db", "phase_margin_deg", "delay_margin", "disk_margin", "use", "response_use"};
 
 TEST_CASE("margins and uses may be of one actuator, half_time is of a mode, the rest of nothing") {
-  for (const Measure measure : measures()) {
-    const std::string name = to_string(measure);
+  for (const Requirement& r : asked()) {
+    const Measure measure = r.measure;
+    const std::string name = name_of(r);
     CAPTURE(name);
     const auto with = [&](const std::string& actuator) {
       return study("goal = {measure = '" + name + "', of = '" + actuator + "'}\n",
@@ -248,11 +260,10 @@ TEST_CASE("margins and uses may be of one actuator, half_time is of a mode, the 
 }
 
 TEST_CASE("a name alone is a goal") {
-  for (const Measure measure : measures())
-    if (measure != Measure::half_time)
-      CHECK(
-          tuned(study("goal = '" + to_string(measure) + "'\n", all_that_is_needed)).goal.measure ==
-          measure);
+  for (const Requirement& r : asked())
+    if (r.measure != Measure::half_time)
+      CHECK(name_of(tuned(study("goal = '" + name_of(r) + "'\n", all_that_is_needed)).goal) ==
+            name_of(r));
 }
 
 TEST_CASE("twelve uncertain numbers have corners, thirteen do not, unless none are asked") {
@@ -545,17 +556,17 @@ TEST_CASE("limits that cannot be are refused") {
 }
 
 TEST_CASE("a limit on the wrong side is refused with the right one named") {
-  for (const Measure measure : measures()) {
+  for (const Requirement& r : asked()) {
+    const Measure measure = r.measure;
     const bool more = more_is_better(measure);
     const std::string right = more ? "at_least" : "at_most", wrong = more ? "at_most" : "at_least";
-    const std::string head =
-        "[[tune.limit]]\nmeasure = '" + to_string(measure) + "'\n" + of(measure);
+    const std::string head = "[[tune.limit]]\nmeasure = '" + name_of(r) + "'\n" + of(measure);
     const int line = measure == Measure::half_time ? 19 : 18;
     const auto with = [&](const std::string& rest) {
       return study("", all_that_is_needed + head + rest);
     };
     check_refused(with(wrong + " = 0.5\n"), fmt::format("{}:{}", line, wrong.size() + 4),
-                  {"tune.limit." + wrong, to_string(measure), "expected " + right});
+                  {"tune.limit." + wrong, name_of(r), "expected " + right});
     check_refused(with(right + " = 0.5\n" + wrong + " = 0.6\n"),
                   fmt::format("{}:{}", line + 1, wrong.size() + 4), {"expected " + right});
     check_refused(with(""), "16:1", {"tune.limit." + right, "missing"});
@@ -637,12 +648,12 @@ TEST_CASE("the manual names every key of [tune], every measure and its unit") {
     CAPTURE(key);
     CHECK(manual.find(fmt::format("`{}`", key)) != manual.npos);
   }
-  for (const Measure measure : measures()) {
+  for (const Requirement& r : asked()) {
+    const Measure measure = r.measure;
     const std::string side = more_is_better(measure) ? "at_least" : "at_most";
-    CAPTURE(to_string(measure));
-    const std::string row =
-        fmt::format("| `{}` | {} | `{}` |", to_string(measure), unit(measure), side);
-    const std::string without_unit = fmt::format("| `{}` | | `{}` |", to_string(measure), side);
+    CAPTURE(name_of(r));
+    const std::string row = fmt::format("| `{}` | {} | `{}` |", name_of(r), unit(measure), side);
+    const std::string without_unit = fmt::format("| `{}` | | `{}` |", name_of(r), side);
     CHECK(manual.find(unit(measure).empty() ? without_unit : row) != manual.npos);
   }
 }

@@ -10,10 +10,12 @@
 
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
-#include "model/study.hpp"
+#include "study/study.hpp"
+#include "study/sweep_requests.hpp"
+#include "study/tune_problem.hpp"
 #include "tests/check.hpp"
-#include "trim/conditions.hpp"
 #include "tune/candidate.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Complex = std::complex<double>;

@@ -6,8 +6,8 @@
 #include <random>
 #include <sstream>
 
-#include "model/study.hpp"
 #include "report/tuning.hpp"
+#include "study/study.hpp"
 #include "tests/check.hpp"
 
 using namespace tiltrim;
@@ -95,6 +95,7 @@ TuningReport scheduled() {
   TuningReport report{.problem = three_points()};
   report.problem.gains.resize(2);
   report.problem.schedule = {0.0, 30 * degree, std::numbers::pi / 2};
+  report.problem.schedule_over = "eta";
   report.result.status = TuneStatus::tuned;
   report.result.goal = 0.25;
   report.result.gains.resize(6);

@@ -26,7 +26,7 @@ Model scalar(const std::function<VectorXd(double x, double p)>& rate) {
               [rate](const VectorXd& x, const VectorXd& p) { return rate(x[0], p[0]); });
 }
 
-const TrimSpec at_rest{.free = {"x"}, .still = {"x"}, .bounds = {{"x", {-10, 10}}}};
+const TrimSpec at_rest{.free = {"x"}, .steady = {"x"}, .bounds = {{"x", {-10, 10}}}};
 const OperatingPoint guess{one(0.5), none, one(1.0)};
 
 TrimResult trimmed(const Model& m) { return trim(m, at_rest, guess); }
@@ -211,7 +211,7 @@ TEST_CASE("it is stiff: a rate of 1e9 beside one of 1") {
   m.f = [](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
     return Eigen::Vector2d{1e9 * (p[0] - x[0]), x[0] - x[1]};
   };
-  const TrimSpec spec{.free = {"x", "y"}, .still = {"x", "y"}};
+  const TrimSpec spec{.free = {"x", "y"}, .steady = {"x", "y"}};
   const TrimResult r = trim(m, spec, {Eigen::Vector2d{0.5, 0.5}, none, one(1)});
   REQUIRE(r);
   CHECK_NEAR(r.point.x[0], 1, 1e-15);

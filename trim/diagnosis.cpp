@@ -91,7 +91,7 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
                    const std::string& state, const TrimOptions& options) {
   TrimSpec given = spec;
   Remedy remedy{RemedyKind::equation, state};
-  std::erase(given.still, state);
+  std::erase(given.steady, state);
   if (const auto held = given.rates.find(state); held != given.rates.end()) {
     remedy.from = held->second;
     given.rates.erase(held);
@@ -108,7 +108,7 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
 std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
   constexpr double near = 1e-4, negligible = 1e-9;  // an interior point stops short of its bounds
   const Values v = values(p, z);
-  const Slopes s = slopes(p, z);
+  const Jacobians s = jacobians(p, z);
   std::vector<Holding> active;
   if (!v.finite || !s.finite) return active;
   MatrixXd A(0, p.n());
@@ -162,11 +162,11 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
       if (value < r.lower || value > r.upper) continue;
       set_value(guess, lever, value);
       const TrimResult there = trim(model, spec, guess, once);
-      if (there.status > TrimStatus::not_optimal) continue;
+      if (!is_equilibrium(there.status)) continue;
       TrimOptions on = quiet(options);
       on.starts = 0;
       TrimResult nearer = trim(model, given, there.point, on);
-      if (nearer.status > TrimStatus::not_optimal) {
+      if (!is_equilibrium(nearer.status)) {
         nearer = there;
         nearer.status = TrimStatus::not_optimal;  // a trim, not shown to be the nearest
       }
@@ -180,7 +180,7 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
 }
 
 Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-               const Lever& lever, const TrimOptions& options) {
+               const DecisionVariable& lever, const TrimOptions& options) {
   TrimSpec given = spec;
   const Index j = variable(model, lever.signal);
   Remedy remedy{RemedyKind::lever, lever.signal};
@@ -197,7 +197,7 @@ Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& g
 }
 
 Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                   const OperatingPoint& closest, const std::vector<Lever>& levers,
+                   const OperatingPoint& closest, const std::vector<DecisionVariable>& levers,
                    const TrimOptions& options) {
   const Problem problem = make_problem(model, spec, guess);
   check(model, closest);
@@ -221,7 +221,7 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
     if (row < std::ssize(model.states))
       d.remedies.push_back(
           of_equation(wider, spec, guess, model.states[std::size_t(row)].name, unproved));
-  for (const Lever& lever : levers)
+  for (const DecisionVariable& lever : levers)
     d.remedies.push_back(nearest(model, spec, guess, lever, options));
   return d;
 }

@@ -10,7 +10,7 @@
 namespace tiltrim {
 
 /// A variable that might be chosen otherwise, and how far to look.
-struct Lever {
+struct DecisionVariable {
   std::string signal;  ///< a state, input or parameter
   Range range;         ///< finite
 };
@@ -35,7 +35,7 @@ struct Remedy {
   TrimResult trim{};
 
   /// An equilibrium was found there.
-  bool helps() const { return trim.status <= TrimStatus::not_optimal; }
+  bool helps() const { return is_equilibrium(trim.status); }
 };
 
 /// A limit that keeps the closest point from coming closer.
@@ -56,11 +56,12 @@ struct Diagnosis {
 /// equilibrium that it then has. Throws std::invalid_argument on the caller's mistakes, as trim().
 [[nodiscard]] Diagnosis diagnose(const Model& model, const TrimSpec& spec,
                                  const OperatingPoint& guess, const OperatingPoint& closest,
-                                 const std::vector<Lever>& levers, const TrimOptions& options = {});
+                                 const std::vector<DecisionVariable>& levers,
+                                 const TrimOptions& options = {});
 
 /// One lever alone: the value nearest the guess's own at which there is an equilibrium.
 [[nodiscard]] Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                             const Lever& lever, const TrimOptions& options = {});
+                             const DecisionVariable& lever, const TrimOptions& options = {});
 
 /// "theta0 up to 1.31 instead of 1": one remedy in words, its numbers times `factor` in `unit`.
 std::string in_words(const Remedy& remedy, double factor = 1.0, const std::string& unit = "");

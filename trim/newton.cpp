@@ -28,7 +28,7 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
   for (; result.iterations < options.max_iterations; ++result.iterations) {
     if (options.observe) options.observe(point_of(problem, z));
     if (options.stop.stop_requested()) return result;
-    const Slopes slope = slopes(problem, z);
+    const Jacobians slope = jacobians(problem, z);
     if (!slope.finite) return result;
     const VectorXd dz = solve(slope.residual, at.residual);
     if (!dz.allFinite()) return result;

@@ -23,7 +23,7 @@ VectorXd active_residual(const ActiveSet& a, const VectorXd& z, const Values& v)
   return c;
 }
 
-MatrixXd active_slopes(const ActiveSet& a, const Slopes& s) {
+MatrixXd active_slopes(const ActiveSet& a, const Jacobians& s) {
   const Index m = s.residual.rows();
   MatrixXd J =
       MatrixXd::Zero(m + std::ssize(a.unknowns) + std::ssize(a.limited), s.residual.cols());
@@ -36,7 +36,7 @@ MatrixXd active_slopes(const ActiveSet& a, const Slopes& s) {
 
 Gradient lagrangian_gradient(const Problem& p, const ActiveSet& a, const VectorXd& lambda) {
   return [&p, &a, &lambda](const VectorXd& z) -> VectorXd {
-    const Slopes s = slopes(p, z);
+    const Jacobians s = jacobians(p, z);
     if (!s.finite) return VectorXd::Constant(z.size(), std::numeric_limits<double>::quiet_NaN());
     return s.effort + active_slopes(a, s).transpose() * lambda;
   };
@@ -56,7 +56,7 @@ MatrixXd hessian_of(const Gradient& gradient, const VectorXd& z) {
 
 bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
   constexpr double rounding = 1e-6;  // of a Hessian by differences of differences
-  const Slopes s = slopes(p, z);
+  const Jacobians s = jacobians(p, z);
   if (!s.finite) return false;
   const MatrixXd A = active_slopes(a, s);
   const MatrixXd Z = dense::kernel(A.rows() > 0 ? A : MatrixXd::Zero(1, z.size()));
@@ -104,7 +104,7 @@ bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, Vector
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0; i < cap; ++i) {
     const Values v = values(p, z);
-    const Slopes s = slopes(p, z);
+    const Jacobians s = jacobians(p, z);
     if (!v.finite || !s.finite) return false;
     const VectorXd c = active_residual(a, z, v);
     const MatrixXd J = active_slopes(a, s);

@@ -21,7 +21,7 @@ struct ActiveSet {
 /// The equations an optimum holds, c(z) = 0: residuals, then active unknowns, then limited rows.
 Eigen::VectorXd active_residual(const ActiveSet& active, const Eigen::VectorXd& z,
                                 const Values& values);
-Eigen::MatrixXd active_slopes(const ActiveSet& active, const Slopes& slopes);
+Eigen::MatrixXd active_slopes(const ActiveSet& active, const Jacobians& slopes);
 
 using Gradient = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
 /// ∇f(z) + c'(z)ᵀλ as a function of z; refers to all three arguments. NaN where not finite.

@@ -106,7 +106,7 @@ void add_unknowns(Problem& p, const TrimSpec& spec) {
 
 void add_rates(Problem& p, const TrimSpec& spec) {
   std::map<std::string, double> held = spec.rates;
-  for (const std::string& name : spec.still)
+  for (const std::string& name : spec.steady)
     if (!held.emplace(name, 0.0).second)
       throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", name));
   for (const Signal& s : p.model.states)  // the model's order, not the map's
@@ -154,12 +154,12 @@ void add_bounds(Problem& p, const TrimSpec& spec) {
 }
 
 void add_effort(Problem& p, const TrimSpec& spec) {
-  std::vector<Effort> effort = spec.effort;
+  std::vector<CostTerm> effort = spec.effort;
   if (effort.empty())
     for (const Index j : p.unknowns)
       if (find(p.model.inputs, signal_of(p.model, j).name) >= 0)
         effort.push_back({signal_of(p.model, j).name, signal_of(p.model, j).nominal, 0.0});
-  for (const Effort& e : effort) {
+  for (const CostTerm& e : effort) {
     if (!(e.scale > 0 && std::isfinite(e.scale) && std::isfinite(e.reference)))
       throw std::invalid_argument(
           fmt::format("the effort of '{}': its scale must be positive, its "
@@ -272,8 +272,8 @@ VectorXd outputs(const Problem& p, const OperatingPoint& at) {
   return y;
 }
 
-Slopes slopes(const Problem& p, const VectorXd& z) {
-  Slopes s;
+Jacobians jacobians(const Problem& p, const VectorXd& z) {
+  Jacobians s;
   const OperatingPoint at = point_of(p, z);
   Eigen::MatrixXd J;
   VectorXd outputs;

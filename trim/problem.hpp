@@ -58,13 +58,13 @@ struct Values {
   double effort = 0.0;
   bool finite = false;
 };
-struct Slopes {
+struct Jacobians {
   Eigen::MatrixXd residual, limited;
   Eigen::VectorXd effort;
   bool finite = false;
 };
 Values values(const Problem& problem, const Eigen::VectorXd& z);
-Slopes slopes(const Problem& problem, const Eigen::VectorXd& z);
+Jacobians jacobians(const Problem& problem, const Eigen::VectorXd& z);
 
 /// All outputs at a point; NaN where the model throws or has no h.
 Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
@@ -72,7 +72,7 @@ Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
 Eigen::VectorXd unknowns_of(const Problem& problem, const OperatingPoint& point);
 OperatingPoint point_of(const Problem& problem, const Eigen::VectorXd& z);
 
-/// The point's name for row i of [f; h]: "V'" for a rate, "theta0" for an output.
+/// The point's name for row i of [f; h]: "q'" for a rate, "airspeed" for an output.
 std::string row_name(const Model& model, Eigen::Index row);
 std::string row_unit(const Model& model, Eigen::Index row);
 

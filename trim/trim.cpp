@@ -73,7 +73,7 @@ Nlp trim_nlp(const Problem& p) {
     return true;
   };
   nlp.slopes = [&p, weight, m, l, n](const VectorXd& z, VectorXd& gradient, MatrixXd& J) {
-    const Slopes s = slopes(p, z);
+    const Jacobians s = jacobians(p, z);
     if (!s.finite) return false;
     gradient = weight * s.effort;
     J.resize(m + l, n);
@@ -97,7 +97,7 @@ Nlp closest_nlp(const Problem& p) {
   };
   nlp.slopes = [&p](const VectorXd& z, VectorXd& gradient, MatrixXd& J) {
     const Values v = values(p, z);
-    const Slopes s = slopes(p, z);
+    const Jacobians s = jacobians(p, z);
     if (!v.finite || !s.finite) return false;
     gradient = s.residual.transpose() * v.residual;
     J = s.limited;

@@ -15,11 +15,18 @@ namespace tiltrim {
 /// The trim problem in the user's words. Names are the model's signals.
 struct TrimSpec {
   std::vector<std::string> free{};        ///< states, inputs or parameters the solver may move
-  std::vector<std::string> still{};       ///< states whose rates are held at zero
+  std::vector<std::string> steady{};      ///< states whose rates are held at zero
   std::map<std::string, double> rates{};  ///< states whose rates are held at a value [unit/s]
   std::map<std::string, Range> bounds{};  ///< on any variable or output; equal ends: held there
   std::vector<std::string> implied{};     ///< rates that must vanish as a consequence; verified
-  std::vector<Effort> effort{};           ///< empty: every free input over its nominal size
+  std::vector<CostTerm> effort{};         ///< empty: every free input over its nominal size
+};
+
+/// A trim problem ready to solve: a model, what is asked, where to start.
+struct TrimProblem {
+  Model model;           ///< trim()'s first argument
+  TrimSpec spec;         ///< its second
+  OperatingPoint guess;  ///< its third
 };
 
 /// How a trim ended. Every status is the verdict of our own evaluation of the point.
@@ -38,6 +45,9 @@ enum class TrimStatus {
 
 /// The status as the JSON contract spells it: "converged", "not_found", ...
 std::string to_string(TrimStatus status);
+
+/// A verified equilibrium, with or without a remark.
+constexpr bool is_equilibrium(TrimStatus status) { return status <= TrimStatus::not_optimal; }
 
 /// A bound that the point lies on.
 struct ActiveLimit {

@@ -65,7 +65,7 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
     r.rcond = 1.0;
     return;
   }
-  const Slopes s = slopes(p, z);
+  const Jacobians s = jacobians(p, z);
   if (!s.finite) return;  // rcond stays 0: not determined
   const dense::SVD svd = dense::svd(s.residual);
   r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);

@@ -10,7 +10,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "sweep/threads.hpp"
+#include "runtime/threads.hpp"
 #include "tune/requirement.hpp"
 #include "tune/shift.hpp"
 
@@ -55,7 +55,7 @@ void check_gains(const TuneProblem& problem) {
 }
 
 void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
-  const std::string name = to_string(r.measure);
+  const std::string name = name_of(r);
   if (limit && !std::isfinite(r.limit))
     throw std::invalid_argument(
         fmt::format("the limit of {} is {}; expected a number", name, r.limit));
@@ -72,13 +72,12 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
                     name));
   if (r.measure == Measure::response_use && problem.disturbance.empty())
     throw std::invalid_argument("response_use after no disturbance; expected one");
-  const bool flies = r.measure == Measure::flight || r.measure == Measure::tracking;
-  if (flies && !problem.flight)
-    throw std::invalid_argument(to_string(r.measure) + " needs a flight");
-  if (flies && !problem.schedule.empty())
+  const bool is_figure = r.measure == Measure::figure;
+  if (is_figure && !problem.figures.contains(r.figure))
     throw std::invalid_argument(
-        to_string(r.measure) +
-        " is for gains that do not depend on the tilt; expected no schedule");
+        fmt::format("{} is none of the problem's figures; expected its function", name));
+  if (is_figure && !problem.schedule.empty())
+    throw std::invalid_argument(name + " is for constant gains; expected no schedule");
   if (r.measure == Measure::sensitivity && problem.uncertain.empty())
     throw std::invalid_argument("sensitivity to nothing; expected uncertain numbers");
 }
@@ -210,8 +209,8 @@ Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
   }
 }
 
-Settled Candidates::settled(const Place& place, const VectorXd& gains, const VectorXd& uncertain,
-                            From from) const {
+GridTrim Candidates::settled(const Place& place, const VectorXd& gains, const VectorXd& uncertain,
+                             From from) const {
   const Prepared& sweep = *place.prepared;
   const auto set_numbers = [&](OperatingPoint& at) {
     for (std::size_t j = 0; j < place.gains.size(); ++j)
@@ -227,9 +226,9 @@ Settled Candidates::settled(const Place& place, const VectorXd& gains, const Vec
 }
 
 // Scores of what no single eigenvalue decides, and by central differences their slopes.
-void Candidates::describe(const Place& place, const Settled& e, bool slopes,
+void Candidates::describe(const Place& place, const GridTrim& e, bool slopes,
                           PlaceModes& result) const {
-  const auto scores = [&](const Settled& there, const Eigen::VectorXcd& eigenvalues) {
+  const auto scores = [&](const GridTrim& there, const Eigen::VectorXcd& eigenvalues) {
     VectorXd all = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
     for (std::size_t i = 0; i < asked_.size(); ++i)
       if (!spectral(asked_[i].measure))
@@ -248,7 +247,7 @@ void Candidates::describe(const Place& place, const Settled& e, bool slopes,
     const double h = 1e-4 * std::max(std::abs(gain), 1e-3);
     std::array<VectorXd, 2> ends;
     for (const int end : {0, 1}) {
-      Settled there;
+      GridTrim there;
       there.at = e.at;
       set_value(there.at, place.gains[j], gain + (end == 0 ? -h : h));
       if (settle(*place.prepared, there))
@@ -276,7 +275,7 @@ PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, bool
 
 PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, bool slopes,
                                 From from, const VectorXd& uncertain) const {
-  const Settled e = settled(place, gains_of(variables, place.shares), uncertain, from);
+  const GridTrim e = settled(place, gains_of(variables, place.shares), uncertain, from);
   PlaceModes result;
   result.status = e.status;
   result.message = e.message;

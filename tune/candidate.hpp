@@ -58,9 +58,9 @@ class Candidates {
                    const Eigen::VectorXd& uncertain) const;
   PlaceModes computed(const Place& place, const Eigen::VectorXd& variables, bool slopes, From from,
                       const Eigen::VectorXd& uncertain) const;
-  Settled settled(const Place& place, const Eigen::VectorXd& gains,
-                  const Eigen::VectorXd& uncertain, From from) const;
-  void describe(const Place& place, const Settled& e, bool slopes, PlaceModes& result) const;
+  GridTrim settled(const Place& place, const Eigen::VectorXd& gains,
+                   const Eigen::VectorXd& uncertain, From from) const;
+  void describe(const Place& place, const GridTrim& e, bool slopes, PlaceModes& result) const;
 
   const TuneProblem& problem_;
   std::vector<Requirement> asked_;

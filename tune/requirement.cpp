@@ -45,7 +45,7 @@ double margin(Measure what, const Margins& m) {
 }
 
 // The least margin of the loops broken at one actuator each.
-double margin_score(const Requirement& r, const Place& place, const Settled& e,
+double margin_score(const Requirement& r, const Place& place, const GridTrim& e,
                     const VectorXcd& eigenvalues) {
   const Model& model = *place.loops;
   const Index n = std::ssize(model.states), inputs = std::ssize(model.inputs);
@@ -74,7 +74,8 @@ double margin_score(const Requirement& r, const Place& place, const Settled& e,
 // The slowest of the modes of that name: its decay rate.
 double half_time_score(const Requirement& r, const Place& place, const MatrixXd& A) {
   double least = not_a_number;
-  for (const Mode& m : modes(A, {}, names(place.request.model.states)).modes)
+  const Model& model = place.request.model;
+  for (const Mode& m : modes(A, {}, names(model.states), {.mode_names = model.mode_names}).modes)
     if (m.name == r.of && !(-m.eigenvalue.real() >= least)) least = -m.eigenvalue.real();
   return least;
 }
@@ -101,7 +102,7 @@ std::vector<Actuator> actuators(const Requirement& r, const Place& place) {
   return all;
 }
 
-double use_score(const Requirement& r, const Place& place, const Settled& e) {
+double use_score(const Requirement& r, const Place& place, const GridTrim& e) {
   double least = not_a_number;
   for (const Actuator& a : actuators(r, place)) {
     const double score = -std::abs(e.outputs[a.output] - a.middle) / a.half;
@@ -140,7 +141,7 @@ double largest_response(double y0, double middle, VectorXcd w, const VectorXcd& 
 }
 
 double response_score(const TuneProblem& problem, const Requirement& r, const Place& place,
-                      const Settled& e, const VectorXcd& eigenvalues) {
+                      const GridTrim& e, const VectorXcd& eigenvalues) {
   const Prepared& sweep = *place.prepared;
   const Index n = sweep.states();
   if (eigenvalues.real().maxCoeff() >= 0) return -most;
@@ -162,7 +163,7 @@ double response_score(const TuneProblem& problem, const Requirement& r, const Pl
   return least;
 }
 
-double sensitivity_score(const TuneProblem& problem, const Place& place, const Settled& e) {
+double sensitivity_score(const TuneProblem& problem, const Place& place, const GridTrim& e) {
   const Spectrum spectrum = spectrum_of(*place.prepared, e, place.uncertain);
   if (spectrum.eigenvalues.size() == 0) return not_a_number;
   double largest = 0;
@@ -212,8 +213,8 @@ Scored score(Measure what, Complex lambda) {
   return {-lambda.real() / size, (-1.0 + lambda.real() / size * (lambda / size)) / size};
 }
 
-double score(const TuneProblem& problem, const Requirement& r, const Place& place, const Settled& e,
-             const VectorXcd& eigenvalues) {
+double score(const TuneProblem& problem, const Requirement& r, const Place& place,
+             const GridTrim& e, const VectorXcd& eigenvalues) {
   switch (r.measure) {
     case Measure::half_time:
       return half_time_score(r, place, e.A(*place.prepared));
@@ -221,9 +222,8 @@ double score(const TuneProblem& problem, const Requirement& r, const Place& plac
       return use_score(r, place, e);
     case Measure::response_use:
       return response_score(problem, r, place, e, eigenvalues);
-    case Measure::flight:
-    case Measure::tracking:
-      return place.where.point == 0 ? -problem.flight(r.measure, e.at.p) : not_a_number;
+    case Measure::figure:
+      return place.where.point == 0 ? -problem.figures.at(r.figure)(e.at.p) : not_a_number;
     case Measure::sensitivity:
       return sensitivity_score(problem, place, e);
     default:
@@ -284,11 +284,10 @@ std::string applies_nowhere(const Candidates& candidates, const std::vector<Plac
     };
     const bool in_trim = std::ranges::any_of(places, &PlaceModes::valid);
     if (!in_trim || std::ranges::any_of(places, applies)) continue;
-    return fmt::format("{}{} applies at no operating point ({})", to_string(r.measure),
-                       r.of.empty() ? "" : " of " + r.of,
-                       r.measure == Measure::half_time
-                           ? "no mode has that name"
-                           : "no such actuator acts, or none has a range");
+    return fmt::format(
+        "{}{} applies at no operating point ({})", name_of(r), r.of.empty() ? "" : " of " + r.of,
+        r.measure == Measure::half_time ? "no mode has that name"
+                                        : "no such actuator acts, or none has a range");
   }
   return {};
 }

@@ -25,7 +25,7 @@ Scored score(Measure what, std::complex<double> lambda);
 
 /// Scores of what is not spectral, at an equilibrium; NaN where it does not apply.
 double score(const TuneProblem& problem, const Requirement& requirement, const Place& place,
-             const Settled& e, const Eigen::VectorXcd& eigenvalues);
+             const GridTrim& e, const Eigen::VectorXcd& eigenvalues);
 
 /// The worst score over a place's eigenvalues, and which it is (-1: no eigenvalue decides).
 struct Worst {

@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "linearize/modes.hpp"
-#include "simulate/proportion.hpp"
-#include "sweep/threads.hpp"
+#include "runtime/proportion.hpp"
+#include "runtime/threads.hpp"
 #include "tune/requirement.hpp"
 
 namespace tiltrim {

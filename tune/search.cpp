@@ -142,7 +142,7 @@ std::string deciding(const Search& search) {
       if (miss > most) std::tie(most, place, asked) = std::tuple(miss, p, i);
     }
   const Place& where = search.candidates.places()[place];
-  return fmt::format("{} at {}{}{}", to_string(search.asked()[asked].measure), where.request.name,
+  return fmt::format("{} at {}{}{}", name_of(search.asked()[asked]), where.request.name,
                      where.where.scatter.empty() ? "" : ", ", where.where.scatter);
 }
 

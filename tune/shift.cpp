@@ -27,7 +27,7 @@ OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
 }  // namespace
 
 // dz = -(∂r/∂z)⁻¹ ∂r/∂p with z the trim's unknowns and r its equations.
-MatrixXd shifts(const Prepared& sweep, const Settled& e, const std::vector<Index>& parameters) {
+MatrixXd shifts(const Prepared& sweep, const GridTrim& e, const std::vector<Index>& parameters) {
   const Problem& p = sweep.problem;
   std::vector<Index> along = sweep.along;
   along.insert(along.end(), parameters.begin(), parameters.end());
@@ -48,7 +48,7 @@ MatrixXd shifts(const Prepared& sweep, const Settled& e, const std::vector<Index
 }
 
 // dλ = (V⁻¹ dA V)ᵢᵢ, dA along the parameter and the trim's own shift.                [26, eq. 2.3]
-Spectrum spectrum_of(const Prepared& sweep, const Settled& e,
+Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
                      const std::vector<Index>& parameters) {
   Spectrum spectrum;
   const Index n = sweep.states();

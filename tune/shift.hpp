@@ -13,11 +13,11 @@ struct Spectrum {
   Eigen::VectorXcd eigenvalues;
   Eigen::MatrixXcd slopes;
 };
-Spectrum spectrum_of(const Prepared& sweep, const Settled& e,
+Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
                      const std::vector<Eigen::Index>& parameters);
 
 /// How all variables of the model move with each of the parameters, in columns.
-Eigen::MatrixXd shifts(const Prepared& sweep, const Settled& e,
+Eigen::MatrixXd shifts(const Prepared& sweep, const GridTrim& e,
                        const std::vector<Eigen::Index>& parameters);
 
 }  // namespace tiltrim

@@ -10,7 +10,7 @@
 
 #include "linearize/modes.hpp"
 #include "optimize/optimize.hpp"
-#include "sweep/threads.hpp"
+#include "runtime/threads.hpp"
 #include "tune/search.hpp"
 
 namespace tiltrim {
@@ -94,7 +94,7 @@ std::vector<Achieved> achieved(const Search& search, const std::vector<PlaceMode
 std::string in_words(const TuneProblem& problem, const Achieved& a) {
   const std::string& point = problem.points[a.place.point].name;
   const std::string of = a.requirement.of.empty() ? "" : " of " + a.requirement.of;
-  return fmt::format("{}{} at '{}'{}{}", to_string(a.requirement.measure), of, point,
+  return fmt::format("{}{} at '{}'{}{}", name_of(a.requirement), of, point,
                      a.place.scatter.empty() ? "" : " with ", a.place.scatter);
 }
 
@@ -137,7 +137,7 @@ std::string name_of(const TuneProblem& problem, std::size_t variable) {
                      angle ? " deg" : "");
 }
 
-// Slopes of what decides, and the answer with each number a tenth less and more.
+// Jacobians of what decides, and the answer with each number a tenth less and more.
 std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
   const std::vector<PlaceModes> here = search.candidates.at(numbers, true);
   const auto slope = [&](std::size_t i, Index j) {
@@ -193,7 +193,7 @@ TuneResult verified(Search& search) {
     const Place& place = search.candidates.places()[std::size_t(lost - places.begin())];
     result.message = fmt::format("no equilibrium at '{}'{}{}, as {} needs it: {}",
                                  place.request.name, place.where.scatter.empty() ? "" : " with ",
-                                 place.where.scatter, to_string(problem.goal.measure),
+                                 place.where.scatter, name_of(problem.goal),
                                  lost->message.empty() ? to_string(lost->status) : lost->message);
     return result;
   }
@@ -264,7 +264,7 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   TuneResult result;
   if (search.best.y.size() == 0)
     result.message = fmt::format("not one candidate was evaluated: {} is not known anywhere",
-                                 to_string(problem.goal.measure));
+                                 name_of(problem.goal));
   else
     result = verified(search);
   result.evaluations = search.evaluations;

@@ -6,18 +6,18 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <stop_token>
 #include <string>
 #include <vector>
 
-#include "model/tuning.hpp"
 #include "sweep/sweep.hpp"
+#include "tune/measure.hpp"
 
 namespace tiltrim {
 
-/// What a whole flight is worth, Measure::flight or Measure::tracking, at a closed loop's
-/// parameters.
-using FlightFigure = std::function<double(Measure measure, const Eigen::VectorXd& parameters)>;
+/// A number of the caller's own to ask for, of which less is better, at a model's parameters.
+using FigureOfMerit = std::function<double(const Eigen::VectorXd& parameters)>;
 
 /// What is to be tuned.
 struct TuneProblem {
@@ -29,15 +29,15 @@ struct TuneProblem {
   /// Gains linear between their values at these (rising) of a parameter that the points have;
   /// empty: constant. Tuned are the values at each, first all of the first gain.
   std::vector<double> schedule{};
-  std::string schedule_over = "eta";   ///< that parameter
+  std::string schedule_over{};         ///< that parameter
   std::vector<Uncertain> uncertain{};  ///< empty: none
   bool corners = true;            ///< each point again at every corner of the uncertain numbers
   int samples = 0;                ///< and at as many random places between, the same at each point
   std::uint64_t sample_seed = 1;  ///< of these places
   /// By state, in its unit: where the closed loop starts from, beside its trim (response_use).
   std::map<std::string, double> disturbance{};
-  /// Needed for flight and tracking alone. They count once for each scatter, at the first point.
-  FlightFigure flight{};
+  /// By name, for Measure::figure. They count once for each scatter, at the first point.
+  std::map<std::string, FigureOfMerit> figures{};
   Requirement goal{Measure::decay};   ///< its worst value is to be as good as it can be
   std::vector<Requirement> limits{};  ///< that hold at all places
 
@@ -153,13 +153,6 @@ struct TuneResult {
 /// answer, from trims of their own. Throws std::invalid_argument for names the models do not have,
 /// bounds reversed or not finite, nothing free, no point, a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
-
-/// The study's [tune] as a problem. Throws std::invalid_argument where there is no [tune] or it
-/// asks for what its conditions do not have.
-[[nodiscard]] TuneProblem tune_problem(const Study& study);
-/// The study's choice of algorithms, seed and budget; the start is its own numbers. Throws as
-/// tune_problem().
-[[nodiscard]] TuneOptions tune_options(const Study& study);
 
 /// How gains fare between the corners.
 struct Robustness {

@@ -21,7 +21,7 @@ std::vector<SignalTuple> tuples_of(const Signals& signals) {
 TrimSpec spec_of(const py::dict& fields) {
   TrimSpec spec;
   spec.free = fields["free"].cast<std::vector<std::string>>();
-  spec.still = fields["still"].cast<std::vector<std::string>>();
+  spec.steady = fields["still"].cast<std::vector<std::string>>();
   spec.rates = fields["rates"].cast<std::map<std::string, double>>();
   spec.implied = fields["implied"].cast<std::vector<std::string>>();
   for (const auto& [name, range] : fields["bounds"].cast<std::map<std::string, RangeTuple>>())
@@ -35,10 +35,10 @@ py::dict dict_of(const TrimSpec& spec) {
   std::map<std::string, RangeTuple> bounds;
   for (const auto& [name, range] : spec.bounds) bounds[name] = {range.lower, range.upper};
   std::vector<EffortTuple> effort;
-  for (const Effort& e : spec.effort) effort.emplace_back(e.signal, e.scale, e.reference);
+  for (const CostTerm& e : spec.effort) effort.emplace_back(e.signal, e.scale, e.reference);
   py::dict d;
   d["free"] = spec.free;
-  d["still"] = spec.still;
+  d["still"] = spec.steady;
   d["rates"] = spec.rates;
   d["bounds"] = bounds;
   d["implied"] = spec.implied;
@@ -82,7 +82,7 @@ py::dict dict_of(const TrimResult& r) {
   for (const OperatingPoint& other : r.others) others.append(tuple_of(other));
   py::dict d;
   d["status"] = to_string(r.status);
-  d["equilibrium"] = r.status <= TrimStatus::not_optimal;
+  d["equilibrium"] = is_equilibrium(r.status);
   d["point"] = tuple_of(r.point);
   d["rates"] = r.rates;
   d["outputs"] = r.outputs;

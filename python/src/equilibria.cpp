@@ -8,6 +8,7 @@
 #include "python/src/calls.hpp"
 #include "python/src/model.hpp"
 #include "python/src/verbs.hpp"
+#include "vehicles/mode_names.hpp"
 
 namespace tiltrim::python {
 
@@ -88,7 +89,7 @@ py::dict linearized(const HeldModel& held, const PointTuple& point, const std::s
 
 py::dict modes_of(const MatrixXd& A, const MatrixXd& A_error,
                   const std::vector<std::string>& states) {
-  return dict_of(modes(A, A_error, states));
+  return dict_of(modes(A, A_error, states, {.mode_names = longitudinal_modes()}));
 }
 
 py::dict in_dict(const Sensitivities& s) {

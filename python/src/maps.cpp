@@ -59,6 +59,7 @@ int threads_of(int threads, bool callables) {
 Measure measure_of(const std::string& name) {
   std::vector<std::string> all;
   for (const Measure m : measures()) {
+    if (m == Measure::figure) continue;
     if (to_string(m) == name) return m;
     all.push_back(to_string(m));
   }
@@ -158,7 +159,7 @@ py::dict in_dict(const TuneProblem& problem, const Achieved& a) {
   py::dict d;
   d["point"] = problem.points.at(a.place.point).name;
   d["scatter"] = a.place.scatter;
-  d["measure"] = to_string(a.requirement.measure);
+  d["measure"] = name_of(a.requirement);
   d["unit"] = std::string(unit(a.requirement.measure));
   d["of"] = a.requirement.of;
   d["limit"] = a.requirement.limit;
@@ -286,7 +287,7 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
   d["schedule"] = problem.schedule;
   d["gains"] = r.gains;
   d["goal"] = r.goal;
-  d["goal_measure"] = to_string(problem.goal.measure);
+  d["goal_measure"] = name_of(problem.goal);
   d["goal_unit"] = std::string(unit(problem.goal.measure));
   d["achieved"] = achieved;
   d["effects"] = effects;

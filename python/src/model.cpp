@@ -5,8 +5,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "model/close_loop.hpp"
+#include "model/feedback.hpp"
 #include "python/src/calls.hpp"
+#include "vehicles/mode_names.hpp"
 
 namespace tiltrim::python {
 
@@ -189,6 +190,7 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
   held.callables = true;
   Model& m = held.model;
   m.name = name;
+  m.mode_names = longitudinal_modes();
   m.states = signals_of(states);
   m.inputs = signals_of(inputs);
   m.outputs = signals_of(outputs);
@@ -207,7 +209,7 @@ HeldModel closed(const py::object& plant, const py::object& controller) {
   const auto& first = plant.cast<const HeldModel&>();
   const auto& second = controller.cast<const HeldModel&>();
   const bool callables = first.callables || second.callables;
-  const auto joined = [&](const std::stop_token&) { return close_loop(first.model, second.model); };
+  const auto joined = [&](const std::stop_token&) { return feedback(first.model, second.model); };
   Model loop = run(callables, joined, Lasts::a_moment).first;
   return {std::move(loop), {}, {plant, controller}, callables};
 }
@@ -276,7 +278,7 @@ void add_model(py::module_& module) {
                              [](const HeldModel& m) { return tuples_of(m.model.parameters); })
       .def_property_readonly("callables", [](const HeldModel& m) { return m.callables; })
       .def_property_readonly("exact", [](const HeldModel& m) { return bool(m.model.derivatives); });
-  module.def("close_loop", &closed, arg("plant"), arg("controller"));
+  module.def("feedback", &closed, arg("plant"), arg("controller"));
   module.def(
       "variable",
       [](const HeldModel& m, const std::string& name) { return variable(m.model, name); },

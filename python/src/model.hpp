@@ -28,7 +28,7 @@ struct HeldModel {
 Eigen::VectorXd call_for_vector(const Held& held, const std::string& what, Eigen::Index expected,
                                 const py::tuple& arguments);
 
-/// Adds Model, close_loop, evaluate to the module.
+/// Adds Model, feedback, evaluate to the module.
 void add_model(py::module_& module);
 
 }  // namespace tiltrim::python

@@ -1,9 +1,9 @@
 // The module tiltrim._tiltrim: what the package's Python calls. Its words are tiltrim's own.
 #include <pybind11/pybind11.h>
 
-#include "model/study.hpp"
 #include "python/src/model.hpp"
 #include "python/src/verbs.hpp"
+#include "study/study.hpp"
 
 namespace py = pybind11;
 using namespace tiltrim;

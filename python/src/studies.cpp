@@ -5,14 +5,17 @@
 #include <memory>
 #include <stdexcept>
 
-#include "follow/answer.hpp"
+#include "flight/flight_table.hpp"
+#include "flight/plan.hpp"
 #include "python/src/calls.hpp"
 #include "python/src/maps.hpp"
 #include "python/src/verbs.hpp"
-#include "simulate/flight_table.hpp"
-#include "simulate/own_motion.hpp"
-#include "simulate/plan.hpp"
-#include "trim/answer.hpp"
+#include "study/analyses.hpp"
+#include "study/answer.hpp"
+#include "study/flight_plan.hpp"
+#include "study/sweep_requests.hpp"
+#include "study/tune_problem.hpp"
+#include "study/user_motion.hpp"
 
 namespace tiltrim::python {
 
@@ -201,7 +204,7 @@ py::dict flown(const Study& study) {
   d["message"] = plan.message;
   d["events"] = py::list();
   d["columns"] = py::list();
-  if (plan.start_status > TrimStatus::not_optimal) return d;
+  if (!is_equilibrium(plan.start_status)) return d;
   const auto [result, table] = run(false, [&](const std::stop_token& stop) {
                                  plan.options.integrate.stop = stop;
                                  FlightResult r = fly(plan.flight, plan.start, plan.options);
@@ -220,7 +223,7 @@ py::dict moved(const Study& study) {
   const MotionAnswer answer = run(false, [&](const std::stop_token& stop) {
                                 TrimOptions options;
                                 options.stop = stop;
-                                return own_motion(study, options);
+                                return user_motion(study, options);
                               }).first;
   py::list events;
   py::dict d;
@@ -237,7 +240,7 @@ py::dict moved(const Study& study) {
 
 py::dict flown_or_moved(const HeldStudy& held) {
   refuse_stop_within("simulate");
-  return held.study->own ? moved(*held.study) : flown(*held.study);
+  return held.study->user_model ? moved(*held.study) : flown(*held.study);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ._follow import Branch, BranchEvent, follow
 from ._linear import LinearModel, Mode, Modes, linearize, modes
-from ._models import Effort, Model, Point, Signal, close_loop
+from ._models import Effort, Model, Point, Signal, close_loop, feedback
 from ._problems import Problem, TrimSpec
 from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
 from ._simulate import Change, Flight, SwitchEvent, Trajectory, fly, simulate
@@ -48,6 +48,7 @@ __all__ = [
     "TuneResult",
     "close_loop",
     "data_directory",
+    "feedback",
     "fly",
     "follow",
     "linearize",

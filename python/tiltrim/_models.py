@@ -323,11 +323,16 @@ def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Tabl
     return Table(["", "name", "value", "unit", ""], rows, left=(0, 1, 3, 4))
 
 
-def close_loop(plant: Model, controller: Model) -> Model:
+def feedback(plant: Model, controller: Model) -> Model:
     """The plant with the controller around it, joined by the signals' names.
 
     Each input of one that bears the name of an output of the other, or else of a state, is fed by
     it; the others stay inputs. States, inputs, outputs and parameters are the plant's, then the
     controller's. ValueError for names that clash, units that differ, nothing fed, algebraic loops.
     """
-    return Model._of(_tiltrim.close_loop(plant._core, controller._core))
+    return Model._of(_tiltrim.feedback(plant._core, controller._core))
+
+
+def close_loop(plant: Model, controller: Model) -> Model:
+    """`feedback` by its earlier name."""
+    return feedback(plant, controller)

@@ -1,0 +1,480 @@
+#include "flight/tilt_rate.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <stdexcept>
+
+#include "dense/dense.hpp"
+#include "flight/closed_loop_sweep.hpp"
+#include "flight/hand_over.hpp"
+#include "flight/plan.hpp"
+#include "flight/schedule.hpp"
+#include "linearize/linearize.hpp"
+#include "linearize/modes.hpp"
+#include "model/degrees.hpp"
+#include "runtime/threads.hpp"
+#include "sweep/sweep.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using std::numbers::pi;
+
+constexpr int finer = 4;       // points of the check for each of the certificate's own
+constexpr int halvings = 5;    // of its grid, until it holds between its points
+constexpr double hair = 1e-9;  // rad beside the hand-over, where a stretch ends
+
+// ---- Frozen loops ------------------------------------------------------------------------------
+
+Command command_at(double eta) {
+  Command command = corridor(corridor_height(eta));
+  command.eta = eta;
+  return command;
+}
+
+// An axis through the corridor's points at these tilts, scheduled gains moving with it.
+SweepAxis axis_of(const Flight& flight, const std::vector<double>& tilts) {
+  SweepAxis axis{"eta", {}};
+  const auto column = [&](const std::string& name, const auto& value) {
+    SweepAxis::Column c{name, "", name, {}, {}};
+    for (const double eta : tilts) c.si.push_back(value(eta));
+    c.values = c.si;
+    axis.columns.push_back(std::move(c));
+  };
+  column("eta", [](double eta) { return eta; });
+  column("V", [](double eta) { return command_at(eta).V; });
+  column("gamma", [](double eta) { return command_at(eta).gamma; });
+  if (flight.gains.eta.empty()) return axis;
+  const Signals gains = gain_signals();
+  for (std::size_t j = 0; j < gains.size(); ++j)
+    column(gains[j].name, [&](double eta) {
+      Gains k = gains_at(flight, eta);
+      return gain_value(k, j);
+    });
+  return axis;
+}
+
+// The loops at tilts from helicopter to airplane, falling; none where one has no trim, which `why`
+// says, or where it is interrupted.
+std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> tilts,
+                                     const TiltRateOptions& options, std::string& why) {
+  const Command first = command_at(tilts.front());
+  std::ranges::reverse(tilts);  // an axis rises
+  const std::vector<SweepAxis> axes{axis_of(flight, tilts)};
+  SweepOptions sweeping;
+  sweeping.crossings = false;
+  sweeping.threads = options.threads;
+  sweeping.trimming = options.trimming;
+  sweeping.stop = options.stop;
+  SweepMap map;
+  try {
+    map = sweep({closed_loop_request(flight.vehicle, "corridor", first, axes)}, axes, sweeping);
+  } catch (const SweepInterrupted&) {
+    return {};
+  }
+  const Model model = closed_loop(flight.vehicle);
+  const Eigen::VectorXd sizes = nominals(model.states);
+  std::vector<FrozenLoop> loops;
+  for (std::size_t k = tilts.size(); k-- > 0;) {
+    const double eta = tilts[k];
+    if (!is_equilibrium(TrimStatus(map.status[k]))) {
+      why = fmt::format("at a tilt of {:.4g}° there is no trim: {}", eta * degrees,
+                        map.reasons[std::size_t(map.reason[k])]);
+      return {};
+    }
+    FrozenLoop loop;
+    loop.eta = eta;
+    loop.command = command_at(eta);
+    Vehicle vehicle = flight.vehicle;
+    vehicle.gains = gains_at(flight, eta);
+    const Eigen::VectorXd x = Eigen::Map<const Eigen::VectorXd>(map.state.data() + k * 6, 6);
+    const LinearModel linear =
+        linearize(model, {x, Eigen::VectorXd(), closed_loop_parameters(vehicle, loop.command)});
+    if (!linear) {
+      why = fmt::format("at a tilt of {:.4g}° there is no linear model: {}", eta * degrees,
+                        linear.message);
+      return {};
+    }
+    loop.trim.theta = x[2];
+    loop.trim.x1 = x[4];
+    loop.trim.x2 = x[5];
+    loop.A = sizes.cwiseInverse().asDiagonal() * linear.A * sizes.asDiagonal();
+    loop.abscissa = map.spectral_abscissa[k];
+    loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+std::vector<double> between(double from, double to, int count) {
+  std::vector<double> all;
+  for (int k = 0; k < count; ++k) all.push_back(from + (to - from) * k / (count - 1));
+  return all;
+}
+
+// The tilts in stretches along which the loop changes smoothly: between the hand-over and the tilts
+// at which scheduled gains have kinks.
+std::vector<std::vector<double>> stretches_of(const Flight& flight, const TiltRateOptions& o) {
+  const double off = flight.vehicle.aircraft.cyclic_off;
+  const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0) && off > o.to && off < o.from;
+  std::vector<double> ends{o.from, o.to};
+  for (const double knot : flight.gains.eta)
+    if (knot > o.to && knot < o.from && !(switches && std::abs(knot - off) <= 2 * hair))
+      ends.push_back(knot);
+  if (switches) ends.insert(ends.end(), {off + hair, off - hair});
+  std::ranges::sort(ends, std::greater<>());
+  std::vector<std::vector<double>> stretches;
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    const double share = (ends[k] - ends[k + 1]) / (o.from - o.to);
+    if (ends[k] - ends[k + 1] <= 3 * hair) continue;  // the hand-over itself, to rounding
+    stretches.push_back(between(ends[k], ends[k + 1], std::max(3, int(o.loops * share))));
+  }
+  return stretches;
+}
+
+// ---- What linear theory says -------------------------------------------------------------------
+
+// AᵀP + PA = -I, written out over the entries of P.
+MatrixXd lyapunov(const MatrixXd& A) {
+  const Index n = A.rows();
+  MatrixXd sum = MatrixXd::Zero(n * n, n * n);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j)
+      for (Index k = 0; k < n; ++k) {
+        sum(i * n + j, k * n + j) += A(k, i);
+        sum(i * n + j, i * n + k) += A(k, j);
+      }
+  const MatrixXd I = -MatrixXd::Identity(n, n);
+  const Eigen::VectorXd p = dense::solve(sum, I.reshaped());
+  const MatrixXd P = p.reshaped(n, n);
+  return (P + P.transpose()) / 2;
+}
+
+double largest(const MatrixXd& symmetric) {
+  return dense::symmetric_eigenvalues(symmetric).maxCoeff();
+}
+
+// V' = eᵀ(AᵀP + PA + η' P')e with η' = -rate: the largest rate at which it falls at every point.
+SlowTilt certified(const std::vector<FrozenLoop>& coarse, const std::vector<FrozenLoop>& fine) {
+  SlowTilt answer;
+  answer.from = coarse.front().eta;
+  answer.to = coarse.back().eta;
+  answer.stable = std::ranges::all_of(fine, [](const FrozenLoop& l) { return l.abscissa < 0; });
+  if (!answer.stable) return answer;
+  std::vector<MatrixXd> P;
+  for (const FrozenLoop& loop : coarse) P.push_back(lyapunov(loop.A));
+  struct Point {
+    MatrixXd falls, slope;  // -(AᵀP + PA), -dP/dη
+    double eta;
+  };
+  std::vector<Point> points;
+  std::size_t k = 0;
+  for (const FrozenLoop& loop : fine) {
+    while (k + 2 < coarse.size() && loop.eta < coarse[k + 1].eta) ++k;
+    const double width = coarse[k].eta - coarse[k + 1].eta;
+    const double share = (coarse[k].eta - loop.eta) / width;
+    const MatrixXd here = (1 - share) * P[k] + share * P[k + 1];
+    const MatrixXd AP = loop.A.transpose() * here;
+    points.push_back({-(AP + AP.transpose()), (P[k + 1] - P[k]) / width, loop.eta});
+  }
+  double rate = std::numeric_limits<double>::infinity();
+  for (const Point& p : points) {
+    const std::optional<MatrixXd> root = dense::cholesky(p.falls);
+    double here = 0.0;  // between two frozen loops P itself does not fall
+    if (root) {
+      const MatrixXd half = dense::solve_lower(*root, p.slope);
+      const double worst = largest(dense::solve_lower(*root, half.transpose()));
+      here = worst > 0 ? 1 / worst : std::numeric_limits<double>::infinity();
+    }
+    if (here >= rate) continue;
+    rate = here;
+    answer.decided_at = p.eta;
+  }
+  constexpr double reserve = 0.99;
+  answer.certified = reserve * rate;
+  answer.certificate = -std::numeric_limits<double>::infinity();
+  for (const Point& p : points)
+    answer.certificate =
+        std::max(answer.certificate, largest(answer.certified * p.slope - p.falls));
+  if (!(answer.certificate < 0)) answer.certified = 0.0;
+  return answer;
+}
+
+// ‖Φ(t, s)‖ over the transition at a rate: products of exponentials over one frozen loop each.
+Growth growth(const std::vector<FrozenLoop>& loops, double rate) {
+  Growth answer{rate, 1.0, 1.0};
+  const Index n = loops.front().A.rows();
+  std::vector<MatrixXd> since;  // from each earlier point to here
+  for (std::size_t k = 0; k + 1 < loops.size(); ++k) {
+    const double dt = (loops[k].eta - loops[k + 1].eta) / rate;
+    const MatrixXd step = dense::exponential((loops[k].A + loops[k + 1].A) / 2 * dt);
+    since.emplace_back(MatrixXd::Identity(n, n));
+    for (MatrixXd& phi : since) {
+      phi = step * phi;
+      answer.worst = std::max(answer.worst, dense::spectral_norm(phi));
+    }
+  }
+  answer.whole = dense::spectral_norm(since.front());
+  return answer;
+}
+
+// ---- Nonlinear flights -------------------------------------------------------------------------
+
+SteadyTilt tilting_at(const TiltRateOptions& options, double rate) {
+  constexpr double begins = 1.0;  // s
+  return {begins, rate, options.from, options.to};
+}
+
+struct Offset {
+  std::string words;
+  double V = 0.0, gamma = 0.0, theta = 0.0, q = 0.0;
+};
+
+std::vector<Offset> offsets(const TiltRateOptions& o, double scale) {
+  std::vector<Offset> all{{"no disturbance"}};
+  for (const double sign : {scale, -scale}) {
+    all.push_back({fmt::format("V {:+g} m/s", sign * o.V), sign * o.V});
+    all.push_back({fmt::format("γ {:+g} rad", sign * o.gamma), 0, sign * o.gamma});
+    all.push_back({fmt::format("θ {:+g} rad", sign * o.theta), 0, 0, sign * o.theta});
+    all.push_back({fmt::format("q {:+g} rad/s", sign * o.q), 0, 0, 0, sign * o.q});
+  }
+  return all;
+}
+
+bool at_trim(const FlightPoint& at, const FlightState& x, const FrozenLoop& trim) {
+  constexpr double speed = 0.2, angle = 0.05;  // m/s, rad
+  return std::abs(at.V - trim.command.V) < speed &&
+         std::abs(at.gamma - trim.command.gamma) < angle &&
+         std::abs(x.theta - trim.trim.theta) < angle;
+}
+
+// The trim's attitude at a tilt, between two frozen loops.
+double trim_theta(const std::vector<FrozenLoop>& loops, double eta) {
+  const auto after = std::ranges::lower_bound(loops, eta, std::greater<>(), &FrozenLoop::eta);
+  if (after == loops.begin()) return loops.front().trim.theta;
+  if (after == loops.end()) return loops.back().trim.theta;
+  const FrozenLoop &a = *std::prev(after), &b = *after;
+  return std::lerp(a.trim.theta, b.trim.theta, (eta - a.eta) / (b.eta - a.eta));
+}
+
+// The first sample that is too far from the moving trims; the number of samples if none is.
+std::size_t strays(const Flight& flight, const FlightResult& flown,
+                   const std::vector<FrozenLoop>& loops, const TiltRateOptions& options) {
+  for (std::size_t k = 0; k < flown.t.size(); ++k) {
+    const FlightPoint at = flight_point(flight, flown.modes[k], flown.t[k], flown.states[k]);
+    const double theta = flown.states[k].theta - trim_theta(loops, at.eta);
+    const double gamma = std::remainder(at.gamma - at.command.gamma, 2 * pi);
+    const double most = std::max(std::abs(gamma), std::abs(theta));
+    if (!(std::abs(at.V - at.command.V) <= options.speed && most <= options.angle)) return k;
+  }
+  return flown.t.size();
+}
+
+class Flights {
+ public:
+  Flights(const Flight& flight, const TiltRateOptions& options, TiltRateLimit& result)
+      : flight_(flight), options_(options), result_(result), offsets_(offsets(options, 1.0)) {}
+
+  // Offsets that the loop frozen at the beginning does not bring back say nothing of the tilt's
+  // rate: they are halved until it does. False if it brings none back.
+  bool shrink_to_frozen() {
+    constexpr int most = 10;
+    for (int k = 0; k < most; ++k, result_.disturbance /= 2) {
+      offsets_ = offsets(options_, result_.disturbance);
+      std::vector<char> back(offsets_.size());
+      in_parallel(back.size(), [&](std::size_t i) { back[i] = fly_with(0.0, offsets_[i]).holds; });
+      if (std::ranges::all_of(back, [](char b) { return b != 0; })) return true;
+      if (options_.stop.stop_requested()) return false;
+    }
+    return false;
+  }
+
+  // All disturbances at a rate; true if every flight comes to the trim at the end.
+  bool hold(double rate) {
+    std::vector<TiltFlight> flown(offsets_.size());
+    in_parallel(flown.size(), [&](std::size_t k) { flown[k] = fly_with(rate, offsets_[k]); });
+    if (options_.stop.stop_requested()) return false;  // some were cut short
+    bool all = true;
+    for (const TiltFlight& f : flown) {
+      result_.flights.push_back(f);
+      if (options_.observe) options_.observe(f);
+      if (f.holds) continue;
+      if (all) result_.worst = f;
+      all = false;
+    }
+    return all;
+  }
+
+ private:
+  const Flight& flight_;
+  const TiltRateOptions& options_;
+  TiltRateLimit& result_;
+  std::vector<Offset> offsets_;
+
+  TiltFlight fly_with(double rate, const Offset& offset) const {
+    const bool still = rate == 0;
+    const FrozenLoop& first = result_.loops.front();
+    const FrozenLoop& last = still ? first : result_.loops.back();
+    Flight tilting = flight_;
+    tilting.schedule =
+        still ? held(first.command) : corridor_at_tilt_rate(tilting_at(options_, rate));
+    tilting.wind = {};
+    tilting.disturbance = {};
+    tilting.kink_times.clear();
+    tilting.axes = Axes::body;
+    constexpr double high = 1e6;  // m: no ground
+    FlightStart start{first.trim, false};
+    FlightState& x = start.state;
+    const double V = first.command.V + offset.V, gamma = first.command.gamma + offset.gamma;
+    x.theta += offset.theta;
+    x.q += offset.q;
+    x.along = V * std::cos(x.theta - gamma);
+    x.across = V * std::sin(x.theta - gamma);
+    x.height = high;
+    x.eta = first.eta;
+    FlyOptions flying;
+    flying.duration = options_.settles + (still ? 0.0 : tilting_at(options_, rate).ends());
+    flying.integrate.tolerance = 1e-7;
+    flying.integrate.sample = 0.1;
+    flying.integrate.stop = options_.stop;
+    const FlightResult flown = fly(tilting, start, flying);
+    TiltFlight answer{rate, offset.words, false, flown.status, flown.message, 0.0};
+    const std::size_t strayed = strays(tilting, flown, result_.loops, options_);
+    const FlightPoint end =
+        flight_point(tilting, flown.modes.back(), flown.t.back(), flown.states.back());
+    const bool near = strayed == flown.t.size();
+    answer.holds = flown && near && at_trim(end, flown.states.back(), last);
+    const std::size_t left = near ? flown.t.size() - 1 : strayed;
+    answer.left = tilting.schedule.command(flown.t[left], 0.0).eta;
+    if (flown && !answer.holds)
+      answer.message = near ? fmt::format("ends at V = {:.3g} m/s, γ = {:.3g}°, θ = {:.3g}°", end.V,
+                                          end.gamma * degrees, flown.states.back().theta * degrees)
+                            : "too far from the trims";
+    return answer;
+  }
+};
+
+std::string cause(const Flight& flight, const TiltRateOptions& options,
+                  const TiltRateLimit& limit) {
+  const TiltFlight& w = limit.worst;
+  std::string words =
+      fmt::format("at {:.4g}°/s the flight with {} leaves the trims at a tilt of {:.4g}° ({}{}{})",
+                  w.rate * degrees, w.disturbed, w.left * degrees, to_string(w.status),
+                  w.message.empty() ? "" : ": ", w.message);
+  Flight at_rate = flight;
+  at_rate.schedule = corridor_at_tilt_rate(tilting_at(options, w.rate));
+  HandOverOptions checking;
+  checking.duration = tilting_at(options, w.rate).ends();
+  constexpr double near = 0.01;  // rad
+  if (w.left > flight.vehicle.aircraft.cyclic_off + near) return words;
+  for (const HandOverCheck& check : check_hand_over(at_rate, checking))
+    if (check.verdict == HandOverVerdict::lost || check.verdict == HandOverVerdict::not_reached)
+      words += fmt::format("; at the hand-over ({:.4g}°, h = {:.4g} m of (16)) {}",
+                           check.command.eta * degrees, corridor_height(check.command.eta),
+                           check.message);
+  return words;
+}
+
+void bisect(const Flight& flight, const TiltRateOptions& options, TiltRateLimit& limit) {
+  Flights flights(flight, options, limit);
+  const auto ends = [&](TiltRateStatus status) {
+    limit.status = status;
+    if (status != TiltRateStatus::always) limit.message = cause(flight, options, limit);
+  };
+  const auto stopped = [&] {
+    if (options.stop.stop_requested()) limit.status = TiltRateStatus::interrupted;
+    return options.stop.stop_requested();
+  };
+  const bool brought_back = flights.shrink_to_frozen();
+  if (stopped()) return;
+  if (!brought_back) {
+    limit.status = TiltRateStatus::never;
+    limit.message = "the loop frozen at the beginning brings no disturbance back";
+    return;
+  }
+  const auto fly_at = [&](double rate) {
+    const bool holds = flights.hold(rate);
+    if (!options.stop.stop_requested()) (holds ? limit.holds : limit.fails) = rate;
+  };
+  fly_at(options.slowest);
+  while (limit.fails == 0) {
+    if (stopped()) return;
+    if (limit.holds >= options.fastest) return ends(TiltRateStatus::always);
+    fly_at(std::min(2 * limit.holds, options.fastest));
+  }
+  if (limit.holds == 0) return ends(TiltRateStatus::never);
+  while (limit.fails > limit.holds * (1 + options.relative)) {
+    if (stopped()) return;
+    fly_at(std::sqrt(limit.holds * limit.fails));
+  }
+  ends(TiltRateStatus::found);
+}
+
+// On a grid as fine as the certificate needs.
+SlowTilt slow_tilt(const Flight& flight, const std::vector<double>& tilts,
+                   const TiltRateOptions& options) {
+  SlowTilt answer{tilts.front(), tilts.back()};
+  int nodes = int(tilts.size());
+  for (int k = 0; k <= halvings && answer.certified == 0; ++k, nodes = 2 * nodes - 1) {
+    std::string why;
+    const auto fine = frozen_loops(
+        flight, between(tilts.front(), tilts.back(), (nodes - 1) * finer + 1), options, why);
+    if (fine.empty()) break;  // no trim between two that have one
+    std::vector<FrozenLoop> coarse;
+    for (std::size_t i = 0; i < fine.size(); i += finer) coarse.push_back(fine[i]);
+    answer = certified(coarse, fine);
+    if (!answer.stable) break;
+  }
+  return answer;
+}
+
+TiltRateLimit limit_of(const Flight& flight, const TiltRateOptions& options) {
+  TiltRateLimit limit;
+  limit.frozen_stable = true;
+  for (const std::vector<double>& tilts : stretches_of(flight, options)) {
+    const std::vector<FrozenLoop> loops = frozen_loops(flight, tilts, options, limit.message);
+    if (loops.empty()) {
+      const bool stopped = limit.message.empty();
+      limit.status = stopped ? TiltRateStatus::interrupted : TiltRateStatus::no_trim;
+      return limit;
+    }
+    limit.stretches.push_back(slow_tilt(flight, tilts, options));
+    limit.frozen_stable = limit.frozen_stable && limit.stretches.back().stable;
+    limit.loops.insert(limit.loops.end(), loops.begin(), loops.end());
+  }
+  bisect(flight, options, limit);
+  for (const double rate : {limit.holds, limit.fails})
+    if (rate > 0) limit.growth.push_back(growth(limit.loops, rate));
+  return limit;
+}
+
+}  // namespace
+
+std::string to_string(TiltRateStatus status) {
+  constexpr std::array names{"found", "always", "never", "no_trim", "interrupted"};
+  return names[std::size_t(status)];
+}
+
+TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& options) {
+  if (!(options.from > options.to && options.to >= 0 && options.from <= pi / 2))
+    throw std::invalid_argument("tilts must fall, within 90 to 0 degrees");
+  TiltRateOptions asked = options;
+  const Aircraft& aircraft = flight.vehicle.aircraft;
+  if (!(aircraft.cyclic_blend > 0) && options.from == aircraft.cyclic_off)
+    asked.from -= hair;  // on the elevator's side of it
+  TiltRateLimit limit;
+  with_threads(options.threads, [&] { limit = limit_of(flight, asked); });
+  return limit;
+}
+
+}  // namespace tiltrim

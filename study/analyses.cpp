@@ -1,0 +1,158 @@
+#include "study/analyses.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+
+namespace tiltrim {
+
+namespace {
+
+// Trimmed with the bounds that the condition's starts are spread over, in the equations that are
+// followed.
+TrimResult started(const Vehicle& vehicle, const Condition& condition, const TrimProblem& problem,
+                   const TrimOptions& trimming) {
+  TrimSpec spec = problem.spec;
+  if (condition.formulation == Formulation::closed_loop)
+    for (const auto& [name, range] : problem_of(vehicle, condition).spec.bounds)
+      if (name.ends_with("_integral")) spec.bounds[name] = range;
+  return trim(problem.model, spec, problem.guess, trimming);
+}
+
+bool has_variable(const Model& model, const std::string& name) {
+  return find(model.states, name) >= 0 || find(model.inputs, name) >= 0 ||
+         find(model.parameters, name) >= 0;
+}
+
+}  // namespace
+
+TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
+  if (condition.formulation == Formulation::closed_loop)
+    return closed_loop_along(vehicle, condition.command, slowest);
+  if (condition.formulation == Formulation::user) return user_problem(condition);
+  return without_integral_bounds(problem_of(vehicle, condition));
+}
+
+bool BranchAnswer::answered() const {
+  return branch.end == BranchEnd::reached || branch.end == BranchEnd::limit ||
+         branch.end == BranchEnd::closed || branch.end == BranchEnd::switched;
+}
+
+double BranchAnswer::from() const {
+  return parameter.in_study(value_of(start.trim.point, variable(start.model, parameter.signal)));
+}
+
+BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Key& parameter,
+                    double to, const FollowOptions& options, const TrimOptions& trimming) {
+  const double V = condition.command.V;
+  const TrimProblem problem =
+      problem_along(vehicle, condition, parameter.signal == "V" ? std::min(V, to) : V);
+  BranchAnswer answer{{condition, problem.model, {}, {}}, parameter, to, {}};
+  if (!has_variable(problem.model, parameter.signal))
+    throw std::invalid_argument(
+        fmt::format("the {} has no variable {}", problem.model.name, parameter.name));
+  if (value_of(problem.guess, variable(problem.model, parameter.signal)) == to)
+    throw std::invalid_argument(
+        fmt::format("{} is at {:.6g} already", parameter.name, parameter.in_study(to)));
+  TrimResult& start = answer.start.trim;
+  start = started(vehicle, condition, problem, trimming);
+  const bool found = answer.start.has_equilibrium();
+  answer.branch = follow(problem.model, problem.spec, found ? start.point : problem.guess,
+                         parameter.signal, to, options);
+  if (!found) {  // what trim() says of it, which asks the airframe alone too
+    const TrimResult said = tiltrim::answer(vehicle, condition, trimming).trim;
+    start.status = said.status;
+    start.message = said.message;
+    answer.branch.message =
+        fmt::format("no trim to start from: {}: {}", to_string(start.status), start.message);
+  }
+  return answer;
+}
+
+SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& condition,
+                                const std::vector<Key>& keys, const TrimOptions& trimming) {
+  const TrimProblem problem = problem_along(vehicle, condition, condition.command.V);
+  SensitivityAnswer answer{{condition, problem.model, {}, {}}, {}};
+  TrimResult& trimmed = answer.trimmed.trim;
+  trimmed = started(vehicle, condition, problem, trimming);
+  if (!answer.trimmed.has_equilibrium()) {
+    answer.sensitivities.message = trimmed.message;
+    return answer;
+  }
+  std::vector<std::string> names;
+  for (const Key& key : keys) names.push_back(key.signal);
+  answer.sensitivities = tiltrim::sensitivities(problem.model, problem.spec, trimmed.point, names);
+  return answer;
+}
+
+AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
+                             const TrimOptions& options) {
+  constexpr double reach = 10.0;  // m/s, and a radian of path angle or tilt
+  const TrimProblem p = problem_of(vehicle, condition);
+  std::vector<std::string> held;
+  for (const char* name : {"V", "gamma", "eta"}) {
+    const bool there = has_variable(p.model, name);
+    const bool free = std::ranges::find(p.spec.free, name) != p.spec.free.end();
+    // In body axes the speed is held beside the command, which alone would move.
+    const bool tied = p.spec.bounds.contains("airspeed") && std::string(name) != "eta";
+    if (there && !free && !tied) held.push_back(name);
+  }
+  return all_equilibria(p.model, p.spec, without_integral_bounds(p).spec, p.guess, held, reach,
+                        options);
+}
+
+bool EnvelopeAnswer::answered() const {
+  return std::ranges::none_of(
+      parts, [](const Envelope& e) { return e.status == EnvelopeStatus::interrupted; });
+}
+
+// Of a study with [model]: as it stands, over the two numbers.
+static EnvelopeAnswer user_envelope(const Condition& condition, const EnvelopeTable& table,
+                                    const EnvelopeOptions& options) {
+  const TrimProblem problem = user_problem(condition);
+  return {condition,
+          table,
+          problem.model,
+          {envelope(problem.model, problem.spec, problem.guess,
+                    {table.along.signal, table.along_range, table.count},
+                    {table.over.signal, table.range, table.count}, options)}};
+}
+
+EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
+                        const EnvelopeTable& table, const EnvelopeOptions& options) {
+  if (condition.formulation == Formulation::user) return user_envelope(condition, table, options);
+  if (condition.formulation != Formulation::closed_loop)
+    throw std::invalid_argument(
+        "an envelope is of the closed loop; expected formulation closed_loop");
+  // Clear of the switch, so that differences of slopes do not reach across.
+  constexpr double clear = 1e-6;
+  const Aircraft& a = vehicle.aircraft;
+  const bool over_tilt = table.over.signal == "eta";
+  std::vector<Range> stretches{table.range};
+  if (over_tilt && a.cyclic_blend == 0 && a.cyclic_off > table.range.lower &&
+      a.cyclic_off <= table.range.upper)
+    stretches = {{table.range.lower, a.cyclic_off - clear}, {a.cyclic_off, table.range.upper}};
+  EnvelopeAnswer answer{condition, table, {}, {}};
+  for (const Range& stretch : stretches) {
+    if (!(stretch.lower < stretch.upper)) continue;
+    Command middle = condition.command;
+    middle.V = 0.5 * (table.along_range.lower + table.along_range.upper);
+    (over_tilt ? middle.eta : middle.gamma) = 0.5 * (stretch.lower + stretch.upper);
+    const TrimProblem problem =
+        without_integral_bounds(closed_loop_problem(vehicle, middle, Axes::wind));
+    answer.model = problem.model;
+    EnvelopeOptions own = options;
+    std::erase_if(own.rows, [&](double y) { return y < stretch.lower || y > stretch.upper; });
+    const double span = table.range.upper - table.range.lower;
+    const double share = (stretch.upper - stretch.lower) / span;
+    const double before = (stretch.lower - table.range.lower) / span;
+    if (options.observe) own.observe = [&](double done) { options.observe(before + done * share); };
+    const int count = std::max(5, int(std::lround(table.count * share)));
+    answer.parts.push_back(envelope(problem.model, problem.spec, problem.guess,
+                                    {"V", table.along_range, table.count},
+                                    {table.over.signal, stretch, count}, own));
+  }
+  return answer;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,38 @@
+/// What [tune] asks for: its goal, limits and front.
+/// Internal to study/.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "study/section.hpp"
+#include "study/study.hpp"
+
+namespace tiltrim::reading {
+
+// What may be tuned, and whose value each number has.
+struct Tuned {
+  std::vector<Key> keys;      // of numbers that may be free or uncertain
+  std::string_view expected;  // what they are
+  std::function<double(const std::string& name)> own;
+  std::vector<Key> disturbed;  // states
+  std::vector<std::string> actuators;
+  std::vector<Requirement> measures;  // without limit
+  bool tiltrotor = true;
+};
+
+/// All measures, with these figures.
+std::vector<Requirement> measures_with(const std::vector<std::string>& figures);
+
+Requirement read_goal(const Section& section, const std::filesystem::path& file, const Tuned& tuned,
+                      const TuneTable& tune);
+Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTable& tune);
+TuneTable::Front read_front(const Section& section, const Tuned& tuned, const TuneTable& tune);
+
+/// `count` of points.
+std::size_t read_count(const Section& section, double most);
+
+}  // namespace tiltrim::reading

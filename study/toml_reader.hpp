@@ -1,0 +1,42 @@
+/// A TOML file as plain entries with positions, so that toml++ stays in one source.
+/// Internal to study/.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace tiltrim::reading {
+
+/// Position in a file, counted from 1.
+struct Place {
+  unsigned line = 1, column = 1;
+};
+
+struct Entry {
+  enum class Kind { table, array, text, number, other };
+  Kind kind = Kind::table;
+  std::string key;         ///< empty for the file itself and in arrays
+  Place key_place, place;  ///< of the key and of the value
+  double number = 0.0;
+  std::string text;            ///< kind other: what it is, "a boolean"
+  std::vector<Entry> entries;  ///< of a table or array, in the file's order
+};
+
+/// The first `limit` + 1 bytes of a file at most; throws StudyError if it cannot be read.
+std::string read_text(const std::filesystem::path& file, std::size_t limit);
+
+/// Parses TOML; `file` names the text in messages. Throws StudyError.
+Entry parse_toml(std::string_view text, const std::filesystem::path& file);
+
+/// An entry's value as a message says it: "the text 'abc'", "an array", "-4".
+std::string describe(const Entry& entry);
+
+/// The text in quotes, cut where it is too long for a message.
+std::string in_quotes(std::string_view text);
+
+/// Throws StudyError "file:line:column: message".
+[[noreturn]] void refuse(const std::filesystem::path& file, Place place, std::string_view message);
+
+}  // namespace tiltrim::reading

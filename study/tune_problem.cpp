@@ -1,0 +1,181 @@
+// A study's [tune] as a problem.
+#include "study/tune_problem.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "study/flown.hpp"
+#include "study/sweep_requests.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+const TuneTable& table_of(const Study& study) {
+  if (!study.tune)
+    throw std::invalid_argument(
+        "no [tune] table; expected one, with [[tune.gain]] for each number that is free");
+  return *study.tune;
+}
+
+// Conditions of the study, then points along corridor (16).
+std::vector<Condition> conditions_of(const Study& study) {
+  const TuneTable& table = table_of(study);
+  std::vector<Condition> all;
+  for (const Condition& c : study.conditions)
+    if (std::ranges::find(table.conditions, c.name) != table.conditions.end()) all.push_back(c);
+  for (const double h : table.heights) {
+    Condition c;
+    c.name = fmt::format("h = {:g} m", h);
+    c.command = corridor(h);
+    all.push_back(c);
+  }
+  return all;
+}
+
+// The closed loop's states are errors, commanded less actual.
+std::map<std::string, double> state_of(const std::map<std::string, double>& disturbance) {
+  std::map<std::string, double> state;
+  for (const auto& [name, value] : disturbance) {
+    if (value == 0) continue;
+    if (name == "V" || name == "gamma")
+      state[name + "_err"] = -value;
+    else
+      state[name] = value;
+  }
+  return state;
+}
+
+// What the study has for the numbers that are free, at each tilt of the schedule.
+Eigen::VectorXd own_numbers(const Study& study) {
+  const TuneTable& table = table_of(study);
+  const std::vector<double> tilts =
+      table.schedule.empty() ? std::vector<double>{0.0} : table.schedule;
+  std::vector<double> numbers;
+  if (study.user_model) {
+    for (const FreeGain& g : table.gains)
+      numbers.push_back(study.user_model->parameters[index_of(study.user_model->model.parameters,
+                                                              g.name, "parameter")]);
+    return Eigen::Map<const Eigen::VectorXd>(numbers.data(), std::ssize(numbers));
+  }
+  const Model model = closed_loop(study.vehicle);
+  for (const FreeGain& g : table.gains)
+    for (const double eta : tilts) {
+      Vehicle vehicle = study.vehicle;
+      if (!study.schedule.eta.empty()) vehicle.gains = gains_at(study.schedule, eta);
+      const Eigen::VectorXd p = closed_loop_parameters(vehicle, {15.0, 0.0, eta});
+      numbers.push_back(p[index_of(model.parameters, g.name, "parameter")]);
+    }
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), std::ssize(numbers));
+}
+
+// The model of the user's own with nothing but its loops' inputs, the others held where the
+// condition holds them; named as margins look for them.
+Model broken(const UserModel& own, const SweepRequest& request) {
+  Model loops = own.model;
+  loops.inputs.clear();
+  loops.outputs.clear();
+  std::vector<Eigen::Index> rows, columns;
+  for (const UserModel::Loop& loop : own.loops) {
+    loops.inputs.push_back({loop.name + "_added", ""});
+    loops.outputs.push_back({loop.name, ""});
+    columns.push_back(index_of(own.model.inputs, loop.input, "input"));
+    rows.push_back(index_of(own.model.outputs, loop.output, "output"));
+  }
+  for (const Signal& s : own.model.inputs)
+    if (std::ranges::find(request.spec.free, s.name) != request.spec.free.end())
+      throw std::invalid_argument(fmt::format(
+          "the input {} is found by the trim of '{}'; expected a number for it where margins are "
+          "tuned",
+          s.name, request.name));
+  const auto with = [columns, u = request.guess.u](const Eigen::VectorXd& added) {
+    Eigen::VectorXd all = u;
+    for (std::size_t j = 0; j < columns.size(); ++j) all[columns[j]] += added[Eigen::Index(j)];
+    return all;
+  };
+  loops.f = [f = own.model.f, with](const auto& x, const auto& u, const auto& p) {
+    return f(x, with(u), p);
+  };
+  loops.h = [h = own.model.h, with, rows](const auto& x, const auto& u,
+                                          const auto& p) -> Eigen::VectorXd {
+    return h(x, with(u), p)(rows);
+  };
+  loops.switches.clear();
+  return loops;
+}
+
+bool is_margin(const Requirement& r) {
+  return r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
+}
+
+// Of a model of the user's own.
+void add_own(const Study& study, TuneProblem& problem) {
+  const TuneTable& table = table_of(study);
+  problem.disturbance = table.disturbance;
+  const bool margins = is_margin(table.goal) || std::ranges::any_of(table.limits, is_margin) ||
+                       (table.front && is_margin(table.front->limit));
+  if (!margins) return;
+  if (study.user_model->loops.empty())
+    throw std::invalid_argument(
+        "margins of a model that says no place to break a loop at; expected [[model.loop]] tables");
+  for (const SweepRequest& r : problem.points)
+    problem.loops.push_back(broken(*study.user_model, r));
+}
+
+// Of the tiltrotor.
+void add_tiltrotor(const Study& study, TuneProblem& problem) {
+  const TuneTable& table = table_of(study);
+  problem.disturbance = state_of(table.disturbance);
+  const auto flies = [](const Requirement& r) { return r.measure == Measure::figure; };
+  if (flies(table.goal) || std::ranges::any_of(table.limits, flies) ||
+      (table.front && flies(table.front->limit)))
+    problem.figures = flight_figures(study);
+  for (const SweepRequest& r : problem.points) {
+    const bool wind = find(r.model.states, "V_err") >= 0;
+    if (!wind && !problem.disturbance.empty())
+      throw std::invalid_argument(
+          fmt::format("condition '{}' is too slow for a disturbance in wind axes; expected V of {} "
+                      "m/s at least",
+                      r.name, body_axes_below));
+    problem.loops.push_back(closed_loop_with_inputs(study.vehicle, wind ? Axes::wind : Axes::body));
+  }
+}
+
+}  // namespace
+
+TuneProblem tune_problem(const Study& study) {
+  const TuneTable& table = table_of(study);
+  const std::vector<Condition> conditions = conditions_of(study);
+  TuneProblem problem;
+  problem.points = sweep_requests(study, conditions, {});
+  problem.gains = table.gains;
+  problem.schedule = table.schedule;
+  problem.schedule_over = "eta";
+  problem.uncertain = table.uncertain;
+  problem.corners = table.corners;
+  problem.samples = table.samples;
+  problem.sample_seed = table.seed;
+  problem.goal = table.goal;
+  problem.limits = table.limits;
+  if (study.user_model)
+    add_own(study, problem);
+  else
+    add_tiltrotor(study, problem);
+  return problem;
+}
+
+TuneOptions tune_options(const Study& study) {
+  const TuneTable& table = table_of(study);
+  TuneOptions options;
+  options.global = global_search(table.global);
+  options.local = local_search(table.local);
+  options.seed = table.seed;
+  options.evaluations = table.evaluations;
+  options.seconds = table.seconds;
+  options.start = own_numbers(study);
+  return options;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,419 @@
+#include "study/tune_reader.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "study/requirement_reader.hpp"
+
+namespace tiltrim::reading {
+
+namespace {
+
+using std::filesystem::path;
+
+constexpr Accepted any_height{-largest, largest, "m"};
+constexpr std::size_t most_heights = 1000;
+constexpr std::size_t most_with_corners = 12;  // uncertain numbers: 4096 corners
+
+void read_name(const Section& section, const char* key, const std::vector<std::string>& names,
+               std::string& value) {
+  if (section.find(key)) value = names[section.choice(key, names)];
+}
+
+// ---- where: conditions, heights, tilts of the schedule ----
+
+bool has_gains(const Condition& condition) {
+  return condition.formulation == Formulation::closed_loop ||
+         condition.formulation == Formulation::user;
+}
+
+std::string without_gains(const Condition& condition) {
+  return fmt::format("{} is of formulation {}, which has no gains", in_quotes(condition.name),
+                     to_string(condition.formulation));
+}
+
+// One of the names in the list `conditions`.
+const Condition& named_condition(const Section& section, const Entry& list, const Entry& entry,
+                                 const std::vector<Condition>& conditions) {
+  Entry named = entry;
+  named.key = list.key;
+  if (entry.kind != Entry::Kind::text)
+    section.refuse(named, fmt::format("{} is not text; expected the name of a [[condition]]",
+                                      described(entry)));
+  const auto at = std::ranges::find(conditions, entry.text, &Condition::name);
+  if (at == conditions.end()) {
+    std::vector<std::string> names;
+    for (const Condition& condition : conditions) names.push_back(condition.name);
+    const std::string nearest = nearest_name(entry.text, names);
+    section.refuse(
+        named,
+        fmt::format("{} is no condition of the study; {}there are: {}", in_quotes(entry.text),
+                    nearest.empty() ? "" : fmt::format("did you mean '{}'? ", nearest),
+                    fmt::join(names, ", ")));
+  }
+  if (!has_gains(*at))
+    section.refuse(named,
+                   fmt::format("{}; expected conditions of closed_loop alone", without_gains(*at)));
+  return *at;
+}
+
+std::set<std::string> listed_conditions(const Section& section, const Entry& list,
+                                        const std::vector<Condition>& conditions) {
+  if (list.kind != Entry::Kind::array)
+    section.refuse(
+        list, fmt::format("{} is no list of names; expected [\"a\", \"b\", ...]", described(list)));
+  std::set<std::string> names;
+  for (const Entry& entry : list.entries) {
+    const Condition& condition = named_condition(section, list, entry, conditions);
+    if (names.insert(condition.name).second) continue;
+    Entry named = entry;
+    named.key = list.key;
+    section.refuse(named,
+                   fmt::format("{} stands there twice; expected each once", in_quotes(entry.text)));
+  }
+  return names;
+}
+
+std::vector<std::string> every_condition(const Section& section,
+                                         const std::vector<Condition>& conditions) {
+  std::vector<std::string> names;
+  for (const Condition& condition : conditions) {
+    if (!has_gains(condition))
+      section.refuse("conditions", fmt::format("is missing, so all are tuned, and {}; expected the "
+                                               "names of conditions of closed_loop",
+                                               without_gains(condition)));
+    names.push_back(condition.name);
+  }
+  return names;
+}
+
+std::vector<std::string> read_places(const Section& section,
+                                     const std::vector<Condition>& conditions) {
+  const Entry* list = section.find("conditions");
+  const bool along_corridor = section.find("corridor");
+  if (!list)
+    return along_corridor ? std::vector<std::string>{} : every_condition(section, conditions);
+  const std::set<std::string> chosen = listed_conditions(section, *list, conditions);
+  if (chosen.empty() && !along_corridor)
+    section.refuse(*list,
+                   "leaves no operating point; expected names of conditions, or corridor beside");
+  std::vector<std::string> names;
+  for (const Condition& condition : conditions)
+    if (chosen.contains(condition.name)) names.push_back(condition.name);
+  return names;
+}
+
+void check_one_direction(const Section& section, const Entry& entry,
+                         const std::vector<double>& values) {
+  const bool up = values.back() > values.front();
+  for (std::size_t i = 1; i < values.size(); ++i)
+    if (!(up ? values[i] > values[i - 1] : values[i] < values[i - 1]))
+      section.refuse(entry, fmt::format("{} after {} does not go on in one direction; expected "
+                                        "rising or falling heights, each once",
+                                        values[i], values[i - 1]));
+}
+
+// Both ends exactly.
+std::vector<double> spaced_heights(const Section& section) {
+  section.allow_only({"from", "to", "count"});
+  const double from = section.number("from", any_height), to = section.number("to", any_height);
+  std::vector<double> heights(read_count(section, double(most_heights)));
+  const double steps = double(heights.size() - 1);
+  for (std::size_t i = 0; i < heights.size(); ++i)
+    heights[i] = from + double(i) / steps * (to - from);
+  heights.back() = to;
+  return heights;
+}
+
+std::vector<double> read_heights(const Section& section, const path& file) {
+  const Entry* entry = section.find("corridor");
+  if (!entry) return {};
+  std::vector<double> heights;
+  if (entry->kind == Entry::Kind::table) {
+    heights = spaced_heights(Section(file, *entry, "in corridor", "tune.corridor."));
+  } else if (entry->kind == Entry::Kind::array && !entry->entries.empty()) {
+    heights = section.numbers(*entry, any_height);
+  } else {
+    section.refuse(*entry, fmt::format("{} is no list of heights; expected {{from = 0, to = 120, "
+                                       "count = 13}} or [a, b, ...], each {}",
+                                       described(*entry), describe(any_height)));
+  }
+  if (heights.size() > most_heights)
+    section.refuse(
+        *entry, fmt::format("has {} heights; expected at most {}", heights.size(), most_heights));
+  check_one_direction(section, *entry, heights);
+  return heights;
+}
+
+std::vector<double> read_schedule_tilts(const Section& section) {
+  const Entry* list = section.find("schedule_eta_deg");
+  if (!list) return {};
+  const Key eta = study_key("eta_deg");
+  std::vector<double> schedule = section.rising(*list, accepted_by(eta), "tilts");
+  for (double& tilt : schedule) tilt = eta.in_si(tilt);
+  return schedule;
+}
+
+// ---- what is free and what is uncertain ----
+
+// A number of the vehicle: those of a condition are its own at each operating point.
+Key tuned_key(const Section& section, const Tuned& tuned) {
+  section.require("key", tuned.tiltrotor
+                             ? "a number in quotes, as \"gains.K_Lp\" or \"aircraft.mass\""
+                             : "the name of a parameter in quotes");
+  const std::string name = section.text("key");
+  const auto at = std::ranges::find(tuned.keys, name, &Key::name);
+  if (at != tuned.keys.end()) return *at;
+  try {
+    (void)key_among(tuned.tiltrotor ? study_keys() : tuned.keys, name);
+  } catch (const std::invalid_argument& e) {
+    section.refuse(*section.find("key"), fmt::format("{}; {}", e.what(), tuned.expected));
+  }
+  section.refuse(*section.find("key"),
+                 fmt::format("{} belongs to the conditions, and each operating point has its own; "
+                             "{}",
+                             name, tuned.expected));
+}
+
+// From `from` to `to`, in SI.
+Range read_ends(const Section& section, const Key& key) {
+  const Range ends{section.number("from", accepted_by(key)),
+                   section.number("to", accepted_by(key))};
+  if (!(ends.lower < ends.upper))
+    section.refuse(*section.find("to"),
+                   fmt::format("{} is not above `from`, {}; expected from below to",
+                               section.find("to")->number, section.find("from")->number));
+  return ends;
+}
+
+void check_new(const Section& section, const Key& key, const auto& earlier) {
+  for (const auto& other : earlier)
+    if (other.name == key.signal)
+      section.refuse(*section.find("key"),
+                     fmt::format("{} is given twice; expected each number once", key.name));
+}
+
+FreeGain read_gain(const Section& section, const Tuned& tuned,
+                   const std::vector<FreeGain>& earlier) {
+  section.allow_only({"key", "from", "to", "spacing"});
+  const Key key = tuned_key(section, tuned);
+  check_new(section, key, earlier);
+  const Range ends = read_ends(section, key);
+  const bool logarithmic = section.choice("spacing", {"log", "linear"}) == 0;
+  if (logarithmic && !(ends.lower > 0))
+    section.refuse(*section.find("from"),
+                   fmt::format("{} has no logarithm; expected a number above zero, or spacing = "
+                               "\"linear\"",
+                               section.find("from")->number));
+  return {key.signal, ends.lower, ends.upper, logarithmic};
+}
+
+// Of the study's own value to either side, in SI.
+Range read_percent(const Section& section, const Key& key,
+                   const std::function<double(const std::string& name)>& own_value) {
+  for (const char* other : {"from", "to"})
+    if (const Entry* entry = section.find(other))
+      section.refuse(*entry, "stands beside percent; expected one or the other");
+  const Entry& entry = *section.find("percent");
+  const double percent = section.number(entry, {0, 1000, "percent"});
+  const double own = own_value(key.signal), reach = std::abs(own) * percent / 100;
+  if (own == 0)
+    section.refuse(
+        entry, fmt::format("{} is 0, and a share of it nothing; expected from and to", key.name));
+  const Range ends{own - reach, own + reach};
+  if (!(ends.lower < ends.upper))
+    section.refuse(
+        entry, fmt::format("{} moves nothing; expected a number above 0 percent", describe(entry)));
+  for (const double end : {key.in_study(ends.lower), key.in_study(ends.upper)})
+    if (!(end >= key.accepted.lower && end <= key.accepted.upper))
+      section.refuse(entry,
+                     fmt::format("{} of {} = {} reaches {}, which is out of range; expected {}",
+                                 describe(entry), key.name, key.in_study(own), end,
+                                 describe(accepted_by(key))));
+  return ends;
+}
+
+Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Tuned& tuned) {
+  section.allow_only({"key", "percent", "from", "to"});
+  const Key key = tuned_key(section, tuned);
+  check_new(section, key, tune.uncertain);
+  if (std::ranges::find(tune.gains, key.signal, &FreeGain::name) != tune.gains.end())
+    section.refuse(
+        *section.find("key"),
+        fmt::format("{} is free in [[tune.gain]]; expected a number that is not chosen", key.name));
+  const Range ends = read_reach(section, key, tuned.own);
+  return {key.signal, ends.lower, ends.upper};
+}
+
+// Between which values a number is tried.
+Range reach_of(const std::string& name, const TuneTable& tune, const Tuned& tuned) {
+  for (const FreeGain& gain : tune.gains)
+    if (gain.name == name) return {gain.lower, gain.upper};
+  for (const Uncertain& number : tune.uncertain)
+    if (number.name == name) return {number.lower, number.upper};
+  const double own = tuned.own(name);
+  return {own, own};
+}
+
+// Refused where the first of the names is moved.
+[[noreturn]] void refuse_divisor(const Section& section, const std::vector<std::string>& lists,
+                                 const std::vector<std::string>& names, std::string_view divisor) {
+  for (const std::string& list : lists)
+    for (const Section& moved : section.tables(list))
+      if (std::ranges::find(names, moved.text("key")) != names.end())
+        moved.refuse(*moved.find("key"),
+                     fmt::format("makes {} zero somewhere between its ends; expected ends on one "
+                                 "side of that",
+                                 divisor));
+  section.refuse(lists.front(), fmt::format("makes {} zero", divisor));
+}
+
+void read_numbers(const Section& section, const Tuned& tuned, TuneTable& tune) {
+  section.require("gain", "at least one [[tune.gain]] table");
+  for (const Section& gain : section.tables("gain"))
+    tune.gains.push_back(read_gain(gain, tuned, tune.gains));
+  for (const Section& number : section.tables("uncertain"))
+    tune.uncertain.push_back(read_uncertain(number, tune, tuned));
+  if (tuned.tiltrotor)
+    check_divisors(section, {"gain", "uncertain"},
+                   [&](const std::string& name) { return reach_of(name, tune, tuned); });
+  tune.corners = section.choice("corners", {"all", "none"}) == 0;
+  if (tune.corners && tune.uncertain.size() > most_with_corners)
+    section.refuse(*section.find("uncertain"),
+                   fmt::format("{} numbers have 2^{} corners; expected at most {} with {} corners, "
+                               "or corners = \"none\"",
+                               tune.uncertain.size(), tune.uncertain.size(), most_with_corners,
+                               1 << most_with_corners));
+  read_whole(section, "samples", {0, 1000}, tune.samples);
+}
+
+void read_disturbance(const Section& section, const std::vector<Key>& keys,
+                      std::map<std::string, double>& disturbance) {
+  std::vector<std::string> allowed;
+  for (const Key& key : keys) allowed.push_back(key.name);
+  section.allow_only(allowed);
+  for (const Key& key : keys)
+    if (section.find(key.name))
+      disturbance[key.signal] = section.number(key.name, accepted_by(key));
+}
+
+// ---- how it is searched ----
+
+void read_search(const Section& section, TuneTable& tune) {
+  std::vector<std::string> searches{"crs2", "isres", "esch", "direct", "mlsl", "multistart"};
+  read_name(section, "global", searches, tune.global);
+  read_name(section, "local", {"slsqp", "mma", "bobyqa", "cobyla", "sbplx"}, tune.local);
+  searches.emplace_back("none");
+  read_name(section, "second", searches, tune.second);
+  read_whole(section, "seed", {0, most_seeds}, tune.seed);
+  read_whole(section, "evaluations", {0, 1e9}, tune.evaluations);
+  if (section.find("seconds")) tune.seconds = section.number("seconds", {0, 1e6, "s"});
+  read_whole(section, "robustness", {0, 1e7}, tune.robustness);
+}
+
+// What is free, what disturbs, what is asked, how it is searched.
+void read_rest(const Section& section, const path& file, const Tuned& tuned, TuneTable& tune) {
+  read_numbers(section, tuned, tune);
+  if (const auto start = section.table("disturbance"))
+    read_disturbance(*start, tuned.disturbed, tune.disturbance);
+  tune.goal = read_goal(section, file, tuned, tune);
+  for (const Section& limit : section.tables("limit"))
+    tune.limits.push_back(read_limit(limit, tuned, tune));
+  if (const auto front = section.table("front")) tune.front = read_front(*front, tuned, tune);
+  read_search(section, tune);
+}
+
+// Numbers of the aircraft and gains.
+std::vector<Key> vehicle_keys() {
+  std::vector<Key> keys = study_keys();
+  std::erase_if(keys, [](const Key& key) { return key.name.find('.') == std::string::npos; });
+  return keys;
+}
+
+// Names of its own signals in these.
+std::vector<Key> keys_in(const UserModel& own, const Signals& signals) {
+  std::vector<Key> keys = own.keys;
+  std::erase_if(keys, [&](const Key& key) { return find(signals, key.signal) < 0; });
+  return keys;
+}
+
+}  // namespace
+
+double own_value(Vehicle vehicle, const std::string& name) {
+  const auto gain = find(gain_signals(), name);
+  return gain >= 0 ? gain_value(vehicle.gains, std::size_t(gain))
+                   : aircraft_value(vehicle.aircraft,
+                                    std::size_t(index_of(aircraft_signals(), name, "number")));
+}
+
+Range read_reach(const Section& section, const Key& key,
+                 const std::function<double(const std::string& name)>& own) {
+  if (!section.find("percent") && !section.find("from") && !section.find("to"))
+    section.refuse("percent", "is missing; expected percent, or from and to");
+  return section.find("percent") ? read_percent(section, key, own) : read_ends(section, key);
+}
+
+// By which the control law (13) divides, as in [gains].
+void check_divisors(const Section& section, const std::vector<std::string>& lists,
+                    const std::function<Range(const std::string& name)>& reach) {
+  const Range K_Lp = reach("gains.K_Lp"), K_Ep = reach("gains.K_Ep"),
+              Ep = reach("aircraft.thrust_excess");
+  if (K_Lp.lower <= -1 && K_Lp.upper >= -1)
+    refuse_divisor(section, lists, {"gains.K_Lp"}, "1 + K_Lp");
+  const auto [least, most] = std::minmax(
+      {Ep.lower * K_Ep.lower, Ep.lower * K_Ep.upper, Ep.upper * K_Ep.lower, Ep.upper * K_Ep.upper});
+  if (least <= -1 && most >= -1)
+    refuse_divisor(section, lists, {"gains.K_Ep", "aircraft.thrust_excess"},
+                   "1 + thrust_excess K_Ep");
+}
+
+TuneTable read_tune(const Section& section, const path& file, const Vehicle& vehicle,
+                    const std::vector<Condition>& conditions) {
+  section.allow_only({"conditions", "corridor", "schedule_eta_deg", "goal", "corners", "samples",
+                      "global", "local", "second", "seed", "evaluations", "seconds", "robustness",
+                      "disturbance", "gain", "uncertain", "limit", "front"});
+  TuneTable tune;
+  tune.conditions = read_places(section, conditions);
+  tune.heights = read_heights(section, file);
+  tune.schedule = read_schedule_tilts(section);
+  const Range any{-largest, largest}, turn{any_angle.lower, any_angle.upper};
+  const Tuned tuned{vehicle_keys(),
+                    "expected an aircraft.* or gains.* number",
+                    [&](const std::string& name) { return own_value(vehicle, name); },
+                    {{"V", "V", "m/s", any},
+                     {"gamma_deg", "gamma", "degrees", turn},
+                     {"theta_deg", "theta", "degrees", turn},
+                     {"q_deg", "q", "degrees/s", any}},
+                    {"theta0", "a1s", "delta_e"},
+                    measures_with({"flight", "tracking"})};
+  read_rest(section, file, tuned, tune);
+  return tune;
+}
+
+TuneTable read_user_tune(const Section& section, const path& file, const UserModel& own,
+                         const std::vector<Condition>& conditions) {
+  section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
+                      "seed", "evaluations", "seconds", "robustness", "disturbance", "gain",
+                      "uncertain", "limit", "front"});
+  TuneTable tune;
+  tune.conditions = read_places(section, conditions);
+  const Signals& parameters = own.model.parameters;
+  Tuned tuned{keys_in(own, parameters),
+              "expected a parameter of the model",
+              [&](const std::string& name) {
+                return own.parameters[index_of(parameters, name, "parameter")];
+              },
+              keys_in(own, own.model.states),
+              {},
+              measures_with({}),
+              false};
+  for (const UserModel::Loop& loop : own.loops) tuned.actuators.push_back(loop.name);
+  read_rest(section, file, tuned, tune);
+  return tune;
+}
+
+}  // namespace tiltrim::reading

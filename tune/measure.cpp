@@ -1,0 +1,55 @@
+#include "tune/measure.hpp"
+
+#include <array>
+
+namespace tiltrim {
+
+namespace {
+
+struct Spelling {
+  Measure measure;
+  const char* name;
+  const char* unit;
+  bool more_is_better;
+};
+
+constexpr std::array<Spelling, 12> spellings{{
+    {Measure::decay, "decay", "1/s", true},
+    {Measure::damping, "damping", "", true},
+    {Measure::frequency, "frequency", "rad/s", false},
+    {Measure::half_time, "half_time", "s", false},
+    {Measure::gain_margin_db, "gain_margin_db", "dB", true},
+    {Measure::phase_margin_deg, "phase_margin_deg", "degrees", true},
+    {Measure::delay_margin, "delay_margin", "s", true},
+    {Measure::disk_margin, "disk_margin", "", true},
+    {Measure::use, "use", "", false},
+    {Measure::response_use, "response_use", "", false},
+    {Measure::figure, "figure", "", false},
+    {Measure::sensitivity, "sensitivity", "rad/s", false},
+}};
+
+const Spelling& spelling(Measure measure) { return spellings.at(std::size_t(measure)); }
+
+}  // namespace
+
+std::string to_string(Measure measure) { return spelling(measure).name; }
+
+std::string_view unit(Measure measure) { return spelling(measure).unit; }
+
+bool more_is_better(Measure measure) { return spelling(measure).more_is_better; }
+
+std::string name_of(const Requirement& requirement) {
+  return requirement.measure == Measure::figure ? requirement.figure
+                                                : to_string(requirement.measure);
+}
+
+const std::vector<Measure>& measures() {
+  static const std::vector<Measure> all = [] {
+    std::vector<Measure> measures;
+    for (const Spelling& s : spellings) measures.push_back(s.measure);
+    return measures;
+  }();
+  return all;
+}
+
+}  // namespace tiltrim

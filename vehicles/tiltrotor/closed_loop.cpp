@@ -1,0 +1,113 @@
+// The closed loop (14): airframe and total-energy control law.
+#include "vehicles/tiltrotor/closed_loop.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "model/differentiable.hpp"
+#include "vehicles/mode_names.hpp"
+#include "vehicles/tiltrotor/parameters.hpp"
+#include "vehicles/tiltrotor/physics.hpp"
+#include "vehicles/tiltrotor/vehicle.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+using Eigen::Index;
+using namespace physics;
+
+Signals closed_loop_parameters_signals() {
+  Signals all;
+  for (const auto& f : command_fields<double>()) all.push_back({f.name, f.unit, f.nominal});
+  for (const Signal& s : aircraft_signals()) all.push_back(s);
+  for (const Signal& s : gain_signals()) all.push_back(s);
+  return all;
+}
+
+// Where the hand-over between cyclic and elevator has a jump (no blend) or a kink's end.
+std::vector<Model::Switch> hand_over(const Vehicle& vehicle, const Model& model) {
+  if (vehicle.aircraft.cyclic_blend > 0) return {};  // a smoothstep has no kink
+  const Eigen::Index eta = find(model.parameters, "eta");
+  const Eigen::Index off = find(model.parameters, "aircraft.cyclic_off");
+  return {{"the hand-over from cyclic to elevator at eta = cyclic_off",
+           [eta, off](const OperatingPoint& at) { return at.p[eta] - at.p[off]; }}};
+}
+
+// Where one actuator alone controls pitch, the airframe's trim does not depend on the gains: the
+// integrals make up for them. The law then enters ∂f/∂x through
+//   theta0 = (1 - w)/Ep (common + ...) + w K_Ei x1,  w = 1/(1 + Ep K_Ep)                     (13)
+//   a1s = (1 - w)(common - ...) + w K_Li x2 + k_pa theta + k_da q,  w = 1/(1 + K_Lp)    (12), (13)
+//   delta_e = K_Lp Le + K_Li x2 + k_pe theta + k_de q                                          (9)
+std::vector<Model::Affine> affine_gains(const Vehicle& vehicle, const Model& model) {
+  if (vehicle.equations == Equations::printed) return {};
+  const auto at = [&](const char* name) { return find(model.parameters, name); };
+  const Index eta = at("eta"), off = at("aircraft.cyclic_off"), blend = at("aircraft.cyclic_blend");
+  const Index Ep = at("aircraft.thrust_excess"), K_Ep = at("gains.K_Ep"), K_Lp = at("gains.K_Lp");
+  const auto share = [=](const Eigen::VectorXd& p) {
+    Aircraft hand_over;
+    hand_over.cyclic_off = p[off];
+    hand_over.cyclic_blend = p[blend];
+    return authority(hand_over, p[eta]);
+  };
+  std::vector<Model::Affine> affine;
+  for (const Signal& gain : gain_signals()) {
+    const Index own = find(model.parameters, gain.name);
+    affine.push_back({gain.name, [=](const Eigen::VectorXd& p) -> std::optional<double> {
+                        const double s = share(p);
+                        if (s != 0 && s != 1) return {};  // one integral, two actuators
+                        if (own == K_Ep) return 1 / (1 + p[Ep] * p[K_Ep]);
+                        if (own == K_Lp && s == 1) return 1 / (1 + p[K_Lp]);
+                        return p[own];
+                      }});
+  }
+  return affine;
+}
+
+template <LoopInputs added>
+Model model_of(const Vehicle& vehicle, Axes axes) {
+  if (!vehicle.polar) throw std::invalid_argument("the vehicle has no polar");
+  if (axes == Axes::body && vehicle.equations == Equations::printed)
+    throw std::invalid_argument("the printed equations are studied in wind axes only");
+  const bool wind = axes == Axes::wind;
+  Model model;
+  model.mode_names = longitudinal_modes();
+  model.name = wind ? "closed loop, wind axes" : "closed loop, body axes";
+  if (wind)
+    model.states = {{"V_err", "m/s", 1.0}, {"gamma_err", "rad", 0.1}};
+  else
+    model.states = {{"u", "m/s", 1.0}, {"w", "m/s", 1.0}};
+  model.states.push_back({"theta", "rad", 0.1});
+  model.states.push_back({"q", "rad/s", 0.1});
+  model.states.push_back({"energy_integral", "s", 1.0});
+  model.states.push_back({"distribution_integral", "s", 1.0});
+  model.outputs = {{"theta0", "", 0.1},      {"a1s", "rad", 0.1},         {"delta_e", "rad", 0.1},
+                   {"airspeed", "m/s", 1.0}, {"flight_path", "rad", 0.1}, {"alpha", "rad", 0.1}};
+  model.parameters = closed_loop_parameters_signals();
+  const auto add = [&](const auto& physics) {
+    set_functions(model, physics);
+    set_derivatives(model, physics);
+  };
+  if (wind)
+    add(WindLoop<added>{vehicle.polar, vehicle.equations});
+  else
+    add(BodyLoop<added>{vehicle.polar});
+  if (added == LoopInputs::inputs)
+    model.inputs = {
+        {"theta0_added", "", 0.1}, {"a1s_added", "rad", 0.1}, {"delta_e_added", "rad", 0.1}};
+  model.switches = hand_over(vehicle, model);
+  model.affine = affine_gains(vehicle, model);
+  return model;
+}
+
+}  // namespace
+
+Model closed_loop(const Vehicle& vehicle, Axes axes) {
+  return model_of<LoopInputs::nothing>(vehicle, axes);
+}
+
+Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes) {
+  return model_of<LoopInputs::inputs>(vehicle, axes);
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,190 @@
+#include "vehicles/tiltrotor/polar.hpp"
+
+#include <fmt/core.h>
+#include <fmt/std.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <stdexcept>
+
+#include "dense/dense.hpp"
+
+namespace tiltrim {
+
+using std::numbers::pi;
+
+// Extremes of a cubic over [a, b]: its ends and the roots of its slope in between.
+Range Polar::Cubic::extremes(double a, double b) const {
+  Range r{std::min(at(a), at(b)), std::max(at(a), at(b))};
+  const auto include = [&](double t) {
+    if (!(t > a && t < b)) return;
+    r.lower = std::min(r.lower, at(t));
+    r.upper = std::max(r.upper, at(t));
+  };
+  // 3 c3 t² + 2 c2 t + c1 = 0, by the form that does not cancel
+  const double discriminant = c2 * c2 - 3 * c3 * c1;
+  if (discriminant >= 0) {
+    const double s = -(c2 + std::copysign(std::sqrt(discriminant), c2));
+    include(s / (3 * c3));
+    include(c1 / s);
+  }
+  return r;
+}
+
+// Second derivatives at the knots of the periodic cubic spline:
+//   h₋ M₋ + 2 (h₋ + h₊) M + h₊ M₊ = 6 ((y₊ - y)/h₊ - (y - y₋)/h₋), indices modulo n  [6, eq. 3.3.7]
+static Eigen::MatrixXd knot_curvatures(const std::vector<double>& h, const Eigen::MatrixXd& y) {
+  const auto n = static_cast<Eigen::Index>(h.size());
+  Eigen::VectorXd at(n), to_next(n);
+  Eigen::MatrixXd rhs(n, y.cols());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index before = (i + n - 1) % n;
+    const Eigen::Index after = (i + 1) % n;
+    const double hb = h[std::size_t(before)];
+    const double ha = h[std::size_t(i)];
+    at[i] = 2 * (hb + ha);
+    to_next[i] = ha;
+    rhs.row(i) = 6 * ((y.row(after) - y.row(i)) / ha - (y.row(i) - y.row(before)) / hb);
+  }
+  return dense::solve_cyclic(at, to_next, rhs);
+}
+
+static void check_table(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {
+  const auto refuse = [](std::size_t row, std::string_view why) {
+    throw std::invalid_argument(fmt::format("polar row {}: {}", row + 1, why));
+  };
+  if (alpha.size() != rows.size() || rows.size() < 4)
+    throw std::invalid_argument(
+        fmt::format("a polar needs at least 4 rows, got {}", std::min(alpha.size(), rows.size())));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!std::isfinite(alpha[i] + rows[i].CL + rows[i].CD + rows[i].CM))
+      refuse(i, "a value is not finite");
+    if (i > 0 && !(alpha[i] > alpha[i - 1])) refuse(i, "alpha does not rise");
+  }
+  constexpr double slack = 1e-9;  // π printed with ten digits still closes the circle
+  if (std::abs(alpha.front() + pi) > slack || std::abs(alpha.back() - pi) > slack)
+    throw std::invalid_argument("a polar must run from -180 to 180 degrees");
+  const Coefficients& a = rows.front();
+  const Coefficients& b = rows.back();
+  if (a.CL != b.CL || a.CD != b.CD || a.CM != b.CM)
+    refuse(rows.size() - 1,
+           "the polar is not periodic: the coefficients at 180 degrees differ from "
+           "those at -180 degrees");
+}
+
+Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {
+  check_table(alpha, rows);
+  const std::size_t n = rows.size() - 1;
+  std::vector<double> h(n);
+  Eigen::MatrixXd y(n, 3);
+  for (std::size_t i = 0; i < n; ++i) {
+    h[i] = alpha[i + 1] - alpha[i];
+    y.row(Eigen::Index(i)) << rows[i].CL, rows[i].CD, rows[i].CM;
+  }
+  const Eigen::MatrixXd M = knot_curvatures(h, y);
+  for (std::size_t i = 0; i < n; ++i) {
+    Piece piece{{}, alpha[i], h[i], {}};
+    const auto here = Eigen::Index(i);
+    const auto next = Eigen::Index((i + 1) % n);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto c = Eigen::Index(k);
+      const double slope =
+          (y(next, c) - y(here, c)) / h[i] - h[i] / 6 * (2 * M(here, c) + M(next, c));
+      piece.c[k] = {y(here, c), slope, M(here, c) / 2, (M(next, c) - M(here, c)) / (6 * h[i])};
+      piece.range[k] = piece.c[k].extremes(0, h[i]);
+    }
+    pieces_.push_back(piece);
+  }
+  first_ = alpha.front();
+  const auto [least, most] = std::ranges::minmax(h);
+  if (most - least < 1e-9 * most) per_radian_ = static_cast<double>(n) / (2 * pi);
+}
+
+double Polar::wrapped(double turned) {
+  const double rest = turned - 2 * pi * std::floor(turned / (2 * pi));
+  return std::clamp(rest, 0.0, 2 * pi);  // round-off may have left the circle
+}
+
+std::size_t Polar::piece_below(double alpha) const {
+  const auto above = std::ranges::upper_bound(pieces_, alpha, {}, &Piece::start);
+  return above == pieces_.begin() ? 0 : static_cast<std::size_t>(above - pieces_.begin()) - 1;
+}
+
+std::array<Range, 3> Polar::range(double lower, double upper) const {
+  std::array<Range, 3> all;
+  const auto widen = [](Range& r, const Range& by) {
+    r = {std::min(r.lower, by.lower), std::max(r.upper, by.upper)};
+  };
+  all.fill({std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()});
+  if (!(upper - lower < 2 * pi)) {
+    for (const Piece& piece : pieces_)
+      for (std::size_t k = 0; k < 3; ++k) widen(all[k], piece.range[k]);
+    return all;
+  }
+  Place from = place(lower);
+  double left = upper - lower;
+  for (std::size_t step = 0; step <= pieces_.size(); ++step) {
+    const double to = std::min(from.t + left, from.piece->width);
+    const bool whole = from.t <= 0 && to >= from.piece->width;
+    for (std::size_t k = 0; k < 3; ++k)
+      widen(all[k], whole ? from.piece->range[k] : from.piece->c[k].extremes(from.t, to));
+    left -= to - from.t;
+    if (!(left > 0)) break;
+    from = {from.piece == &pieces_.back() ? &pieces_.front() : from.piece + 1, 0.0};
+  }
+  return all;
+}
+
+Polar load_polar(const std::filesystem::path& file) {
+  constexpr std::uintmax_t largest = 4 << 20;  // a polar has hundreds of rows, not millions
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error) throw std::runtime_error(fmt::format("{}: {}", file.string(), error.message()));
+  if (size > largest)
+    throw std::runtime_error(
+        fmt::format("{}: {} bytes is no polar (limit {})", file.string(), size, largest));
+  std::ifstream in(file);
+  if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
+
+  std::vector<double> alpha;
+  std::vector<Coefficients> rows;
+  bool header = false;
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) {
+    const auto refuse = [&](std::string_view why) {
+      throw std::runtime_error(fmt::format("{}:{}: {}", file.string(), number, why));
+    };
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty() || line.front() == '#') continue;
+    if (!header) {
+      if (line != "alpha_deg,CL,CD,CM") refuse("expected the header 'alpha_deg,CL,CD,CM'");
+      header = true;
+      continue;
+    }
+    std::array<double, 4> v{};
+    const char* at = line.data();
+    const char* const end = at + line.size();
+    for (std::size_t k = 0; k < 4; ++k) {
+      const auto [next, failed] = std::from_chars(at, end, v[k]);
+      const bool ended = next == end || *next == ',';
+      if (failed != std::errc{} || !ended || (k < 3) != (next != end) || !std::isfinite(v[k]))
+        refuse(fmt::format("column {} is not a number, or the row has not four of them", k + 1));
+      at = next + 1;
+    }
+    alpha.push_back(v[0] * (pi / 180));
+    rows.push_back({v[1], v[2], v[3]});
+    if (alpha.size() > 1 && !(alpha.back() > alpha[alpha.size() - 2]))
+      refuse("alpha does not rise");
+  }
+  try {
+    return {alpha, rows};
+  } catch (const std::invalid_argument& e) {
+    throw std::runtime_error(fmt::format("{}: {}", file.string(), e.what()));
+  }
+}
+
+}  // namespace tiltrim

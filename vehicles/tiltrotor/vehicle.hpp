@@ -1,0 +1,152 @@
+/// @file
+/// The tiltrotor's numbers, and the models built from them.
+#pragma once
+
+#include <memory>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/model.hpp"
+#include "vehicles/tiltrotor/polar.hpp"
+
+namespace tiltrim {
+
+/// The airframe's parameters; defaults are the reference aircraft (docs/model.md gives each
+/// one's source). Templated on its scalar only inside model/; use Aircraft.
+template <class S>
+struct AircraftOf {
+  S mass = 4.0;                         ///< kg
+  S inertia_yy = 6.076;                 ///< kg m²
+  S chord = 0.36;                       ///< m
+  S wing_area = 0.85;                   ///< m²
+  S air_density = 0.9667;               ///< kg/m³
+  S gravity = 9.81;                     ///< m/s²
+  S rotor_x = 0.01;                     ///< m, hub ahead of the centre of gravity
+  S rotor_z = 0.08;                     ///< m, nacelle pivot to hub
+  S thrust_excess = 1.4;                ///< Ep, full thrust over weight
+  S rotor_speed_rpm = 5400.0;           ///< rev/min
+  S rotor_radius = 0.25;                ///< m
+  S blade_count = 6.0;                  ///< b in (3)
+  S blade_chord = 0.05;                 ///< m
+  S blade_lift_slope = 5.7;             ///< 1/rad
+  S pitch_scale = 0.12;                 ///< rad of blade pitch per unit of theta0
+  S wake_immersion = 0.05;              ///< share of the induced velocity that the wing sees
+  S CL_q = 2.3;                         ///< per q chord/(2 W)
+  S CL_de = 0.23;                       ///< 1/rad
+  S CM_q = -7.0;                        ///< per q chord/(2 W)
+  S CM_de = -0.64;                      ///< 1/rad
+  S cyclic_off = std::numbers::pi / 3;  ///< rad, tilt at which cyclic hands over to the elevator
+  S cyclic_blend = 0.0;                 ///< rad, width of the hand-over; 0: a switch
+};
+using Aircraft = AircraftOf<double>;  ///< the airframe's parameters
+
+/// Gains of the total-energy control law (8)-(13); defaults are the reference gains.
+template <class S>
+struct GainsOf {
+  S k_V = 10.0;    ///< 1/s, commanded acceleration per speed error
+  S K_Ep = 8.0;    ///< energy rate error to theta0
+  S K_Ei = 1.25;   ///< its integral, 1/s
+  S K_Lp = 0.75;   ///< distribution rate error to a1s and delta_e
+  S K_Li = 0.085;  ///< its integral, 1/s
+  S k_pa = 6.3;    ///< pitch to a1s
+  S k_da = 0.03;   ///< pitch rate to a1s, s
+  S k_pe = 0.03;   ///< pitch to delta_e
+  S k_de = 3.9;    ///< pitch rate to delta_e, s
+};
+using Gains = GainsOf<double>;  ///< of the control law
+
+/// Gains that are linear between their values at rising tilts [rad], and stay beyond the ends.
+struct GainSchedule {
+  std::vector<double> eta;   ///< empty: the gains do not depend on the tilt
+  std::vector<Gains> gains;  ///< at each
+};
+/// Those at a tilt; the schedule must have some.
+Gains gains_at(const GainSchedule& schedule, double eta);
+
+/// A flight condition asked of the closed loop.
+template <class S>
+struct CommandOf {
+  S V = 15.0;     ///< m/s, airspeed
+  S gamma = 0.0;  ///< rad, flight-path angle
+  S eta = 0.0;    ///< rad, nacelle tilt: π/2 helicopter, 0 airplane
+};
+using Command = CommandOf<double>;  ///< a flight condition
+
+/// Actuator and attitude limits.
+struct Limits {
+  Range theta0{0.0, 1.0};      ///< collective, of full thrust
+  Range a1s{-0.35, 0.35};      ///< rad, cyclic
+  Range delta_e{-0.53, 0.53};  ///< rad, elevator
+  Range theta{-1.3, 1.3};      ///< rad, attitude
+};
+
+/// Which equations: the consistent ones (docs/theory.md), or the paper's as printed, for studying
+/// the paper and nothing else. The printed forms hold only in wind axes.
+enum class Equations { consistent, printed };
+
+/// Wind axes (V, gamma, theta, q) divide by V; body axes (u, w, theta, q) hold at any speed.
+enum class Axes { wind, body };
+
+/// Below this airspeed [m/s] the command line uses body axes.
+inline constexpr double body_axes_below = 0.5;
+
+/// All that a tiltrotor's models are made from.
+struct Vehicle {
+  Aircraft aircraft;                            ///< airframe
+  Gains gains;                                  ///< control law
+  Limits limits;                                ///< of actuators and attitude
+  Equations equations = Equations::consistent;  ///< or as printed
+  std::shared_ptr<const Polar> polar;           ///< must be set
+};
+
+/// The airframe (2) or (1): states V, gamma, theta, q (wind) or u, w, theta, q (body); inputs
+/// theta0, a1s, delta_e, eta; parameters "aircraft.*"; outputs airspeed, flight_path, alpha,
+/// thrust.
+Model airframe(const Vehicle& vehicle, Axes axes = Axes::wind);
+
+/// The closed loop (14): states V_err, gamma_err, theta, q, energy_integral,
+/// distribution_integral (wind), or u, w in place of the first two (body); no inputs; parameters
+/// V, gamma, eta (the command), "aircraft.*" and "gains.*"; outputs theta0, a1s, delta_e, airspeed,
+/// flight_path, alpha. At rest, in body axes, the path is taken to point where it is commanded.
+Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
+
+/// The same with three inputs, theta0_added, a1s_added and delta_e_added: what is added to each
+/// actuator behind the law. The outputs are what the law commands, before it is added: where a loop
+/// is broken for its margins (linearize/margins.hpp).
+Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes = Axes::wind);
+
+/// The vehicle's numbers as the parameter vector of airframe().
+Eigen::VectorXd airframe_parameters(const Vehicle& vehicle);
+/// The same, with the command in front, of closed_loop().
+Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& command);
+/// What the parameters of a closed loop hold.
+struct VehicleAndCommand {
+  Vehicle vehicle;  ///< with these aircraft numbers and gains
+  Command command;  ///< asked of it
+};
+/// The inverse of closed_loop_parameters(); what is no parameter is as in `like`.
+VehicleAndCommand vehicle_from(const Vehicle& like, const Eigen::VectorXd& parameters);
+/// Names, units and sizes of those numbers, in order: "aircraft.mass", ...; "gains.k_V", ...
+Signals aircraft_signals();
+Signals gain_signals();  ///< of the gains
+/// What a number of the vehicle may be.
+struct AcceptedNumber {
+  double lower, upper;   ///< SI, or in degrees
+  bool degrees = false;  ///< an angle that people write in degrees
+};
+/// Of these names. Throws std::invalid_argument with the real ones.
+AcceptedNumber accepted_number(std::string_view name);
+/// The number behind a name of aircraft_signals(), for reading and writing by position.
+double& aircraft_value(Aircraft& aircraft, std::size_t position);
+/// The same of gain_signals().
+double& gain_value(Gains& gains, std::size_t position);
+
+/// Share of the cyclic in pitch control at a tilt: 1 helicopter, 0 airplane (12).
+double authority(const Aircraft& aircraft, double eta);
+
+/// Corridor (16): tilt and path angle, and the speed schedule of docs/model.md, at height h [m].
+Command corridor(double h);
+
+}  // namespace tiltrim
