@@ -129,7 +129,7 @@ void newton_step(benchmark::State& state) {
 Condition level_flight(double V) {
   Condition level;
   level.name = "level";
-  level.command = {V, 0.0, 0.0};
+  level.asked = Command{V, 0.0, 0.0};
   return level;
 }
 

@@ -101,8 +101,7 @@ ConditionReport linearized(const Study& study, const Condition& condition,
   ConditionReport r = trimmed(vehicle_at(study, condition), condition, trimming);
   if (!r.answer.has_equilibrium() || r.answer.table) return r;
   LinearizeOptions options = asked;
-  if (options.inputs.empty() && condition.formulation == Formulation::closed_loop)
-    options.inputs = {"V", "gamma", "eta"};
+  if (options.inputs.empty() && condition.command()) options.inputs = {"V", "gamma", "eta"};
   r.linear = linearize(r.answer.model, r.answer.trim.point, options);
   if (*r.linear) r.modes = modes(*r.linear);
   return r;
@@ -115,7 +114,7 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     reports.push_back(trimmed(vehicle_at(study, condition), condition, options));
-    if (command.all && condition.formulation != Formulation::table)
+    if (command.all && !condition.table())
       reports.back().all = all_equilibria(vehicle_at(study, condition), condition, options);
   });
   const bool all = std::ranges::all_of(reports, [](const auto& r) { return bool(r.answer.trim); });

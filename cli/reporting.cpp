@@ -26,9 +26,8 @@ namespace fs = std::filesystem;
 // conditions alone are shown.
 bool has_closed_loop(const Study& study) {
   return !study.user_model && study.vehicle.equations == Equations::consistent &&
-         std::ranges::any_of(study.conditions, [](const Condition& c) {
-           return c.formulation == Formulation::closed_loop;
-         });
+         std::ranges::any_of(study.conditions,
+                             [](const Condition& c) { return bool(c.command()); });
 }
 
 // Where the study does not say: the corridor, and a gain over it.
@@ -55,9 +54,9 @@ std::vector<Condition> conditions_of(const ReportTable::Map& map,
   std::vector<Condition> closed, airframe;
   for (const Condition& c : all) {
     if (!map.condition.empty() && c.name != map.condition) continue;
-    if (c.formulation == Formulation::closed_loop)
+    if (c.command())
       closed.push_back(c);
-    else if (c.formulation != Formulation::table)
+    else if (!c.table())
       airframe.push_back(c);
   }
   std::vector<Condition> chosen = closed.empty() ? airframe : closed;
@@ -174,7 +173,7 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   trimming.stop = stop;
   for_each(study, command.common, [&](const Condition& c, Progress&) {
     report.conditions.push_back(linearized(study, c, trimming));
-    if (c.formulation == Formulation::closed_loop || (c.user_model && !c.user_model->loops.empty()))
+    if (c.command() || (c.user() && !c.user()->model->loops.empty()))
       report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
   });
   report.interrupted = stop.stop_requested();

@@ -235,8 +235,8 @@ Outcome respond(const SimulateCommand& command, const Study& study, const TextSt
     if (stop.stop_requested()) break;
     if (study.user_model)
       responses.push_back({c.name, user_response(c, offset)});
-    else if (c.formulation == Formulation::closed_loop)
-      responses.push_back({c.name, response(flight_of(study, SimulateTable{}), c.command, offset)});
+    else if (const Command* command = c.command())
+      responses.push_back({c.name, response(flight_of(study, SimulateTable{}), *command, offset)});
     else
       continue;
     all = all && responses.back().response.status == ResponseStatus::responded;

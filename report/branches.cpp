@@ -35,7 +35,7 @@ std::vector<SheetColumn> columns(const BranchAnswer& b, const Names& parameters)
   const Key& parameter = b.parameter;
   const SheetColumn along{parameter.name, parameter.name,
                           parameter.unit == "degrees" ? "°" : parameter.unit, "{:.8g}"};
-  if (b.start.condition.user_model) {
+  if (b.start.condition.user()) {
     std::vector<SheetColumn> all = user_columns(b.start.model, parameters);
     all.insert(all.begin(), {{"name", "condition", ""}, {"kind", "event", ""}, along});
     all.insert(all.end(), {{"unstable", "unstable", "", "{:.0f}"},
@@ -67,7 +67,7 @@ std::vector<SheetCell> row(const BranchAnswer& b, const Names& parameters, const
                            std::string kind) {
   const Model& m = b.start.model;
   const SheetCell unstable = at.unstable ? SheetCell(double(*at.unstable)) : SheetCell();
-  if (b.start.condition.user_model) {
+  if (b.start.condition.user()) {
     std::vector<SheetCell> all = user_cells(m, parameters, at.point, at.outputs);
     all.insert(all.begin(), {b.start.condition.name, SheetCell(std::move(kind)),
                              b.parameter.in_study(at.parameter)});

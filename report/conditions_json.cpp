@@ -20,7 +20,7 @@ void add_trim(const Answer& a, ordered_json& c) {
               {"input", nullptr},
               {"output", nullptr},
               {"closest", point(a.model, a.trim.point, a.trim.outputs)}});
-  if (a.condition.user_model) c["parameter"] = named(a.model.parameters, t.point.p);
+  if (a.condition.user()) c["parameter"] = named(a.model.parameters, t.point.p);
   c["residual"] = t.residual;
   c["limits_active"] = ordered_json::array();
   for (const ActiveLimit& l : t.limits_active)

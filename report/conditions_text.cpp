@@ -34,7 +34,7 @@ SheetCell cell(std::optional<double> number, double factor = 1.0) {
 }
 
 bool is_own(const std::vector<ConditionReport>& conditions) {
-  return !conditions.empty() && conditions.front().answer.condition.user_model;
+  return !conditions.empty() && conditions.front().answer.condition.user();
 }
 
 std::vector<std::string> shown_parameters(const std::vector<ConditionReport>& conditions) {
@@ -66,20 +66,19 @@ std::vector<SheetCell> user_row(const ConditionReport& c,
 std::vector<SheetCell> trim_row(const ConditionReport& c,
                                 const std::vector<std::string>& parameters) {
   const Answer& a = c.answer;
-  if (a.condition.user_model) return user_row(c, parameters);
+  if (a.condition.user()) return user_row(c, parameters);
   const bool found = a.has_equilibrium();
-  const bool asked = a.condition.formulation == Formulation::closed_loop;
+  const Command* asked = a.condition.command();
   const auto show = [&](bool known, std::initializer_list<const char*> names, double factor) {
     return known ? cell(value(a, names), factor) : SheetCell();
   };
   std::vector<SheetCell> row{a.condition.name};
-  if (a.condition.formulation == Formulation::table) {
-    const auto& v = a.condition.values;
-    row.insert(row.end(), {SheetCell(), v.at("gamma").lower * degrees, v.at("eta").lower * degrees,
-                           SheetCell(), v.at("alpha").lower * degrees});
+  if (const TableCondition* t = a.condition.table()) {
+    row.insert(row.end(), {SheetCell(), t->gamma * degrees, t->eta * degrees, SheetCell(),
+                           t->alpha * degrees});
   } else {
     row.push_back(show(found || asked, {"airspeed", "V"}, 1.0));
-    if (asked) row.back() = a.condition.command.V;
+    if (asked) row.back() = asked->V;
     const bool rest = value(a, {"airspeed"}).value_or(1.0) == 0.0;  // no path, no angle of attack
     row.push_back(show((found && !rest) || asked, {"gamma", "flight_path"}, degrees));
     row.push_back(show(found || asked, {"eta"}, degrees));
@@ -114,11 +113,11 @@ std::vector<std::string> remarks(const ConditionReport& c) {
   return notes;
 }
 
-const char* formulation_name(Formulation f) {
-  return f == Formulation::closed_loop ? "closed loop"
-         : f == Formulation::airframe  ? "airframe alone"
-         : f == Formulation::user      ? "own model"
-                                       : "table";
+const char* formulation_name(const Condition& c) {
+  return c.command()    ? "closed loop"
+         : c.airframe() ? "airframe alone"
+         : c.user()     ? "own model"
+                        : "table";
 }
 
 std::vector<SheetColumn> trim_columns(const std::vector<ConditionReport>& conditions) {
@@ -233,9 +232,9 @@ bool any_all(const std::vector<ConditionReport>& conditions) {
 Sheet linear_sheet(const ConditionReport& c) {
   const std::string& name = c.answer.condition.name;
   if (!c.modes) return {name + ": no linear model", {}, {}, {c.linear->message + "."}};
-  Sheet sheet = judged_modes_sheet(
-      fmt::format("{} ({})", name, formulation_name(c.answer.condition.formulation)), *c.modes,
-      c.linear->states);
+  Sheet sheet =
+      judged_modes_sheet(fmt::format("{} ({})", name, formulation_name(c.answer.condition)),
+                         *c.modes, c.linear->states);
   for (const std::string& remark : c.linear->remarks) sheet.notes.push_back(remark + ".");
   return sheet;
 }
@@ -266,7 +265,7 @@ std::string conditions_text(const std::vector<ConditionReport>& conditions,
       text += wrapped(c.linear->message + ".", 2, style.width);
       continue;
     }
-    text += fmt::format("\n{} ({}): {}\n", name, formulation_name(c.answer.condition.formulation),
+    text += fmt::format("\n{} ({}): {}\n", name, formulation_name(c.answer.condition),
                         toned(to_string(c.modes->verdict), tone_of(c.modes->verdict), style));
     text += wrapped(verdict_in_words(*c.modes) + ".", 2, style.width);
     text += as_text(modes_sheet(c), style);

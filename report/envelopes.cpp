@@ -18,14 +18,14 @@ namespace {
 // A number of the envelope's plane in the study's unit: angles of the tiltrotor in degrees.
 double across(const EnvelopeAnswer& e, double x) { return e.table.along.in_study(x); }
 double up(const EnvelopeAnswer& e, double y) {
-  return e.condition.user_model ? e.table.over.in_study(y) : y * degrees;
+  return e.condition.user() ? e.table.over.in_study(y) : y * degrees;
 }
 
 std::string unit_of(const Key& key) { return key.unit == "degrees" ? "°" : key.unit; }
 
 SheetColumn over_column(const EnvelopeAnswer& e, const char* format) {
   const Key& over = e.table.over;
-  if (e.condition.user_model) return {over.name, over.signal, unit_of(over), "{:.6g}"};
+  if (e.condition.user()) return {over.name, over.signal, unit_of(over), "{:.6g}"};
   return {over.name, over.signal == "eta" ? "η" : "γ", "°", format};
 }
 
@@ -33,13 +33,14 @@ SheetColumn along_column(const EnvelopeAnswer& e, const std::string& which, cons
   const Key& along = e.table.along;
   return {which.empty() ? along.name : along.name + "_" + which,
           which.empty() ? along.signal : along.signal + " " + which, unit_of(along),
-          e.condition.user_model ? "{:.7g}" : format};
+          e.condition.user() ? "{:.7g}" : format};
 }
 
 std::string held(const EnvelopeAnswer& e) {
   const bool over_tilt = e.table.over.signal == "eta";
-  return fmt::format("{} = {:.6g}°", over_tilt ? "γ" : "η",
-                     (over_tilt ? e.condition.command.gamma : e.condition.command.eta) * degrees);
+  return fmt::format(
+      "{} = {:.6g}°", over_tilt ? "γ" : "η",
+      (over_tilt ? e.condition.command()->gamma : e.condition.command()->eta) * degrees);
 }
 
 std::string words(const std::string& name) {
@@ -75,7 +76,7 @@ std::vector<SheetColumn> border_columns(const EnvelopeAnswer& e) {
                                    {"stopped_by", "", ""},
                                    along_column(e, "", "{}"),
                                    over_column(e, "{}")};
-  const std::vector<SheetColumn> own = e.condition.user_model
+  const std::vector<SheetColumn> own = e.condition.user()
                                            ? user_columns(e.model, {})
                                            : std::vector<SheetColumn>{{"theta_deg", "", ""},
                                                                       {"theta0", "", ""},
@@ -87,7 +88,7 @@ std::vector<SheetColumn> border_columns(const EnvelopeAnswer& e) {
 }
 
 std::vector<SheetCell> border_cells(const EnvelopeAnswer& e, const BorderPoint& p) {
-  if (e.condition.user_model) return user_cells(e.model, {}, p.point, p.outputs);
+  if (e.condition.user()) return user_cells(e.model, {}, p.point, p.outputs);
   const auto output = [&](const char* name) { return p.outputs[find(e.model.outputs, name)]; };
   return {p.point.x[find(e.model.states, "theta")] * degrees, output("theta0"),
           output("a1s") * degrees, output("delta_e") * degrees};
@@ -147,7 +148,7 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
 }
 
 std::string asked(const EnvelopeAnswer& e) {
-  if (e.condition.user_model)
+  if (e.condition.user())
     return fmt::format("{}: {} with a trim within the limits, over {}", e.condition.name,
                        e.table.along.signal, e.table.over.signal);
   return fmt::format("{}: speeds with a trim within the limits, over {} at {}", e.condition.name,

@@ -31,9 +31,7 @@ bool has_verdict(const ConditionReport& c) {
 }
 
 // The table formulation is coefficients, not a flight: it has no eigenvalues to ask for.
-bool wants_verdict(const ConditionReport& c) {
-  return c.answer.condition.formulation != Formulation::table;
-}
+bool wants_verdict(const ConditionReport& c) { return !c.answer.condition.table(); }
 
 std::string ended(const std::string& sentence) {
   return sentence.empty() || sentence.back() == '.' ? sentence : sentence + ".";

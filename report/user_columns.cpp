@@ -32,10 +32,11 @@ void for_each(const Model& model, const std::vector<std::string>& parameters, co
 }  // namespace
 
 std::vector<std::string> shown_parameters(const std::vector<Condition>& conditions) {
+  const std::map<std::string, Range> none;
   std::vector<std::string> all;
   for (const Condition& c : conditions)
-    for (const auto& [name, range] : c.values)
-      if (c.user_model && find(c.user_model->model.parameters, name) >= 0 &&
+    for (const auto& [name, range] : c.user() ? c.user()->values : none)
+      if (find(c.user()->model->model.parameters, name) >= 0 &&
           std::ranges::find(all, name) == all.end())
         all.push_back(name);
   return all;

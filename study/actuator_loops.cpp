@@ -14,19 +14,18 @@ namespace {
 
 // Where the condition's loops can be broken.
 std::vector<std::string> places_of(const Condition& condition) {
-  if (condition.formulation != Formulation::user) return actuators();
+  if (!condition.user()) return actuators();
   std::vector<std::string> names;
-  for (const UserModel::Loop& loop : condition.user_model->loops) names.push_back(loop.name);
+  for (const UserModel::Loop& loop : condition.user()->model->loops) names.push_back(loop.name);
   return names;
 }
 
 void check(const Condition& condition, const LoopsOptions& options) {
-  if (condition.formulation == Formulation::user && condition.user_model->loops.empty())
+  if (condition.user() && condition.user()->model->loops.empty())
     throw std::invalid_argument(
         "the model says no place to break a loop at; expected [[model.loop]] tables with input and "
         "output");
-  if (condition.formulation != Formulation::user &&
-      condition.formulation != Formulation::closed_loop)
+  if (!condition.user() && !condition.command())
     throw std::invalid_argument("margins are of a closed loop; expected formulation closed_loop");
   const std::vector<std::string> all = places_of(condition);
   for (const std::string& name : options.actuators)
@@ -37,7 +36,7 @@ void check(const Condition& condition, const LoopsOptions& options) {
 
 // Column j of B and row j of C and D belong to loop j.
 LinearModel user_loops(const Answer& trimmed) {
-  const UserModel& own = *trimmed.condition.user_model;
+  const UserModel& own = *trimmed.condition.user()->model;
   LinearizeOptions options;
   for (const UserModel::Loop& loop : own.loops) options.inputs.push_back(loop.input);
   LinearModel linear = linearize(own.model, trimmed.trim.point, options);
@@ -56,8 +55,8 @@ LinearModel user_loops(const Answer& trimmed) {
 
 // The closed loop's linear model with what is added behind the law as inputs, at the trim.
 LinearModel with_inputs(const Vehicle& vehicle, const Answer& trimmed) {
-  if (trimmed.condition.formulation == Formulation::user) return user_loops(trimmed);
-  const Axes axes = trimmed.condition.command.V < body_axes_below ? Axes::body : Axes::wind;
+  if (trimmed.condition.user()) return user_loops(trimmed);
+  const Axes axes = trimmed.condition.command()->V < body_axes_below ? Axes::body : Axes::wind;
   const Model model = closed_loop_with_inputs(vehicle, axes);
   const OperatingPoint& at = trimmed.trim.point;
   return linearize(model, {at.x, VectorXd::Zero(std::ssize(model.inputs)), at.p});

@@ -13,10 +13,16 @@ namespace {
 TrimResult started(const Vehicle& vehicle, const Condition& condition, const TrimProblem& problem,
                    const TrimOptions& trimming) {
   TrimSpec spec = problem.spec;
-  if (condition.formulation == Formulation::closed_loop)
+  if (condition.command())
     for (const auto& [name, range] : problem_of(vehicle, condition).spec.bounds)
       if (name.ends_with("_integral")) spec.bounds[name] = range;
   return trim(problem.model, spec, problem.guess, trimming);
+}
+
+// The slowest that a command asks for; of no meaning to the other formulations.
+double speed_of(const Condition& condition) {
+  const Command* command = condition.command();
+  return command ? command->V : 0.0;
 }
 
 bool has_variable(const Model& model, const std::string& name) {
@@ -27,9 +33,9 @@ bool has_variable(const Model& model, const std::string& name) {
 }  // namespace
 
 TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
-  if (condition.formulation == Formulation::closed_loop)
-    return closed_loop_along(vehicle, condition.command, slowest);
-  if (condition.formulation == Formulation::user) return user_problem(condition);
+  if (const Command* command = condition.command())
+    return closed_loop_along(vehicle, *command, slowest);
+  if (const UserCondition* user = condition.user()) return user_problem(*user);
   return without_integral_bounds(problem_of(vehicle, condition));
 }
 
@@ -44,7 +50,7 @@ double BranchAnswer::from() const {
 
 BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Key& parameter,
                     double to, const FollowOptions& options, const TrimOptions& trimming) {
-  const double V = condition.command.V;
+  const double V = speed_of(condition);
   const TrimProblem problem =
       problem_along(vehicle, condition, parameter.signal == "V" ? std::min(V, to) : V);
   BranchAnswer answer{{condition, problem.model, {}, {}}, parameter, to, {}};
@@ -71,7 +77,7 @@ BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Ke
 
 SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& condition,
                                 const std::vector<Key>& keys, const TrimOptions& trimming) {
-  const TrimProblem problem = problem_along(vehicle, condition, condition.command.V);
+  const TrimProblem problem = problem_along(vehicle, condition, speed_of(condition));
   SensitivityAnswer answer{{condition, problem.model, {}, {}}, {}};
   TrimResult& trimmed = answer.trimmed.trim;
   trimmed = started(vehicle, condition, problem, trimming);
@@ -109,7 +115,7 @@ bool EnvelopeAnswer::answered() const {
 // Of a study with [model]: as it stands, over the two numbers.
 static EnvelopeAnswer user_envelope(const Condition& condition, const EnvelopeTable& table,
                                     const EnvelopeOptions& options) {
-  const TrimProblem problem = user_problem(condition);
+  const TrimProblem problem = user_problem(*condition.user());
   return {condition,
           table,
           problem.model,
@@ -120,8 +126,8 @@ static EnvelopeAnswer user_envelope(const Condition& condition, const EnvelopeTa
 
 EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
                         const EnvelopeTable& table, const EnvelopeOptions& options) {
-  if (condition.formulation == Formulation::user) return user_envelope(condition, table, options);
-  if (condition.formulation != Formulation::closed_loop)
+  if (condition.user()) return user_envelope(condition, table, options);
+  if (!condition.command())
     throw std::invalid_argument(
         "an envelope is of the closed loop; expected formulation closed_loop");
   // Clear of the switch, so that differences of slopes do not reach across.
@@ -135,7 +141,7 @@ EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
   EnvelopeAnswer answer{condition, table, {}, {}};
   for (const Range& stretch : stretches) {
     if (!(stretch.lower < stretch.upper)) continue;
-    Command middle = condition.command;
+    Command middle = *condition.command();
     middle.V = 0.5 * (table.along_range.lower + table.along_range.upper);
     (over_tilt ? middle.eta : middle.gamma) = 0.5 * (stretch.lower + stretch.upper);
     const TrimProblem problem =

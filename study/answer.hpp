@@ -22,7 +22,7 @@ struct Answer {
 };
 
 /// A condition of a study with [model]: what is fixed stands in the guess, the rest is free.
-TrimProblem user_problem(const Condition& condition);
+TrimProblem user_problem(const UserCondition& condition);
 
 /// The condition as a problem for trim(). Throws std::invalid_argument where it cannot be asked of
 /// the vehicle, and for formulation table, whose equations are the table's own.

@@ -45,15 +45,23 @@ constexpr std::array rate_quantities{
     Quantity{"theta_dot", "theta", {-1000, 1000, "rad/s"}},
     Quantity{"q_dot", "q", {-largest, largest, "rad/s²"}},
 };
-constexpr std::array table_quantities{
-    Quantity{"gamma_deg", "gamma", any_angle},
-    Quantity{"alpha_deg", "alpha", any_angle},
-    Quantity{"eta_deg", "eta", tilt},
-    Quantity{"CL", "CL", pure},
-    Quantity{"CD", "CD", pure},
-    Quantity{"CM", "CM", pure},
-    Quantity{"k", "k", {0, largest}},
+struct Coefficient {
+  const char* key;
+  double TableCondition::*value;
+  Accepted accepted;
 };
+constexpr std::array table_quantities{
+    Coefficient{"gamma_deg", &TableCondition::gamma, any_angle},
+    Coefficient{"alpha_deg", &TableCondition::alpha, any_angle},
+    Coefficient{"eta_deg", &TableCondition::eta, tilt},
+    Coefficient{"CL", &TableCondition::CL, pure},
+    Coefficient{"CD", &TableCondition::CD, pure},
+    Coefficient{"CM", &TableCondition::CM, pure},
+    Coefficient{"k", &TableCondition::k, {0, largest}},
+};
+
+// The formulations that a condition of the tiltrotor may name, the first if it names none.
+const std::vector<std::string> formulations{"closed_loop", "airframe", "table"};
 
 std::vector<Key> condition_keys() {
   std::vector<Key> keys;
@@ -63,37 +71,29 @@ std::vector<Key> condition_keys() {
   return keys;
 }
 
-static void append_keys(std::vector<std::string>& keys, std::span<const Quantity> quantities) {
-  for (const Quantity& quantity : quantities) keys.emplace_back(quantity.key);
+static void append_keys(std::vector<std::string>& keys, const auto& quantities) {
+  for (const auto& quantity : quantities) keys.emplace_back(quantity.key);
 }
 
-static std::vector<std::string> keys_of(Formulation formulation) {
+static std::vector<std::string> keys_of(const std::string& formulation) {
   std::vector<std::string> keys{"name", "formulation"};
-  switch (formulation) {
-    case Formulation::closed_loop:
-      append_keys(keys, closed_loop_quantities);
-      break;
-    case Formulation::table:
-      append_keys(keys, table_quantities);
-      break;
-    case Formulation::user:
-      break;
-    case Formulation::airframe:
-      append_keys(keys, airframe_quantities);
-      append_keys(keys, rate_quantities);
-      keys.emplace_back("objective");
+  if (formulation == "closed_loop") append_keys(keys, closed_loop_quantities);
+  if (formulation == "table") append_keys(keys, table_quantities);
+  if (formulation == "airframe") {
+    append_keys(keys, airframe_quantities);
+    append_keys(keys, rate_quantities);
+    keys.emplace_back("objective");
   }
   return keys;
 }
 
 // What to say of a key that belongs to another formulation.
-static std::map<std::string, std::string> keys_of_others(
-    const std::vector<std::string>& formulations) {
+static std::map<std::string, std::string> keys_of_others() {
   std::map<std::string, std::string> others;
-  for (std::size_t i = 0; i < formulations.size(); ++i)
-    for (const std::string& key : keys_of(static_cast<Formulation>(i))) {
+  for (const std::string& formulation : formulations)
+    for (const std::string& key : keys_of(formulation)) {
       std::string& where = others[key];
-      where += (where.empty() ? "it is a key of formulation " : " and ") + formulations[i];
+      where += (where.empty() ? "it is a key of formulation " : " and ") + formulation;
     }
   return others;
 }
@@ -109,18 +109,20 @@ static void check_speed(const Section& section, const Range& V, Equations equati
                                body_axes_below, body_axes_below));
 }
 
-static void read_closed_loop(const Section& section, Equations equations, Condition& condition) {
-  condition.command.V = section.number("V", speed);
-  condition.command.gamma = section.number("gamma_deg", any_angle);
-  condition.command.eta = section.number("eta_deg", tilt);
-  check_speed(section, {condition.command.V, condition.command.V}, equations);
+static Command read_closed_loop(const Section& section, Equations equations) {
+  Command command;
+  command.V = section.number("V", speed);
+  command.gamma = section.number("gamma_deg", any_angle);
+  command.eta = section.number("eta_deg", tilt);
+  check_speed(section, {command.V, command.V}, equations);
+  return command;
 }
 
-static void read_table(const Section& section, Condition& condition) {
-  for (const Quantity& quantity : table_quantities) {
-    const double value = section.number(quantity.key, quantity.accepted);
-    condition.values[quantity.signal] = {value, value};
-  }
+static TableCondition read_table(const Section& section) {
+  TableCondition coefficients{};
+  for (const auto& [key, value, accepted] : table_quantities)
+    coefficients.*value = section.number(key, accepted);
+  return coefficients;
 }
 
 // A number fixes, [lower, upper] bounds, "free" frees.
@@ -136,7 +138,7 @@ static Range read_value(const Section& section, const Entry& entry, const Quanti
                                     describe(entry), describe(accepted)));
 }
 
-static void check_angles(const Section& section, const Condition& condition) {
+static void check_angles(const Section& section, const AirframeCondition& condition) {
   const auto held = [&](const char* signal) {
     const auto at = condition.values.find(signal);
     return at != condition.values.end() && fixed(at->second);
@@ -170,7 +172,7 @@ static CostTerm read_effort(const Section& section) {
 }
 
 static void read_objective(const Section& section, const std::filesystem::path& file,
-                           Condition& condition) {
+                           AirframeCondition& condition) {
   const Entry* objective = section.find("objective");
   if (!objective) return;
   constexpr std::string_view expected =
@@ -187,7 +189,9 @@ static void read_objective(const Section& section, const std::filesystem::path& 
   }
 }
 
-static void read_airframe(const Section& section, Equations equations, Condition& condition) {
+static AirframeCondition read_airframe(const Section& section, const std::filesystem::path& file,
+                                       Equations equations) {
+  AirframeCondition condition;
   for (const char* key : {"V", "eta_deg"})
     section.require(key, "a number, [lower, upper] or \"free\"");
   for (const Quantity& quantity : airframe_quantities)
@@ -203,33 +207,22 @@ static void read_airframe(const Section& section, Equations equations, Condition
       if (const Entry* entry = section.find(key))
         section.refuse(
             *entry, fmt::format("needs airspeed; expected V of at least {} m/s", body_axes_below));
+  read_objective(section, file, condition);
+  return condition;
 }
 
 static Condition read_condition(const Entry& entry, const std::filesystem::path& file,
                                 Equations equations) {
-  Condition condition;
-  const std::vector<std::string> formulations{"closed_loop", "airframe", "table"};
-  const std::size_t chosen =
-      Section(file, entry, "", "condition.").choice("formulation", formulations);
-  condition.formulation = static_cast<Formulation>(chosen);
-  const Section section(file, entry,
-                        fmt::format("in [[condition]] of formulation {}", formulations[chosen]),
+  const std::string& formulation =
+      formulations[Section(file, entry, "", "condition.").choice("formulation", formulations)];
+  const Section section(file, entry, fmt::format("in [[condition]] of formulation {}", formulation),
                         "condition.");
-  section.allow_only(keys_of(condition.formulation), keys_of_others(formulations));
+  section.allow_only(keys_of(formulation), keys_of_others());
+  Condition condition;
   condition.name = section.text("name");
-  switch (condition.formulation) {
-    case Formulation::closed_loop:
-      read_closed_loop(section, equations, condition);
-      break;
-    case Formulation::table:
-      read_table(section, condition);
-      break;
-    case Formulation::user:
-      break;
-    case Formulation::airframe:
-      read_airframe(section, equations, condition);
-      read_objective(section, file, condition);
-  }
+  if (formulation == "closed_loop") condition.asked = read_closed_loop(section, equations);
+  if (formulation == "table") condition.asked = read_table(section);
+  if (formulation == "airframe") condition.asked = read_airframe(section, file, equations);
   return condition;
 }
 

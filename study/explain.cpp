@@ -18,9 +18,9 @@ constexpr double most_thrust = 100.0;                            // over the wei
 
 // The airframe under the condition, with the pitch control that a tilt leaves: any law's freedom.
 AirframeCondition alone(const Vehicle& vehicle, const Condition& condition, double eta) {
-  AirframeCondition c{condition.values, condition.rates, condition.effort};
-  if (condition.formulation == Formulation::airframe) return c;
-  const Command& d = condition.command;
+  if (const AirframeCondition* airframe = condition.airframe()) return *airframe;
+  const Command& d = *condition.command();
+  AirframeCondition c;
   c.values = {{"V", {d.V, d.V}}, {"gamma", {d.gamma, d.gamma}}, {"eta", {eta, eta}}};
   const double s = authority(vehicle.aircraft, eta);
   if (s == 0) c.values["a1s"] = {0, 0};
@@ -113,7 +113,7 @@ std::string at_full_thrust(const Model& model, const TrimSpec& spec, OperatingPo
 std::vector<Remedy> nearest_tilt(const Vehicle& vehicle, const Condition& condition,
                                  const TrimOptions& options) {
   const Aircraft& a = vehicle.aircraft;
-  const double eta = condition.command.eta, half = a.cyclic_blend / 2;
+  const double eta = condition.command()->eta, half = a.cyclic_blend / 2;
   // From the hand-over on the cyclic is at work: the elevator's tilts end just below.
   constexpr double clear = 1e-4;
   const auto tilts = [](double lower, double upper) {
@@ -144,8 +144,7 @@ std::vector<DecisionVariable> levers(const Vehicle& vehicle, const Condition& co
   std::vector<DecisionVariable> all;
   if (held(p, "V")) all.push_back({"V", {slowest_V, fastest_V}});
   if (held(p, "gamma")) all.push_back({"gamma", {-pi / 2, pi / 2}});
-  if (condition.formulation == Formulation::airframe && held(p, "eta"))
-    all.push_back({"eta", {0.0, pi / 2}});
+  if (condition.airframe() && held(p, "eta")) all.push_back({"eta", {0.0, pi / 2}});
   if (a.thrust_excess < most_thrust)
     all.push_back({"aircraft.thrust_excess", {a.thrust_excess, most_thrust}});
   if (a.wake_immersion > 0) all.push_back({"aircraft.wake_immersion", {0.0, a.wake_immersion}});
@@ -183,11 +182,10 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
 
 std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& condition,
                                    const TrimOptions& options) {
-  if (condition.formulation == Formulation::table || condition.formulation == Formulation::user)
-    return {};
-  const bool closed = condition.formulation == Formulation::closed_loop;
-  if (closed && condition.command.V <= 0) return {};
-  const AirframeCondition c = alone(vehicle, condition, condition.command.eta);
+  const Command* closed = condition.command();
+  if (!closed && !condition.airframe()) return {};
+  if (closed && closed->V <= 0) return {};
+  const AirframeCondition c = alone(vehicle, condition, closed ? closed->eta : 0.0);
   const TrimProblem p =
       closed ? airframe_problem(vehicle, c, Axes::wind) : airframe_problem(vehicle, c);
   if (find(p.model.states, "V") < 0) return {};  // body axes: V and gamma are no variables

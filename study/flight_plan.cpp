@@ -14,14 +14,14 @@ namespace tiltrim {
 
 namespace {
 
-const Condition& named(const Study& study, const std::string& name) {
+const Command& named(const Study& study, const std::string& name) {
   const auto at = std::ranges::find(study.conditions, name, &Condition::name);
   if (at == study.conditions.end())
     throw std::invalid_argument(fmt::format("simulate: no condition '{}'", name));
-  if (at->formulation != Formulation::closed_loop)
+  if (!at->command())
     throw std::invalid_argument(
         fmt::format("simulate: the condition '{}' is no closed loop", name));
-  return *at;
+  return *at->command();
 }
 
 bool at_condition(const SimulateTable& table) {
@@ -36,8 +36,8 @@ Schedule schedule_of(const Study& study, const SimulateTable& table) {
     case ScheduleTable::Kind::reconversion:
       return reconversion();
     case ScheduleTable::Kind::hold:
-      return held(at_condition(table) ? named(study, table.start).command
-                                      : study.conditions.front().command);
+      return held(at_condition(table) ? named(study, table.start)
+                                      : named(study, study.conditions.front().name));
     case ScheduleTable::Kind::table:
       break;
   }
@@ -110,7 +110,7 @@ FlightPlan flight_plan(const Study& study, const TrimOptions& options) {
     plan.start.state.eta = first.eta;
     plan.start_words = "at rest on the ground";
   } else {
-    const Command command = at_condition(table) ? named(study, table.start).command : first;
+    const Command command = at_condition(table) ? named(study, table.start) : first;
     const TrimmedStart from = trimmed_start(plan.flight, command, table.height, options);
     plan.start_status = from.status;
     plan.message = from.message;

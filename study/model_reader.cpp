@@ -195,7 +195,7 @@ Range read_value(const Section& section, const Entry& entry, const Key& key) {
   return {value, value};
 }
 
-void read_values(const Section& section, const std::vector<Key>& keys, Condition& condition) {
+void read_values(const Section& section, const std::vector<Key>& keys, UserCondition& condition) {
   std::map<std::string, std::string> given;
   for (const Key& key : keys) {
     const Entry* entry = section.find(key.name);
@@ -209,7 +209,7 @@ void read_values(const Section& section, const std::vector<Key>& keys, Condition
 }
 
 // A rate is held at a number; "free" lets it go; "implied" only verifies that it vanishes.
-void read_rates(const Section& section, const Model& model, Condition& condition) {
+void read_rates(const Section& section, const Model& model, UserCondition& condition) {
   const std::optional<Section> rates = section.table("rates");
   if (!rates) return;
   rates->allow_only(names(model.states));
@@ -225,7 +225,7 @@ void read_rates(const Section& section, const Model& model, Condition& condition
   }
 }
 
-void read_guess(const Section& section, const std::vector<Key>& keys, Condition& condition) {
+void read_guess(const Section& section, const std::vector<Key>& keys, UserCondition& condition) {
   const std::optional<Section> guess = section.table("guess");
   if (!guess) return;
   std::vector<std::string> allowed;
@@ -236,7 +236,7 @@ void read_guess(const Section& section, const std::vector<Key>& keys, Condition&
       condition.guess[key.signal] = guess->number(key.name, accepted_by(key));
 }
 
-void read_objective(const Section& section, const Model& model, Condition& condition) {
+void read_objective(const Section& section, const Model& model, UserCondition& condition) {
   std::vector<std::string> all;
   for (const Signals* signals : {&model.states, &model.inputs, &model.parameters, &model.outputs})
     for (const Signal& s : *signals) all.push_back(s.name);
@@ -251,7 +251,7 @@ void read_objective(const Section& section, const Model& model, Condition& condi
 }
 
 // Inputs have no value of their own, unless they are there to break a loop at.
-void check_inputs(const Section& section, const UserModel& own, Condition& condition) {
+void check_inputs(const Section& section, const UserModel& own, UserCondition& condition) {
   for (const Signal& s : own.model.inputs) {
     if (condition.values.contains(s.name)) continue;
     if (std::ranges::find(own.loops, s.name, &UserModel::Loop::input) == own.loops.end())
@@ -292,13 +292,13 @@ Condition read_user_condition(const Entry& entry, const std::filesystem::path& f
   section.allow_only(allowed, {{"formulation", "a study with [model] has one way to trim it"}});
   Condition condition;
   condition.name = section.text("name");
-  condition.formulation = Formulation::user;
-  condition.user_model = own;
-  read_values(section, keys, condition);
-  check_inputs(section, *own, condition);
-  read_rates(section, own->model, condition);
-  read_guess(section, own->keys, condition);
-  read_objective(section, own->model, condition);
+  UserCondition& asked = condition.asked.emplace<UserCondition>();
+  asked.model = own;
+  read_values(section, keys, asked);
+  check_inputs(section, *own, asked);
+  read_rates(section, own->model, asked);
+  read_guess(section, own->keys, asked);
+  read_objective(section, own->model, asked);
   return condition;
 }
 

@@ -103,7 +103,7 @@ const Condition* start_of(const SimulateTable& simulate, const std::vector<Condi
 }
 
 void check_condition(const Section& section, const Entry& entry, const Condition& condition) {
-  if (condition.formulation != Formulation::closed_loop)
+  if (!condition.command())
     section.refuse(entry, fmt::format("the condition {} is flown without a control law; expected "
                                       "one of formulation closed_loop",
                                       in_quotes(condition.name)));

@@ -296,24 +296,15 @@ std::vector<Key> keys_of(const Study& study) {
   return study.user_model ? study.user_model->keys : study_keys();
 }
 
-std::string to_string(Formulation formulation) {
-  switch (formulation) {
-    case Formulation::closed_loop:
-      break;
-    case Formulation::airframe:
-      return "airframe";
-    case Formulation::table:
-      return "table";
-    case Formulation::user:
-      return "model";
-  }
-  return "closed_loop";
+std::string formulation_of(const Condition& condition) {
+  constexpr std::array names{"closed_loop", "airframe", "table", "model"};
+  return names[condition.asked.index()];
 }
 
 Vehicle vehicle_at(const Study& study, const Condition& condition) {
   Vehicle vehicle = study.vehicle;
-  if (!study.schedule.eta.empty() && condition.formulation == Formulation::closed_loop)
-    vehicle.gains = gains_at(study.schedule, condition.command.eta);
+  if (const Command* command = condition.command(); command && !study.schedule.eta.empty())
+    vehicle.gains = gains_at(study.schedule, command->eta);
   return vehicle;
 }
 

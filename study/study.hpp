@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "study/keys.hpp"
@@ -16,6 +17,7 @@
 #include "study/tuning.hpp"
 #include "study/user_model.hpp"
 #include "sweep/axis.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {
@@ -26,33 +28,34 @@ struct StudyError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// How a condition is to be trimmed; docs/study.md lists the keys of each.
-enum class Formulation {
-  closed_loop,  ///< V, gamma, eta given; the control law finds the rest
-  airframe,     ///< any of the airframe's variables fixed, free or bounded
-  table,        ///< coefficients given, the paper's Table 2
-  user,         ///< of a study with [model]: any of its variables fixed, free or bounded
+/// A condition of a study with [model]: any of its variables fixed, free or bounded.
+struct UserCondition {
+  std::shared_ptr<const UserModel> model;  ///< the study's [model]
+  std::map<std::string, Range> values;     ///< of states, inputs, parameters and outputs; zero
+                                           ///< width fixes, infinite ends are "free"
+  std::map<std::string, double> rates;     ///< held
+  std::vector<CostTerm> effort;            ///< empty: none
+  std::map<std::string, double> guess;     ///< where the unknowns start
+  std::vector<std::string> moving;         ///< states whose rates are not held
+  std::vector<std::string> implied;        ///< states whose rates vanish with the others
 };
-/// "closed_loop", "airframe", "table", "model".
-std::string to_string(Formulation formulation);
 
-/// A flight condition, and what is known of it.
+/// A flight condition, trimmed by one of four formulations; docs/study.md lists the keys of each:
+/// "closed_loop" (V, gamma, eta given, the control law finds the rest), "airframe" (any of its
+/// variables fixed, free or bounded), "table" (coefficients given, the paper's Table 2), "model".
 struct Condition {
-  std::string name;                                    ///< of its own in the study
-  Formulation formulation = Formulation::closed_loop;  ///< which members hold
-  Command command;                                     ///< closed_loop
-  std::map<std::string, Range> values;  ///< airframe: SI, rad; zero width fixes, infinite
-                                        ///< ends are "free". table: alpha, gamma, eta, CL, CD,
-                                        ///< CM, k, each of zero width
-  std::map<std::string, double>
-      rates;  ///< airframe: held rates of V, gamma, theta, q by those names; SI, rad
-  std::vector<CostTerm> effort;  ///< airframe: empty means least control effort
+  std::string name;  ///< of its own in the study
+  std::variant<Command, AirframeCondition, TableCondition, UserCondition> asked;
 
-  // User: `values` of states, inputs, parameters and outputs, `rates` that are held, `effort`, and
-  std::shared_ptr<const UserModel> user_model;   ///< the study's [model]
-  std::map<std::string, double> guess{};         ///< where the unknowns start
-  std::vector<std::string> moving{}, implied{};  ///< states whose rates are not held; are verified
+  /// The one that is asked, or null.
+  const Command* command() const { return std::get_if<Command>(&asked); }
+  const AirframeCondition* airframe() const { return std::get_if<AirframeCondition>(&asked); }
+  const TableCondition* table() const { return std::get_if<TableCondition>(&asked); }
+  const UserCondition* user() const { return std::get_if<UserCondition>(&asked); }
 };
+
+/// "closed_loop", "airframe", "table", "model".
+std::string formulation_of(const Condition& condition);
 
 /// [follow]: a branch from each condition's own value of the parameter towards `to`.
 struct FollowTable {

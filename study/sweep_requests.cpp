@@ -13,31 +13,15 @@ namespace tiltrim {
 
 namespace {
 
-SweepRequest airframe_request(const Vehicle& vehicle, const Condition& condition) {
-  const TrimProblem problem = problem_of(vehicle, condition);
-  return {condition.name, problem.model, problem.spec, problem.guess, names(problem.model.inputs)};
-}
-
-SweepRequest user_request(const Condition& condition) {
-  const TrimProblem problem = user_problem(condition);
-  return {condition.name, problem.model, problem.spec, problem.guess, names(problem.model.inputs)};
-}
-
 SweepRequest request_of(const Study& study, const Condition& condition,
                         const std::vector<SweepAxis>& axes) {
-  switch (condition.formulation) {
-    case Formulation::closed_loop:
-      return closed_loop_request(vehicle_at(study, condition), condition.name, condition.command,
-                                 axes);
-    case Formulation::airframe:
-      return airframe_request(study.vehicle, condition);
-    case Formulation::user:
-      return user_request(condition);
-    case Formulation::table:
-      break;
-  }
-  throw std::invalid_argument(
-      "formulation table has no linear model to sweep; expected closed_loop or airframe");
+  if (condition.table())
+    throw std::invalid_argument(
+        "formulation table has no linear model to sweep; expected closed_loop or airframe");
+  if (const Command* command = condition.command())
+    return closed_loop_request(vehicle_at(study, condition), condition.name, *command, axes);
+  const TrimProblem problem = problem_of(study.vehicle, condition);
+  return {condition.name, problem.model, problem.spec, problem.guess, names(problem.model.inputs)};
 }
 
 void check_keys(const Model& model, const std::vector<SweepAxis>& axes) {

@@ -29,7 +29,7 @@ std::vector<Condition> conditions_of(const Study& study) {
   for (const double h : table.heights) {
     Condition c;
     c.name = fmt::format("h = {:g} m", h);
-    c.command = corridor(h);
+    c.asked = corridor(h);
     all.push_back(c);
   }
   return all;

@@ -26,14 +26,11 @@ void read_name(const Section& section, const char* key, const std::vector<std::s
 
 // ---- where: conditions, heights, tilts of the schedule ----
 
-bool has_gains(const Condition& condition) {
-  return condition.formulation == Formulation::closed_loop ||
-         condition.formulation == Formulation::user;
-}
+bool has_gains(const Condition& condition) { return condition.command() || condition.user(); }
 
 std::string without_gains(const Condition& condition) {
   return fmt::format("{} is of formulation {}, which has no gains", in_quotes(condition.name),
-                     to_string(condition.formulation));
+                     formulation_of(condition));
 }
 
 // One of the names in the list `conditions`.

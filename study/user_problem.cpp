@@ -23,8 +23,8 @@ bool among(const std::vector<std::string>& all, const std::string& name) {
 
 }  // namespace
 
-TrimProblem user_problem(const Condition& condition) {
-  const UserModel& own = *condition.user_model;
+TrimProblem user_problem(const UserCondition& condition) {
+  const UserModel& own = *condition.model;
   const Model& model = own.model;
   TrimProblem problem{model, {}, {}};
   OperatingPoint& guess = problem.guess;

@@ -450,7 +450,7 @@ static bool flies(const Vehicle& v, const Command& d) {
 
 static Condition asked(const Command& command) {
   Condition condition;
-  condition.command = command;
+  condition.asked = command;
   return condition;
 }
 
@@ -605,7 +605,7 @@ TEST_CASE("a descent at 20 m/s: less than no thrust" * doctest::skip(sanitized))
 TEST_CASE("what is not explained") {
   const Vehicle v = reference_vehicle();
   Condition table;
-  table.formulation = Formulation::table;
+  table.asked = TableCondition{};
   CHECK_FALSE(explain(v, table).has_value());
   CHECK_FALSE(explain(v, asked({0, pi / 2, pi / 2})).has_value());  // at rest
   const auto level = explain(v, asked({15, 0, 0}));

@@ -310,7 +310,7 @@ static EnvelopeAnswer tiltrotor(const char* angle, int count, EnvelopeOptions op
 
 // The trims at V and an angle from many starts, as seen by trim().
 static std::vector<OperatingPoint> trims(const EnvelopeAnswer& a, double V, double angle) {
-  Command c = a.condition.command;
+  Command c = *a.condition.command();
   c.V = V;
   (a.table.over.signal == "eta" ? c.eta : c.gamma) = angle;
   const TrimProblem p = closed_loop_problem(reference_vehicle(), c, Axes::wind);
@@ -342,7 +342,7 @@ static double determinant(const TrimProblem& problem, const OperatingPoint& poin
 }
 
 static TrimProblem limited_problem(const EnvelopeAnswer& a) {
-  TrimProblem p = closed_loop_problem(reference_vehicle(), a.condition.command, Axes::wind);
+  TrimProblem p = closed_loop_problem(reference_vehicle(), *a.condition.command(), Axes::wind);
   std::erase_if(p.spec.bounds, [](const auto& b) { return b.first.ends_with("_integral"); });
   return p;
 }
@@ -417,7 +417,7 @@ static double event(const Branch& branch, EventKind kind, const std::string& whi
 
 static Branch along_V(double V, double gamma, double to) {
   Condition c;
-  c.command = {V, gamma, 0};
+  c.asked = Command{V, gamma, 0};
   return follow(reference_vehicle(), c, study_key("V"), to).branch;
 }
 
@@ -534,9 +534,9 @@ TEST_CASE("without starts only the branch leads to the others") {
 
 TEST_CASE("all equilibria of the tiltrotor at 9.7 m/s: three, each verified, least effort first") {
   Condition c;
-  c.command = {9.7, 0, 0};
+  c.asked = Command{9.7, 0, 0};
   const AllEquilibria all = all_equilibria(reference_vehicle(), c, {});
-  const TrimProblem p = closed_loop_problem(reference_vehicle(), c.command);
+  const TrimProblem p = closed_loop_problem(reference_vehicle(), *c.command());
   REQUIRE(all.equilibria.size() == 3);
   std::vector<std::pair<double, Verdict>> by_pitch;
   for (const Equilibrium& e : all.equilibria) {
@@ -613,10 +613,8 @@ TEST_CASE("the caller's mistakes throw") {
   CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {}}), std::invalid_argument);
   CHECK_THROWS_AS(asked(a, b, {.free = {}, .steady = {"x"}}), std::invalid_argument);
   CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {"y"}}), std::invalid_argument);
-  for (const Formulation f : {Formulation::table, Formulation::airframe}) {
-    Condition c;
-    c.formulation = f;
-    c.values = {{"V", {10, 10}}, {"eta", {0, 0}}};
+  const AirframeCondition airframe{.values = {{"V", {10, 10}}, {"eta", {0, 0}}}};
+  for (const Condition& c : {Condition{"", TableCondition{}}, Condition{"", airframe}}) {
     CHECK_THROWS_AS(envelope(reference_vehicle(), c, envelope_over("eta_deg")),
                     std::invalid_argument);
   }

@@ -520,7 +520,7 @@ TEST_CASE("a plan of what the study has not is refused; so is an aircraft of no 
   other.simulate->start = "hover";
   CHECK(refusal([&] { (void)flight_plan(other); }) == "simulate: no condition 'hover'");
   other.simulate->start = "foot";
-  other.conditions[1].formulation = Formulation::airframe;
+  other.conditions[1].asked = AirframeCondition{};
   CHECK(refusal([&] { (void)flight_plan(other); }) ==
         "simulate: the condition 'foot' is no closed loop");
   for (const char* mass : {"0", "-4", "nan"})

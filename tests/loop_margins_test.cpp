@@ -32,7 +32,7 @@ static const std::string paper = source + "/studies/paper.toml";
 static Condition condition(const std::string& name, const Command& command) {
   Condition c;
   c.name = name;
-  c.command = command;
+  c.asked = command;
   return c;
 }
 
@@ -52,7 +52,7 @@ static Vehicle blended() {
 }
 
 static Model with_inputs(const Vehicle& vehicle, const Condition& c) {
-  return closed_loop_with_inputs(vehicle, c.command.V < body_axes_below ? Axes::body : Axes::wind);
+  return closed_loop_with_inputs(vehicle, c.command()->V < body_axes_below ? Axes::body : Axes::wind);
 }
 
 static Index position(const ActuatorLoop& loop) {
@@ -277,7 +277,7 @@ TEST_CASE("(13) has no direct feedthrough; with the acceleration measured any de
     CHECK(printed.loop.d == 0);
     const LoopTransfer measured = measured_acceleration(answer.linear, vehicle.gains);
     const VectorXd y = answer.trimmed.trim.outputs;
-    const double phi = y[5] + c.command.eta - y[1];  // α + η - a1s
+    const double phi = y[5] + c.command()->eta - y[1];  // α + η - a1s
     const double gain = vehicle.aircraft.thrust_excess * vehicle.gains.K_Ep * std::cos(phi);
     CHECK_NEAR(measured.d, gain, 1e-9 * gain);
     const double S = 1 / std::abs(1.0 + response(measured, infinity));
@@ -415,7 +415,7 @@ TEST_CASE("the caller's mistakes throw") {
   refused(level, {.to = infinity});
   refused(level, {.from = std::nan("")});
   Condition airframe = level;
-  airframe.formulation = Formulation::airframe;
+  airframe.asked = AirframeCondition{};
   refused(airframe, {});
 }
 

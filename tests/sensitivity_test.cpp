@@ -264,7 +264,7 @@ TEST_CASE("slow flight, in body axes, along the command: what a bound holds is r
 
 TEST_CASE("slow flight of a study, along the command") {
   Condition condition;
-  condition.command = {0.4, 1.2, 1.5};
+  condition.asked = Command{0.4, 1.2, 1.5};
   const Sensitivities s =
       sensitivities(reference_vehicle(), condition, {study_key("V"), study_key("gamma_deg")})
           .sensitivities;

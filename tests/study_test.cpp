@@ -47,7 +47,7 @@ TEST_CASE("what a study does not say keeps its default") {
   REQUIRE(study.vehicle.polar);
   CHECK(study.vehicle.polar->at(0.3).CL == reference.polar->at(0.3).CL);
   REQUIRE(study.conditions.size() == 1);
-  CHECK(study.conditions[0].formulation == Formulation::closed_loop);
+  CHECK(formulation_of(study.conditions[0]) == "closed_loop");
 }
 
 // Every number gets a value of its own, so that none can be mistaken for another.
@@ -132,8 +132,8 @@ q_dot = 0.4
 objective = [{signal = "theta0"}, {signal = "a1s", scale = 0.35, reference = 0.1},
              {signal = "theta_deg", scale = 10, reference = 5}, {signal = "eta_deg"}]
 )");
-  const Condition& b = study.conditions.at(0);
-  CHECK(b.formulation == Formulation::airframe);
+  REQUIRE(formulation_of(study.conditions.at(0)) == "airframe");
+  const AirframeCondition& b = *study.conditions.at(0).airframe();
   const auto is = [&](const char* signal, double lower, double upper) {
     CAPTURE(signal);
     REQUIRE(b.values.contains(signal));
@@ -169,7 +169,7 @@ TEST_CASE("free: without bounds, but an airspeed is not negative and a tilt one 
   const Study study = parsed(
       "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 'free'\neta_deg = 'free'\n"
       "gamma_deg = 'free'\ntheta0 = 'free'\n");
-  const auto& values = study.conditions[0].values;
+  const auto& values = study.conditions[0].airframe()->values;
   CHECK(values.at("V").lower == 0);
   CHECK(values.at("V").upper == Range{}.upper);
   CHECK(values.at("eta").lower == -10 * degree);
@@ -182,17 +182,15 @@ TEST_CASE("a table condition") {
   const Study study = parsed(
       "[[condition]]\nname = 'c'\nformulation = 'table'\ngamma_deg = -90\nalpha_deg = -45\n"
       "eta_deg = 45\nCL = 1.3229\nCD = 1.6217\nCM = -0.1707\nk = 0.0424933\n");
-  const Condition& c = study.conditions.at(0);
-  CHECK(c.formulation == Formulation::table);
-  const std::map<std::string, double> expected{
-      {"gamma", -90 * degree}, {"alpha", -45 * degree}, {"eta", 45 * degree}, {"CL", 1.3229},
-      {"CD", 1.6217},          {"CM", -0.1707},         {"k", 0.0424933}};
-  CHECK(c.values.size() == expected.size());
-  for (const auto& [signal, value] : expected) {
-    CAPTURE(signal);
-    CHECK(c.values.at(signal).lower == value);
-    CHECK(c.values.at(signal).upper == value);
-  }
+  REQUIRE(formulation_of(study.conditions.at(0)) == "table");
+  const TableCondition& c = *study.conditions.at(0).table();
+  CHECK(c.gamma == -90 * degree);
+  CHECK(c.alpha == -45 * degree);
+  CHECK(c.eta == 45 * degree);
+  CHECK(c.CL == 1.3229);
+  CHECK(c.CD == 1.6217);
+  CHECK(c.CM == -0.1707);
+  CHECK(c.k == 0.0424933);
 }
 
 TEST_CASE("the shipped studies load") {

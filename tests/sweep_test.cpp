@@ -1079,7 +1079,7 @@ TEST_CASE("the caller's mistakes are named") {
   CHECK(contains(said({unknown_input}, {p}), "rudder"));
   const Study s = study(flight_text(airplane) + axis_text("gains.K_Lp", 1, 2, 2));
   Condition table = s.conditions[0];
-  table.formulation = Formulation::table;
+  table.asked = TableCondition{};
   CHECK(contains(
       refusal<std::invalid_argument>([&] { (void)sweep_requests(s, {table}, s.sweep->axes); }),
       "condition 'airplane'"));
@@ -1236,7 +1236,7 @@ count = 3)");
   const std::vector<SweepRequest> requests = sweep_requests(s, s.conditions, s.sweep->axes);
   const SweepMap map = sweep(requests, s.sweep->axes, {.crossings = false});
   for (std::size_t k = 0; k < map.points(); ++k) {
-    AirframeCondition condition{.values = s.conditions[0].values};
+    AirframeCondition condition = *s.conditions[0].airframe();
     condition.values["V"] = {s.sweep->axes[0].columns[0].si[k], s.sweep->axes[0].columns[0].si[k]};
     const TrimProblem own = airframe_problem(s.vehicle, condition);
     const TrimResult level = trim(own.model, own.spec, own.guess);

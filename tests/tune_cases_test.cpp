@@ -103,7 +103,7 @@ void take(Stability& s, const VectorXcd& lambda) {
 Stability stability_of(const Study& study, const VectorXd& gains) {
   Stability s;
   for (const Condition& c : study.conditions) {
-    const LinearModel linear = linear_at(with_gains(study.vehicle, gains), c.command);
+    const LinearModel linear = linear_at(with_gains(study.vehicle, gains), *c.command());
     VectorXcd lambda(std::ssize(linear.states));
     for (Index i = 0; const Mode& m : modes(linear).modes) lambda[i++] = m.eigenvalue;
     take(s, lambda);
@@ -159,7 +159,7 @@ Moved tuned_both_ways(const FlownAt& flight, double blend_deg, const Requirement
   TuneProblem truth = problem_of(study, 3.0);
   truth.goal = goal;
   truth.limits = limits;
-  const TrimResult first = trim_closed_loop(study.vehicle, study.conditions.front().command);
+  const TrimResult first = trim_closed_loop(study.vehicle, *study.conditions.front().command());
   REQUIRE(first.status == TrimStatus::converged);
   TuneProblem stale = truth;
   SweepRequest& request = stale.points.front() = {};
@@ -338,7 +338,7 @@ TEST_CASE("limits that contradict each other are named, with the point") {
 TEST_CASE("a half-time that no mode can have is not met") {
   const Study study = study_of({level});
   TuneProblem p = problem_of(study, 1.1);
-  const LinearModel linear = linear_at(study.vehicle, study.conditions.front().command);
+  const LinearModel linear = linear_at(study.vehicle, *study.conditions.front().command());
   p.limits = {{Measure::half_time, -1.0, modes(linear).modes.back().name}};
   bool met = false;
   try {
@@ -823,7 +823,7 @@ std::optional<Study> drawn(const FlownAt& flight, std::mt19937_64& random) {
   Study study = study_of({flight});
   for (std::size_t k = 0; k < gain_signals().size(); ++k)
     gain_value(study.vehicle.gains, k) *= std::pow(1.6, power(random));
-  const TrimResult trimmed = trim_closed_loop(study.vehicle, study.conditions.front().command);
+  const TrimResult trimmed = trim_closed_loop(study.vehicle, *study.conditions.front().command());
   if (!trimmed) return {};
   const LinearModel linear = linearize(closed_loop(study.vehicle, Axes::wind), trimmed.point);
   if (modes(linear).spectral_abscissa > -0.01) return {};
@@ -916,7 +916,7 @@ void check_sensitivity(const Study& study, const LinearModel& linear) {
   const auto with = [&](double Aircraft::*number, double by) {
     Vehicle vehicle = study.vehicle;
     vehicle.aircraft.*number += by;
-    return eigenvalues(linear_at(vehicle, study.conditions.front().command).A);
+    return eigenvalues(linear_at(vehicle, *study.conditions.front().command()).A);
   };
   double expected = 0;
   for (const auto& [number, half] : {std::pair{&Aircraft::mass, 0.4}, {&Aircraft::CM_de, 0.15}}) {

@@ -63,7 +63,7 @@ Modes modes_with(const Study& study, const VectorXd& gains, const Condition& con
   Vehicle vehicle = study.vehicle;
   for (std::size_t k = 0; k < gain_signals().size(); ++k)
     gain_value(vehicle.gains, k) = gains[Index(k)];
-  const TrimResult trimmed = trim_closed_loop(vehicle, condition.command);
+  const TrimResult trimmed = trim_closed_loop(vehicle, *condition.command());
   REQUIRE(trimmed.status == TrimStatus::converged);
   const LinearModel linear = linearize(closed_loop(vehicle, Axes::wind), trimmed.point);
   return modes(linear.A);

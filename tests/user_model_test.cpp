@@ -77,8 +77,8 @@ const std::string down = "[[condition]]\nname = \"down\"\ntorque = 0.5\n";
 
 Study parsed(const std::string& text) { return parse_study(text, "t.toml"); }
 
-Condition condition(const std::string& lines) {
-  return parsed(pendulum + "[[condition]]\nname = \"a\"\n" + lines).conditions.at(0);
+UserCondition condition(const std::string& lines) {
+  return *parsed(pendulum + "[[condition]]\nname = \"a\"\n" + lines).conditions.at(0).user();
 }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -162,9 +162,8 @@ TEST_CASE("the least that a model needs") {
       parsed("model.state = [{name = 'x', rate = '1 - x'}]\n[[condition]]\nname = 'a'\n");
   CHECK(study.user_model->model.name == "model");
   CHECK(study.user_model->model.f(VectorXd::Constant(1, 0.25), none, none)[0] == 0.75);
-  CHECK(study.conditions[0].formulation == Formulation::user);
-  CHECK(study.conditions[0].user_model == study.user_model);
-  CHECK(to_string(Formulation::user) == "model");
+  CHECK(formulation_of(study.conditions[0]) == "model");
+  CHECK(study.conditions[0].user()->model == study.user_model);
 }
 
 TEST_CASE("angles have two keys, in rad and in degrees") {
@@ -315,7 +314,7 @@ TEST_CASE("places to break a loop at that are none") {
 }
 
 TEST_CASE("a condition fixes, bounds, frees") {
-  const Condition c = condition(
+  const UserCondition c = condition(
       "angle_deg = [-10, 20]\nspeed = 'free'\ntorque = 0.5\nmass = [1, 3]\nslope_deg = 6\n"
       "g = 'free'\nheight = [-0.5, 0.0]\ntwice = 1.5\n");
   const auto is = [&](const char* name, double lower, double upper) {
@@ -339,7 +338,7 @@ TEST_CASE("a condition fixes, bounds, frees") {
 }
 
 TEST_CASE("rates, guess and objective") {
-  const Condition c = condition(
+  const UserCondition c = condition(
       "torque = 'free'\nrates = {angle = 0.5, speed = 'free'}\n"
       "guess = {angle_deg = 30, torque = 2, mass = 1.5}\n"
       "objective = [{signal = 'torque', scale = 2, reference = 1}, {signal = 'height'}]\n");

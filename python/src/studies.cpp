@@ -152,7 +152,7 @@ TuneProblem tuning_of(const std::vector<HeldCondition>& conditions, const py::di
       points.push_back(std::move(request));
   TuneProblem problem = tune_problem_of(points, asked);
   for (std::size_t i = 0; i < conditions.size(); ++i) {
-    if (conditions[i].condition.formulation != Formulation::closed_loop) {
+    if (!conditions[i].condition.command()) {
       problem.loops.clear();  // an airframe has none to open
       break;
     }
@@ -255,8 +255,8 @@ void add_studies(py::module_& module) {
       .def_property_readonly("follow", &follow_table);
   py::class_<HeldCondition>(module, "Condition")
       .def_property_readonly("name", [](const HeldCondition& c) { return c.condition.name; })
-      .def_property_readonly(
-          "formulation", [](const HeldCondition& c) { return to_string(c.condition.formulation); })
+      .def_property_readonly("formulation",
+                             [](const HeldCondition& c) { return formulation_of(c.condition); })
       .def_property_readonly("study", [](const HeldCondition& c) { return HeldStudy{c.study}; })
       .def("problem", &problem_of);
   module.def("read_study", &loaded, arg("file"));
