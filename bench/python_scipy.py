@@ -48,7 +48,7 @@ class Bare:
             (self.x, states.index(n)) if n in states else (self.u, inputs.index(n))
             for n in self.names
         ]
-        self.still = [i for i, s in enumerate(model.states) if s.name in spec.still]
+        self.steady = [i for i, s in enumerate(model.states) if s.name in spec.steady]
         self.nominal = np.array([s.nominal for s in model.states])
         outputs = [s.name for s in model.outputs]
         self.bounds = {n: spec.bounds[n] for n in self.names}
@@ -63,7 +63,7 @@ class Bare:
     def residual(self, z):
         self.put(z)
         rates = self.f(self.x, self.u, self.p)
-        return [rates[i] for i in self.still]
+        return [rates[i] for i in self.steady]
 
     def verified(self, z):
         """Whether z is an equilibrium within the bounds: evaluated anew."""
@@ -73,7 +73,7 @@ class Bare:
         for value, (lower, upper) in zip(z, self.bounds.values()):
             if not lower - slack <= value <= upper + slack:
                 return False
-        rates = np.array(self.residual(z)) / self.nominal[self.still]
+        rates = np.array(self.residual(z)) / self.nominal[self.steady]
         if not np.max(abs(rates)) < VERIFIED:
             return False
         if self.output_bounds:

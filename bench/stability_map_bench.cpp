@@ -8,7 +8,6 @@
 
 #include "linearize/batch.hpp"
 #include "linearize/linearize.hpp"
-#include "linearize/stability_map.hpp"
 #include "study/study.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 

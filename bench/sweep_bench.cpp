@@ -8,8 +8,8 @@
 #include <limits>
 #include <string>
 
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/sweep_requests.hpp"
 #include "sweep/sweep.hpp"
 
 using namespace tiltrim;

@@ -5,8 +5,8 @@
 #include <random>
 
 #include "runtime/threads.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/tune_problem.hpp"
 #include "tune/candidate.hpp"
 
 using namespace tiltrim;

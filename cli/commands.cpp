@@ -10,15 +10,12 @@
 #include "cli/terminal.hpp"
 #include "report/envelopes.hpp"
 #include "report/linear_models.hpp"
-#include "report/maps.hpp"
-#include "report/margins.hpp"
+#include "report/loops.hpp"
 #include "report/paper.hpp"
 #include "report/sensitivities.hpp"
 #include "study/analyses.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/sweep_requests.hpp"
-#include "sweep/map_file.hpp"
-#include "sweep/sweep.hpp"
 
 namespace tiltrim::cli {
 
@@ -102,6 +99,7 @@ ConditionReport linearized(const Study& study, const Condition& condition,
   if (!r.answer.has_equilibrium() || r.answer.table) return r;
   LinearizeOptions options = asked;
   if (options.inputs.empty() && condition.command()) options.inputs = {"V", "gamma", "eta"};
+  options.moving = moving_states(condition);
   r.linear = linearize(r.answer.model, r.answer.trim.point, options);
   if (*r.linear) r.modes = modes(*r.linear);
   return r;
@@ -327,101 +325,6 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
               [&] { return margins_text(conditions, style); },
               [&] { return margins_document(conditions); }),
           code};
-}
-
-namespace {
-
-std::string in_words(const SweepProgress& p) {
-  return fmt::format("{} of {} {}: {} stable, {} unstable, {} undecided, {} without trim", p.done,
-                     p.total, p.what, p.stable, p.unstable, p.undecided, p.no_trim);
-}
-
-bool is_netcdf(const std::filesystem::path& file) { return file.extension() == ".nc"; }
-
-}  // namespace
-
-SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
-               SweepOptions options) {
-  options.crossings = grid.crossings;
-  std::optional<Progress> progress;
-  const char* stage = nullptr;
-  options.observe = [&](const SweepProgress& p) {
-    if (p.what != stage) progress.emplace(1);
-    stage = p.what;
-    progress->tell(in_words(p), p.total > 0 ? double(p.done) / double(p.total) : 0.0);
-  };
-  try {
-    SweepMap map = sweep(sweep_requests(study, conditions, grid.axes), grid.axes, options);
-    map.study = study.text;
-    map.program = "tiltrim " TILTRIM_VERSION;
-    return map;
-  } catch (const std::invalid_argument& e) {
-    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
-  }
-}
-
-Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
-  if (!study.sweep)
-    throw StudyError(
-        fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
-                    "to and count, or values",
-                    study.file.string()));
-  if (std::isnan(command.checkpoint))
-    throw std::invalid_argument("--checkpoint: nan is no number of seconds");
-  const std::filesystem::path& output = command.common.output;
-  const std::filesystem::path log = output.string() + ".log";
-  SweepMap map;
-  try {
-    const std::vector<Condition> conditions = chosen(study, command.common.only);
-    SweepOptions options;
-    options.threads = command.threads;
-    options.checkpoint = command.checkpoint;
-    options.identity = identity_of(study, conditions);
-    options.stop = stop;
-    if (!output.empty()) options.log = log;
-    map = swept(study, conditions, *study.sweep, options);
-  } catch (const SweepInterrupted& e) {
-    if (e.failed_elsewhere) return {"", bad_input, true};
-    if (!output.empty() && first_of_ranks())
-      fmt::print(stderr,
-                 "tiltrim: stopped; what is done is in {}: the same command goes on there\n",
-                 log.string());
-    return {"", unanswered, true};
-  }
-  if (!first_of_ranks()) return {"", answered, true};
-  const bool all = std::ranges::none_of(map.verdict, [](std::int8_t v) {
-    return v < 0 || static_cast<Verdict>(v) == Verdict::undecided;
-  });
-  Outcome outcome{"", all ? answered : unanswered, false};
-  const auto text = [&] { return map_text(map, style); };
-  const auto document = [&] { return map_document(map); };
-  if (is_netcdf(output)) {
-    write_netcdf(map, output);
-    outcome.output = in_format(command.common.format, text, text, text, document);
-    outcome.written = true;
-  } else {
-    outcome.output = in_format(
-        command.common.format, [&] { return map_json(map); },
-        [&] { return as_csv(map_sheet(map)); }, text, document);
-    if (!output.empty()) {
-      write_whole(output, outcome.output);
-      outcome = {"", outcome.exit_code, true};
-    }
-  }
-  if (!output.empty()) std::filesystem::remove(log);
-  return outcome;
-}
-
-Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token&) {
-  const SweepMap before = read_netcdf(command.common.study), after = read_netcdf(command.after);
-  const MapDifference difference = tiltrim::difference(before, after);
-  return {in_format(
-              command.common.format, [&] { return difference_json(before, difference); },
-              [&] { return as_csv(difference_sheet(before, difference)); },
-              [&] { return difference_text(before, difference, style); },
-              [&] { return difference_document(before, difference); }),
-          difference.changed.empty() ? answered : unanswered};
 }
 
 Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_token&) {

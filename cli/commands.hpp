@@ -14,7 +14,7 @@
 #include "report/branches.hpp"
 #include "report/conditions.hpp"
 #include "report/flights.hpp"
-#include "study/actuator_loops.hpp"
+#include "study/analyses.hpp"
 #include "sweep/sweep.hpp"
 
 namespace tiltrim::cli {

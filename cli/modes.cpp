@@ -1,11 +1,10 @@
-#include "report/modes.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 
 #include "cli/commands.hpp"
 #include "cli/matrix_file.hpp"
+#include "report/eigenvalues.hpp"
 #include "vehicles/mode_names.hpp"
 
 namespace tiltrim::cli {

@@ -11,7 +11,7 @@
 #include "cli/terminal.hpp"
 #include "report/study_report.hpp"
 #include "study/axes.hpp"
-#include "sweep/map_file.hpp"
+#include "sweep/map.hpp"
 #include "tables/tables.hpp"
 
 namespace tiltrim::cli {

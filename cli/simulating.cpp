@@ -10,11 +10,11 @@
 #include "cli/commands.hpp"
 #include "cli/gnuplot.hpp"
 #include "cli/terminal.hpp"
-#include "flight/response.hpp"
+#include "flight/fly.hpp"
 #include "model/degrees.hpp"
 #include "report/flights.hpp"
 #include "report/motions.hpp"
-#include "study/flight_plan.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
 
 namespace tiltrim::cli {
@@ -235,8 +235,8 @@ Outcome respond(const SimulateCommand& command, const Study& study, const TextSt
     if (stop.stop_requested()) break;
     if (study.user_model)
       responses.push_back({c.name, user_response(c, offset)});
-    else if (const Command* command = c.command())
-      responses.push_back({c.name, response(flight_of(study, SimulateTable{}), *command, offset)});
+    else if (const Command* asked = c.command())
+      responses.push_back({c.name, response(flight_of(study, SimulateTable{}), *asked, offset)});
     else
       continue;
     all = all && responses.back().response.status == ResponseStatus::responded;

@@ -1,6 +1,4 @@
 // tiltrim tune: search, a second search beside it, random samples, a front.
-#include "report/tuning.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -8,8 +6,9 @@
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
+#include "report/tuning_report.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/tune_problem.hpp"
 
 namespace tiltrim::cli {
 

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include "vehicles/tiltrotor/vehicle.hpp"
@@ -116,5 +118,97 @@ bool elevator_side(const Aircraft& aircraft, double eta);
 /// x2 at which the law on the other side of the hand-over asks for the pitching moment there is
 /// now, or comes as near as limits allow. Where K_Li is zero x2 has no effect and stays.
 double bumpless_x2(const Flight& flight, const FlightMode& before, double t, const FlightState& x);
+
+/// One command all the way.
+Schedule held(const Command& command);
+
+/// Commands between which each number is a monotone cubic (Fritsch and Carlson [56]), held beyond
+/// the ends.
+struct Commands {
+  std::vector<double> at;       ///< heights [m] or times [s], rising; two at least
+  std::vector<Command> values;  ///< at each
+};
+/// By height [m]. Throws std::invalid_argument where they are fewer than two, not rising, or not as
+/// many.
+Schedule over_height(const Commands& commands);
+/// By time [s]; throws as over_height().
+Schedule over_time(const Commands& commands);
+
+/// The corridor (16) against time: the tilt falls at a constant rate; path angle and speed are
+/// those of the height at which (16) has that tilt.
+struct SteadyTilt {
+  double begins = 0.0;                           ///< s
+  double rate = std::numbers::pi / 180;          ///< rad/s, > 0
+  double from = std::numbers::pi / 2, to = 0.0;  ///< rad, falling
+  /// s
+  double ends() const { return begins + (from - to) / rate; }
+};
+/// Throws std::invalid_argument for a rate that is not above zero, or tilts that do not fall.
+Schedule corridor_at_tilt_rate(const SteadyTilt& tilt);
+/// The height at which (16) has a tilt, 0 to 120 m.
+double corridor_height(double eta);
+
+/// The corridor (16) backwards: its tilt and speed from top to foot over time on a level path, then
+/// the path turns down, and the aircraft sinks to the ground at the foot's speed.
+struct Reconversion {
+  double begins = 5.0;                     ///< s
+  double lasts = 120.0;                    ///< s, from airplane to helicopter
+  double hovers = 10.0;                    ///< s, level at the foot's speed
+  double turns = 20.0;                     ///< s, until the path is down
+  double descent = -std::numbers::pi / 6;  ///< rad, the path's angle from there on
+};
+/// That schedule.
+Schedule reconversion(const Reconversion& times = {});
+
+/// A change of a command or an actuator for a time.
+struct DisturbanceTable {
+  /// Its course over time.
+  enum class Kind {
+    step,                       ///< `size` from `at` on, for `duration` (0: to the end)
+    doublet,                    ///< `size` for `duration`, then its opposite for as long
+  } kind = Kind::step;          ///< which
+  std::string on = "gamma";     ///< V, gamma, theta0, a1s or delta_e
+  double at = 0.0, size = 0.0;  ///< s; SI, radians
+  double duration = 0.0;        ///< s
+};
+
+/// Wind over the ground.
+struct GustTable {
+  /// Its course over time.
+  enum class Kind {
+    steady,            ///< `size` all the time
+    one_minus_cosine,  ///< up to `size` and back, (1 - cos)/2 from `at` for `duration` [53]
+    dryden,            ///< turbulence of standard deviation `size`, by a sum of waves [53]
+  } kind = Kind::one_minus_cosine;  ///< which
+  bool up = false;                  ///< else forward
+  double size = 0.0;                ///< m/s
+  double at = 0.0;                  ///< s
+  double duration = 1.0;            ///< s
+  double length = 50.0;             ///< m, scale of the turbulence
+  double speed = 15.0;              ///< m/s at which it is flown through
+  std::uint64_t seed = 1;           ///< of the turbulence
+};
+
+/// All gusts together, and the times at which they have kinks. Turbulence is a sum of waves of the
+/// Dryden spectra [53] with random phases [55]: smooth, of exactly the standard deviation asked
+/// for, the same for a seed.
+struct Weather {
+  std::function<Wind(double t)> wind;  ///< empty: calm
+  std::vector<double> kink_times;      ///< s, rising
+};
+/// Of these gusts, added up.
+Weather weather(const std::vector<GustTable>& gusts);
+
+/// The Dryden spectrum along the flight or across it, Φ(Ω) [m²/s² per rad/m] at a wave number
+/// Ω ≥ 0 [rad/m]; its integral over all of them is sigma².
+double dryden_spectrum(double wave_number, double sigma, double length, bool across);
+
+/// Steps and doublets of the commands and actuators, and the times at which they jump.
+struct Disturbances {
+  std::function<Disturbance(double t)> at;  ///< empty: none
+  std::vector<double> kink_times;           ///< s, rising
+};
+/// Of these, added up.
+Disturbances disturbances(const std::vector<DisturbanceTable>& tables);
 
 }  // namespace tiltrim

@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "flight/flight_table.hpp"
+#include "flight/fly.hpp"
 #include "runtime/whole_file.hpp"
 
 namespace tiltrim {

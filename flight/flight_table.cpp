@@ -1,11 +1,10 @@
-#include "flight/flight_table.hpp"
-
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
 #include <functional>
 #include <stdexcept>
 
+#include "flight/fly.hpp"
 #include "model/degrees.hpp"
 
 namespace tiltrim {

@@ -1,12 +1,17 @@
 /// @file
-/// A flight of the closed loop from a start, with all that happens on the way.
+/// A flight of the closed loop: where it starts, what happens on the way, the flight as a table,
+/// and how far the linear model of its trim reaches.
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "flight/flight.hpp"
 #include "simulate/integrate.hpp"
+#include "simulate/simulate.hpp"
+#include "trim/trim.hpp"
 
 namespace tiltrim {
 
@@ -88,5 +93,78 @@ int number_of(const FlightMode& mode);  ///< as motion_of() has it
 FlightMode mode_of(int number);         ///< the mode of that number
 /// The side of the hand-over where the flight starts.
 FlightMode mode_at(const Flight& flight, const FlightStart& start, double t = 0.0);
+
+/// The closed loop's trim at a command, as a state of a flight at a height.
+struct TrimmedStart {
+  TrimStatus status = TrimStatus::not_found;  ///< of the trim
+  std::string message;                        ///< why there is none
+  FlightStart start;                          ///< if there is one
+
+  /// There is one.
+  explicit operator bool() const { return is_equilibrium(status); }
+};
+/// Trims the closed loop there.
+[[nodiscard]] TrimmedStart trimmed_start(const Flight& flight, const Command& command,
+                                         double height, const TrimOptions& options = {});
+
+/// All that fly() is given.
+struct FlightPlan {
+  Flight flight;                                    ///< its first argument
+  FlyOptions options;                               ///< its third
+  FlightStart start;                                ///< its second
+  TrimStatus start_status = TrimStatus::converged;  ///< of the trim that it starts from
+  std::string message;      ///< why there is no trim to start from; else empty
+  std::string start_words;  ///< "at rest on the ground", "from the trim at 15 m/s, 0°, tilt 0°"
+  bool lands = false;       ///< the schedule ends on the ground
+};
+
+/// Puts states given by name into one: V, gamma, theta, q, energy_integral, distribution_integral
+/// (SI). V and gamma stay where they are not given, whatever becomes of theta.
+void put(const std::map<std::string, double>& states, Axes axes, FlightState& x);
+
+/// One number over time.
+struct FlightColumn {
+  std::string name;            ///< "theta_deg"
+  std::string unit;            ///< "degrees"
+  std::string what;            ///< "pitch attitude"
+  std::vector<double> values;  ///< one for each sample
+};
+
+/// Time, states, commands, controls, energy errors, forces and powers at every sample. Angles are
+/// in degrees, all else SI.
+struct FlightTable {
+  std::vector<FlightColumn> columns;  ///< time first
+  /// How many samples.
+  std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
+  /// Throws std::invalid_argument with all names if there is none of this one.
+  const std::vector<double>& operator[](const std::string& name) const;
+};
+/// The table of a flight.
+FlightTable flight_table(const Flight& flight, const FlightResult& flown);
+
+/// What stands in a file beside the table: attributes and events.
+struct FlightNotes {
+  /// Something that happened.
+  struct Event {
+    double t = 0.0;          ///< s
+    std::string kind, what;  ///< in words
+  };
+  std::string title, study, program, status, message;  ///< attributes of these names
+  std::vector<Event> events;                           ///< in their order
+};
+/// Of a flight.
+FlightNotes notes_of(const FlightResult& flown);
+
+/// NetCDF-4 with dimension `time`, and the events beside it; written whole or not at all. Throws
+/// std::runtime_error "path: why".
+void write_netcdf(const FlightTable& table, const FlightNotes& notes,
+                  const std::filesystem::path& file);
+
+/// At the trim of a command that is held, in wind axes. `offset` by state name: V, gamma, theta, q,
+/// energy_integral, distribution_integral (SI). Throws std::invalid_argument for other names and an
+/// offset of nothing.
+[[nodiscard]] Response response(const Flight& flight, const Command& command,
+                                const std::map<std::string, double>& offset,
+                                const ResponseOptions& options = {});
 
 }  // namespace tiltrim

@@ -12,8 +12,8 @@
 #include <numbers>
 #include <utility>
 
-#include "flight/plan.hpp"
-#include "flight/schedule.hpp"
+#include "flight/flight.hpp"
+#include "flight/fly.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/degrees.hpp"

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "flight/plan.hpp"
-#include "flight/weather.hpp"
+#include "flight/flight.hpp"
+#include "flight/fly.hpp"
 #include "runtime/proportion.hpp"
 
 namespace tiltrim {

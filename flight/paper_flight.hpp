@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "flight/flight_table.hpp"
+#include "flight/fly.hpp"
 
 namespace tiltrim {
 

@@ -1,7 +1,6 @@
-#include "flight/plan.hpp"
-
 #include <cmath>
 
+#include "flight/fly.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {

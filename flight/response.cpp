@@ -1,7 +1,5 @@
-#include "flight/response.hpp"
-
-#include "flight/plan.hpp"
-#include "flight/schedule.hpp"
+#include "flight/flight.hpp"
+#include "flight/fly.hpp"
 #include "linearize/linearize.hpp"
 #include "simulate/comparison.hpp"
 

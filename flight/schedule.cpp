@@ -1,5 +1,3 @@
-#include "flight/schedule.hpp"
-
 #include <math.h>  // pchip.hpp of Boost 1.74 calls isnan without std::
 
 #include <algorithm>
@@ -9,6 +7,8 @@
 #include <memory>
 #include <numbers>
 #include <stdexcept>
+
+#include "flight/flight.hpp"
 
 namespace tiltrim {
 

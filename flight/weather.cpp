@@ -1,5 +1,3 @@
-#include "flight/weather.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "flight/flight.hpp"
 #include "runtime/random.hpp"
 
 namespace tiltrim {

@@ -1,10 +1,9 @@
-#include "follow/all.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "follow/envelope.hpp"
 #include "follow/path.hpp"
 #include "linearize/linearize.hpp"
 
@@ -35,7 +34,7 @@ struct Found {
     all.equilibria.push_back({r, how});
     Equilibrium& e = all.equilibria.back();
     e.trim.others.clear();
-    const LinearModel linear = linearize(model, r.point);
+    const LinearModel linear = linearize(model, r.point, {.moving = moving_states(model, spec)});
     if (linear) e.modes = modes(linear);
   }
 };

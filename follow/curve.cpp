@@ -149,7 +149,10 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
   if (lost < 0) {
     const double before = std::min(std::abs(a.values[w][i]), std::abs(b.values[w][i]));
     if (least > std::max(jumps * before, options.tolerance)) return {};
-    return LocatedEvent{w, i, rising, best};
+    const double d = 1e-3 * h, s = std::clamp(best.s - a.point.s, d, h - d);
+    const CurvePoint event = best;
+    const double slope = (g(s + d) - g(s - d)) / (2 * d);
+    return LocatedEvent{w, i, rising, event, slope};
   }
   // A zero has like values of either sign on its two sides; a jump has not. How far about it Newton
   // finds nothing is the rounding of G over its slopes, which vanish there.
@@ -161,7 +164,7 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
     const bool like = low * high < 0 && std::abs(low) < 100 * std::abs(high) &&
                       std::abs(high) < 100 * std::abs(low);
     if (!like || std::abs(best.s - (a.point.s + at)) > next_to) return {};
-    return LocatedEvent{w, i, rising, best, next_to};
+    return LocatedEvent{w, i, rising, best, (high - low) / next_to, next_to};
   }
   return {};
 }
@@ -176,7 +179,8 @@ std::optional<std::vector<LocatedEvent>> crossings(const Curve& curve, const Eve
     for (Index i = 0; i < a.values[w].size(); ++i) {
       const double from = a.values[w][i], to = b.values[w][i];
       if (!((from > 0 && to <= 0) || (from < 0 && to >= 0))) continue;
-      const auto one = to == 0 ? std::optional(LocatedEvent{w, i, to > from, b.point})
+      const auto one = to == 0 ? std::optional(LocatedEvent{w, i, to > from, b.point,
+                                                            (to - from) / (b.point.s - a.point.s)})
                                : located(curve, a, b, watches[w], w, i, options);
       if (!one) return {};
       found.push_back(*one);

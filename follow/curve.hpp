@@ -35,6 +35,7 @@ struct LocatedEvent {
   Eigen::Index index;
   bool rising;
   CurvePoint at;
+  double slope = 0.0;   ///< of the component along the way, there
   double within = 0.0;  ///< it lies no further off along the way; 0: to round-off
 };
 
@@ -59,6 +60,12 @@ struct TraceOptions {
 /// there is one, else why there is none.
 CurveEnd first_point(const Curve& curve, const Eigen::VectorXd& y, const Eigen::VectorXd& towards,
                      const TraceOptions& options, CurvePoint& point);
+
+/// Moves a point of the curve that lies next to a simple branch point onto it. `slope_error` is
+/// that of the curve's slopes. Returns how far component `parameter` may be off; infinite, and the
+/// point as it was, where there is no branch point next to it.
+double refine_branch_point(const Curve& curve, Eigen::Index parameter, double slope_error,
+                           CurvePoint& at);
 
 /// Takes a step's end point and the crossings on the way to it, in order, each located to
 /// round-off; returns whether to go on.

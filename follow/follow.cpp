@@ -96,11 +96,19 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
       f.pending = limit;
       return false;
     }
-    case branching:
-      add_singular(f, EventKind::branch_point, crossing.at);
+    case branching: {
+      CurvePoint there = crossing.at;
+      const double off =
+          refine_branch_point(f.path.curve(), f.path.parameter(), slope_error(f), there);
+      // Not moved onto it: as near as Newton came, if that is known.
+      const double near =
+          crossing.within > 0 ? crossing.within : std::numeric_limits<double>::infinity();
+      add_singular(f, EventKind::branch_point, there).error =
+          f.nominal() * (std::isfinite(off) ? off : near);
       return true;
+    }
     default:
-      add_crossing(f, crossing.at);
+      add_crossing(f, crossing.at, crossing.slope);
       return true;
   }
 }
@@ -258,7 +266,10 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
     f.branch.evaluations = f.problem.evaluations;
     return f.branch;
   }
-  f.stability = options.stability && bool(linearize(model, f.point(at)));
+  f.moving = moving_states(model, spec);
+  const LinearModel linear = linearize(model, f.point(at), {.moving = f.moving});
+  f.stability = options.stability && linear;
+  f.branch.no_stability = linear.message;
   f.branch.points.push_back(reported(f, at));
   constexpr int most_changes = 100;  // of the limits held
   for (int change = 0;; ++change) {

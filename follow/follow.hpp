@@ -53,10 +53,11 @@ enum class EventKind {
 };
 std::string to_string(EventKind kind);  ///< as JSON spells it
 
-/// Located on the branch to round-off of its position; beside what Newton cannot reach, to 5e-5.
+/// Located on the branch as well as the derivatives allow.
 struct BranchEvent {
   EventKind kind = EventKind::end;  ///< what happens
   BranchPoint at;                   ///< where
+  double error = 0.0;               ///< how far its parameter may be off; infinite: not determined
   std::size_t after = 0;            ///< points of the branch that lie before it
   std::string which;             ///< limit: "delta_e lower"; hopf, zero: the mode's name; end: why
   std::optional<Modes> modes{};  ///< where there is an equilibrium and a linear model
@@ -87,6 +88,7 @@ struct Branch {
   std::vector<BranchEvent> events;      ///< along the way; the last is the end
   BranchEnd end = BranchEnd::no_start;  ///< why it goes no further
   std::string message;                  ///< the end in words
+  std::string no_stability;             ///< why no point's eigenvalues are counted, if so
   long evaluations = 0;                 ///< of the model's f and derivatives
 };
 

@@ -62,6 +62,14 @@ std::string to_string(BranchEnd end) {
   return "unknown";
 }
 
+double slope_error(const Follower& f) {
+  constexpr double exact = 1e-13, differences = 1e-8, of_gradients = 1e-5;
+  if (f.path.deciding()) return of_gradients;
+  return f.problem.model.derivatives ? exact : differences;
+}
+
+constexpr double rounding_unit = std::numeric_limits<double>::epsilon();
+
 static VectorXd computed_real_parts(const Follower& f, const CurvePoint& at) {
   constexpr double rounding = 1e-14;
   const Index n = std::ssize(f.problem.model.states);
@@ -124,9 +132,13 @@ std::string not_implied(const Follower& f, const BranchPoint& b) {
 
 BranchEvent& add(Follower& f, EventKind kind, const CurvePoint& at, std::string which) {
   std::vector<BranchEvent>& events = f.branch.events;
-  events.push_back({kind, reported(f, at), f.branch.points.size(), std::move(which), {}, {}});
+  const Index p = f.path.parameter();
+  const double error = (at.step + 4 * rounding_unit * (1 + std::abs(at.y[p]))) * f.nominal();
+  events.push_back(
+      {kind, reported(f, at), error, f.branch.points.size(), std::move(which), {}, {}});
   if (!f.stability) return events.back();
-  const LinearModel linear = linearize(f.problem.model, events.back().at.point);
+  const LinearModel linear =
+      linearize(f.problem.model, events.back().at.point, {.moving = f.moving});
   if (linear) events.back().modes = modes(linear);
   return events.back();
 }
@@ -137,19 +149,23 @@ static const Mode* least(const std::optional<Modes>& modes, const Size& size) {
   return &*std::ranges::min_element(modes->modes, {}, size);
 }
 
-void add_singular(Follower& f, EventKind kind, const CurvePoint& at) {
-  constexpr double zero = 1e-5;  // 1/s; a branch point is located to some 1e-6
+BranchEvent& add_singular(Follower& f, EventKind kind, const CurvePoint& at) {
+  constexpr double zero = 1e-5;  // 1/s
   BranchEvent& event = add(f, kind, at, "");
   const Mode* m = least(event.modes, [](const Mode& k) { return std::abs(k.eigenvalue); });
-  if (!m || std::abs(m->eigenvalue) > zero) return;
+  if (!m || std::abs(m->eigenvalue) > zero) return event;
   event.eigenvalue = m->eigenvalue;
   event.which = m->name;
+  return event;
 }
 
-void add_crossing(Follower& f, const CurvePoint& at) {
+void add_crossing(Follower& f, const CurvePoint& at, double slope) {
   BranchEvent& event = add(f, EventKind::zero, at, "");
   const Mode* m = least(event.modes, [](const Mode& k) { return std::abs(k.eigenvalue.real()); });
   if (!m) return;
+  // What the eigenvalue may be off moves the crossing along the way.
+  event.error +=
+      f.nominal() * std::abs(at.tangent[f.path.parameter()]) * m->error / std::abs(slope);
   event.eigenvalue = std::complex(m->eigenvalue.real(), std::abs(m->eigenvalue.imag()));
   event.which = m->name;
   if (m->eigenvalue.imag() != 0) event.kind = EventKind::hopf;

@@ -12,6 +12,7 @@ struct Follower {
   double to;  ///< of the parameter, scaled
   const FollowOptions& options;
   bool stability = false;
+  std::vector<std::string> moving{};  ///< states that are not to be at rest
   Branch branch{};
   std::optional<LimitName> pending{};  ///< a limit to hold, or one to let go, before going on
   CurvePoint last{};
@@ -31,14 +32,17 @@ struct Follower {
 const Eigen::VectorXd& real_parts(const Follower& f, const CurvePoint& at);
 
 BranchPoint reported(const Follower& f, const CurvePoint& at);
+/// How well slopes along the branch are known, relative to their size.
+double slope_error(const Follower& f);
+
 /// A rate that should follow from the equations and does not vanish, in words; else empty.
 std::string not_implied(const Follower& f, const BranchPoint& at);
 
 BranchEvent& add(Follower& f, EventKind kind, const CurvePoint& at, std::string which);
 /// A fold or branch point: where all of the model's equations are singular an eigenvalue is zero.
-void add_singular(Follower& f, EventKind kind, const CurvePoint& at);
-/// An eigenvalue on the axis: zero or hopf.
-void add_crossing(Follower& f, const CurvePoint& at);
+BranchEvent& add_singular(Follower& f, EventKind kind, const CurvePoint& at);
+/// An eigenvalue on the axis, whose real part changes by `slope` along the way: zero or hopf.
+void add_crossing(Follower& f, const CurvePoint& at, double slope);
 
 void end(Follower& f, BranchEnd how, const CurvePoint& at, std::string message);
 /// The end that the trace came to by itself, in words, at the last point.

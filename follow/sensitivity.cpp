@@ -235,7 +235,7 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   std::vector<Index> variables;
   for (Index j = 0; j < trimmed.x.size() + trimmed.u.size() + trimmed.p.size(); ++j)
     variables.push_back(j);
-  const LinearModel linear = linearize(model, trimmed);
+  const LinearModel linear = linearize(model, trimmed, {.moving = moving_states(model, spec)});
   if (linear) result.modes = modes(linear);
   result.simple = isolated(result.modes);
   const MatrixXd J = jacobian(model, trimmed, variables);

@@ -86,10 +86,15 @@ Eigen::VectorXcd Balanced::back_left(const Eigen::RowVectorXcd& w) const {
   return left;
 }
 
+Balanced as_given(const MatrixXd& A) {
+  Balanced b{A, std::vector<Index>(std::size_t(A.rows())), VectorXd::Ones(A.rows())};
+  std::iota(b.order.begin(), b.order.end(), Index{0});
+  return b;
+}
+
 Balanced balance(const MatrixXd& A) {
   const Index n = A.rows();
-  Balanced b{A, std::vector<Index>(std::size_t(n)), VectorXd::Ones(n)};
-  std::iota(b.order.begin(), b.order.end(), Index{0});
+  Balanced b = as_given(A);
   Index low = 0, high = n - 1;
   while (low <= high && isolate(b, low, high)) {
   }

@@ -23,5 +23,7 @@ struct Balanced {
 /// Isolated eigenvalues are permuted to the ends (so that a permuted triangular matrix becomes
 /// triangular), the rest is scaled.                                              [8, 9]
 Balanced balance(const Eigen::MatrixXd& A);
+/// A itself, as if balanced.
+Balanced as_given(const Eigen::MatrixXd& A);
 
 }  // namespace tiltrim

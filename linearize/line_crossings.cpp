@@ -7,9 +7,9 @@
 #include <optional>
 #include <stdexcept>
 
+#include "linearize/batch.hpp"
 #include "linearize/characteristic.hpp"
 #include "linearize/modes.hpp"
-#include "linearize/stability_map.hpp"
 
 namespace tiltrim {
 

@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "dense/dense.hpp"
 
 namespace tiltrim {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
 std::string to_string(LinearizeStatus status) {
   switch (status) {
@@ -20,6 +24,8 @@ std::string to_string(LinearizeStatus status) {
       return "not_finite";
     case LinearizeStatus::model_threw:
       return "model_threw";
+    case LinearizeStatus::not_repeatable:
+      return "not_repeatable";
   }
   return "unknown";
 }
@@ -97,6 +103,7 @@ void compare(const Estimate& exact, const Estimate& differences, const Model& mo
   constexpr double doubt = 10.0;  // error estimates are estimates
   for (Index i = 0; i < exact.value.rows(); ++i)
     for (Index j = 0; j < exact.value.cols(); ++j) {
+      if (!std::isfinite(differences.value(i, j)) || !std::isfinite(exact.value(i, j))) continue;
       const double apart = std::abs(exact.value(i, j) - differences.value(i, j));
       if (apart <= doubt * (exact.error(i, j) + differences.error(i, j))) continue;
       remarks.push_back(fmt::format("d{}/d{}: exact {:.6g} and difference {:.6g} disagree",
@@ -106,13 +113,72 @@ void compare(const Estimate& exact, const Estimate& differences, const Model& mo
     }
 }
 
-std::string not_finite(const Estimate& e, const Model& model, const Selection& s) {
-  for (Index j = 0; j < e.value.cols(); ++j)
-    for (Index i = 0; i < e.value.rows(); ++i)
-      if (!std::isfinite(e.value(i, j)) || !std::isfinite(e.error(i, j)))
-        return fmt::format("the model has no derivative of {} along {} at this point",
-                           row_name(model, i), signal_of(model, s.variables[std::size_t(j)]).name);
-  return {};
+// Derivatives of these rows that are no finite numbers, or not known how near to the truth.
+std::vector<std::string> not_determined(const Estimate& e, const Model& model, const Selection& s,
+                                        Index first, Index last) {
+  std::vector<std::string> words;
+  for (Index i = first; i < last; ++i)
+    for (Index j = 0; j < e.value.cols(); ++j) {
+      const std::string &row = row_name(model, i),
+                        &along = signal_of(model, s.variables[std::size_t(j)]).name;
+      if (!std::isfinite(e.value(i, j)))
+        words.push_back(
+            fmt::format("the model has no derivative of {} along {} at this point", row, along));
+      else if (!std::isfinite(e.error(i, j)))
+        words.push_back(fmt::format(
+            "the derivative of {} along {} is not determined: differences of three steps do not "
+            "settle",
+            row, along));
+    }
+  return words;
+}
+
+bool same_bits(const Evaluation& a, const Evaluation& b) {
+  const auto same = [](const VectorXd& x, const VectorXd& y) {
+    return x.size() == y.size() &&
+           (x.size() == 0 ||
+            std::memcmp(x.data(), y.data(), std::size_t(x.size()) * sizeof(double)) == 0);
+  };
+  return same(a.rates, b.rates) && same(a.outputs, b.outputs);
+}
+
+// Newton's step to the nearest equilibrium, in the states' units: of those that are to be at rest.
+// Slopes that may be zero are none.
+VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>& still) {
+  const VectorXd size = nominals(linear.states);
+  MatrixXd J = linear.A(still, Eigen::all) * size.asDiagonal();
+  const MatrixXd error = linear.A_error(still, Eigen::all) * size.asDiagonal();
+  J = (J.array().abs() > error.array()).select(J, 0.0);
+  const VectorXd length = J.rowwise().lpNorm<Eigen::Infinity>();
+  const VectorXd over = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+  const VectorXd rates = linear.rates(still);
+  const VectorXd step = dense::solve(dense::svd(over.asDiagonal() * J), -over.cwiseProduct(rates));
+  return size.cwiseProduct(step);
+}
+
+// Rates that are small only because their slopes are: Newton would go far, and the rates are no
+// larger a good way off. In words; empty at an equilibrium.
+std::string only_small(const Model& model, const LinearModel& linear,
+                       const LinearizeOptions& options) {
+  constexpr double far = 0.1;  // nominal sizes
+  std::vector<Index> still;
+  for (Index i = 0; i < std::ssize(linear.states); ++i)
+    if (std::ranges::find(options.moving, linear.states[std::size_t(i)].name) ==
+        options.moving.end())
+      still.push_back(i);
+  if (still.empty() || linear.residual == 0 || std::isinf(options.tolerance)) return {};
+  const VectorXd size = nominals(linear.states);
+  const VectorXd step = step_to_equilibrium(linear, still);
+  const double away = step.cwiseQuotient(size).norm();
+  if (!(away > far)) return {};
+  OperatingPoint there = linear.point;
+  there.x += far / away * step;
+  const VectorXd rates = evaluate(model, there).rates.cwiseQuotient(size)(still);
+  if (!(rates.lpNorm<Eigen::Infinity>() <= 2 * linear.residual)) return {};
+  return fmt::format(
+      "not an equilibrium: the rates are small because their slopes are; the nearest equilibrium "
+      "would be {:.2g} nominal sizes away",
+      away);
 }
 
 void split(const Estimate& all, LinearModel& linear) {
@@ -126,6 +192,21 @@ void split(const Estimate& all, LinearModel& linear) {
   linear.B_error = all.error.topRightCorner(n, m);
   linear.C_error = all.error.bottomLeftCorner(l, n);
   linear.D_error = all.error.bottomRightCorner(l, m);
+}
+
+// What moves while other rates depend on it makes the linear model one of an instant.
+void note_moving(const LinearizeOptions& options, LinearModel& linear) {
+  for (const std::string& name : options.moving) {
+    const Index j = find(linear.states, name);
+    if (linear.rates[j] == 0) continue;
+    for (Index i = 0; i < linear.A.rows(); ++i)
+      if (linear.A(i, j) != 0) {
+        linear.remarks.push_back(fmt::format(
+            "{}' = {:.3g}, and {}' depends on {}: the linear model is that of an instant", name,
+            linear.rates[j], linear.states[std::size_t(i)].name, name));
+        break;
+      }
+  }
 }
 
 // A, B, C, D where the point is at rest; calls the model, and so throws what the model throws.
@@ -142,16 +223,30 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   if (refused(LinearizeStatus::not_finite, not_finite(model, e))) return;
   if (refused(LinearizeStatus::not_equilibrium, moving)) return;
 
+  const std::string unsteady =
+      "the model gives two answers at one point: it keeps state, or draws random numbers";
+  if (!same_bits(e, evaluate(model, linear.point)) &&
+      refused(LinearizeStatus::not_repeatable, unsteady))
+    return;
   const Differences d = difference(model, linear.point, selection.variables, bounds);
   const bool use_exact = options.method == Method::exact && model.derivatives;
-  const Estimate all = use_exact ? exact(model, linear.point, selection.variables) : d.jacobian;
+  Estimate all = use_exact ? exact(model, linear.point, selection.variables) : d.jacobian;
   linear.method = use_exact ? Method::exact : Method::differences;
   linear.remarks = d.remarks;
-  if (refused(LinearizeStatus::not_finite, not_finite(all, model, selection))) return;
+  if (!same_bits(e, evaluate(model, linear.point)) &&
+      refused(LinearizeStatus::not_repeatable, unsteady))
+    return;
+  const Index n = std::ssize(linear.states);
+  const std::vector<std::string> undetermined = not_determined(all, model, selection, 0, n);
+  if (!undetermined.empty() && refused(LinearizeStatus::not_finite, undetermined.front())) return;
+  for (const std::string& words : not_determined(all, model, selection, n, all.value.rows()))
+    linear.remarks.push_back(words);
+  all.value = all.error.array().isFinite().select(all.value, NAN);
   split(all, linear);
+  note_moving(options, linear);
+  if (refused(LinearizeStatus::not_equilibrium, only_small(model, linear, options))) return;
   linear.status = LinearizeStatus::linear;
   if (!use_exact) return;
-  const Index n = std::ssize(linear.states);
   linear.A_differences = {d.jacobian.value.topLeftCorner(n, n),
                           d.jacobian.error.topLeftCorner(n, n)};
   compare(all, d.jacobian, model, selection, linear.remarks);

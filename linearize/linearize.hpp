@@ -19,6 +19,7 @@ enum class LinearizeStatus {
   not_equilibrium,  ///< the rates left over exceed the tolerance: nothing is linearized
   not_finite,       ///< a rate, an output or a derivative is not finite
   model_threw,      ///< the model threw an exception; its words are in the message
+  not_repeatable,   ///< the model gives two answers at one point
 };
 std::string to_string(LinearizeStatus status);  ///< as JSON spells it
 
@@ -51,7 +52,8 @@ struct LinearModel {
   Method method = Method::exact;                       ///< that A, B, C, D come from
   /// The differences beside an exact A, and their own error estimates.
   std::optional<Estimate> A_differences;
-  /// Kinks met, one-sided differences taken, exact and difference Jacobians in disagreement.
+  /// Kinks met, one-sided differences taken, exact and difference Jacobians in disagreement; what
+  /// of C and D is not determined, and not a number there.
   std::vector<std::string> remarks;
   std::string message;   ///< why there is no linear model
   ModeNames mode_names;  ///< the model's

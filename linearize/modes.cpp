@@ -6,11 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <stdexcept>
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "linearize/spectrum_bounds.hpp"
 
 namespace tiltrim {
 
@@ -39,118 +39,14 @@ double Mode::damping() const {
 
 double Mode::time_to_half() const { return std::numbers::ln2 / std::abs(eigenvalue.real()); }
 
+using spectrum::epsilon;
+using spectrum::infinity;
+
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double denormal = std::numeric_limits<double>::denorm_min();
 constexpr double tiny = 1e-280;         // of a matrix whose results may round as denormals
-constexpr double not_determined = 1e8;  // condition above which half of the digits are gone
-
-// V⁻¹ and a bound of what its computed form is wrong by: V⁻¹ = (I - E)⁻¹ X, ‖E‖∞ <= defect.
-struct Inverse {
-  MatrixXcd X;
-  double defect = infinity;
-};
-
-Inverse inverse(const MatrixXcd& V) {
-  const double n = double(V.rows());
-  Inverse inv{dense::inverse(V), infinity};
-  if (!inv.X.allFinite()) return inv;
-  const MatrixXcd I = MatrixXcd::Identity(V.rows(), V.cols());
-  const MatrixXd rounding = (2 * n + 4) * epsilon * inv.X.cwiseAbs() * V.cwiseAbs();
-  inv.defect = ((I - inv.X * V).cwiseAbs() + rounding).rowwise().sum().maxCoeff();
-  return inv;
-}
-
-// Radii of Gershgorin's discs of V⁻¹ (B + E) V = Λ + V⁻¹ (R + E V), R = B V - V Λ, for all |E| <=
-// the error given; every rounding of this computation included. Infinite if V is too near singular.
-// Isolated discs hold one eigenvalue each, k joined ones hold k.                  [10, ch. 2 secs
-// 13, 47]
-VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error, const MatrixXcd& V,
-                          const VectorXcd& lambda, const Inverse& inv) {
-  const Index n = B.rows();
-  if (!(inv.defect < 0.5)) return VectorXd::Constant(n, infinity);
-  const MatrixXd size = B.cwiseAbs() * V.cwiseAbs() + V.cwiseAbs() * lambda.cwiseAbs().asDiagonal();
-  const MatrixXd residual = (B * V - V * lambda.asDiagonal()).cwiseAbs() +
-                            (2 * double(n) + 4) * epsilon * size + error * V.cwiseAbs();
-  const VectorXd rows = (inv.X.cwiseAbs() * residual).rowwise().sum();
-  return (rows.array() + inv.defect / (1 - inv.defect) * rows.maxCoeff()) * (1 + 1e-6);
-}
-
-// One radius for all eigenvalues, defective or not: the least δ with
-//   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
-// where N is the strict upper triangle of the Schur form and E its backward error and the error
-// given.                                                                       [11, thm 7.2.3]
-double schur_radius(const MatrixXd& B, const MatrixXd& error, const dense::Schur& schur) {
-  const Index n = B.rows();
-  const MatrixXd &U = schur.U, &T = schur.T;
-  const double size = B.norm() + T.norm();
-  const double orthogonality = (U.transpose() * U - MatrixXd::Identity(n, n)).norm();
-  const double rounding = (4 * double(n) + 8) * epsilon * std::sqrt(double(n)) * size;
-  const double E = (B * U - U * T).norm() + orthogonality * size + rounding + error.norm();
-  MatrixXd N = T.triangularView<Eigen::StrictlyUpper>();
-  for (Index i = 0; i + 1 < n; ++i) {  // a 2x2 block made triangular keeps its Frobenius norm
-    const auto block = T.block<2, 2>(i, i);
-    const double determinant = block(0, 0) * block(1, 1) - block(1, 0) * block(0, 1);
-    if (block(1, 0) != 0)
-      N(i, i + 1) = std::sqrt(std::max(block.squaredNorm() - 2 * determinant, 0.0));
-  }
-  const double departure = N.norm();
-  if (!(E > 0)) return 0.0;
-  const auto resolvent = [&](double delta) {
-    double sum = 0.0, power = 1.0 / delta;
-    for (Index k = 0; k < n; ++k, power *= departure / delta) sum += power;
-    return E * sum;
-  };
-  double low = E, high = E + departure + 1;
-  while (resolvent(high) > 1 && std::isfinite(high)) high *= 2;
-  constexpr int halvings = 60;  // to round-off of the exponent
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = std::sqrt(low) * std::sqrt(high);
-    (resolvent(middle) > 1 ? low : high) = middle;
-  }
-  return high;
-}
-
-// Discs that touch share their eigenvalues: the group each disc belongs to.
-std::vector<Index> groups(const VectorXcd& lambda, const VectorXd& radius) {
-  const Index n = lambda.size();
-  std::vector<Index> group(static_cast<std::size_t>(n));
-  std::iota(group.begin(), group.end(), Index{0});
-  for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < i; ++j) {
-      if (std::abs(lambda[i] - lambda[j]) > radius[i] + radius[j]) continue;
-      const Index from = group[std::size_t(i)], to = group[std::size_t(j)];
-      std::ranges::replace(group, from, to);
-    }
-  return group;
-}
-
-struct Bounds {
-  VectorXd error;  // to the far side of the group
-  Verdict verdict = Verdict::undecided;
-};
-
-// What the discs say of each eigenvalue and of stability: all groups left of the axis, or one
-// wholly to its right.
-Bounds bounds(const VectorXcd& lambda, const VectorXd& radius) {
-  const Index n = lambda.size();
-  const std::vector<Index> group = groups(lambda, radius);
-  Bounds b{VectorXd::Zero(n), Verdict::stable};
-  VectorXd leftmost = VectorXd::Constant(n, infinity);
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j < n; ++j)
-      if (group[std::size_t(i)] == group[std::size_t(j)])
-        b.error[i] = std::max(b.error[i], std::abs(lambda[i] - lambda[j]) + radius[j]);
-    double& left = leftmost[group[std::size_t(i)]];
-    left = std::min(left, lambda[i].real() - radius[i]);
-    if (!(lambda[i].real() + radius[i] < 0)) b.verdict = Verdict::undecided;
-  }
-  for (Index i = 0; i < n; ++i)
-    if (leftmost[group[std::size_t(i)]] > 0) b.verdict = Verdict::unstable;
-  return b;
-}
+constexpr double ill_determined = 1e8;  // condition above which half of the digits are gone
 
 // ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, on A as given.                       [12]
 double scaled_residual(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
@@ -216,6 +112,105 @@ void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
   if (left.size() > 0) mode.left = left / std::conj(left.dot(right));
 }
 
+// A matrix in units of `scale` and balanced coordinates B, with its eigensystem and what bounds it.
+struct Decomposed {
+  double scale = 1.0;
+  Balanced balanced;
+  dense::Eigensystem solved;
+  Inverse inv;
+  Bounds bounds;
+  bool converged = false;
+
+  double condition(Index i) const {
+    return inv.defect < 1 ? inv.X.row(i).norm() * solved.V.col(i).norm() : infinity;
+  }
+  double worst_condition() const {
+    double worst = 0.0;
+    for (Index i = 0; i < solved.values.size(); ++i) worst = std::max(worst, condition(i));
+    return worst;
+  }
+};
+
+Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, Balanced balanced, double scale,
+                     int max_iterations) {
+  Decomposed d{scale, std::move(balanced), {}, {}, {}, false};
+  const MatrixXd& B = d.balanced.B;
+  MatrixXd error = lost(A, scale, d.balanced);
+  if (A_error.size() > 0) error += d.balanced.same(A_error / scale);
+  d.solved = dense::eigensystem(B, max_iterations);
+  const dense::Schur schur = dense::schur(B, max_iterations);
+  d.converged = d.solved.converged && schur.converged;
+  if (!d.converged) return d;
+  d.inv = inverse(d.solved.V);
+  d.bounds = bounds(B, error, d.solved, d.inv, schur);
+  return d;
+}
+
+// Balanced, unless that makes an eigenvalue that is ill-conditioned worse.       [67]
+Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, int max_iterations) {
+  constexpr double ill_conditioned = 1e6;
+  const double scale = unit(A);
+  Decomposed d = decompose(A, A_error, balance(A / scale), scale, max_iterations);
+  if (d.converged && d.worst_condition() < ill_conditioned) return d;
+  Decomposed plain = decompose(A, A_error, as_given(A / scale), scale, max_iterations);
+  const bool better = plain.converged && plain.bounds.error.sum() < d.bounds.error.sum();
+  return better || !d.converged ? plain : d;
+}
+
+// The whole spectrum of a matrix that exact zeros make block triangular is that of its blocks, each
+// of which is bounded alone: a block of one zero is zero to the last bit.
+struct Blocks {
+  VectorXcd values;  // 1/s
+  VectorXd error;
+  Verdict verdict = Verdict::stable;
+  bool converged = true;
+};
+
+MatrixXd part(const MatrixXd& A, const std::vector<Index>& block) {
+  return A.size() > 0 ? MatrixXd(A(block, block)) : MatrixXd();
+}
+
+Blocks by_blocks(const MatrixXd& A, const MatrixXd& A_error,
+                 const std::vector<std::vector<Index>>& blocks, int max_iterations) {
+  Blocks all{VectorXcd(A.rows()), VectorXd(A.rows())};
+  Index at = 0;
+  bool undecided = false, unstable = false;
+  for (const std::vector<Index>& block : blocks) {
+    const Decomposed d = decompose(part(A, block), part(A_error, block), max_iterations);
+    all.converged = all.converged && d.converged;
+    if (!d.converged) return all;
+    for (Index i = 0; i < std::ssize(block); ++i, ++at) {
+      all.values[at] = d.scale * d.solved.values[i];
+      all.error[at] = d.scale * d.bounds.error[i] + (d.scale < tiny ? 4 * denormal : 0.0);
+    }
+    undecided = undecided || d.bounds.verdict == Verdict::undecided;
+    unstable = unstable || d.bounds.verdict == Verdict::unstable;
+  }
+  all.verdict = unstable ? Verdict::unstable : undecided ? Verdict::undecided : Verdict::stable;
+  return all;
+}
+
+// Which eigenvalue of the blocks each of the whole matrix's is: the nearest pairs first.
+std::vector<Index> matched(const VectorXcd& whole, const VectorXcd& of_blocks) {
+  const Index n = whole.size();
+  struct Pair {
+    double apart;
+    Index i, j;
+  };
+  std::vector<Pair> pairs;
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j) pairs.push_back({std::abs(whole[i] - of_blocks[j]), i, j});
+  std::ranges::stable_sort(pairs, {}, &Pair::apart);
+  std::vector<Index> match(std::size_t(n), -1);
+  std::vector<bool> taken(std::size_t(n), false);
+  for (const auto& [apart, i, j] : pairs) {
+    if (match[std::size_t(i)] >= 0 || taken[std::size_t(j)]) continue;
+    match[std::size_t(i)] = j;
+    taken[std::size_t(j)] = true;
+  }
+  return match;
+}
+
 }  // namespace
 
 Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
@@ -227,38 +222,41 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   result.verdict = Verdict::stable;
   if (n == 0) return result;
 
-  const double scale = unit(A);
-  const Balanced balanced = balance(A / scale);
-  const MatrixXd& B = balanced.B;
-  MatrixXd error = lost(A, scale, balanced);
-  if (A_error.size() > 0) error += balanced.same(A_error / scale);
-  const dense::Eigensystem solved = dense::eigensystem(B, options.max_iterations);
-  const dense::Schur schur = dense::schur(B, options.max_iterations);
-  if (!solved.converged || !schur.converged) {
+  const Decomposed d = decompose(A, A_error, options.max_iterations);
+  const std::vector<std::vector<Index>> blocks = irreducible_blocks(A, A_error);
+  const Blocks apart =
+      blocks.size() > 1 ? by_blocks(A, A_error, blocks, options.max_iterations) : Blocks{};
+  if (!d.converged || !apart.converged) {
     result.converged = false;
     result.verdict = Verdict::undecided;
     return result;
   }
-  const VectorXcd& lambda = solved.values;
-  const MatrixXcd& V = solved.V;
-  const Inverse inv = inverse(V);
-  const VectorXd separate = gershgorin_radii(B, error, V, lambda, inv);
-  const VectorXd common = VectorXd::Constant(n, schur_radius(B, error, schur));
-  const Bounds b = bounds(lambda, separate.sum() < common.sum() ? separate : common);
+  const double scale = d.scale;
+  const Balanced& balanced = d.balanced;
+  const MatrixXcd& V = d.solved.V;
   const MatrixXcd V_of_A = balanced.back(V);
-  const bool invertible = inv.defect < 1;
+  const bool invertible = d.inv.defect < 1;
+  const std::vector<Index> match = blocks.size() > 1
+                                       ? matched(scale * d.solved.values, apart.values)
+                                       : std::vector<Index>(std::size_t(n), -1);
   for (Index i = 0; i < n; ++i) {
     Mode mode;
-    mode.eigenvalue = scale * lambda[i];
-    mode.error = scale * b.error[i] + (scale < tiny ? 4 * denormal : 0.0);
-    mode.condition = invertible ? inv.X.row(i).norm() * V.col(i).norm() : infinity;
-    mode.determined = mode.condition <= not_determined;
-    mode.backward_error = backward_error(A / scale, V_of_A.col(i), lambda[i]);
-    add_vectors(mode, V_of_A.col(i), invertible ? balanced.back_left(inv.X.row(i)) : VectorXcd());
+    mode.eigenvalue = scale * d.solved.values[i];
+    mode.error = scale * d.bounds.error[i] + (scale < tiny ? 4 * denormal : 0.0);
+    mode.condition = d.condition(i);
+    if (const Index j = match[std::size_t(i)]; j >= 0) {
+      mode.eigenvalue = apart.values[j];
+      mode.error = apart.error[j];
+    }
+    mode.determined = mode.condition <= ill_determined;
+    const std::complex<double> scaled =
+        blocks.size() > 1 ? mode.eigenvalue / scale : d.solved.values[i];
+    mode.backward_error = backward_error(A / scale, V_of_A.col(i), scaled);
+    add_vectors(mode, V_of_A.col(i), invertible ? balanced.back_left(d.inv.X.row(i)) : VectorXcd());
     // A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
     mode.participation = VectorXd::Zero(n);
     if (invertible) {
-      const VectorXd share = V.col(i).cwiseProduct(inv.X.row(i).transpose()).cwiseAbs();
+      const VectorXd share = V.col(i).cwiseProduct(d.inv.X.row(i).transpose()).cwiseAbs();
       for (Index k = 0; k < n; ++k)
         mode.participation[balanced.order[std::size_t(k)]] = share[k] / share.sum();
     }
@@ -270,7 +268,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
     return std::pair(m.eigenvalue.real(), m.eigenvalue.imag());
   });
   result.spectral_abscissa = result.modes.back().eigenvalue.real();
-  result.verdict = b.verdict;
+  result.verdict = blocks.size() > 1 ? apart.verdict : d.bounds.verdict;
   return result;
 }
 
@@ -278,11 +276,17 @@ VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
   check_matrix(A, {}, {});
   const Index n = A.rows();
   if (n == 0) return {};
-  const double scale = unit(A);
-  const dense::Eigensystem solved =
-      dense::eigenvalues(balance(A / scale).B, options.max_iterations);
-  if (!solved.converged) return {};
-  VectorXcd lambda = scale * solved.values;
+  VectorXcd lambda(n);
+  Index at = 0;
+  for (const std::vector<Index>& block : irreducible_blocks(A, {})) {
+    const MatrixXd own = part(A, block);
+    const double scale = unit(own);
+    const dense::Eigensystem solved =
+        dense::eigenvalues(balance(own / scale).B, options.max_iterations);
+    if (!solved.converged) return {};
+    lambda.segment(at, own.rows()) = scale * solved.values;
+    at += own.rows();
+  }
   std::ranges::sort(lambda, {},
                     [](const std::complex<double>& z) { return std::pair(z.real(), z.imag()); });
   return lambda;

@@ -50,9 +50,11 @@ struct ModesOptions {
 };
 
 /// Eigenvalues of `A` (balanced, then shifted QR), with error bounds that include rounding and
-/// `A_error` (entry by entry; empty: none). The discs |z - λᵢ| <= errorᵢ together contain all
-/// eigenvalues of every matrix within A_error of A. Throws std::invalid_argument if A is not
-/// square, not finite, or A_error does not fit. Empty A gives no modes and is stable.
+/// `A_error` (entry by entry; empty: none). Where exact zeros make A block triangular each block is
+/// bounded alone: positions that nothing depends on are zero to the last bit. The discs |z - λᵢ| <=
+/// errorᵢ together contain all eigenvalues of every matrix within A_error of A. Throws
+/// std::invalid_argument if A is not square, not finite, or A_error does not fit. Empty A gives no
+/// modes and is stable.
 [[nodiscard]] Modes modes(const Eigen::MatrixXd& A, const Eigen::MatrixXd& A_error = {},
                           const std::vector<std::string>& state_names = {},
                           const ModesOptions& options = {});

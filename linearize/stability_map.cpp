@@ -1,7 +1,5 @@
 // Verdicts over two gains by polynomials that are affine in each, Routh's test within bounds.
 // Derivations and bounds: docs/linearize.md.                                  [32, 33, 34]
-#include "linearize/stability_map.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "linearize/batch.hpp"
 #include "linearize/characteristic.hpp"
 #include "linearize/dispatch.hpp"
 #include "linearize/routh.hpp"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <stdexcept>
 
@@ -41,17 +42,31 @@ struct Line {
     h = (value + asked) - value;  // the step taken, not asked
     if (h == 0) h = std::nextafter(std::abs(value), INFINITY) - std::abs(value);
   }
+  // Where the model throws, no number: one side may be outside its domain, and the other not.
   VectorXd sample(double steps) {
     set_value(at, variable, value + steps * h);
-    const VectorXd y = rates_and_outputs(model, at);
+    VectorXd y = VectorXd::Constant(std::ssize(model.states) + std::ssize(model.outputs), NAN);
+    try {
+      y = rates_and_outputs(model, at);
+    } catch (const CallerMistake&) {
+      throw;
+    } catch (...) {
+      if (!thrown) thrown = std::current_exception();
+    }
     set_value(at, variable, value);
     return y;
   }
+  // A slope that could not be taken because the model threw is the model's to explain.
+  void check(const VectorXd& slope) const {
+    if (thrown && !slope.allFinite()) std::rethrow_exception(thrown);
+  }
+  std::exception_ptr thrown;
 };
 
-// One column of the Jacobian: two estimates of the slope whose truncation errors stand 1 : 4.
+// One column of the Jacobian: two estimates of the slope whose truncation errors stand 1 : 4, and
+// of one-sided differences a third, 16.
 struct Column {
-  VectorXd fine, coarse;
+  VectorXd fine, coarse, coarser;
   VectorXd scale;  // largest |sample| of each row
   VectorXd noise;  // round-off of the samples as it shows in them
   double h = 0.0;  // smallest distance of samples
@@ -62,9 +77,22 @@ Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd y1 = line.sample(side);
   const VectorXd y2 = line.sample(2 * side);
   const VectorXd y4 = line.sample(4 * side);
+  const VectorXd y8 = line.sample(8 * side);
   const VectorXd fine = side * (-3 * y0 + 4 * y1 - y2) / (2 * line.h);
   const VectorXd coarse = side * (-3 * y0 + 4 * y2 - y4) / (4 * line.h);
-  return {fine, coarse, y0.cwiseAbs().cwiseMax(y1.cwiseAbs()), VectorXd::Zero(y0.size()), line.h};
+  const VectorXd coarser = side * (-3 * y0 + 4 * y4 - y8) / (8 * line.h);
+  const VectorXd scale = y0.cwiseAbs().cwiseMax(y1.cwiseAbs());
+  return {fine, coarse, coarser, scale, VectorXd::Zero(y0.size()), line.h};
+}
+
+// Where a smooth function's estimates come four times nearer with each halved step, those beside a
+// pole, a root or a logarithm's edge do not: how far the finest is off is then not known.
+bool settles(const Column& c, Index row, double round_off) {
+  constexpr double rounding = 8.0, least = 2.0;
+  if (c.coarser.size() == 0) return true;
+  const double near = std::abs(c.fine[row] - c.coarse[row]);
+  const double far = std::abs(c.coarse[row] - c.coarser[row]);
+  return near <= rounding * round_off || far >= least * near;
 }
 
 // The four neighbours of a point along a line, and what their one-sided slopes say.
@@ -97,8 +125,12 @@ struct Neighbours {
 Column central(const Line& line, const Neighbours& n) {
   const VectorXd scale = n.ahead.cwiseAbs().cwiseMax(n.behind.cwiseAbs());
   const VectorXd fourth = n.far_ahead - 4 * n.ahead + 6 * n.y0 - 4 * n.behind + n.far_behind;
-  return {(n.ahead - n.behind) / (2 * line.h), (n.far_ahead - n.far_behind) / (4 * line.h), scale,
-          fourth.cwiseAbs() / 8, line.h};
+  return {(n.ahead - n.behind) / (2 * line.h),
+          (n.far_ahead - n.far_behind) / (4 * line.h),
+          {},
+          scale,
+          fourth.cwiseAbs() / 8,
+          line.h};
 }
 
 std::string kink_remark(const Model& model, const Line& line, const Signal& signal, double side) {
@@ -126,11 +158,20 @@ Column column(const Model& model, Line& line, const VectorXd& y0, const Range& b
     if (!room(4) && !room(-4))
       throw CallerMistake(fmt::format("'{}': the bounds leave no room for a step", signal.name));
     const double side = room(4) ? 1.0 : -1.0;
+    if (!room(8 * side)) line.h /= 2;
     remarks.push_back(fmt::format("{}: one-sided difference from {}, at a limit", signal.name,
                                   side > 0 ? "above" : "below"));
     return one_sided(line, y0, side);
   }
   const Neighbours n{y0, line.sample(1), line.sample(-1), line.sample(2), line.sample(-2)};
+  const bool ahead = n.ahead.allFinite() && n.far_ahead.allFinite();
+  const bool behind = n.behind.allFinite() && n.far_behind.allFinite();
+  if (ahead != behind) {
+    remarks.push_back(
+        fmt::format("{}: one-sided difference from {}, at the edge of the model's domain",
+                    signal.name, ahead ? "above" : "below"));
+    return one_sided(line, y0, ahead ? 1.0 : -1.0);
+  }
   for (Index row = 0; row < y0.size(); ++row) {
     if (!n.kink(row)) continue;
     const double side = n.unevenness(1, row) <= n.unevenness(-1, row) ? 1.0 : -1.0;
@@ -171,20 +212,31 @@ Differences difference(const Model& model, const OperatingPoint& point,
     const Range range = bounds.empty() ? Range{} : bounds.at(std::size_t(k));
     columns.push_back(column(model, line, y0, range, d.remarks));
     d.jacobian.value.col(k) = columns.back().fine;
+    line.check(columns.back().fine);
   }
+  // An entry that is no number says nothing of its row's others.
   VectorXd largest = y0.cwiseAbs();
   VectorXd noise = VectorXd::Zero(y0.size());
-  for (const Column& c : columns) {
-    largest = largest.cwiseMax(c.scale);
-    noise = noise.cwiseMax(c.noise);
-  }
-  const VectorXd sizes = term_sizes(model, point, variables, d.jacobian.value, largest);
+  MatrixXd known = d.jacobian.value;
+  for (Index k = 0; k < n; ++k)
+    for (Index row = 0; row < y0.size(); ++row) {
+      const Column& c = columns[std::size_t(k)];
+      if (!std::isfinite(c.fine[row])) known(row, k) = 0;
+      if (!std::isfinite(c.fine[row]) || !std::isfinite(c.noise[row])) continue;
+      largest[row] = std::max(largest[row], c.scale[row]);
+      noise[row] = std::max(noise[row], c.noise[row]);
+    }
+  const VectorXd sizes = term_sizes(model, point, variables, known, largest);
   for (Index k = 0; k < n; ++k) {
     const Column& c = columns[std::size_t(k)];
     const VectorXd spread = (c.fine - c.coarse).cwiseAbs();
-    const VectorXd round_off = (epsilon * sizes + 2 * noise) / c.h;
+    const double weights =
+        c.coarser.size() > 0 ? 4.0 : 1.0;  // of a difference's samples: 3, 4 and 1 over 2
+    const VectorXd round_off = (weights * epsilon * sizes + 2 * noise) / c.h;
     const auto moved = (c.fine.array() != 0 || spread.array() != 0).cast<double>();
     d.jacobian.error.col(k) = moved * (spread + round_off).array();
+    for (Index row = 0; row < y0.size(); ++row)
+      if (!settles(c, row, round_off[row])) d.jacobian.error(row, k) = INFINITY;
   }
   return d;
 }
@@ -213,7 +265,13 @@ MatrixXd jacobian(const Model& model, const OperatingPoint& point,
   MatrixXd J(std::ssize(model.states) + std::ssize(model.outputs), std::ssize(variables));
   for (Index k = 0; k < J.cols(); ++k) {
     Line line(model, point, variables[std::size_t(k)]);
-    J.col(k) = (line.sample(1) - line.sample(-1)) / (2 * line.h);
+    const VectorXd ahead = line.sample(1), behind = line.sample(-1);
+    J.col(k) = (ahead - behind) / (2 * line.h);
+    if (ahead.allFinite() != behind.allFinite()) {  // at the edge of the model's domain
+      const VectorXd here = line.sample(0);
+      J.col(k) = ahead.allFinite() ? (ahead - here) / line.h : (here - behind) / line.h;
+    }
+    line.check(J.col(k));
   }
   return J;
 }

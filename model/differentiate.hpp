@@ -23,8 +23,9 @@ struct Differences {
 
 /// Central differences with the step ∛ε · nominal size, compared with those of twice the step. An
 /// entry's error estimate is the difference of the two and the round-off of the evaluations; it is
-/// zero where the entry's function does not move at all. Where `bounds` (one per variable asked, or
-/// empty) or a kink leaves one side, second-order differences to that side, and a remark.
+/// zero where the entry's function does not move at all, and infinite where three steps show that
+/// the differences do not settle. Where `bounds` (one per variable asked, or empty), a kink or the
+/// edge of the model's domain leaves one side, second-order differences to that side, and a remark.
 /// Throws CallerMistake if bounds leave no room for a step.
 Differences difference(const Model& model, const OperatingPoint& point,
                        const std::vector<Eigen::Index>& variables,

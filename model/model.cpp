@@ -100,6 +100,12 @@ void check(const Model& model) {
   if (!model.f) throw std::invalid_argument("the model has no function f");
   if (!model.outputs.empty() && !model.h)
     throw std::invalid_argument("the model names outputs but has no function h");
+  for (const Signals* signals : {&model.states, &model.inputs, &model.outputs})
+    if (signals->size() > largest_model)
+      throw std::invalid_argument(
+          fmt::format("{} signals in one vector of the model; the methods here work with full "
+                      "matrices, for at most {}",
+                      signals->size(), largest_model));
   std::set<std::string> variables;
   std::set<std::string> outputs;
   const auto check_all = [](const Signals& signals, std::set<std::string>& seen) {

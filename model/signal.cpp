@@ -1,11 +1,11 @@
-#include "model/signal.hpp"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
+
+#include "model/model.hpp"
 
 namespace tiltrim {
 

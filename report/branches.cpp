@@ -244,6 +244,7 @@ std::string branches_json(const std::vector<BranchAnswer>& branches) {
                    {"start", to_string(b.start.trim.status)},
                    {"end", to_string(b.branch.end)},
                    {"message", b.branch.message},
+                   {"no_stability", b.branch.no_stability},
                    {"model", model.name},
                    {"evaluations", b.branch.evaluations},
                    {"points", ordered_json::array()},
@@ -254,6 +255,7 @@ std::string branches_json(const std::vector<BranchAnswer>& branches) {
       event.update(point(e.at));
       if (b.branch.end == BranchEnd::no_start)
         event.update({{"state", nullptr}, {"input", nullptr}, {"output", nullptr}});
+      event["error"] = b.parameter.in_study(e.error);
       event["which"] = e.which;
       event["after"] = e.after;
       if (e.eigenvalue)

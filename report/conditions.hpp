@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "follow/all.hpp"
+#include "follow/envelope.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "report/sheet.hpp"
-#include "study/explain.hpp"
+#include "study/analyses.hpp"
 
 namespace tiltrim {
 

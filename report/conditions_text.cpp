@@ -5,7 +5,7 @@
 
 #include "model/degrees.hpp"
 #include "report/conditions.hpp"
-#include "report/modes.hpp"
+#include "report/eigenvalues.hpp"
 #include "report/user_columns.hpp"
 
 namespace tiltrim {

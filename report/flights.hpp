@@ -5,14 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "flight/flight_table.hpp"
+#include "flight/fly.hpp"
 #include "flight/hand_over.hpp"
 #include "flight/monte_carlo.hpp"
 #include "flight/paper_flight.hpp"
-#include "flight/plan.hpp"
 #include "flight/tilt_rate.hpp"
 #include "report/sheet.hpp"
-#include "simulate/response.hpp"
+#include "simulate/simulate.hpp"
 
 namespace tiltrim {
 

@@ -6,7 +6,7 @@
 
 #include "report/figure.hpp"
 #include "report/sheet.hpp"
-#include "study/user_motion.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
 

@@ -9,9 +9,9 @@
 
 #include "report/figure_parts.hpp"
 #include "report/json.hpp"
-#include "report/maps.hpp"
 #include "report/page_assets.hpp"
 #include "report/study_report.hpp"
+#include "report/sweeps.hpp"
 
 namespace tiltrim {
 

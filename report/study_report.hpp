@@ -10,7 +10,7 @@
 #include "report/flights.hpp"
 #include "report/motions.hpp"
 #include "report/sheet.hpp"
-#include "study/actuator_loops.hpp"
+#include "study/analyses.hpp"
 #include "sweep/map.hpp"
 #include "tables/tables.hpp"
 

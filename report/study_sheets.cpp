@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "report/maps.hpp"
-#include "report/margins.hpp"
-#include "report/modes.hpp"
+#include "report/eigenvalues.hpp"
+#include "report/loops.hpp"
 #include "report/paper.hpp"
 #include "report/study_report.hpp"
+#include "report/sweeps.hpp"
 
 namespace tiltrim {
 

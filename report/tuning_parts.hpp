@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "report/tuning.hpp"
+#include "report/tuning_report.hpp"
 #include "study/keys.hpp"
 
 namespace tiltrim::tuning {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "simulate/response.hpp"
+#include "simulate/simulate.hpp"
 
 namespace tiltrim::comparing {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "model/signal.hpp"
+#include "model/model.hpp"
 
 namespace tiltrim {
 

@@ -1,5 +1,3 @@
-#include "simulate/response.hpp"
-
 #include <array>
 #include <stdexcept>
 

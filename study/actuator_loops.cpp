@@ -1,9 +1,9 @@
-#include "study/actuator_loops.hpp"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "study/analyses.hpp"
 
 namespace tiltrim {
 
@@ -38,6 +38,7 @@ void check(const Condition& condition, const LoopsOptions& options) {
 LinearModel user_loops(const Answer& trimmed) {
   const UserModel& own = *trimmed.condition.user()->model;
   LinearizeOptions options;
+  options.moving = moving_states(trimmed.condition);
   for (const UserModel::Loop& loop : own.loops) options.inputs.push_back(loop.input);
   LinearModel linear = linearize(own.model, trimmed.trim.point, options);
   if (!linear) return linear;

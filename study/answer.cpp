@@ -1,6 +1,6 @@
-#include "study/answer.hpp"
-
 #include <stdexcept>
+
+#include "study/analyses.hpp"
 
 namespace tiltrim {
 

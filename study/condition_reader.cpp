@@ -118,7 +118,7 @@ static Command read_closed_loop(const Section& section, Equations equations) {
   return command;
 }
 
-static TableCondition read_table(const Section& section) {
+static TableCondition read_coefficients(const Section& section) {
   TableCondition coefficients{};
   for (const auto& [key, value, accepted] : table_quantities)
     coefficients.*value = section.number(key, accepted);
@@ -221,7 +221,7 @@ static Condition read_condition(const Entry& entry, const std::filesystem::path&
   Condition condition;
   condition.name = section.text("name");
   if (formulation == "closed_loop") condition.asked = read_closed_loop(section, equations);
-  if (formulation == "table") condition.asked = read_table(section);
+  if (formulation == "table") condition.asked = read_coefficients(section);
   if (formulation == "airframe") condition.asked = read_airframe(section, file, equations);
   return condition;
 }

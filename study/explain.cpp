@@ -1,10 +1,10 @@
-#include "study/explain.hpp"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "study/analyses.hpp"
 
 namespace tiltrim {
 
@@ -176,6 +176,7 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
   for (const Remedy& r : d.remedies)
     if (!r.helps() && (r.kind == RemedyKind::lever || (r.signal == "theta0" && r.upper)))
       e.words.push_back("does not help: " + words(r, model, with_forces));
+  if (d.interrupted) e.words.push_back("interrupted: what else would help was not examined");
 }
 
 }  // namespace
@@ -191,6 +192,10 @@ std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& cond
   if (find(p.model.states, "V") < 0) return {};  // body axes: V and gamma are no variables
   const TrimResult open = trim(p.model, p.spec, p.guess, options);
   Explanation e{p.model, {}, {}};
+  if (open.status == TrimStatus::interrupted) {
+    e.words.push_back("interrupted: what would help was not examined");
+    return e;
+  }
   if (is_equilibrium(open.status)) {
     e.words.push_back(
         "the airframe alone has an equilibrium within the limits: it is the control law that does "

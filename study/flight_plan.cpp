@@ -1,5 +1,3 @@
-#include "study/flight_plan.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -8,7 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "flight/schedule.hpp"
+#include "flight/flight.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "study/flight_plan.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "model/signal.hpp"
+#include "model/model.hpp"
 
 namespace tiltrim {
 

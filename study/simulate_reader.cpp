@@ -176,7 +176,7 @@ void check_wind_axes(const Section& section, const SimulateTable& simulate,
   const auto V = simulate.states.find("V");
   const bool given = V != simulate.states.end();
   if (given) speeds.push_back(V->second);
-  if (start && (!given || holds(simulate))) speeds.push_back(start->command.V);
+  if (start && (!given || holds(simulate))) speeds.push_back(start->command()->V);
   for (const double slow : speeds)
     if (slow < body_axes_below)
       section.refuse(axes, fmt::format("wind axes divide by V, which goes down to {} m/s; expected "

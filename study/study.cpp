@@ -301,6 +301,15 @@ std::string formulation_of(const Condition& condition) {
   return names[condition.asked.index()];
 }
 
+std::vector<std::string> moving_states(const Condition& condition) {
+  const UserCondition* user = condition.user();
+  if (!user) return {};
+  std::vector<std::string> moving = user->moving;
+  for (const auto& [state, rate] : user->rates)
+    if (rate != 0) moving.push_back(state);
+  return moving;
+}
+
 Vehicle vehicle_at(const Study& study, const Condition& condition) {
   Vehicle vehicle = study.vehicle;
   if (const Command* command = condition.command(); command && !study.schedule.eta.empty())

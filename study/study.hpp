@@ -1,7 +1,9 @@
 /// @file
-/// A study: one TOML file with an aircraft, gains, limits and flight conditions.
+/// A study: one TOML file with an aircraft, gains, limits, flight conditions and what is asked of
+/// them.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -12,15 +14,90 @@
 #include <variant>
 #include <vector>
 
+#include "flight/flight.hpp"
+#include "flight/monte_carlo.hpp"
+#include "model/model.hpp"
 #include "study/keys.hpp"
-#include "study/simulation.hpp"
-#include "study/tuning.hpp"
 #include "study/user_model.hpp"
-#include "sweep/axis.hpp"
+#include "sweep/map.hpp"
+#include "tune/tune.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {
+
+/// [tune]
+struct TuneTable {
+  std::vector<std::string> conditions;  ///< names of the study's, in its order
+  std::vector<double> heights;          ///< points along corridor (16) beside them, m
+  std::vector<FreeGain> gains;          ///< at least one
+  std::vector<double> schedule;  ///< tilts [rad], rising: the gains are linear in eta between them;
+                                 ///< empty: constant
+  std::vector<Uncertain> uncertain;           ///< empty: none
+  bool corners = true;                        ///< all of them are operating points
+  int samples = 0;                            ///< seeded ones beside them
+  std::map<std::string, double> disturbance;  ///< of V [m/s], gamma, theta [rad], q [rad/s] by name
+  Requirement goal{Measure::decay};           ///< whose worst value is to be best
+  std::vector<Requirement> limits;            ///< that hold at all points
+  std::string global = "multistart", local = "slsqp";  ///< as tune/tune.hpp spells them
+  std::string second = "crs2";                         ///< whose answer stands beside; "none"
+  std::uint64_t seed = 1;                              ///< of all that is random
+  long evaluations = 4000;                             ///< candidates tried
+  double seconds = 0.0;                                ///< 0: no limit
+  long robustness = 10'000;  ///< random samples that the answer is tried on
+  /// The goal over a limit that moves.
+  struct Front {
+    Requirement limit;            ///< NaN
+    double from = 0.0, to = 0.0;  ///< of its value, in the measure's unit
+    int count = 0;                ///< of values
+  };
+  std::optional<Front> front;  ///< not given: none
+};
+
+/// Which commands are flown.
+struct ScheduleTable {
+  /// Where they come from.
+  enum class Kind {
+    corridor,      ///< (16) over height
+    hold,          ///< the command of the condition that `start` names, else of the first one
+    reconversion,  ///< (16) backwards over time on a level path, then down to the ground
+    table,         ///< numbers over height or time
+  } kind = Kind::corridor;      ///< which
+  bool over_time = false;       ///< table: else over height
+  std::vector<double> at{};     ///< table: s or m, rising by 1e-4 or more; two at least
+  std::vector<double> V{};      ///< table: m/s; empty: the corridor's (over height alone)
+  std::vector<double> gamma{};  ///< table: rad; empty: the same
+  std::vector<double> eta{};    ///< table: rad; empty: the same
+};
+
+/// [simulate]
+struct SimulateTable {
+  ScheduleTable schedule;  ///< the commands
+  double duration = 90.0;  ///< s
+  std::string start;       ///< "ground", "trim" of the schedule's first command, or a condition's
+                           ///< name; empty: "ground" for a schedule over height, else "trim"
+  double height = 0.0;     ///< m at the start; reconversion: 120
+  /// Other states at the start, by name, SI: V, gamma, theta, q, energy_integral,
+  /// distribution_integral.
+  std::map<std::string, double> states;
+  Axes axes = Axes::body;                      ///< in which it is integrated
+  HandOver hand_over = HandOver::as_printed;   ///< where there is no blend
+  double anti_windup = 1.0;                    ///< s; infinite: none
+  ActuatorRates rates;                         ///< largest ones
+  double lag = 0.05;                           ///< s, of actuators whose rate is limited
+  std::vector<DisturbanceTable> disturbances;  ///< all together
+  std::vector<GustTable> gusts;                ///< all together
+  double tolerance = 1e-9;                     ///< as in IntegrateOptions
+  double sample = 0.1;                         ///< s
+};
+
+/// Whether the flight begins on the ground, said or by default.
+inline bool from_ground(const SimulateTable& simulate) {
+  using Kind = ScheduleTable::Kind;
+  const ScheduleTable& schedule = simulate.schedule;
+  if (!simulate.start.empty()) return simulate.start == "ground";
+  return schedule.kind == Kind::corridor || (schedule.kind == Kind::table && !schedule.over_time);
+}
 
 /// Bad input: what() is "file:line:column: key: what is wrong; expected what", or "file: why" for
 /// a file that cannot be read.
@@ -45,14 +122,20 @@ struct UserCondition {
 /// variables fixed, free or bounded), "table" (coefficients given, the paper's Table 2), "model".
 struct Condition {
   std::string name;  ///< of its own in the study
-  std::variant<Command, AirframeCondition, TableCondition, UserCondition> asked;
+  std::variant<Command, AirframeCondition, TableCondition, UserCondition> asked;  ///< of one kind
 
-  /// The one that is asked, or null.
+  /// What is asked of the closed loop; null for the other kinds, as the next three are.
   const Command* command() const { return std::get_if<Command>(&asked); }
+  /// Of the airframe alone.
   const AirframeCondition* airframe() const { return std::get_if<AirframeCondition>(&asked); }
+  /// Of coefficients.
   const TableCondition* table() const { return std::get_if<TableCondition>(&asked); }
+  /// Of the study's [model].
   const UserCondition* user() const { return std::get_if<UserCondition>(&asked); }
 };
+
+/// States that are not to be at rest, of a study with [model]: left free, or held at a rate.
+std::vector<std::string> moving_states(const Condition& condition);
 
 /// "closed_loop", "airframe", "table", "model".
 std::string formulation_of(const Condition& condition);

@@ -1,13 +1,12 @@
 // A study's conditions as requests.
-#include "study/sweep_requests.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <stdexcept>
 
 #include "flight/closed_loop_sweep.hpp"
-#include "study/answer.hpp"
+#include "study/analyses.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
 

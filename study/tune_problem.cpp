@@ -1,13 +1,11 @@
 // A study's [tune] as a problem.
-#include "study/tune_problem.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
 #include <stdexcept>
 
 #include "study/flown.hpp"
-#include "study/sweep_requests.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
 

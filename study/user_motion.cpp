@@ -1,10 +1,9 @@
-#include "study/user_motion.hpp"
-
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
 
 #include "model/degrees.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "study/answer.hpp"
+#include "study/analyses.hpp"
 
 namespace tiltrim {
 
@@ -59,6 +59,7 @@ TrimProblem user_problem(const UserCondition& condition) {
         !among(condition.implied, s.name))
       problem.spec.steady.push_back(s.name);
   problem.spec.rates = condition.rates;
+  problem.spec.moving = condition.moving;
   problem.spec.implied = condition.implied;
   problem.spec.effort = condition.effort;
   return problem;

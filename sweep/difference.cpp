@@ -1,5 +1,3 @@
-#include "sweep/difference.hpp"
-
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -8,6 +6,8 @@
 #include <map>
 #include <stdexcept>
 #include <tuple>
+
+#include "sweep/map.hpp"
 
 namespace tiltrim {
 

@@ -1,17 +1,38 @@
 /// @file
-/// A map of eigenvalues over a grid: every point, its status, and what lies between the points.
+/// A map of eigenvalues over a grid: its axes, every point and its status, what lies between the
+/// points, the map as a file, and what changed between two maps.
 #pragma once
 
 #include <complex>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "linearize/modes.hpp"
-#include "sweep/axis.hpp"
 #include "trim/trim.hpp"
 
 namespace tiltrim {
+
+/// One axis of a sweep's grid: a number of the model, and those that move with it.
+struct SweepAxis {
+  /// A number that the axis moves.
+  struct Column {
+    std::string name;            ///< as the caller writes it: "eta_deg", "gains.K_Lp"
+    std::string unit;            ///< of these values
+    std::string signal;          ///< of the model that it sets; empty: it only names the points
+    std::vector<double> values;  ///< in that unit, one for each point
+    std::vector<double> si;      ///< the same in SI, radians
+  };
+  std::string name;             ///< the dimension: the first key's last part, "K_Lp"
+  std::vector<Column> columns;  ///< the axis's own key first
+  /// What the columns are between two points of the grid, from what they would be on straight lines
+  /// (SI, one value for each column); empty: that.
+  std::function<void(std::vector<double>& columns)> between{};
+  /// Points along it.
+  std::size_t size() const { return columns.front().values.size(); }
+};
 
 /// A second branch of equilibria at some points: the grid walked from its other end meets another
 /// equilibrium there. Entry k of each list belongs to points[k].
@@ -98,5 +119,41 @@ struct SweepMap {
   /// Positions along the axes of a point, the condition first.
   std::vector<std::size_t> position(std::size_t point) const;
 };
+
+/// Writes the map beside `file`, syncs and renames: the file is the old one or the new one. The
+/// same map gives the same bytes. Throws std::runtime_error "path: why" (a full disk, no right).
+void write_netcdf(const SweepMap& map, const std::filesystem::path& file);
+
+/// Reads what write_netcdf() wrote; throws std::runtime_error "path: why" for anything else.
+[[nodiscard]] SweepMap read_netcdf(const std::filesystem::path& file);
+
+/// A point at which two maps differ.
+struct PointDifference {
+  std::size_t point;                       ///< number in both maps
+  TrimStatus status_before, status_after;  ///< of its trim
+  int verdict_before, verdict_after;       ///< Verdict, or -1 without an equilibrium
+  double abscissa_before, abscissa_after;  ///< largest real part, 1/s; NaN without one
+};
+
+/// All that is another.
+struct MapDifference {
+  std::vector<PointDifference> changed;          ///< status or verdict is another
+  double largest_abscissa_change = 0.0;          ///< over points with an equilibrium in both, 1/s
+  std::size_t largest_at = 0;                    ///< the point where
+  std::size_t compared = 0;                      ///< points
+  std::vector<AxisCrossing> appeared, vanished;  ///< crossings in one map alone
+  /// A crossing that is elsewhere.
+  struct Moved {
+    AxisCrossing before, after;  ///< in the two maps
+  };
+  /// Crossings in both, of the same kind and on the same line, the nearest being taken for the
+  /// same, where the place or the numbers of unstable eigenvalues are others.
+  std::vector<Moved> moved;
+};
+
+/// Point by point and crossing by crossing. A map without any change gives empty lists and 0.
+/// Throws std::invalid_argument, saying what is another, unless both have the same conditions, axes
+/// and states.
+[[nodiscard]] MapDifference difference(const SweepMap& before, const SweepMap& after);
 
 }  // namespace tiltrim

@@ -1,9 +1,10 @@
 /// What a map's file holds: each variable's name, dimensions and description, once for writing and
-/// reading.
+/// reading. Internal to sweep/.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,23 @@ struct Lists {
     std::vector<std::int8_t> verdict;
   } interval;
 };
+
+Lists lists_of(const SweepMap& map);
+/// The other way; the map has its axes and conditions.
+void put_back(const Lists& lists, SweepMap& map);
+
+/// The file's own variables and dimensions.
+std::set<std::string> reserved_names();
+
+struct ColumnNames {
+  std::string own;
+  std::string si;  ///< empty where the values are SI already
+};
+/// [axis][column]; the first column's is the dimension's, too.
+std::vector<std::vector<ColumnNames>> column_names(const std::vector<SweepAxis>& axes);
+
+/// Units as UDUNITS spells them: "m/s" -> "m s-1", "rad/s²" -> "rad s-2", "degrees" -> "degree".
+std::string udunits(const std::string& unit);
 
 /// Words of the first `count` enumerators.
 template <class Enum>

@@ -11,8 +11,6 @@
 
 namespace tiltrim {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-
 bool link_by_position(Spectrum predicted, Spectrum next, std::span<int> to,
                       std::span<double> confidence) {
   const std::size_t n = predicted.size();

@@ -10,6 +10,8 @@ namespace tiltrim {
 using Complex = std::complex<double>;
 using Spectrum = std::span<const Complex>;
 
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
 constexpr double square(double x) { return x * x; }
 
 /// |a - b|² without the care for overflow of std::abs, which costs more than the rest.

@@ -9,10 +9,8 @@
 #include <memory>
 
 #include "linearize/batch.hpp"
-#include "linearize/modes.hpp"
 #include "sweep/boundary.hpp"
-#include "sweep/line.hpp"
-#include "sweep/spectrum.hpp"
+#include "sweep/starts.hpp"
 #include "sweep/work.hpp"
 
 namespace tiltrim {
@@ -20,132 +18,6 @@ namespace tiltrim {
 using Eigen::Index;
 
 namespace {
-
-// Numbers of lines along the last axis, and the lines next to one along the slower axes.
-struct Lines {
-  const std::vector<SweepAxis>& axes;
-
-  std::size_t count() const {
-    std::size_t all = 1;
-    for (std::size_t a = 0; a + 1 < axes.size(); ++a) all *= axes[a].size();
-    return all;
-  }
-  GridPlace place(std::size_t line) const {
-    GridPlace place(axes.size(), 0.0);
-    for (std::size_t a = axes.size() - 1; a-- > 0; line /= axes[a].size())
-      place[a] = double(line % axes[a].size());
-    return place;
-  }
-  // The line before (or after), along the fastest of the slower axes that has one.
-  std::optional<std::size_t> next_to(std::size_t line, bool before) const {
-    std::size_t stride = 1;
-    for (std::size_t a = axes.size() - 1; a-- > 0; stride *= axes[a].size()) {
-      const std::size_t at = line / stride % axes[a].size();
-      if (before && at > 0) return line - stride;
-      if (!before && at + 1 < axes[a].size()) return line + stride;
-    }
-    return {};
-  }
-};
-
-struct Named {
-  Reference reference;
-  std::vector<std::string> names;
-};
-
-// The modes in the order and by the names of modes(), at the first equilibrium of a condition.
-Named named_modes(const Prepared& sweep, const GridTrim& e) {
-  Named named;
-  named.reference.A = e.A(sweep);
-  const ModesOptions naming{.mode_names = sweep.model().mode_names};
-  for (const Mode& m : modes(named.reference.A, {}, names(sweep.model().states), naming).modes) {
-    named.reference.modes.push_back(m.eigenvalue);
-    named.names.push_back(m.name);
-  }
-  return named;
-}
-
-// The modes at the first point of a line, straight on from the two before it.
-Eigenvalues foreseen(const Lines& lines, const std::vector<LineStart>& starts, std::size_t line,
-                     std::size_t before) {
-  const Eigenvalues& modes = starts[before].reference->modes;
-  const GridPlace here = lines.place(line), there = lines.place(before);
-  std::size_t axis = 0;
-  while (here[axis] == there[axis]) ++axis;
-  const std::size_t k = std::size_t(here[axis]), stride = line - before;
-  if (k < 2) return modes;
-  const LineStart& earlier = starts[before - stride];
-  if (!earlier.first.valid() || !starts[before].first.valid() || !earlier.reference) return modes;
-  const std::vector<double>& v = lines.axes[axis].columns.front().values;
-  const double ratio = (v[k] - v[k - 1]) / (v[k - 1] - v[k - 2]);
-  Eigenvalues predicted = modes;
-  for (std::size_t i = 0; i < modes.size(); ++i)
-    if (side(earlier.reference->modes[i]) == side(modes[i]))
-      predicted[i] += ratio * (modes[i] - earlier.reference->modes[i]);
-  return predicted;
-}
-
-// The first points of all lines, each from the line before it.
-void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,
-                        std::vector<std::string>& mode_names) {
-  const std::size_t n = std::size_t(sweep.states());
-  std::vector<std::optional<OperatingPoint>> last(starts.size());
-  for (std::size_t l = 0; l < starts.size(); ++l) {
-    LineStart& s = starts[l];
-    s.confidence.assign(n, 0);
-    const auto before = lines.next_to(l, true);
-    if (before) {
-      last[l] = last[*before];
-      s.reference = starts[*before].reference;
-    }
-    std::optional<GridTrim> e;
-    if (last[l]) e = settle(sweep, s.place, *last[l]);
-    s.first = e ? *e : from_nothing(sweep, s.place);
-    if (!s.first.valid()) continue;
-    last[l] = s.first.at;
-    const Eigen::MatrixXd A = s.first.A(sweep);
-    const Eigenvalues lambda = eigenvalues_of(A);
-    if (lambda.size() != n) continue;
-    if (mode_names.empty()) {
-      Named named = named_modes(sweep, s.first);
-      if (named.reference.modes.size() != n) continue;
-      mode_names = named.names;
-      s.reference = named.reference;
-      s.confidence.assign(n, 255);
-    } else if (s.reference) {
-      const Ordered ordered = in_order(
-          *s.reference, before ? foreseen(lines, starts, l, *before) : s.reference->modes, A,
-          lambda,
-          before ? trims_between(sweep, lines.place(*before), s.place, s.first.at) : nullptr);
-      s.reference = Reference{A, ordered.modes};
-      s.confidence = ordered.confidence;
-    }
-  }
-}
-
-// The last points, each from the line after it.
-void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts) {
-  for (std::size_t l = starts.size(); l-- > 0;) {
-    GridPlace place = starts[l].place;
-    place.back() = double(sweep.axes.back().size() - 1);
-    const auto after = lines.next_to(l, false);
-    std::optional<GridTrim> e;
-    if (after && starts[*after].last) {
-      e = settle(sweep, place, *starts[*after].last);
-    } else if (GridTrim own = from_nothing(sweep, place); own.valid()) {
-      e = own;
-    }
-    if (e) {
-      starts[l].last = e->at;
-    } else if (after &&
-               starts[*after].last) {  // its numbers are this line's, its unknowns the other's
-      OperatingPoint at = numbers_at(sweep, place);
-      for (const Index j : sweep.problem.unknowns)
-        set_value(at, j, value_of(*starts[*after].last, j));
-      starts[l].last = at;
-    }
-  }
-}
 
 // What the log's lines are lines of.
 std::string identity_of(const SweepOptions& options,
@@ -300,29 +172,6 @@ std::vector<AxisLine> lines_along_axes(std::size_t conditions, const std::vector
       }
     }
   return all;
-}
-
-// Names of a condition whose lines all begin without an equilibrium: those at its first.
-void name_late(const Prepared& sweep, std::size_t condition, SweepMap& map) {
-  std::vector<std::string>& all = map.mode_names[condition];
-  const std::size_t n = map.modes(), count = map.points_per_condition();
-  if (std::ranges::any_of(all, [](const std::string& name) { return !name.empty(); })) return;
-  for (std::size_t p = condition * count; p < (condition + 1) * count; ++p) {
-    if (map.verdict[p] < 0) continue;
-    GridPlace place;
-    const std::vector<std::size_t> position = map.position(p);
-    for (std::size_t a = 1; a < position.size(); ++a) place.push_back(double(position[a]));
-    const GridTrim e = from_nothing(sweep, place);
-    if (!e.valid() || !e.A(sweep).allFinite()) return;
-    const Named named = named_modes(sweep, e);
-    for (std::size_t i = 0; i < n && i < named.names.size(); ++i) {
-      const std::complex<double> own(map.eigenvalue_re[p * n + i], map.eigenvalue_im[p * n + i]);
-      const auto nearest = std::ranges::min_element(
-          named.reference.modes, {}, [&](const auto& z) { return std::abs(z - own); });
-      all[i] = named.names[std::size_t(nearest - named.reference.modes.begin())];
-    }
-    return;
-  }
 }
 
 SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,

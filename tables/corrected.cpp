@@ -72,6 +72,7 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
   for (const auto& [state, rate] : problem.spec.rates) {
     TrimSpec spec = problem.spec;
     spec.rates.erase(state);
+    spec.moving.push_back(state);
     if (without_proof(problem, spec)) stops.push_back(equation_in_words(state));
   }
   for (const Wide& w : wide) {
@@ -90,6 +91,7 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
 std::string moment_left(const Vehicle& vehicle, const TrimProblem& problem, const Command& c) {
   TrimSpec spec = problem.spec;
   spec.rates.erase("q");
+  spec.moving.push_back("q");
   const TrimResult forces = without_proof(problem, spec);
   if (!forces) return {};
   const double acceleration = signal(problem.model.states, forces.rates, "q");

@@ -14,7 +14,7 @@
 #include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;

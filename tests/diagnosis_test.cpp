@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <numbers>
 
-#include "study/explain.hpp"
+#include "study/analyses.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "tests/toy_models.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 

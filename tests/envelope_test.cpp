@@ -11,7 +11,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "follow/all.hpp"
 #include "study/analyses.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
@@ -304,7 +303,7 @@ static EnvelopeAnswer tiltrotor(const char* angle, int count, EnvelopeOptions op
   EnvelopeTable table = envelope_over(angle);
   table.count = count;
   Condition level;
-  level.command = {10, 0, 0};
+  level.asked = Command{10, 0, 0};
   return envelope(reference_vehicle(), level, table, options);
 }
 
@@ -610,7 +609,7 @@ TEST_CASE("the caller's mistakes throw") {
   }
   for (const int count : {1, 0, -3}) wrong({"a", {-1, 1}, count});
   CHECK_THROWS_AS(asked(a, a), std::invalid_argument);
-  CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {}}), std::invalid_argument);
+  CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .moving = {"x"}}), std::invalid_argument);
   CHECK_THROWS_AS(asked(a, b, {.free = {}, .steady = {"x"}}), std::invalid_argument);
   CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {"y"}}), std::invalid_argument);
   const AirframeCondition airframe{.values = {{"V", {10, 10}}, {"eta", {0, 0}}}};

@@ -7,12 +7,10 @@
 #include <set>
 #include <stdexcept>
 
+#include "flight/flight.hpp"
 #include "flight/fly.hpp"
-#include "flight/plan.hpp"
-#include "flight/schedule.hpp"
-#include "flight/weather.hpp"
 #include "runtime/proportion.hpp"
-#include "study/flight_plan.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 

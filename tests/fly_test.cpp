@@ -9,11 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "flight/plan.hpp"
-#include "flight/schedule.hpp"
-#include "flight/weather.hpp"
-#include "study/flight_plan.hpp"
+#include "flight/flight.hpp"
 #include "study/keys.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 

@@ -897,7 +897,8 @@ TEST_CASE("branch points are located and passed: x' = q x - x³ on x = 0") {
     CHECK(branch.end == BranchEnd::reached);
     const std::vector<BranchEvent> crossing = of(branch, EventKind::branch_point);
     REQUIRE(crossing.size() == 1);
-    CHECK_NEAR(crossing[0].at.parameter, 0.0, 1e-6);
+    CHECK(crossing[0].error < 1e-11);
+    CHECK_NEAR(crossing[0].at.parameter, 0.0, crossing[0].error);
     for (const BranchPoint& p : branch.points) CHECK(*p.unstable == (p.parameter > 0 ? 1 : 0));
   }
 }
@@ -909,8 +910,9 @@ TEST_CASE("branch points are located and passed: x' = q x - x³ on x² = q") {
   CHECK_NEAR(branch.events.back().at.point.x[0], -std::sqrt(1.5), located);
   const std::vector<BranchEvent> crossing = of(branch, EventKind::branch_point);
   REQUIRE(crossing.size() == 1);
-  CHECK_NEAR(crossing[0].at.parameter, 0.0, 1e-6);
-  CHECK_NEAR(crossing[0].at.point.x[0], 0.0, 1e-6);
+  CHECK(crossing[0].error < 1e-11);
+  CHECK_NEAR(crossing[0].at.parameter, 0.0, crossing[0].error);
+  CHECK_NEAR(crossing[0].at.point.x[0], 0.0, 1e-11);
 }
 
 TEST_CASE("branch points are located and passed: Lorenz at r = 1") {
@@ -919,8 +921,51 @@ TEST_CASE("branch points are located and passed: Lorenz at r = 1") {
   for (const Route& r : {origin, lorenz_route(10, 0.5)}) {
     const std::vector<BranchEvent> crossing = of(walk(r), EventKind::branch_point);
     REQUIRE(crossing.size() == 1);
-    CHECK_NEAR(crossing[0].at.parameter, 1.0, 1e-6);
+    CHECK(crossing[0].error < 1e-6);  // by differences
+    CHECK_NEAR(crossing[0].at.parameter, 1.0, std::min(crossing[0].error, 1e-8));
   }
+}
+
+TEST_CASE("a transcritical point is where it is") {
+  const Model exact = with_jacobian(scalar([](double x, double p) { return x * (p - x); }),
+                                    [](const OperatingPoint& o) -> MatrixXd {
+                                      return Eigen::RowVector2d(o.p[0] - 2 * o.x[0], o.x[0]);
+                                    });
+  for (const double x : {0.0, -0.73}) {
+    const Branch branch = walk(equilibria(exact, at(vec({x}), vec({-0.73})), "p", 1.1));
+    const std::vector<BranchEvent> crossing = of(branch, EventKind::branch_point);
+    REQUIRE(crossing.size() == 1);
+    CHECK(crossing[0].error < 1e-12);
+    CHECK_NEAR(crossing[0].at.parameter, 0.0, crossing[0].error);
+  }
+}
+
+TEST_CASE("every event lies within its error") {
+  const double r = sigma * (sigma + b + 3) / (sigma - b - 1);
+  const BranchEvent hopf = of(walk(lorenz_route(10, 30)), EventKind::hopf).at(0);
+  CHECK(hopf.error < 1e-6);
+  CHECK_NEAR(hopf.at.parameter, r, hopf.error);
+  const BranchEvent fold = of(walk(cusp_route(1, -2.2)), EventKind::fold).at(0);
+  CHECK(fold.error < 1e-9);
+  CHECK_NEAR(std::abs(fold.at.parameter), 2 * std::pow(1 / 3.0, 1.5), fold.error);
+  for (const Route& route : sample())
+    for (const BranchEvent& e : walk(route).events) CHECK(std::isfinite(e.error));
+}
+
+TEST_CASE("a position that moves takes no stability from a branch") {
+  const Model m = flow({"position", "speed"}, {"thrust"}, [](const auto& x, const auto& p) {
+    return vec({x[1], p[0] - x[1] * std::abs(x[1])});
+  });
+  const OperatingPoint start = at(vec({0, 1}), vec({1}));
+  const TrimSpec spec{.free = {"speed"}, .moving = {"position"}};
+  const Branch branch = follow(m, spec, start, "thrust", 4);
+  CHECK(branch.end == BranchEnd::reached);
+  CHECK(branch.no_stability.empty());
+  for (const BranchPoint& p : branch.points) CHECK(p.unstable == 0);
+  // Where the rate is held at a value the branch says why there is no count.
+  const TrimSpec held{.free = {"speed", "position"}, .rates = {{"position", 1}, {"speed", 0.5}}};
+  CHECK(contains(follow(m, held, at(vec({0, 1}), vec({1.5})), "thrust", 4).no_stability,
+                 "not an equilibrium"));
 }
 
 TEST_CASE("an eigenvalue that is zero all along is no crossing") {

@@ -7,7 +7,7 @@
 
 #include "tables/tables.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 
 using namespace tiltrim;
 

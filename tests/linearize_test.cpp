@@ -11,7 +11,7 @@
 #include "linearize/modes.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
@@ -843,6 +843,7 @@ TEST_CASE("no derivative, no linear model") {
   CHECK(to_string(LinearizeStatus::not_equilibrium) == "not_equilibrium");
   CHECK(to_string(LinearizeStatus::not_finite) == "not_finite");
   CHECK(to_string(LinearizeStatus::model_threw) == "model_threw");
+  CHECK(to_string(LinearizeStatus::not_repeatable) == "not_repeatable");
 
   // Rates that are not numbers have no derivatives either
   const Model nowhere = scalar_model([](double) { return std::nan(""); });
@@ -1037,4 +1038,113 @@ TEST_CASE("a point so large that a step is lost still moves") {
   const Differences d = difference(m, at(1e15), {0});
   CHECK_NEAR(d.jacobian.value(0, 0), 2, d.jacobian.error(0, 0));
   CHECK_NEAR(d.jacobian.value(0, 0), 2, 1e-12);
+}
+
+TEST_CASE("one-sided differences beside a singularity: the truth within the error, or no error") {
+  struct Edge {
+    std::function<double(double)> f, slope;
+  };
+  const Edge edges[] = {
+      {[](double x) { return std::log(x); }, [](double x) { return 1 / x; }},
+      {[](double x) { return std::sqrt(x); }, [](double x) { return 0.5 / std::sqrt(x); }},
+      {[](double x) { return std::pow(x, 0.75); },
+       [](double x) { return 0.75 * std::pow(x, -0.25); }},
+      {[](double x) { return 1 / x; }, [](double x) { return -1 / (x * x); }},
+      {[](double x) { return x * std::log(x); }, [](double x) { return 1 + std::log(x); }},
+      {[](double x) { return std::pow(x, 1.5); }, [](double x) { return 1.5 * std::sqrt(x); }}};
+  int determined = 0, not_determined = 0;
+  for (const Edge& edge : edges)
+    for (double power = -12; power <= 1; power += 0.05) {
+      const double x = std::pow(10, power);
+      const Model m = scalar_model([&](double y) { return edge.f(x + y); });
+      const Estimate e = difference(m, at(0), {0}, {{0, infinity}}).jacobian;
+      CAPTURE(x);
+      if (!std::isfinite(e.error(0, 0))) {
+        ++not_determined;
+        continue;
+      }
+      ++determined;
+      CHECK_NEAR(e.value(0, 0), edge.slope(x), e.error(0, 0));
+    }
+  CHECK(determined > 300);
+  CHECK(not_determined > 300);
+  // The edge itself: the slope of a root there is infinite.
+  const Model root = scalar_model([](double x) { return std::sqrt(x); });
+  const LinearModel lin = linearize(root, at(0), {.bounds = {{"x", {0, 1}}}});
+  CHECK(lin.status == LinearizeStatus::not_finite);
+  CHECK(contains(lin.message, "the derivative of x' along x is not determined"));
+}
+
+TEST_CASE("the edge of a model's domain is seen without bounds, thrown or not a number") {
+  for (const bool throws : {false, true}) {
+    const Model m = scalar_model([=](double x) {
+      if (x < 0 && throws) throw std::domain_error("x is negative");
+      return x < 0 ? std::nan("") : std::exp(x) - 1;
+    });
+    const LinearModel lin = linearize(m, at(0));
+    REQUIRE(lin);
+    CHECK_NEAR(lin.A(0, 0), 1, lin.A_error(0, 0));
+    CHECK(contains(lin.remarks.at(0), "from above, at the edge of the model's domain"));
+  }
+  // Where no side gives a number, the model's own words.
+  const Model nowhere =
+      scalar_model([](double x) { return x == 0 ? 0 : throw std::domain_error("only zero"); });
+  CHECK(contains(linearize(nowhere, at(0)).message, "only zero"));
+}
+
+TEST_CASE("a derivative that is missing is named by its own variable, and withholds no other") {
+  Model m = scalar_model([](double) { return 0; });
+  m.states = {{"x", "", 1.0}, {"y", "", 1.0}};
+  m.outputs = {{"root", "", 1.0}, {"sum", "", 1.0}};
+  m.f = [](const VectorXd& x, const auto&, const auto&) -> VectorXd { return -x; };
+  m.h = [](const VectorXd& x, const auto&, const auto&) -> VectorXd {
+    return Eigen::Vector2d{x[0] + std::sqrt(std::abs(x[1])), x[0] + x[1]};
+  };
+  const OperatingPoint origin{VectorXd::Zero(2), VectorXd(), VectorXd()};
+  const LinearModel lin = linearize(m, origin, {.bounds = {{"y", {0, 1}}}});
+  REQUIRE(lin);
+  CHECK_NEAR(lin.C(0, 0), 1, 1e-8);
+  CHECK(std::isnan(lin.C(0, 1)));
+  CHECK_NEAR(lin.C(1, 1), 1, 1e-8);
+  CHECK(std::ranges::any_of(lin.remarks, [](const std::string& r) {
+    return contains(r, "root along y") && !contains(r, "along x");
+  }));
+}
+
+TEST_CASE("noise and state in a model are no kink, and have no linear model") {
+  Random random(3);
+  std::normal_distribution<double> noise(0, 1e-9);
+  const Model noisy = scalar_model([&](double x) { return -x + noise(random); });
+  const LinearModel lin = linearize(noisy, at(0));
+  CHECK(lin.status == LinearizeStatus::not_repeatable);
+  CHECK(contains(lin.message, "two answers at one point"));
+  int calls = 0;
+  const Model counting = scalar_model([&](double x) { return ++calls > 3 ? -x + 1e-9 : -x; });
+  CHECK(linearize(counting, at(0)).status == LinearizeStatus::not_repeatable);
+}
+
+TEST_CASE("a verdict needs an equilibrium, not a rate that is small with its slope") {
+  const LinearModel tiny =
+      linearize(scalar_model([](double x) { return 1e-300 * (x - 1); }), at(0));
+  CHECK(tiny.status == LinearizeStatus::not_equilibrium);
+  CHECK(contains(tiny.message, "1 nominal sizes away"));
+  const LinearModel far = linearize(scalar_model([](double x) { return std::exp(-x); }), at(119));
+  CHECK(far.status == LinearizeStatus::not_equilibrium);
+  CHECK(linearize(scalar_model([](double x) { return 1e-300 * x; }), at(0)));
+}
+
+TEST_CASE("a moving state that others depend on makes a linear model of an instant") {
+  Model m = scalar_model([](double) { return 0; });
+  m.states = {{"height", "m", 1.0}, {"V", "m/s", 1.0}};
+  m.f = [](const VectorXd& x, const auto&, const auto&) -> VectorXd {
+    return Eigen::Vector2d{0.5, (1 - 1e-3 * x[0]) * (9 - x[1] * x[1])};
+  };
+  const OperatingPoint climb{Eigen::Vector2d{0, 3}, VectorXd(), VectorXd()};
+  CHECK(linearize(m, climb, {.moving = {"height"}}).remarks.empty());
+  m.f = [](const VectorXd& x, const auto&, const auto&) -> VectorXd {
+    return Eigen::Vector2d{0.5, 9 - 1e-3 * x[0] - x[1] * x[1]};
+  };
+  const LinearModel lin = linearize(m, climb, {.moving = {"height"}});
+  REQUIRE(lin.remarks.size() == 1);
+  CHECK(contains(lin.remarks[0], "height' = 0.5, and V' depends on height"));
 }

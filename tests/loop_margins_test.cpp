@@ -7,8 +7,8 @@
 #include <numbers>
 #include <string>
 
-#include "report/margins.hpp"
-#include "study/actuator_loops.hpp"
+#include "report/loops.hpp"
+#include "study/analyses.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"
@@ -52,7 +52,8 @@ static Vehicle blended() {
 }
 
 static Model with_inputs(const Vehicle& vehicle, const Condition& c) {
-  return closed_loop_with_inputs(vehicle, c.command()->V < body_axes_below ? Axes::body : Axes::wind);
+  return closed_loop_with_inputs(vehicle,
+                                 c.command()->V < body_axes_below ? Axes::body : Axes::wind);
 }
 
 static Index position(const ActuatorLoop& loop) {

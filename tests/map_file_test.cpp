@@ -1,5 +1,3 @@
-#include "sweep/map_file.hpp"
-
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -15,7 +13,7 @@
 #include <random>
 #include <thread>
 
-#include "sweep/difference.hpp"
+#include "sweep/map.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
 

@@ -5,7 +5,7 @@
 
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

@@ -12,7 +12,7 @@
 #include "linearize/balance.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "vehicles/mode_names.hpp"
 
 using namespace tiltrim;
@@ -875,4 +875,98 @@ TEST_CASE("planted modes are named as planted") {
   CHECK(m.modes[2].name == "phugoid");
   CHECK(m.modes[3].name == "phugoid");
   CHECK(modes(A).modes[0].name.empty());  // without names there is none
+}
+
+// ---- block by block ----
+
+TEST_CASE("positions behind an aircraft: zero to the last bit, and the others as if alone") {
+  // Heading to position is a Jordan block at zero; the rest is stable but for +0.58.
+  MatrixXd A = MatrixXd::Zero(6, 6);
+  A.topLeftCorner(3, 3) << -2, 1, 0, -3, -1, 0.5, 0.2, 0.1, 0.58;
+  A(3, 2) = 1;    // heading' = rate
+  A(4, 3) = 502;  // across' = V heading
+  A(5, 0) = 1;    // along'
+  const MatrixXd error = epsilon * A.cwiseAbs();
+  const Modes alone = modes(A.topLeftCorner(3, 3), error.topLeftCorner(3, 3));
+  const Modes all = modes(A, error);
+  REQUIRE(alone.verdict == Verdict::unstable);
+  CHECK(all.verdict == Verdict::unstable);
+  int zeros = 0;
+  for (const Mode& m : all.modes) {
+    if (m.eigenvalue == 0.0) {
+      CHECK(m.error == 0);
+      ++zeros;
+      continue;
+    }
+    CHECK(std::ranges::any_of(alone.modes, [&](const Mode& own) {
+      return m.eigenvalue == own.eigenvalue && m.error == own.error;
+    }));
+  }
+  CHECK(zeros == 3);
+  CHECK(all.spectral_abscissa == alone.spectral_abscissa);
+  // Nothing unstable beside the zeros: the axis is within the bounds.
+  A(2, 2) = -0.58;
+  CHECK(modes(A).verdict == Verdict::undecided);
+  // An error where there is a zero joins the blocks.
+  CHECK(modes(A, MatrixXd::Constant(6, 6, 1e-9)).modes.back().error > 1e-6);
+  const Eigen::VectorXcd values = eigenvalues(A);
+  CHECK(std::ranges::count(values, std::complex<double>(0)) == 3);
+}
+
+TEST_CASE("a permuted block triangular matrix has the eigenvalues of its blocks") {
+  Random random(11);
+  for (int trial = 0; trial < 200; ++trial) {
+    const Index n = whole(random, 1, 4), m = whole(random, 1, 4);
+    const MatrixXd a = dense(random, n), b = dense(random, m);
+    MatrixXd A = block_diagonal(a, b);
+    A.topRightCorner(n, m) = MatrixXd::Constant(n, m, 1e3);
+    std::vector<Index> order(std::size_t(n + m));
+    std::iota(order.begin(), order.end(), Index{0});
+    std::ranges::shuffle(order, random);
+    const Modes turned = modes(A(order, order));
+    for (const MatrixXd& block : {a, b})
+      for (const Mode& own : modes(block).modes)
+        CHECK(std::ranges::any_of(turned.modes, [&](const Mode& k) {
+          return std::abs(k.eigenvalue - own.eigenvalue) <= k.error + own.error;
+        }));
+  }
+}
+
+TEST_CASE("an axis that is clear decides where no disc does") {
+  // Grcar: subdiagonal -1, diagonal and three superdiagonals 1; eigenvalues of condition 1e10 and
+  // more
+  const auto grcar = [](Index n) {
+    return filled(n, [](Index i, Index j) { return i == j + 1 ? -1.0 : j >= i && j <= i + 3; });
+  };
+  const Modes m = modes(grcar(100));
+  CHECK(m.modes.back().error > 1);
+  CHECK(m.verdict == Verdict::unstable);
+  CHECK(modes(-grcar(20)).verdict != Verdict::unstable);
+  // A stable one that is far from normal, known from its triangle.
+  Random random(12);
+  const MatrixXd Q = algebra::orthogonal(dense(random, 12));
+  MatrixXd T = dense(random, 12).triangularView<Eigen::StrictlyUpper>();
+  T *= 2;
+  T.diagonal().setConstant(-2);
+  CHECK(modes(Q * T * Q.transpose()).verdict == Verdict::stable);
+  T.diagonal()[5] = 2;
+  CHECK(modes(Q * T * Q.transpose()).verdict == Verdict::unstable);
+}
+
+TEST_CASE("balancing is left out where it makes an eigenvalue worse") {
+  // Frank: its smallest eigenvalues are ill-conditioned, and balancing makes them more so [67]
+  const MatrixXd frank =
+      filled(12, [](Index i, Index j) { return j + 1 < i ? 0.0 : double(12 - std::max(i, j)); });
+  double worst = 0;
+  for (const Mode& m : modes(frank).modes) worst = std::max(worst, m.condition);
+  CHECK(worst < 1e8);
+  // The eigenvalues come in pairs of product one.
+  const Modes m = modes(frank);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const auto [small, large] = std::pair(m.modes[i], m.modes[11 - i]);
+    const double product = std::abs(small.eigenvalue * large.eigenvalue);
+    CHECK_NEAR(product, 1,
+               small.error * std::abs(large.eigenvalue) + large.error * std::abs(small.eigenvalue) +
+                   1e-12);
+  }
 }

@@ -9,9 +9,9 @@
 #include <numbers>
 #include <set>
 
-#include "flight/plan.hpp"
+#include "flight/fly.hpp"
 #include "runtime/log.hpp"
-#include "study/flight_plan.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
@@ -29,7 +29,7 @@ static const std::string level =
     "[gains]\nk_V = 3.53\nK_Ep = 1.77\nK_Ei = 0.183\nK_Lp = 0.987\nK_Li = 0.00215\nk_pa = 1.11\n"
     "k_da = 1.14\nk_pe = 1.17\nk_de = 7.66\n"
     "[[condition]]\nname = 'level'\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
-static const std::string held =
+static const std::string in_hover =
     level + "[simulate]\nschedule = 'hold'\nheight = 100\nduration = 2\n";
 
 static std::string within(const std::string& key, double from, double to) {
@@ -86,7 +86,7 @@ static double kolmogorov(std::vector<double> shares) {
 
 TEST_CASE("the scattered numbers are uniform within their bounds and independent") {
   constexpr int n = trials(1000);
-  const auto kept = by_number(flown(held + all_kept(n) + mass + pitch));
+  const auto kept = by_number(flown(in_hover + all_kept(n) + mass + pitch));
   REQUIRE(kept.size() == n);
   std::vector<double> masses, pitches;
   for (int k = 0; k < n; ++k) {
@@ -107,8 +107,8 @@ TEST_CASE("the scattered numbers are uniform within their bounds and independent
 }
 
 TEST_CASE("the numbers are named and counted in the study's words") {
-  const MonteCarlo run = flown(held + again(2) + within("aircraft.cyclic_off_deg", 55, 65) + pitch +
-                               within("gains.k_de", 7, 8));
+  const MonteCarlo run = flown(in_hover + again(2) + within("aircraft.cyclic_off_deg", 55, 65) +
+                               pitch + within("gains.k_de", 7, 8));
   CHECK(run.names ==
         std::vector<std::string>{"aircraft.cyclic_off_deg", "theta_deg", "gains.k_de"});
   for (const auto& [outcome, numbers] : run.worst) {
@@ -119,9 +119,9 @@ TEST_CASE("the numbers are named and counted in the study's words") {
 }
 
 TEST_CASE("a flight depends on the seed and its number, not on how many there are") {
-  const auto few = by_number(flown(held + all_kept(5) + mass));
-  const auto many = by_number(flown(held + all_kept(40) + mass));
-  const auto others = by_number(flown(held + again(5, "worst = 5\nseed = 2\n") + mass));
+  const auto few = by_number(flown(in_hover + all_kept(5) + mass));
+  const auto many = by_number(flown(in_hover + all_kept(40) + mass));
+  const auto others = by_number(flown(in_hover + again(5, "worst = 5\nseed = 2\n") + mass));
   REQUIRE(many.size() == 40);
   for (std::size_t k = 0; k < few.size(); ++k) {
     CHECK(few[k].numbers == many[k].numbers);
@@ -133,7 +133,7 @@ TEST_CASE("a flight depends on the seed and its number, not on how many there ar
 // ---- Flights -----------------------------------------------------------------------------------
 
 TEST_CASE("each has its own numbers: flown alone it ends the same") {
-  const Study study = parsed(held + all_kept(4) + mass + pitch + within("height", 50, 60) +
+  const Study study = parsed(in_hover + all_kept(4) + mass + pitch + within("height", 50, 60) +
                              within("gains.K_Lp", 0.9, 1.1));
   for (const auto& [outcome, numbers] : monte_carlo(study).worst) {
     const FlightPlan plan = flight_plan_of(study, outcome.number);
@@ -149,7 +149,7 @@ TEST_CASE("each has its own numbers: flown alone it ends the same") {
 }
 
 TEST_CASE("pitch at the start is scattered about an unmoved path") {
-  const Study study = parsed(held + again(3) + pitch);
+  const Study study = parsed(in_hover + again(3) + pitch);
   const FlightState nominal = flight_plan(study).start.state;
   for (long k = 0; k < 3; ++k) {
     const FlightState x = flight_plan_of(study, k).start.state;
@@ -179,17 +179,17 @@ TEST_CASE("every flight has turbulence of its own, whatever the gust's seed") {
     return fmt::format(
         "[[simulate.gust]]\nkind = 'dryden'\ndirection = 'up'\nsize = 1\nseed = {}\n", seed);
   };
-  const auto kept = by_number(flown(held + gust(1) + all_kept(8)));
+  const auto kept = by_number(flown(in_hover + gust(1) + all_kept(8)));
   std::set<double> ends;
   for (const auto& k : kept) ends.insert(k.outcome.gamma_off);
   CHECK(ends.size() == 8);
-  const auto reseeded = by_number(flown(held + gust(2) + all_kept(8)));
+  const auto reseeded = by_number(flown(in_hover + gust(2) + all_kept(8)));
   for (std::size_t k = 0; k < kept.size(); ++k)
     CHECK(kept[k].outcome.gamma_off == reseeded[k].outcome.gamma_off);
 }
 
 TEST_CASE("gust_size is that of every gust") {
-  const Study study = parsed(held +
+  const Study study = parsed(in_hover +
                              "[[simulate.gust]]\nkind = 'steady'\nsize = 0\n"
                              "[[simulate.gust]]\nkind = 'steady'\ndirection = 'up'\nsize = 0\n" +
                              all_kept(3) + within("gust_size", 0.5, 1.5));
@@ -202,7 +202,7 @@ TEST_CASE("gust_size is that of every gust") {
 
 TEST_CASE("good is what keeps its aims; miss is the largest figure over what is allowed") {
   const std::string text =
-      held +
+      in_hover +
       again(60, "worst = 60\nV_within = 0.02\ngamma_within_deg = 0.5\ntheta_within_deg = 6\n") +
       mass + pitch;
   const MonteCarlo run = flown(text);
@@ -223,12 +223,12 @@ TEST_CASE("good is what keeps its aims; miss is the largest figure over what is 
 }
 
 TEST_CASE("the worst that are kept are the worst of all") {
-  const auto all = flown(held + all_kept(200) + mass + pitch).worst;
-  const auto few = flown(held + again(200, "worst = 7\n") + mass + pitch).worst;
+  const auto all = flown(in_hover + all_kept(200) + mass + pitch).worst;
+  const auto few = flown(in_hover + again(200, "worst = 7\n") + mass + pitch).worst;
   REQUIRE(few.size() == 7);
   for (std::size_t k = 0; k < few.size(); ++k)
     CHECK(few[k].outcome.number == all[k].outcome.number);
-  CHECK(flown(held + again(5, "worst = 0\n") + mass).worst.empty());
+  CHECK(flown(in_hover + again(5, "worst = 0\n") + mass).worst.empty());
 }
 
 TEST_CASE("a flight that ends early is worse than any that ends in time, the earlier the worse") {
@@ -263,9 +263,9 @@ TEST_CASE("no trim to start from: said, none flown, no log left") {
 }
 
 TEST_CASE("no [montecarlo], no flight of the number") {
-  CHECK_THROWS_WITH_AS((void)flown(held), doctest::Contains("no [montecarlo] table"),
+  CHECK_THROWS_WITH_AS((void)flown(in_hover), doctest::Contains("no [montecarlo] table"),
                        std::invalid_argument);
-  const Study study = parsed(held + again(5) + mass);
+  const Study study = parsed(in_hover + again(5) + mass);
   for (const long number : {-1L, 5L})
     CHECK_THROWS_WITH_AS((void)flight_plan_of(study, number), doctest::Contains("numbered from 0"),
                          std::invalid_argument);
@@ -306,7 +306,7 @@ TEST_CASE("Clopper and Pearson: 2.5 % of the binomial lie beyond either end") {
 }
 
 TEST_CASE("the run says this interval of its own share") {
-  const MonteCarlo run = flown(held + again(60, "theta_within_deg = 6\n") + pitch);
+  const MonteCarlo run = flown(in_hover + again(60, "theta_within_deg = 6\n") + pitch);
   const Proportion expected = proportion(run.good, 60);
   CHECK(run.share.share == expected.share);
   CHECK(run.share.lower == expected.lower);
@@ -316,14 +316,14 @@ TEST_CASE("the run says this interval of its own share") {
 // ---- Threads and the log -----------------------------------------------------------------------
 
 TEST_CASE("the answer is the same for any number of threads") {
-  const std::string text = held + again(trials(330)) + mass + pitch;
+  const std::string text = in_hover + again(trials(330)) + mass + pitch;
   const MonteCarlo one = flown(text, {.threads = 1});
   for (const int threads : {2, 3, 8}) check_same(flown(text, {.threads = threads}), one);
 }
 
 TEST_CASE("stopped after some flights it goes on from the log to the same answer") {
   const Folder folder;
-  const std::string text = held + again(trials(330)) + mass + pitch;
+  const std::string text = in_hover + again(trials(330)) + mass + pitch;
   const MonteCarlo whole = flown(text);
   MonteCarloOptions options;
   options.log = folder.path / "log";
@@ -364,7 +364,7 @@ TEST_CASE("flights are logged as they are done, not at the end") {
     grown += now > size;
     size = now;
   };
-  CHECK(flown(held + again(40) + mass, options).flown == 40);
+  CHECK(flown(in_hover + again(40) + mass, options).flown == 40);
   CHECK(grown == 40);
 }
 
@@ -376,9 +376,9 @@ TEST_CASE("the log of other work is refused and kept") {
   std::stop_source source;
   options.stop = source.get_token();
   options.observe = [&](const MonteCarlo&) { source.request_stop(); };
-  CHECK(flown(held + again(100) + mass, options).interrupted);
+  CHECK(flown(in_hover + again(100) + mass, options).interrupted);
   options.identity = "that study";
-  CHECK_THROWS_AS((void)flown(held + again(100) + mass, options), LogError);
+  CHECK_THROWS_AS((void)flown(in_hover + again(100) + mass, options), LogError);
   CHECK(fs::exists(options.log));
 }
 
@@ -387,7 +387,7 @@ TEST_CASE("told to stop before it begins: none flown, nothing claimed") {
   source.request_stop();
   MonteCarloOptions options;
   options.stop = source.get_token();
-  const MonteCarlo run = flown(held + again(10) + mass, options);
+  const MonteCarlo run = flown(in_hover + again(10) + mass, options);
   CHECK(run.interrupted);
   CHECK(run.flown == 0);
   CHECK(run.share.upper == 1.0);

@@ -484,7 +484,7 @@ TEST_CASE("a repeated eigenvalue has no derivative; the others have") {
 // Skipped, not failing: it reads an empty matrix.
 TEST_CASE("nothing free: the eigenvalue moves all the same") {
   Sample held = scalar([](Complex x, Complex p) { return -p * x; }, 0, 2);
-  held.problem.spec = {};
+  held.problem.spec = {.implied = {"x"}};
   const Sensitivities s = sensitivities_of(held);
   REQUIRE(bool(s));
   CHECK_NEAR(s.parameters.at(0).modes.at(0).eigenvalue.real(), -1, sloped);

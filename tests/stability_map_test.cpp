@@ -1,5 +1,3 @@
-#include "linearize/stability_map.hpp"
-
 #include <algorithm>
 #include <array>
 #include <fstream>
@@ -12,7 +10,7 @@
 #include "linearize/routh.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 using namespace tiltrim;

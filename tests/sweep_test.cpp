@@ -12,13 +12,13 @@
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
 #include "runtime/log.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/sweep_requests.hpp"
 #include "sweep/record.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "tests/toy_models.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
@@ -289,7 +289,7 @@ std::string reason_at(const SweepMap& map, std::size_t point) {
 namespace {
 
 // Crosses at r (real, leaving) and at s (a pair of frequency 3 + p, entering).
-struct Crossing {
+struct PlantedCrossing {
   double r, s;
 
   Spectrum operator()(double p) const {
@@ -306,7 +306,7 @@ struct Crossing {
   }
 };
 
-SweepRequest crossing_request(Random& random, const Crossing& c) {
+SweepRequest crossing_request(Random& random, const PlantedCrossing& c) {
   const auto A = [c](const VectorXd& p) { return blocks(c(p[0])); };
   return request(planted({"p"}, in_other_coordinates(random, 6, A)));
 }
@@ -320,7 +320,7 @@ TEST_CASE("real and Hopf crossings are located on linear, log, listed and fallin
   for (const std::vector<double>& values :
        {spaced(0.01, 1, 11), logarithmic, {0.01, 0.05, 0.3, 0.31, 0.7, 1.0}, spaced(1, 0.01, 7)}) {
     for (int i = 0; i < trials(20); ++i) {
-      const Crossing c{uniform(random, 0.02, 0.99), uniform(random, 0.02, 0.99)};
+      const PlantedCrossing c{uniform(random, 0.02, 0.99), uniform(random, 0.02, 0.99)};
       const SweepMap map = swept(crossing_request(random, c), {axis("p", values)});
       check_crossings(map, c.expected(values.front() < values.back()));
       for (const AxisInterval& v : map.intervals)
@@ -333,7 +333,7 @@ TEST_CASE("real and Hopf crossings are located on linear, log, listed and fallin
 }
 
 TEST_CASE("a crossing says which mode it is") {
-  const Crossing c{0.33, 0.61};
+  const PlantedCrossing c{0.33, 0.61};
   const SweepMap map = swept(with_spectrum(c), {axis("p", spaced(0, 1, 6))});
   check_crossings(map, c.expected(true));
   REQUIRE(map.crossings.size() == 2);
@@ -350,14 +350,14 @@ TEST_CASE("a crossing says which mode it is") {
 TEST_CASE("a crossing at a grid point") {
   Random random(2);
   for (const double r : {0.25, 0.5}) {
-    const Crossing c{r, 0.75};
+    const PlantedCrossing c{r, 0.75};
     check_crossings(swept(crossing_request(random, c), {axis("p", spaced(0, 1, 9))}),
                     c.expected(true));
   }
 }
 
 TEST_CASE("a crossing exactly at a grid point is one") {
-  const Crossing c{0.25, 0.75};
+  const PlantedCrossing c{0.25, 0.75};
   check_crossings(swept(with_spectrum(c), {axis("p", spaced(0, 1, 9))}), c.expected(true));
 }
 
@@ -918,7 +918,7 @@ TEST_CASE("along every gain each point is what trim, linearize and modes say") {
       for (std::size_t k = 0; k < map.points(); ++k) {
         REQUIRE(map.verdict[k] >= 0);
         const Eigen::VectorXcd expected =
-            spectrum_of(vehicle_at(s, map, k), s.conditions[0].command);
+            spectrum_of(vehicle_at(s, map, k), *s.conditions[0].command());
         CHECK(relative_distance(spectrum_at(map, k), expected) <= 1e-9);
       }
     }
@@ -947,7 +947,7 @@ TEST_CASE("crossings along gains are those of bisection") {
     const auto count_at = [&, signal = gain](double value) {
       Vehicle vehicle = s.vehicle;
       gain_value(vehicle.gains, std::size_t(find(gain_signals(), signal))) = value;
-      return unstable(spectrum_of(vehicle, s.conditions[0].command));
+      return unstable(spectrum_of(vehicle, *s.conditions[0].command()));
     };
     for (const AxisCrossing& c : map.crossings) {
       const double around = 1e-4 * (to - from), at = c.at[1];
@@ -1142,7 +1142,7 @@ TEST_CASE("three axes: every point is its own, lines cross where planted") {
 }
 
 TEST_CASE("axes of one point, grids of one, one state") {
-  const Crossing c{0.3, 0.6};
+  const PlantedCrossing c{0.3, 0.6};
   const SweepMap point = swept(with_spectrum(c), {axis("p", {0.4})});
   CHECK(point.points() == 1);
   CHECK(relative_distance(spectrum_at(point, 0), eigenvalues(blocks(c(0.4)))) <= 1e-12);

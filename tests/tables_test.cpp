@@ -11,7 +11,7 @@
 #include <random>
 
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;

@@ -8,12 +8,11 @@
 #include <random>
 #include <set>
 
+#include "flight/flight.hpp"
+#include "flight/fly.hpp"
 #include "flight/hand_over.hpp"
-#include "flight/plan.hpp"
-#include "flight/response.hpp"
-#include "flight/schedule.hpp"
 #include "linearize/linearize.hpp"
-#include "study/flight_plan.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"

@@ -9,7 +9,7 @@
 #include "linearize/modes.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

@@ -3,7 +3,7 @@
 
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
-#include "tests/random.hpp"
+#include "tests/random_draws.hpp"
 #include "trim/trim.hpp"
 
 using namespace tiltrim;

@@ -643,7 +643,7 @@ TEST_CASE("an effort of one's own decides otherwise") {
 }
 
 TEST_CASE("nothing to find is found at once") {
-  const TrimResult r = trim(fold(), {}, at_fold(1, 1));
+  const TrimResult r = trim(fold(), {.implied = {"x"}}, at_fold(1, -1));
   CHECK(r.status == TrimStatus::converged);
   CHECK(r.point.x[0] == 1.0);
 }
@@ -733,4 +733,113 @@ TEST_CASE("the same input gives the same bytes; a trimmed point stays where it i
     for (Eigen::Index i = 0; i < once.point.u.size(); ++i)
       CHECK_NEAR(again.point.u[i], once.point.u[i], 1e-13);
   }
+}
+
+// ---- what is asked, and what of it was met ----
+
+TEST_CASE("a state of which nothing is said is steady") {
+  const Model m = scalar([](double x, double p) { return p - x; });
+  const OperatingPoint guess{vec({0}), {}, vec({1})};
+  const TrimResult r = trim(m, {.free = {"x"}}, guess);
+  CHECK(r.status == TrimStatus::converged);
+  CHECK_NEAR(r.point.x[0], 1.0, 1e-12);
+  CHECK(contains(refusal([&] { (void)trim(m, {}, guess); }),
+                 "0 free variables () cannot hold 1 conditions (x')"));
+  CHECK(contains(refusal([&] { (void)trim(m, {.free = {"x"}, .moving = {"x"}}, guess); }),
+                 "asks for nothing"));
+  CHECK(contains(
+      refusal([&] { (void)trim(m, {.free = {"x"}, .steady = {"x"}, .moving = {"x"}}, guess); }),
+      "free and held"));
+  CHECK(contains(refusal([&] { (void)trim(m, {.free = {"x"}, .moving = {"y"}}, guess); }), "y"));
+
+  // A position moves and is said to; what the speed is, the trim still finds.
+  const Model cruise = flow({"position", "speed"}, {"thrust"}, [](const auto& x, const auto& p) {
+    return vec({x[1], p[0] - x[1] * x[1]});
+  });
+  const TrimSpec moving{.free = {"speed"}, .moving = {"position"}};
+  CHECK(moving_states(cruise, moving) == std::vector<std::string>{"position"});
+  CHECK(moving_states(cruise, {.free = {"speed"}, .steady = {"speed"}}) ==
+        std::vector<std::string>{"position"});
+  CHECK(moving_states(cruise, {}).empty());
+  const TrimResult fast = trim(cruise, moving, {vec({0, 1}), {}, vec({9})});
+  CHECK(fast.status == TrimStatus::converged);
+  CHECK_NEAR(fast.point.x[1], 3.0, 1e-12);
+}
+
+TEST_CASE("of two trims of equal effort the one nearer to the guess, whatever rounding says") {
+  // u² = 1: the magnet holds with either sign.
+  const Model magnet = plain([](double, double u) { return u * u - 1; });
+  for (const double guess : {-3.0, -0.3, -0.01, 0.01, 0.3, 3.0})
+    for (const TrimOptions& options : both_methods()) {
+      CAPTURE(guess);
+      const TrimResult r = trim(magnet, {.free = {"u"}, .steady = {"x"}},
+                                {vec({0}), vec({guess}), VectorXd()}, options);
+      CHECK(r.status == TrimStatus::converged);
+      CHECK_NEAR(r.point.u[0], std::copysign(1.0, guess), 1e-12);
+    }
+  CHECK(trim(magnet, {.free = {"u"}, .steady = {"x"}}, {vec({0}), vec({0.3}), {}}).others.size() ==
+        1);
+}
+
+TEST_CASE("rates that vanish with their slopes are no equilibrium") {
+  const Model decay = scalar([](double x, double) { return std::exp(-x); });
+  const TrimResult far = trim(decay, {.free = {"x"}, .steady = {"x"}}, {vec({0}), {}, vec({0})});
+  CHECK(far.status == TrimStatus::not_found);
+  CHECK(far.residual <= converged_to);
+  // A double root is one: Newton's steps to it halve.
+  const Model flat = scalar([](double x, double) { return std::pow(x - 1, 4); });
+  const TrimResult root = trim(flat, {.free = {"x"}, .steady = {"x"}}, {vec({3}), {}, vec({0})});
+  CHECK(root.status == TrimStatus::singular);
+  CHECK_NEAR(root.point.x[0], 1.0, 0.01);
+}
+
+TEST_CASE("what is left over says what was wanted") {
+  Model m = scalar([](double x, double p) { return p - x; });
+  m.outputs = {{"gap", "m", 1.0}};
+  m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return vec({0.25}); };
+  const TrimResult r = trim(m, {.free = {"x", "p"}, .steady = {"x"}, .bounds = {{"gap", {1, 1}}}},
+                            {vec({0}), {}, vec({1})}, {.starts = 1});
+  CHECK(contains(r.message, "gap = 0.25 m instead of 1"));
+  const TrimResult one =
+      trim(m, {.free = {"x", "p"}, .steady = {"x"}, .bounds = {{"gap", {1, 1}}}},
+           {vec({0}), {}, vec({1})}, {.method = TrimMethod::newton, .starts = 0});
+  CHECK(contains(one.message, "in 1 start;"));
+}
+
+TEST_CASE("a singular trim names every variable that is left, and the rank") {
+  const Model m = flow({"a", "b", "c"}, {}, [](const auto& x, const auto&) {
+    return vec({x[0] + x[1], 2 * (x[0] + x[1]), x[2]});
+  });
+  const std::vector<std::string> all{"a", "b", "c"};
+  const TrimResult r = trim(m, {.free = all, .steady = all}, {vec({1, 2, 3}), {}, {}});
+  CHECK(r.status == TrimStatus::singular);
+  CHECK(contains(r.message, "do not determine a, b:"));
+  CHECK(contains(r.message, "of rank 2 for 3 equations"));
+}
+
+TEST_CASE("a model that knows nothing outside its domain is led back into it") {
+  // Two tanks: what flows is the root of the head, and there is no flow of a negative head.
+  const Model tanks =
+      flow({"upper", "lower"}, {"in"}, [](const auto& x, const auto& p) -> VectorXd {
+        if (x[0] < x[1] || x[1] < 0) throw std::domain_error("a negative head");
+        return vec({p[0] - std::sqrt(x[0] - x[1]), std::sqrt(x[0] - x[1]) - std::sqrt(x[1])});
+      });
+  const std::vector<std::string> levels{"upper", "lower"};
+  for (const double in : {0.1, 1.0, 2.0})
+    for (const OperatingPoint& guess :
+         {OperatingPoint{vec({9, 1}), {}, vec({in})}, {vec({1e-9, 0}), {}, vec({in})}}) {
+      const TrimResult r = trim(tanks, {.free = levels, .steady = levels}, guess);
+      CAPTURE(in);
+      CHECK(r.status == TrimStatus::converged);
+      CHECK_NEAR(r.point.x[0], 2 * in * in, 1e-9);
+      CHECK_NEAR(r.point.x[1], in * in, 1e-9);
+    }
+}
+
+TEST_CASE("a model too large for full matrices is refused at once") {
+  std::vector<std::string> many;
+  for (std::size_t i = 0; i <= largest_model; ++i) many.push_back(fmt::format("x{}", i));
+  const Model m = flow(many, {}, [](const VectorXd& x, const auto&) { return x; });
+  const OperatingPoint guess{VectorXd::Zero(std::ssize(many)), {}, {}};
+  CHECK(contains(refusal([&] { (void)trim(m, {.free = many}, guess); }), "2001 signals"));
 }

@@ -16,8 +16,8 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/sweep_requests.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tune/requirement.hpp"
@@ -945,7 +945,7 @@ TEST_CASE("margins, uses, half-times, sensitivities: each as another road has it
       const std::optional<Study> study = drawn(flight, random);
       if (!study) continue;
       ++done;
-      const Command& command = study->conditions.front().command;
+      const Command& command = *study->conditions.front().command();
       const TrimResult trimmed = trim_closed_loop(study->vehicle, command);
       const LinearModel linear = linear_at(study->vehicle, command);
       check_margins(*study, trimmed);

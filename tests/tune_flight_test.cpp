@@ -4,10 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "flight/plan.hpp"
-#include "study/flight_plan.hpp"
+#include "flight/fly.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/tune_problem.hpp"
 #include "tests/check.hpp"
 #include "tune/tune.hpp"
 

@@ -10,9 +10,8 @@
 
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/sweep_requests.hpp"
-#include "study/tune_problem.hpp"
 #include "tests/check.hpp"
 #include "tune/candidate.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"

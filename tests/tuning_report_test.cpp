@@ -1,4 +1,6 @@
 // What is said of a tuning result: words, JSON, CSV and TOML, from results made up here.
+#include "report/tuning_report.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -6,7 +8,6 @@
 #include <random>
 #include <sstream>
 
-#include "report/tuning.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 

@@ -7,13 +7,9 @@
 #include <random>
 
 #include "linearize/modes.hpp"
-#include "study/actuator_loops.hpp"
 #include "study/analyses.hpp"
-#include "study/answer.hpp"
+#include "study/problems.hpp"
 #include "study/study.hpp"
-#include "study/sweep_requests.hpp"
-#include "study/tune_problem.hpp"
-#include "study/user_motion.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
 #include "tune/tune.hpp"

@@ -179,8 +179,8 @@ TEST_CASE("angles have two keys, in rad and in degrees") {
   const Study taken = parsed(
       "model.state = [{name = 'a', unit = 'rad', rate = '-a'}]\n"
       "model.parameter = [{name = 'a_deg', value = 3}]\n[[condition]]\nname = 'c'\na_deg = 5\n");
-  CHECK(taken.conditions[0].values.at("a_deg").lower == 5);
-  CHECK_FALSE(taken.conditions[0].values.contains("a"));
+  CHECK(taken.conditions[0].user()->values.at("a_deg").lower == 5);
+  CHECK_FALSE(taken.conditions[0].user()->values.contains("a"));
 }
 
 TEST_CASE("what is no model") {

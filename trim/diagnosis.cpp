@@ -91,6 +91,7 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
                    const std::string& state, const TrimOptions& options) {
   TrimSpec given = spec;
   Remedy remedy{RemedyKind::equation, state};
+  given.moving = moving_states(wider, spec);
   std::erase(given.steady, state);
   if (const auto held = given.rates.find(state); held != given.rates.end()) {
     remedy.from = held->second;
@@ -99,6 +100,7 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
   const double nominal = signal_of(wider, variable(wider, state)).nominal;
   given.effort = {{state + "'", nominal, remedy.from}};
   std::erase(given.implied, state);
+  given.moving.push_back(state);
   remedy.trim = trim(wider, given, guess, options);
   if (remedy.helps()) remedy.to = at(wider, remedy.trim, state + "'");
   return remedy;
@@ -210,19 +212,25 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
       if (std::isfinite(up ? upper : lower))
         d.remedies.push_back(of_limit(model, spec, guess, signal, up, unproved));
   };
-  for (Index k = 0; k < problem.n(); ++k)
+  const auto stopped = [&] { return options.stop.stop_requested(); };
+  for (Index k = 0; k < problem.n() && !stopped(); ++k)
     limit(signal_of(model, problem.unknowns[std::size_t(k)]), problem.lower[k], problem.upper[k]);
-  for (Index i = 0; i < std::ssize(problem.limited); ++i) {
+  for (Index i = 0; i < std::ssize(problem.limited) && !stopped(); ++i) {
     const Index row = problem.limited[std::size_t(i)] - std::ssize(model.states);
     limit(model.outputs[std::size_t(row)], problem.limited_lower[i], problem.limited_upper[i]);
   }
   const Model wider = with_rates(model);
   for (const Index row : problem.equations)
-    if (row < std::ssize(model.states))
+    if (row < std::ssize(model.states) && !stopped())
       d.remedies.push_back(
           of_equation(wider, spec, guess, model.states[std::size_t(row)].name, unproved));
   for (const DecisionVariable& lever : levers)
-    d.remedies.push_back(nearest(model, spec, guess, lever, options));
+    if (!stopped()) d.remedies.push_back(nearest(model, spec, guess, lever, options));
+  // What was cut short was not examined: it is no remedy that does not help.
+  std::erase_if(d.remedies, [](const Remedy& r) {
+    return !r.helps() && r.trim.status == TrimStatus::interrupted;
+  });
+  d.interrupted = stopped();
   return d;
 }
 
@@ -231,7 +239,7 @@ std::string in_words(const Remedy& r, double factor, const std::string& unit) {
   const auto number = [&](double value) { return fmt::format("{:.6g}{}", value * factor, space); };
   const std::string known = r.trim.status == TrimStatus::infeasible
                                 ? "shown"
-                                : fmt::format("none found in {} starts", r.trim.starts);
+                                : "none found in " + counted(r.trim.starts, "start");
   const std::string nearest = r.trim.status == TrimStatus::converged ? "" : "at most ";
   const char* const way = r.upper ? "up to" : "down to";
   const double farthest = r.upper ? r.searched.upper : r.searched.lower;

@@ -49,6 +49,7 @@ struct Diagnosis {
   OperatingPoint closest;        ///< the least-squares point within the limits
   std::vector<Holding> holding;  ///< strongest pull first
   std::vector<Remedy> remedies;  ///< limits, equations, levers: each alone
+  bool interrupted = false;      ///< others were not examined
 };
 
 /// Looks for what would have to give for `spec` to have an answer, `closest` being the best point

@@ -15,6 +15,10 @@ namespace tiltrim {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+std::string counted(int n, const std::string& what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
+}
+
 std::string row_name(const Model& model, Index row) {
   const Index nx = std::ssize(model.states);
   return row < nx ? model.states[std::size_t(row)].name + "'"
@@ -104,9 +108,28 @@ void add_unknowns(Problem& p, const TrimSpec& spec) {
     p.nominal[k] = signal_of(p.model, p.unknowns[std::size_t(k)]).nominal;
 }
 
+bool named(const std::vector<std::string>& all, const std::string& name) {
+  return std::ranges::find(all, name) != all.end();
+}
+
+// Where nobody says which states are steady, all are of which nothing else is said.
+std::vector<std::string> steady_states(const Model& model, const TrimSpec& spec) {
+  if (!spec.steady.empty()) return spec.steady;
+  std::vector<std::string> steady;
+  for (const Signal& s : model.states)
+    if (!spec.rates.contains(s.name) && !named(spec.implied, s.name) && !named(spec.moving, s.name))
+      steady.push_back(s.name);
+  return steady;
+}
+
 void add_rates(Problem& p, const TrimSpec& spec) {
   std::map<std::string, double> held = spec.rates;
-  for (const std::string& name : spec.steady)
+  for (const std::string& name : spec.moving) {
+    (void)index_of(p.model.states, name, "state");
+    if (named(spec.steady, name) || held.contains(name) || named(spec.implied, name))
+      throw std::invalid_argument(fmt::format("the rate of '{}' is free and held", name));
+  }
+  for (const std::string& name : steady_states(p.model, spec))
     if (!held.emplace(name, 0.0).second)
       throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", name));
   for (const Signal& s : p.model.states)  // the model's order, not the map's
@@ -176,7 +199,10 @@ void add_effort(Problem& p, const TrimSpec& spec) {
   }
 }
 
-void count(const Problem& p) {
+void count(const Problem& p, const TrimSpec& spec) {
+  if (p.m() == 0 && p.implied.empty() && spec.effort.empty())
+    throw std::invalid_argument(
+        "the trim asks for nothing: every state is left moving and no output is held at a value");
   if (p.n() >= p.m()) return;
   std::vector<std::string> unknowns, held;
   for (const Index j : p.unknowns) unknowns.push_back(signal_of(p.model, j).name);
@@ -200,6 +226,15 @@ void check_answers(const Problem& p) {
 
 }  // namespace
 
+std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec) {
+  const std::vector<std::string> steady = steady_states(model, spec);
+  std::vector<std::string> moving;
+  for (const Signal& s : model.states)
+    if (!named(steady, s.name) && !named(spec.implied, s.name) && !spec.rates.contains(s.name))
+      moving.push_back(s.name);
+  return moving;
+}
+
 Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess) {
   check(model);
   check(model, guess);
@@ -210,7 +245,7 @@ Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPo
   add_rates(p, spec);
   add_bounds(p, spec);
   add_effort(p, spec);
-  count(p);
+  count(p, spec);
   check_answers(p);
   const Index nx = std::ssize(model.states);
   const auto is_output = [nx](Index row) { return row >= nx; };

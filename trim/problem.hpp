@@ -72,6 +72,9 @@ Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
 Eigen::VectorXd unknowns_of(const Problem& problem, const OperatingPoint& point);
 OperatingPoint point_of(const Problem& problem, const Eigen::VectorXd& z);
 
+/// "1 start", "2 starts".
+std::string counted(int n, const std::string& what);
+
 /// The point's name for row i of [f; h]: "q'" for a rate, "airspeed" for an output.
 std::string row_name(const Model& model, Eigen::Index row);
 std::string row_unit(const Model& model, Eigen::Index row);

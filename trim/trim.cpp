@@ -150,9 +150,17 @@ struct Search {
     answers.push_back(r);
   }
 
-  void from_newton(const VectorXd& z0, const TrimOptions& with) {
+  // Where the model gives no numbers, the start steps back towards the guess, into its domain.
+  void from_newton(VectorXd z0, const TrimOptions& with) {
+    constexpr int halvings = 30;
     ++starts;
-    add(newton(p, z0, with).z, true);
+    const VectorXd guess = unknowns_of(p, p.base);
+    NewtonResult found = newton(p, z0, with);
+    for (int i = 0; i < halvings && !std::isfinite(found.residual) && z0 != guess; ++i) {
+      z0 = 0.5 * (z0 + guess);
+      if (values(p, z0).finite) found = newton(p, z0, with);
+    }
+    add(found.z, true);
   }
 
   void from_ipopt(const VectorXd& z0, const TrimOptions& with) {
@@ -192,9 +200,23 @@ void search(Search& s) {
   }
 }
 
+// By status, then effort; of equal efforts, which rounding must not order, the nearest to the
+// guess, and of equally near ones the one found first.
 TrimResult best_answer(Search& s) {
+  constexpr double equal = 1e-9;  // relative
   const auto key = [](const TrimResult& r) { return std::tuple(r.status, r.effort); };
-  std::ranges::stable_sort(s.answers, {}, key);  // of equals, the one found first
+  std::ranges::stable_sort(s.answers, {}, key);
+  const TrimResult& least = s.answers.front();
+  const auto ties = [&](const TrimResult& r) {
+    return r.status == least.status && r.effort - least.effort <= equal * std::abs(r.effort);
+  };
+  const VectorXd guess = unknowns_of(s.p, s.p.base);
+  const auto away = [&](const TrimResult& r) { return (unknowns_of(s.p, r.point) - guess).norm(); };
+  const auto last = std::ranges::find_if_not(s.answers, ties);
+  auto nearest = s.answers.begin();
+  for (auto r = s.answers.begin(); r != last; ++r)
+    if (away(*r) < away(*nearest) * (1 - equal)) nearest = r;
+  std::rotate(s.answers.begin(), nearest, nearest + 1);
   TrimResult best = s.answers.front();
   for (std::size_t i = 1; i < s.answers.size(); ++i)
     if (s.answers[i].status == TrimStatus::converged) best.others.push_back(s.answers[i].point);
@@ -242,8 +264,8 @@ std::string no_numbers(const Search& s) {
   const Problem& p = s.p;
   if (!p.thrown.empty()) return "the model threw: " + p.thrown;
   const VectorXd rates = values(p, unknowns_of(p, p.base)).rates;
-  return fmt::format("the model gives no finite numbers at any of {} starts; at the guess {}",
-                     s.starts, not_finite_in_words(p, rates, outputs(p, p.base)));
+  return fmt::format("the model gives no finite numbers at any of {}; at the guess {}",
+                     counted(s.starts, "start"), not_finite_in_words(p, rates, outputs(p, p.base)));
 }
 
 TrimResult no_answer(Search& s) {
@@ -254,7 +276,7 @@ TrimResult no_answer(Search& s) {
   if (!s.answers.empty()) return best_answer(s);
   if (s.options.stop.stop_requested()) {
     r.status = TrimStatus::interrupted;
-    r.message = fmt::format("stopped by the caller after {} starts", s.starts);
+    r.message = "stopped by the caller after " + counted(s.starts, "start");
   } else if (!std::isfinite(s.closest_residual)) {
     r.status = p.thrown.empty() ? TrimStatus::not_finite : TrimStatus::model_threw;
     r.message = no_numbers(s);
@@ -268,7 +290,7 @@ TrimResult no_answer(Search& s) {
         proof.shown
             ? fmt::format("no point within the limits is an equilibrium (shown, over {} boxes)",
                           proof.boxes)
-            : fmt::format("no equilibrium found in {} starts", s.starts),
+            : "no equilibrium found in " + counted(s.starts, "start"),
         left_over(p, p.equations, r), limits_in_words(r));
     if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
   }

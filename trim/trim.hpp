@@ -14,13 +14,18 @@ namespace tiltrim {
 
 /// The trim problem in the user's words. Names are the model's signals.
 struct TrimSpec {
-  std::vector<std::string> free{};        ///< states, inputs or parameters the solver may move
-  std::vector<std::string> steady{};      ///< states whose rates are held at zero
+  std::vector<std::string> free{};  ///< states, inputs or parameters the solver may move
+  /// States whose rates are held at zero. Empty: all that rates, implied and moving do not name.
+  std::vector<std::string> steady{};
   std::map<std::string, double> rates{};  ///< states whose rates are held at a value [unit/s]
   std::map<std::string, Range> bounds{};  ///< on any variable or output; equal ends: held there
   std::vector<std::string> implied{};     ///< rates that must vanish as a consequence; verified
+  std::vector<std::string> moving{};      ///< states whose rates may be anything: a position
   std::vector<CostTerm> effort{};         ///< empty: every free input over its nominal size
 };
+
+/// The states whose rates the trim holds at nothing.
+std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec);
 
 /// A trim problem ready to solve: a model, what is asked, where to start.
 struct TrimProblem {
@@ -99,8 +104,8 @@ struct TrimResult {
 };
 
 /// Solves `spec` on `model` from `guess`. Throws std::invalid_argument on the caller's mistakes: a
-/// name the model does not have, bounds that are reversed or NaN, more equations than unknowns, a
-/// guess of the wrong size.
+/// name the model does not have, bounds that are reversed or NaN, no equation at all, more
+/// equations than unknowns, a guess of the wrong size.
 [[nodiscard]] TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                               const TrimOptions& options = {});
 

@@ -47,10 +47,17 @@ bool same_bits(const VectorXd& a, const VectorXd& b) {
           std::memcmp(a.data(), b.data(), std::size_t(a.size()) * sizeof(double)) == 0);
 }
 
-std::string free_direction(const Problem& p, const VectorXd& direction) {
-  Index most = 0;
-  direction.cwiseAbs().maxCoeff(&most);
-  return signal_of(p.model, p.unknowns[std::size_t(most)]).name;
+// The unknowns that may move without the equations noticing, the freest first.
+std::string free_directions(const Problem& p, const MatrixXd& directions) {
+  constexpr double involved = 0.1;  // of the freest one's share
+  const VectorXd share = directions.rowwise().norm();
+  std::vector<Index> order;
+  for (Index k = 0; k < p.n(); ++k)
+    if (share[k] >= involved * share.maxCoeff()) order.push_back(k);
+  std::ranges::stable_sort(order, std::greater{}, [&](Index k) { return share[k]; });
+  std::vector<std::string> names;
+  for (const Index k : order) names.push_back(signal_of(p.model, p.unknowns[std::size_t(k)]).name);
+  return fmt::format("{}", fmt::join(names, ", "));
 }
 
 // The rows that are longer than one, brought to one: a stiff equation says no less of its own
@@ -59,25 +66,51 @@ MatrixXd without_stiffness(const MatrixXd& J) {
   return J.rowwise().norm().cwiseMax(1.0).cwiseInverse().asDiagonal() * J;
 }
 
+// Newton's step were every equation's slope of length one.
+VectorXd step_to_zero(const MatrixXd& J, const VectorXd& residual) {
+  const VectorXd length = J.rowwise().lpNorm<Eigen::Infinity>();
+  const VectorXd over = (length.array() > 0).select(length.cwiseInverse(), 0.0);
+  return dense::solve(dense::svd(over.asDiagonal() * J), -over.cwiseProduct(residual));
+}
+
+// How far away a zero would be where the residual is small only because its slopes are: it is no
+// larger a good way off. Else 0.
+double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, const MatrixXd& J) {
+  constexpr double far = 0.1;  // nominal sizes
+  const VectorXd step = step_to_zero(J, v.residual);
+  const double away = step.norm();
+  if (!(away > far)) return 0.0;
+  const Values there = values(p, z + far / away * step);
+  const bool flat = there.finite && there.residual.norm() <= 2 * v.residual.norm();
+  return flat ? away : 0.0;
+}
+
 // How well the equations determine the unknowns, and how far Newton would still move.
-void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
+void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r,
+                       double& away) {
   if (p.m() == 0) {
     r.rcond = 1.0;
     return;
   }
   const Jacobians s = jacobians(p, z);
   if (!s.finite) return;  // rcond stays 0: not determined
-  const dense::SVD svd = dense::svd(s.residual);
+  dense::SVD svd = dense::svd(s.residual);
   r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
   const VectorXd dz = dense::solve(svd, v.residual);
   r.step = dz.allFinite() ? dz.lpNorm<Eigen::Infinity>() : std::numeric_limits<double>::infinity();
   if (r.rcond < singular_below) {
-    const VectorXd even = dense::singular_values(without_stiffness(s.residual));
-    r.rcond = even[p.m() - 1] / std::max(even[0], 1.0);
+    svd = dense::svd(without_stiffness(s.residual));
+    r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
   }
-  if (r.rcond < singular_below)
-    r.message = fmt::format("the equations do not determine {}: the Jacobian is singular there",
-                            free_direction(p, svd.V.col(p.m() - 1)));
+  if (r.rcond >= singular_below) return;
+  away = distance_to_zero(p, z, v, s.residual);
+  Index rank = 0;
+  while (rank < p.m() && svd.sigma[rank] >= singular_below * std::max(svd.sigma[0], 1.0)) ++rank;
+  rank = std::min(rank, p.m() - 1);
+  r.message = fmt::format(
+      "the equations do not determine {}: the Jacobian is singular there, of rank {} for {} "
+      "equations",
+      free_directions(p, svd.V.middleCols(rank, p.m() - rank)), rank, p.m());
 }
 
 }  // namespace
@@ -85,10 +118,16 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
 std::string left_over(const Problem& p, const std::vector<Index>& rows, const TrimResult& r) {
   const Index nx = std::ssize(p.model.states);
   std::vector<std::string> words;
-  for (const Index row : rows)
+  for (const Index row : rows) {
+    const auto equation = std::ranges::find(p.equations, row) - p.equations.begin();
+    const double wanted = equation < p.m() ? p.held[equation] : 0.0;
     words.push_back(fmt::format("{} = {:.3g} {}", row_name(p.model, row),
                                 row < nx ? r.rates[row] : r.outputs[row - nx],
                                 row_unit(p.model, row)));
+    if (wanted != 0 || row >= nx)
+      words.back() +=
+          fmt::format("{}instead of {:.6g}", words.back().ends_with(' ') ? "" : " ", wanted);
+  }
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
@@ -140,7 +179,15 @@ TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimO
                 not_finite_in_words(p, r.rates, r.outputs);
     return r;
   }
-  note_conditioning(p, z, v, r);
+  double away = 0.0;
+  note_conditioning(p, z, v, r, away);
+  if (away > 0) {
+    r.message = fmt::format(
+        "the equations are met to {:.1g} because their slopes vanish too: the nearest equilibrium "
+        "would be {:.2g} nominal sizes away",
+        r.residual, away);
+    return r;  // not_found
+  }
   const auto moves = [&](Index row) {
     return std::abs(r.rates[row]) > options.tolerance * p.row_nominal[row];
   };

@@ -16,7 +16,8 @@ TrimResult verify(const Problem& problem, const Eigen::VectorXd& z, bool optimal
 /// Largest violation of lower <= v <= upper.
 double excess(const Eigen::VectorXd& v, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper);
 
-/// "V' = -3.2 m/s², theta0 = 1": the rows' values at a point, in words.
+/// "V' = -3.2 m/s², gap = 0 m instead of 1": the rows' values at a point, in words, and what those
+/// equations hold that are not to vanish.
 std::string left_over(const Problem& problem, const std::vector<Eigen::Index>& rows,
                       const TrimResult& at);
 /// "V' = nan, thrust = inf": the rows that are not finite, in words.

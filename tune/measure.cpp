@@ -1,6 +1,6 @@
-#include "tune/measure.hpp"
-
 #include <array>
+
+#include "tune/tune.hpp"
 
 namespace tiltrim {
 

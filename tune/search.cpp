@@ -8,13 +8,11 @@
 #include <stdexcept>
 
 #include "optimize/optimize.hpp"
+#include "tune/epigraph.hpp"
 
 namespace tiltrim {
 
-using Complex = std::complex<double>;
 using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 namespace {
@@ -164,204 +162,6 @@ void Search::keep() {
 
 namespace {
 
-// ---- the epigraph form: max t, every eigenvalue of every point keeping t and the limits ----
-
-// Of two that meet, the middle m and D = ((λ₁ - λ₂)/2)² are smooth where they themselves are not.
-struct Twin {
-  Index first, second;
-  Complex middle, D;
-  Eigen::RowVectorXcd middle_slope, D_slope;
-};
-
-Twin twin_at(const PlaceModes& place, const Meeting& meeting, bool slopes) {
-  const auto distance = [&](Index i) {
-    const Complex z = place.eigenvalues[i];
-    const bool other_side = !meeting.real && z.imag() < 0;
-    return other_side ? std::numeric_limits<double>::infinity() : std::abs(z - meeting.middle);
-  };
-  Twin twin{0, 1, {}, {}, {}, {}};
-  if (distance(1) < distance(0)) std::swap(twin.first, twin.second);
-  for (Index i = 2; i < place.eigenvalues.size(); ++i) {
-    if (distance(i) < distance(twin.second)) twin.second = i;
-    if (distance(twin.second) < distance(twin.first)) std::swap(twin.first, twin.second);
-  }
-  const Complex a = place.eigenvalues[twin.first], b = place.eigenvalues[twin.second];
-  const Complex half = 0.5 * (a - b);
-  twin.middle = 0.5 * (a + b);
-  twin.D = half * half;
-  if (!slopes) return twin;
-  twin.middle_slope = 0.5 * (place.slopes.row(twin.first) + place.slopes.row(twin.second));
-  twin.D_slope = half * (place.slopes.row(twin.first) - place.slopes.row(twin.second));
-  return twin;
-}
-
-// Unknowns (y, t). Constraints, none positive where all is well: for each place and eigenvalue the
-// goal's, then each limit's, then what is asked of the whole. Of a pair the upper member alone is
-// asked; of two that meet, their middle, and that on the real axis they stay a pair (D < 0), off it
-// that they are one (D = 0).
-struct Epigraph {
-  Search& search;
-  std::vector<Meeting> meetings{};
-  Index n = search.variables();
-  Eigen::RowVectorXd none{};
-
-  static constexpr double kept = -1.0, hopeless = 1e3;
-  static constexpr double apart = 1e-5;  // rad/s, of a pair that is to stay one
-
-  Index states(std::size_t place) const {
-    return std::ssize(search.candidates.places()[place].request.model.states);
-  }
-  // Requirements asked of every eigenvalue, and those asked of the whole.
-  Index per_eigenvalue() const {
-    return std::ranges::count_if(search.asked(), spectral, &Requirement::measure);
-  }
-  Index per_place(std::size_t place) const {
-    return states(place) * per_eigenvalue() + std::ssize(search.asked()) - per_eigenvalue();
-  }
-  Index count() const {
-    Index all = 0;
-    for (std::size_t p = 0; p < search.candidates.places().size(); ++p) all += per_place(p);
-    return all;
-  }
-  Index equalities() const { return 2 * std::ranges::count(meetings, false, &Meeting::real); }
-
-  // What comes in: constraints row by row, and their slopes if J is given.
-  struct Rows {
-    const VectorXd& x;
-    VectorXd& c;
-    MatrixXd* J;
-    Index next = 0;
-  };
-
-  // Requirement i, whose score is `own` and moves with the variables by `slope`.
-  void put(Rows& rows, std::size_t i, double own, const Eigen::RowVectorXd& slope) const {
-    const Requirement& r = search.asked()[i];
-    const double size = i == 0 ? 1.0 : size_of(r);
-    const double level = i == 0 ? rows.x[n] : score_of(r.measure, r.limit);
-    rows.c[rows.next] = std::clamp((level - own) / size, -hopeless, hopeless);
-    if (rows.J) {
-      rows.J->row(rows.next).head(n).setZero();
-      if (slope.allFinite()) rows.J->row(rows.next).head(n) = -slope / size;
-      if (i == 0) (*rows.J)(rows.next, n) = 1.0;
-    }
-    ++rows.next;
-  }
-
-  void ask(Rows& rows, Complex lambda, const Eigen::RowVectorXcd& slope) const {
-    for (std::size_t i = 0; i < search.asked().size(); ++i) {
-      if (!spectral(search.asked()[i].measure)) continue;
-      const Scored s = score(search.asked()[i].measure, lambda);
-      put(rows, i, s.score, rows.J ? (std::conj(s.slope) * slope).real().eval() : none);
-    }
-  }
-
-  void ask_as_a_whole(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
-    for (std::size_t i = 0; i < search.asked().size(); ++i) {
-      if (spectral(search.asked()[i].measure)) continue;
-      if (std::isnan(place.scores[Index(i)])) {  // it does not apply here
-        skip(rows, 1, kept);
-        continue;
-      }
-      put(rows, i, place.scores[Index(i)],
-          rows.J ? place.score_slopes.row(Index(i)).cwiseProduct(scale.transpose()).eval() : none);
-    }
-  }
-
-  static void skip(Rows& rows, Index count, double value) {
-    rows.c.segment(rows.next, count).setConstant(value);
-    rows.next += count;
-  }
-
-  void inequalities(const VectorXd& x, VectorXd& c, MatrixXd* J) const {
-    const Search::Seen& seen = search.evaluate(x.head(n), J != nullptr);
-    const VectorXd scale = search.scales_at(x.head(n));
-    const Eigen::RowVectorXcd scales = scale.transpose().cast<Complex>();
-    Rows rows{x, c, J};
-    for (std::size_t p = 0; p < seen.places.size(); ++p) {
-      const PlaceModes& place = seen.places[p];
-      if (!place.valid()) {
-        skip(rows, per_place(p), hopeless);
-        continue;
-      }
-      std::vector<const Meeting*> own;
-      std::vector<Twin> twins;
-      for (const Meeting& m : meetings)
-        if (m.place == p) {
-          own.push_back(&m);
-          twins.push_back(twin_at(place, m, J != nullptr));
-        }
-      for (Index i = 0; i < states(p); ++i) {
-        const auto among = [&](const Twin& t) { return t.first == i || t.second == i; };
-        const auto twin = std::ranges::find_if(twins, among);
-        Eigen::RowVectorXcd slope;
-        if (twin != twins.end() && twin->first == i) {
-          if (J) slope = twin->middle_slope.cwiseProduct(scales);
-          ask(rows, twin->middle, slope);
-        } else if (twin != twins.end()) {
-          const Index row = rows.next;
-          skip(rows, per_eigenvalue(), kept);
-          if (!own[std::size_t(twin - twins.begin())]->real) continue;
-          c[row] = twin->D.real() + apart * apart;
-          if (J) J->row(row).head(n) = twin->D_slope.cwiseProduct(scales).real();
-        } else if (place.eigenvalues[i].imag() < 0) {
-          skip(rows, per_eigenvalue(), kept);
-        } else {
-          if (J) slope = place.slopes.row(i).cwiseProduct(scales);
-          ask(rows, place.eigenvalues[i], slope);
-        }
-      }
-      ask_as_a_whole(rows, place, scale);
-    }
-  }
-
-  void equal(const VectorXd& x, VectorXd& e, MatrixXd* J) const {
-    const Search::Seen& seen = search.evaluate(x.head(n), J != nullptr);
-    const Eigen::RowVectorXcd scales = search.scales_at(x.head(n)).transpose().cast<Complex>();
-    Index row = 0;
-    for (const Meeting& m : meetings) {
-      if (m.real) continue;
-      const PlaceModes& place = seen.places[m.place];
-      if (!place.valid()) {
-        e.segment(row, 2).setConstant(hopeless);
-      } else {
-        const Twin twin = twin_at(place, m, J != nullptr);
-        e[row] = twin.D.real();
-        e[row + 1] = twin.D.imag();
-        if (J) {
-          const Eigen::RowVectorXcd slope = twin.D_slope.cwiseProduct(scales);
-          J->row(row).head(n) = slope.real();
-          J->row(row + 1).head(n) = slope.imag();
-        }
-      }
-      row += 2;
-    }
-  }
-
-  // Within `radius` of y.
-  void run(VectorXd y, double t, Optimizer algorithm, double radius, int evaluations) const {
-    constexpr double far = 1e3;
-    Optimization o;
-    o.algorithm = algorithm;
-    o.evaluations = evaluations;
-    o.start.resize(n + 1);
-    o.start << y, t;
-    o.lower.resize(n + 1);
-    o.upper.resize(n + 1);
-    o.lower << (y.array() - radius).max(0.0), -far;
-    o.upper << (y.array() + radius).min(1.0), far;
-    o.objective = [this](const VectorXd& x, VectorXd* slope) {
-      if (slope) *slope = -VectorXd::Unit(n + 1, n);
-      return -x[n];
-    };
-    o.inequalities = count();
-    o.inequality = [this](const VectorXd& x, VectorXd& c, MatrixXd* J) { inequalities(x, c, J); };
-    o.equalities = equalities();
-    o.equality = [this](const VectorXd& x, VectorXd& e, MatrixXd* J) { equal(x, e, J); };
-    o.constraint_tolerance = 1e-11;
-    optimize(o);
-  }
-};
-
 Optimizer named(GlobalSearch algorithm) {
   switch (algorithm) {
     case GlobalSearch::isres:
@@ -446,8 +246,8 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
     return optimize(o);
   }
   const Merit at_start = search.evaluate(y, false).merit;
-  Epigraph{search}.run(y, std::isfinite(at_start.goal) ? at_start.goal : 0.0, named(local), radius,
-                       evaluations);
+  search_epigraph(search, {}, y, std::isfinite(at_start.goal) ? at_start.goal : 0.0, named(local),
+                  radius, evaluations);
 }
 
 // Eigenvalues that decide, or nearly, and are near to each other.
@@ -490,8 +290,8 @@ bool search_coalesced(Search& search, double within, double radius, int evaluati
   const std::vector<Meeting> meetings =
       held_together(meetings_at(search, within), search.variables());
   if (meetings.empty()) return false;
-  Epigraph{search, meetings}.run(search.best.y, search.best.merit.goal, Optimizer::slsqp, radius,
-                                 evaluations);
+  search_epigraph(search, meetings, search.best.y, search.best.merit.goal, Optimizer::slsqp, radius,
+                  evaluations);
   return search.best.merit.value() > before;
 }
 

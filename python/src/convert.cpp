@@ -21,9 +21,10 @@ std::vector<SignalTuple> tuples_of(const Signals& signals) {
 TrimSpec spec_of(const py::dict& fields) {
   TrimSpec spec;
   spec.free = fields["free"].cast<std::vector<std::string>>();
-  spec.steady = fields["still"].cast<std::vector<std::string>>();
+  spec.steady = fields["steady"].cast<std::vector<std::string>>();
   spec.rates = fields["rates"].cast<std::map<std::string, double>>();
   spec.implied = fields["implied"].cast<std::vector<std::string>>();
+  spec.moving = fields["moving"].cast<std::vector<std::string>>();
   for (const auto& [name, range] : fields["bounds"].cast<std::map<std::string, RangeTuple>>())
     spec.bounds[name] = {std::get<0>(range), std::get<1>(range)};
   for (const auto& [signal, scale, reference] : fields["effort"].cast<std::vector<EffortTuple>>())
@@ -38,10 +39,11 @@ py::dict dict_of(const TrimSpec& spec) {
   for (const CostTerm& e : spec.effort) effort.emplace_back(e.signal, e.scale, e.reference);
   py::dict d;
   d["free"] = spec.free;
-  d["still"] = spec.steady;
+  d["steady"] = spec.steady;
   d["rates"] = spec.rates;
   d["bounds"] = bounds;
   d["implied"] = spec.implied;
+  d["moving"] = spec.moving;
   d["effort"] = effort;
   return d;
 }

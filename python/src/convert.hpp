@@ -31,7 +31,8 @@ inline OperatingPoint point_of(const PointTuple& point) {
 }
 inline PointTuple tuple_of(const OperatingPoint& point) { return {point.x, point.u, point.p}; }
 
-/// What is asked of a trim, by its fields' names: free, still, rates, bounds, implied, effort.
+/// What is asked of a trim, by its fields' names: free, steady, rates, bounds, implied,
+/// effort, moving.
 TrimSpec spec_of(const py::dict& fields);
 py::dict dict_of(const TrimSpec& spec);
 /// method, tolerance, step_tolerance, starts, max_iterations, max_boxes, closest; those not named

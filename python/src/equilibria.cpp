@@ -6,7 +6,7 @@
 
 #include "follow/sensitivity.hpp"
 #include "python/src/calls.hpp"
-#include "python/src/model.hpp"
+#include "python/src/models.hpp"
 #include "python/src/verbs.hpp"
 #include "vehicles/mode_names.hpp"
 
@@ -170,13 +170,17 @@ py::dict arrays_of(const std::vector<const BranchPoint*>& points) {
 }  // namespace
 
 py::dict dict_of(const Branch& branch) {
-  std::vector<const BranchPoint*> points, at;
+  std::vector<const BranchPoint*> points;
   for (const BranchPoint& p : branch.points) points.push_back(&p);
+  const BranchPoint& last = branch.events.back().at;
+  if (!points.empty() && last.point.x.size() > 0 && last.parameter != points.back()->parameter)
+    points.push_back(&last);  // the end is a trim too
   py::list events;
   for (const BranchEvent& e : branch.events) {
     py::dict d;
     d["kind"] = to_string(e.kind);
     d["parameter"] = e.at.parameter;
+    d["error"] = e.error;
     d["point"] = tuple_of(e.at.point);
     d["outputs"] = e.at.outputs;
     d["unstable"] = e.at.unstable ? py::cast(*e.at.unstable) : py::none();
@@ -191,6 +195,7 @@ py::dict dict_of(const Branch& branch) {
   d["events"] = events;
   d["end"] = to_string(branch.end);
   d["message"] = branch.message;
+  d["no_stability"] = branch.no_stability;
   d["evaluations"] = branch.evaluations;
   return d;
 }

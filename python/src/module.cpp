@@ -1,7 +1,7 @@
 // The module tiltrim._tiltrim: what the package's Python calls. Its words are tiltrim's own.
 #include <pybind11/pybind11.h>
 
-#include "python/src/model.hpp"
+#include "python/src/models.hpp"
 #include "python/src/verbs.hpp"
 #include "study/study.hpp"
 

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "python/src/calls.hpp"
-#include "python/src/model.hpp"
+#include "python/src/models.hpp"
 #include "python/src/verbs.hpp"
 #include "simulate/simulate.hpp"
 

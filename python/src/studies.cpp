@@ -5,17 +5,12 @@
 #include <memory>
 #include <stdexcept>
 
-#include "flight/flight_table.hpp"
-#include "flight/plan.hpp"
+#include "flight/fly.hpp"
 #include "python/src/calls.hpp"
-#include "python/src/maps.hpp"
+#include "python/src/sweeps.hpp"
 #include "python/src/verbs.hpp"
 #include "study/analyses.hpp"
-#include "study/answer.hpp"
-#include "study/flight_plan.hpp"
-#include "study/sweep_requests.hpp"
-#include "study/tune_problem.hpp"
-#include "study/user_motion.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim::python {
 

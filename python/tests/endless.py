@@ -37,7 +37,7 @@ ball = held_ball()
 loop = tiltrim.Problem(
     tiltrim.close_loop(magnet(), hold), ball.guess.as_dict(), spec=ball.spec, name="10 mm"
 )
-asked = {"free": ["x"], "still": ["x"], "bounds": {"x": (-9, 9)}}
+asked = {"free": ["x"], "steady": ["x"], "bounds": {"x": (-9, 9)}}
 guess = {"p": 1.0}
 VERBS = {
     "trim": lambda: tiltrim.trim(m, guess, starts=10**9, **asked),

@@ -102,7 +102,7 @@ def test_what_is_no_exception_of_a_model_ends_the_verb(error):
         return [1.0 + x[0] ** 2]
 
     m = Model("m", rates, states=["x"], parameters=["p"])
-    asked = {"free": ["x"], "still": ["x"], "bounds": {"x": (-9, 9)}}
+    asked = {"free": ["x"], "steady": ["x"], "bounds": {"x": (-9, 9)}}
     verbs = [
         lambda: tiltrim.trim(m, {"p": 1}, **asked),
         lambda: tiltrim.trim(m, {"p": 1}, method="newton", **asked),

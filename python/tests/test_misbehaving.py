@@ -11,7 +11,7 @@ from written_models import held_ball
 import tiltrim
 from tiltrim import InvalidArgument, Model
 
-ASKED = {"free": ["x"], "still": ["x"], "bounds": {"x": (-10, 10)}}
+ASKED = {"free": ["x"], "steady": ["x"], "bounds": {"x": (-10, 10)}}
 
 
 def scalar(rate):
@@ -198,7 +198,7 @@ def test_a_switch_is_named():
 def test_it_is_stiff():
     m = Model("stiff", lambda x, u, p: [1e9 * (p[0] - x[0]), x[0] - x[1]], ["x", "y"],
               parameters=["p"])  # fmt: skip
-    asked = {"free": ["x", "y"], "still": ["x", "y"]}
+    asked = {"free": ["x", "y"], "steady": ["x", "y"]}
     result = tiltrim.trim(m, {"x": 0.5, "y": 0.5, "p": 1.0}, **asked)
     assert result and result["x"] == pytest.approx(1, abs=1e-15)
     found = tiltrim.modes(result)

@@ -1,5 +1,6 @@
 """Signals, models, points: names in, numbers out, mistakes said in names."""
 
+import dataclasses
 import gc
 import weakref
 
@@ -60,13 +61,13 @@ def test_mistakes_have_the_words_of_the_library():
     m = magnet()
     at = {**BALL, "gap": 0.01, "current": 1.0}
     with pytest.raises(InvalidArgument, match=r"no signal 'curent' \(nearest: 'current'\)"):
-        tiltrim.trim(m, at, free=["curent"], still=["rate"])
+        tiltrim.trim(m, at, free=["curent"], steady=["rate"])
     with pytest.raises(ValueError, match="bounds of 'current' are reversed"):
-        tiltrim.trim(m, at, free=["current"], still=["rate"], bounds={"current": (3, 0)})
+        tiltrim.trim(m, at, free=["current"], steady=["rate"], bounds={"current": (3, 0)})
     with pytest.raises(ValueError, match="no method 'nweton'"):
-        tiltrim.trim(m, at, free=["current"], still=["rate"], method="nweton")
+        tiltrim.trim(m, at, free=["current"], steady=["rate"], method="nweton")
     with pytest.raises(TypeError, match="expected a list of names"):
-        tiltrim.trim(m, at, free="current", still=["rate"])
+        tiltrim.trim(m, at, free="current", steady=["rate"])
     with pytest.raises(TypeError, match="needs a guess"):
         tiltrim.trim(m, free=["current"])
     with pytest.raises(ValueError, match="used twice"):
@@ -103,7 +104,7 @@ class Plant:
 
 def test_cycles_through_a_model_are_collected():
     plant = Plant()
-    assert tiltrim.trim(plant.loop, {}, free=["y"], still=["y"])
+    assert tiltrim.trim(plant.loop, {}, free=["y"], steady=["y"])
     assert plant.rates in gc.get_referents(plant.model._core)
     gone = weakref.ref(plant)
     del plant
@@ -134,6 +135,41 @@ def test_problems_are_trimmed_as_they_stand():
         tiltrim.trim(held_ball(), free=["gap"])
 
 
+def test_steady_has_an_old_name():
+    new, old = tiltrim.TrimSpec(["gap"], ["rate"]), tiltrim.TrimSpec(["gap"], still=["rate"])
+    assert new == old and old.steady == old.still == ("rate",)
+    assert dataclasses.replace(old, steady=["gap"]).still == ("gap",)
+    at = {**BALL, "gap": 0.01, "current": 0.5}
+    asked = {"free": ["current"], "bounds": {"current": (0, 3)}}
+    one = tiltrim.trim(magnet(), at, steady=["rate"], **asked)
+    other = tiltrim.trim(magnet(), at, still=["rate"], **asked)
+    assert one and one.spec == other.spec and one["current"] == other["current"]
+    with pytest.raises(TypeError, match="still: expected a list of names"):
+        tiltrim.TrimSpec(still="rate")
+
+
+def verbs():
+    """Every verb that takes the fields of a TrimSpec, with what else it needs."""
+    m, at = magnet(), {**BALL, "gap": 0.01, "current": 1.0}
+    return {
+        "trim": lambda **asked: tiltrim.trim(m, at, **asked),
+        "follow": lambda **asked: tiltrim.follow(m, at, "mass", 0.2, **asked),
+        "sweep": lambda **asked: tiltrim.sweep(m, at, axes={"mass": [0.1]}, **asked),
+        "tune": lambda **asked: tiltrim.tune(m, at, gains={"k": (1e-5, 1e-4)}, **asked),
+        "Problem.__init__": lambda **asked: tiltrim.Problem(m, at, **asked),
+    }
+
+
+@pytest.mark.parametrize("verb", verbs())
+def test_both_names_and_misspelt_ones_are_refused(verb):
+    with pytest.raises(TypeError, match="still is the old name of steady.* got both"):
+        verbs()[verb](free=["current"], steady=["rate"], still=["rate"])
+    with pytest.raises(TypeError, match=rf"{verb}\(\) got an unexpected keyword argument 'fre'"):
+        verbs()[verb](fre=["current"], steady=["rate"])
+    with pytest.raises(TypeError, match="unexpected keyword argument 'fre'"):
+        verbs()[verb](spec=tiltrim.TrimSpec(["current"], ["rate"]), fre=["current"])
+
+
 def resident():
     """Memory of this process, bytes."""
     import resource
@@ -150,7 +186,7 @@ def test_nothing_is_left_behind():
         return [1.0 - x[0]]
 
     problem = tiltrim.Problem(
-        Model("m", raising, states=["x"]), {"x": 0.2}, free=["x"], still=["x"],
+        Model("m", raising, states=["x"]), {"x": 0.2}, free=["x"], steady=["x"],
         bounds={"x": (-2, 2)},
     )  # fmt: skip
     ball = held_ball()

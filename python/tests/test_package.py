@@ -4,6 +4,7 @@ import ast
 import html.parser
 import inspect
 import os
+import pydoc
 import subprocess
 import sys
 from pathlib import Path
@@ -62,14 +63,14 @@ def test_every_result_has_a_text_and_an_html_page_of_the_same_words():
 
 def test_names_are_escaped_in_html():
     m = tiltrim.Model("<b>&", lambda x, u, p: -x, states=[("<i>", "m/s & more")])
-    page = tiltrim.trim(m, {}, free=["<i>"], still=["<i>"])._repr_html_()
+    page = tiltrim.trim(m, {}, free=["<i>"], steady=["<i>"])._repr_html_()
     assert "<i>" not in page and "&lt;i&gt;" in page and "&lt;b&gt;&amp;" in page
     assert "m/s &amp; more" in page
 
 
 def test_the_text_says_status_numbers_and_units():
     held = tiltrim.trim(
-        magnet(), {**BALL, "gap": 0.01}, free=["current"], still=["rate"],
+        magnet(), {**BALL, "gap": 0.01}, free=["current"], steady=["rate"],
         bounds={"current": (0, 1)},
     )
     assert repr(held).splitlines()[0] == "converged: magnet"
@@ -110,9 +111,20 @@ def test_all_is_what_is_public():
 def test_every_verb_says_all_its_options():
     for verb in (tiltrim.trim, tiltrim.follow, tiltrim.linearize, tiltrim.sweep, tiltrim.tune,
                  tiltrim.simulate):  # fmt: skip
-        of_the_problem = {*tiltrim.TrimSpec.__dataclass_fields__, "spec", "guess"}
+        of_the_problem = {*inspect.signature(tiltrim.TrimSpec).parameters, "spec", "guess"}
         for name in set(inspect.signature(verb).parameters) - of_the_problem:
             assert name in (verb.__doc__ or ""), f"{verb.__name__}: {name}"
+
+
+def test_every_verb_shows_the_fields_of_a_spec():
+    fields = inspect.signature(tiltrim.TrimSpec).parameters
+    assert list(fields) == [*tiltrim.TrimSpec.__dataclass_fields__, "still"]
+    for verb in (tiltrim.trim, tiltrim.follow, tiltrim.sweep, tiltrim.tune, tiltrim.Problem):
+        shown = inspect.signature(verb).parameters
+        for name, field in fields.items():
+            assert shown[name] == field.replace(kind=field.KEYWORD_ONLY), verb
+        assert "spec" in shown and "fields" not in shown
+        assert "steady: 'Sequence[str]' = ()" in pydoc.render_doc(verb)
 
 
 # ---- Stubs --------------------------------------------------------------------------------------
@@ -194,19 +206,20 @@ def test_types(tmp_path):
     wrong = tmp_path / "wrong.py"
     wrong.write_text(
         "import tiltrim\nheld = tiltrim.trim(tiltrim.tiltrotor())\nname: int = held.status\n"
-        "tiltrim.trim(3)\nheld.pont\n"
+        "tiltrim.trim(3)\nheld.pont\ntiltrim.trim(held.model, {}, fre=['x'])\n"
     )
     program = Path(__file__).parent / "typed_program.py"
     done = subprocess.run(
         [sys.executable, "-m", "mypy", "--strict", "--cache-dir", os.devnull]
+        + ["--enable-incomplete-feature=Unpack"]  # mypy 1.0: keywords typed by a TypedDict
         + [str(file) for file in (PACKAGE, program, wrong)],
         capture_output=True,
         text=True,
         cwd=PACKAGE.parent,
     )
     faults = [line for line in done.stdout.splitlines() if ": error: " in line]
-    assert len(faults) == 3, done.stdout + done.stderr
-    for line, what in ((3, "assignment"), (4, "arg-type"), (5, "attr-defined")):
+    assert len(faults) == 4, done.stdout + done.stderr
+    for line, what in ((3, "assignment"), (4, "arg-type"), (5, "attr-defined"), (6, "call-arg")):
         assert any(f"wrong.py:{line}:" in s and f"[{what}]" in s for s in faults), done.stdout
     subprocess.run([sys.executable, program], check=True)
 

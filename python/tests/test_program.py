@@ -111,9 +111,10 @@ def test_a_branch(program, studies):
     file = studies / "stall.toml"
     branch = tiltrim.follow(tiltrim.read_study(file).conditions["level"])
     printed = program("follow", file, "--only", "level")["branches"][0]
-    same(branch.values, [p["V"] for p in printed["points"]])
-    same(branch["theta"], [p["state"]["theta"] for p in printed["points"]])
-    same(branch["delta_e"], [p["input"]["delta_e"] for p in printed["points"]])
+    points = [*printed["points"], printed["events"][-1]]  # the end is a trim too
+    same(branch.values, [p["V"] for p in points])
+    same(branch["theta"], [p["state"]["theta"] for p in points])
+    same(branch["delta_e"], [p["input"]["delta_e"] for p in points])
     assert [e.kind for e in branch.events] == [e["kind"] for e in printed["events"]]
     same([e.parameter for e in branch.events], [e["V"] for e in printed["events"]])
     assert branch.parameter.name == "V" and branch.parameter.unit == "m/s"
@@ -195,7 +196,8 @@ def test_a_study_with_a_model_of_formulas(program, studies):
     branch = tiltrim.follow(condition)
     printed = program("follow", file)["branches"][-1]
     assert [e.kind for e in branch.events] == [e["kind"] for e in printed["events"]]
-    same(branch.values, [p[branch.parameter.name] for p in printed["points"]])
+    points = [*printed["points"], printed["events"][-1]]
+    same(branch.values, [p[branch.parameter.name] for p in points])
     motion = tiltrim.fly(study)
     assert motion and motion.status == program("simulate", file)["status"]
     ds = tiltrim.sweep(study)

@@ -18,7 +18,7 @@ def test_trim_answers_the_current_that_holds_the_ball():
         magnet(),
         {**BALL, "gap": 0.01, "current": 0.5},
         free=["current"],
-        still=["rate"],
+        steady=["rate"],
         implied=["gap"],
         bounds={"current": (0, None)},
     )
@@ -30,7 +30,7 @@ def test_trim_answers_the_current_that_holds_the_ball():
 
 def test_limits_and_other_equilibria_are_told():
     parabola = Model("parabola", lambda x, u, p: [x[0] ** 2 - p[0]], states=["x"], parameters=["p"])
-    asked = {"free": ["x"], "still": ["x"]}
+    asked = {"free": ["x"], "steady": ["x"]}
     both = tiltrim.trim(parabola, {"x": 1.0, "p": 4.0}, **asked, bounds={"x": (-5, 5)})
     assert sorted([both["x"], both.others[0]["x"]]) == pytest.approx([-2, 2], abs=1e-9)
     edge = tiltrim.trim(parabola, {"x": 1.0, "p": 4.0}, **asked, bounds={"x": (0, 2)})
@@ -94,7 +94,7 @@ def test_modes_of_a_loop_and_of_a_bare_matrix():
 
 def test_follow_locates_fold_and_hopf():
     fold = Model("fold", lambda x, u, p: [p[0] + x[0] ** 2], states=["x"], parameters=["mu"])
-    branch = tiltrim.follow(fold, {"x": -1.0, "mu": -1.0}, "mu", 1.0, free=["x"], still=["x"])
+    branch = tiltrim.follow(fold, {"x": -1.0, "mu": -1.0}, "mu", 1.0, free=["x"], steady=["x"])
     assert branch.events[0].kind == "fold"
     assert branch.events[0].parameter == pytest.approx(0, abs=1e-12)
     np.testing.assert_allclose(branch["x"] ** 2, -branch.values, atol=1e-9)
@@ -104,7 +104,7 @@ def test_follow_locates_fold_and_hopf():
         return [(p[0] - r2) * x[0] - x[1], x[0] + (p[0] - r2) * x[1]]
 
     hopf = Model("Hopf", normal_form, states=["x", "y"], parameters=["mu"])
-    start = tiltrim.trim(hopf, {"mu": -1.0}, free=["x", "y"], still=["x", "y"])
+    start = tiltrim.trim(hopf, {"mu": -1.0}, free=["x", "y"], steady=["x", "y"])
     branch = tiltrim.follow(start, parameter="mu", to=1.0)
     assert branch.end == "reached" and branch.events[-1].parameter == 1.0
     event = branch.events[0]

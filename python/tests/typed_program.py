@@ -22,8 +22,9 @@ pendulum = tiltrim.Model(
     parameters=[("stiffness", "1/s²")],
 )
 held: tiltrim.TrimResult = tiltrim.trim(
-    pendulum, {"angle": 0.5, "stiffness": 4.0}, free=["torque"], still=["rate"], implied=["angle"]
+    pendulum, {"angle": 0.5, "stiffness": 4.0}, free=["torque"], steady=["rate"], implied=["angle"]
 )
+old = tiltrim.TrimSpec(free=["torque"], still=["rate"])
 torque: float = held["torque"]
 linear = tiltrim.linearize(pendulum, held.point)
 A: Array = linear.A

@@ -163,7 +163,7 @@ def held_ball(k_p=200.0, k_d=2.0):
         values,
         name="10 mm",
         free=["gap", "rate"],
-        still=["gap", "rate"],
+        steady=["gap", "rate"],
         bounds={"gap": (0.005, 0.02)},
     )
 
@@ -248,12 +248,12 @@ def problems_with_an_equilibrium():
         )
     flying = tiltrim.TrimSpec(
         free=["theta", "thrust", "moment"],
-        still=["vx", "vz", "q"],
+        steady=["vx", "vz", "q"],
         bounds={"theta": (-1.2, 1.2), "thrust": (0, 80), "moment": (-5, 5)},
     )
     level = tiltrim.TrimSpec(
         free=["theta", "throttle", "elevator"],
-        still=["V", "gamma", "q"],
+        steady=["V", "gamma", "q"],
         bounds={"theta": (-0.6, 0.6), "throttle": (0, 1), "elevator": (-0.5, 0.5)},
     )
     return {

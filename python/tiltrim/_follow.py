@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _tiltrim
 from ._linear import Modes, _complex, _modes
-from ._models import Array, Effort, Model, Point, Signal
+from ._models import Array, Model, Point, Signal
 from ._needs import need
-from ._problems import Bound, Guess, Problem, TrimSpec
+from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, Table, number
 from ._studies import Condition
 from ._trim import TrimResult, asked, trim
 
 if TYPE_CHECKING:
     import xarray
+    from typing_extensions import Unpack
 
 
 @dataclass(repr=False)
 class BranchEvent(Shown):
-    """Something that happens on a branch, located to rounding."""
+    """Something that happens on a branch."""
 
     kind: str  #: fold, limit, limit_left, zero, hopf, branch_point, end
     parameter: float  #: where, in the branch's unit
+    error: float  #: how far that may be off; inf: not determined
     point: Point
     outputs: Array  #: shape (ny,)
     which: str  #: the limit, the mode, or why it ends
@@ -46,7 +48,7 @@ class Branch(Shown):
 
     parameter : the signal that it is along; values its numbers, shape (points,)
     x, u, p   : shapes (points, nx), (points, nu), (points, np);  outputs: (points, ny)
-    unstable  : eigenvalues with positive real part, shape (points,); -1 where not asked
+    unstable  : eigenvalues with positive real part, shape (points,); -1 where no_stability says why
     least     : whether the trim is one of least effort, where an effort decides
     """
 
@@ -64,6 +66,7 @@ class Branch(Shown):
     unstable: NDArray[np.int32]
     least: NDArray[np.bool_]
     events: List[BranchEvent]  #: along the way; the last is the end
+    no_stability: str  #: why no point's eigenvalues are counted, if so
     evaluations: int
     exception: Optional[BaseException] = None
 
@@ -152,24 +155,20 @@ def _rows(rows: Sequence[Array], columns: int) -> Array:
     return np.array(rows, dtype=float).reshape(len(rows), columns)
 
 
+@shows_fields
 def follow(
     what: Union[Model, Problem, Condition, TrimResult],
     start: Optional[Guess] = None,
     parameter: str = "",
     to: Optional[float] = None,
     *,
-    free: Sequence[str] = (),
-    still: Sequence[str] = (),
-    rates: Optional[Mapping[str, float]] = None,
-    bounds: Optional[Mapping[str, Bound]] = None,
-    implied: Sequence[str] = (),
-    effort: Sequence[Effort] = (),
     spec: Optional[TrimSpec] = None,
     max_step: float = 0.5,
     max_points: int = 5000,
     stability: bool = True,
     tolerance: float = 1e-10,
     step_tolerance: float = 1e-9,
+    **fields: Unpack[TrimFields],
 ) -> Branch:
     """The trims along a parameter, from the one at `start` towards parameter = `to`.
 
@@ -183,6 +182,7 @@ def follow(
 
     ValueError for names that the model does not have. A branch without a start has no points.
     """
+    own = spec_of("follow", spec, fields)
     options = {
         "max_step": max_step,
         "max_points": max_points,
@@ -194,7 +194,6 @@ def follow(
         return _follow_condition(what, parameter, to, options)
     if not parameter or to is None:
         raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
-    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
     if isinstance(what, Problem) and start is None:
         what = trim(what)
     if isinstance(what, TrimResult):
@@ -244,6 +243,7 @@ def _branch(raw: Dict[str, Any], model: Model, parameter: Signal) -> Branch:
         unstable=points["unstable"],
         least=np.array(points["least"], dtype=bool),
         events=events,
+        no_stability=raw["no_stability"],
         evaluations=raw["evaluations"],
         exception=raw["exception"],
     )

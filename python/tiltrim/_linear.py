@@ -27,7 +27,7 @@ class LinearModel(Shown):
     status is "linear"; else there are no matrices, and message says why.
     """
 
-    status: str  #: linear, not_equilibrium, not_finite, model_threw
+    status: str  #: linear, not_equilibrium, not_finite, model_threw, not_repeatable
     states: Tuple[Signal, ...]
     inputs: Tuple[Signal, ...]
     outputs: Tuple[Signal, ...]
@@ -223,7 +223,7 @@ def linearize(
              tiltrotor that is given as a Condition or its trim
     bounds : {variable: (lower, upper)}; differences do not step outside
     tolerance : largest rate over its nominal size at an equilibrium, 1/s
-    moving : states whose rates need not vanish
+    moving : states whose rates need not vanish; default: those that the trim did not hold at zero
     """
     if isinstance(what, (Problem, Condition)):
         trimmed = trim(what)
@@ -236,6 +236,7 @@ def linearize(
     model = trimmed.model
     inputs = inputs or trimmed._linear_inputs
     at = trimmed.point if point is None else model.point(point)
+    moving = moving or trimmed._moving()
     return _linearize(model, at, method, inputs, bounds, tolerance, moving)
 
 

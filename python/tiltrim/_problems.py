@@ -2,58 +2,113 @@
 
 from __future__ import annotations
 
+import inspect
 import math
-from dataclasses import dataclass, field
-from typing import Any, Dict, Mapping, Optional, Sequence, Tuple, Union
+from dataclasses import dataclass, replace
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Callable,
+    Dict,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    TypedDict,
+    TypeVar,
+    Union,
+)
 
 from ._models import Effort, Model, Point, point_table
 from ._show import Page, Shown
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+Verb = TypeVar("Verb", bound=Callable[..., Any])
 Guess = Union[Mapping[str, float], Point]
 #: lower and upper; None is no bound, equal ends hold the signal there
 Bound = Tuple[Optional[float], Optional[float]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class TrimSpec:
     """What a trim is asked: which signals may move, which rates are held.
 
     free    : names of states, inputs or parameters that may move
-    still   : names of states whose rates are zero
+    steady  : names of states whose rates are zero (`still` is its old name); default: every state
+              that rates, implied and moving do not name
     rates   : {state: rate that is held}, in its unit per second
     bounds  : {variable or output: (lower, upper)}
     implied : states whose rates must vanish as a consequence; verified
     effort  : what decides where there are more unknowns than equations; empty: every free input
               over its nominal size
+    moving  : states whose rates may be anything: a position
+
+    Where nothing is said of free, steady, rates and moving, every state is free and steady.
     """
 
-    free: Sequence[str] = ()
-    still: Sequence[str] = ()
-    rates: Mapping[str, float] = field(default_factory=dict)
-    bounds: Mapping[str, Bound] = field(default_factory=dict)
-    implied: Sequence[str] = ()
-    effort: Sequence[Effort] = ()
+    free: Tuple[str, ...]
+    steady: Tuple[str, ...]
+    rates: Mapping[str, float]
+    bounds: Mapping[str, Bound]
+    implied: Tuple[str, ...]
+    effort: Tuple[Effort, ...]
+    moving: Tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        for name in ("free", "still", "implied"):
-            given = getattr(self, name)
-            if isinstance(given, str):
-                raise TypeError(f"{name}: expected a list of names, got the string {given!r}")
-            object.__setattr__(self, name, tuple(given))
-        object.__setattr__(self, "effort", tuple(Effort(*_listed(e)) for e in self.effort))
+    def __init__(
+        self,
+        free: Sequence[str] = (),
+        steady: Sequence[str] = (),
+        rates: Optional[Mapping[str, float]] = None,
+        bounds: Optional[Mapping[str, Bound]] = None,
+        implied: Sequence[str] = (),
+        effort: Sequence[Effort] = (),
+        *,
+        moving: Sequence[str] = (),
+        still: Optional[Sequence[str]] = None,
+    ) -> None:
+        if still is not None and steady:
+            raise TypeError("still is the old name of steady: expected one of them, got both")
+        for name, value in (
+            ("free", _names("free", free)),
+            ("steady", _names("steady", steady) if still is None else _names("still", still)),
+            ("rates", rates or {}),
+            ("bounds", bounds or {}),
+            ("implied", _names("implied", implied)),
+            ("effort", tuple(Effort(*_listed(e)) for e in effort)),
+            ("moving", _names("moving", moving)),
+        ):
+            object.__setattr__(self, name, value)  # it is frozen
+
+    @property
+    def still(self) -> Tuple[str, ...]:
+        """`steady` by its old name."""
+        return self.steady
 
     def _asked(self) -> bool:
-        return bool(self.free or self.still or self.rates)
+        return bool(self.free or self.steady or self.rates or self.moving)
+
+    def _of(self, model: Model) -> TrimSpec:
+        """The spec for this model: where nothing is asked, every state is free."""
+        return self if self._asked() else replace(self, free=tuple(s.name for s in model.states))
 
     def _fields(self) -> Dict[str, Any]:
         return {
             "free": list(self.free),
-            "still": list(self.still),
+            "steady": list(self.steady),
             "rates": {name: float(rate) for name, rate in self.rates.items()},
             "bounds": {name: _range(bound) for name, bound in self.bounds.items()},
             "implied": list(self.implied),
             "effort": [tuple(e) for e in self.effort],
+            "moving": list(self.moving),
         }
+
+
+def _names(what: str, given: Sequence[str]) -> Tuple[str, ...]:
+    if isinstance(given, str):
+        raise TypeError(f"{what}: expected a list of names, got the string {given!r}")
+    return tuple(given)
 
 
 def _listed(effort: Any) -> Tuple[Any, ...]:
@@ -68,35 +123,63 @@ def _range(bound: Bound) -> Tuple[float, float]:
     )
 
 
+class TrimFields(TypedDict, total=False):
+    """TrimSpec's arguments as types of a verb's `**fields`."""
+
+    free: Sequence[str]
+    steady: Sequence[str]
+    rates: Optional[Mapping[str, float]]
+    bounds: Optional[Mapping[str, Bound]]
+    implied: Sequence[str]
+    effort: Sequence[Effort]
+    moving: Sequence[str]
+    still: Optional[Sequence[str]]
+
+
+def shows_fields(verb: Verb) -> Verb:
+    """Shows TrimSpec's arguments in place of `**fields` in help() and inspect.signature()."""
+    asked = inspect.signature(TrimSpec).parameters.values()
+    own = inspect.signature(verb)
+    shown = [p.replace(kind=p.KEYWORD_ONLY) for p in asked]
+    shown += [p for p in own.parameters.values() if p.kind != p.VAR_KEYWORD]
+    shown.sort(key=lambda p: p.kind)  # positional ones first
+    setattr(verb, "__signature__", own.replace(parameters=shown))
+    return verb
+
+
+def spec_of(verb: str, spec: Optional[TrimSpec], fields: TrimFields) -> TrimSpec:
+    """The spec that a verb got, whole or as `**fields`; refuses keywords that are none."""
+    for name in fields:
+        if name not in TrimFields.__annotations__:
+            raise TypeError(f"{verb}() got an unexpected keyword argument {name!r}")
+    return spec or TrimSpec(**fields)
+
+
 class Problem(Shown):
     """A trim problem ready to solve: a model, what is asked (see TrimSpec), where to start.
 
     Several of them, named, are the points of a sweep or a tuning.
     """
 
+    @shows_fields
     def __init__(
         self,
         model: Model,
         guess: Guess,
         *,
         name: str = "",
-        free: Sequence[str] = (),
-        still: Sequence[str] = (),
-        rates: Optional[Mapping[str, float]] = None,
-        bounds: Optional[Mapping[str, Bound]] = None,
-        implied: Sequence[str] = (),
-        effort: Sequence[Effort] = (),
         spec: Optional[TrimSpec] = None,
+        **fields: Unpack[TrimFields],
     ) -> None:
+        self.spec = spec_of("Problem.__init__", spec, fields)._of(model)
         self.model = model
         self.guess = model.point(guess)
-        self.spec = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
         self.name = name or model.name
 
     def _page(self) -> Page:
         notes = {name: "free" for name in self.spec.free}
         lines = [
-            "still: " + ", ".join(self.spec.still) if self.spec.still else "",
+            "steady: " + ", ".join(self.spec.steady) if self.spec.steady else "",
             "held: " + ", ".join(f"{n}' = {v:g}" for n, v in self.spec.rates.items())
             if self.spec.rates
             else "",

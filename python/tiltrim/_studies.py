@@ -67,7 +67,7 @@ class Condition(Shown):
         notes = {name: "free" for name in spec.free}
         return Page(
             f"condition {self.name}: {model.name}",
-            ["still: " + ", ".join(spec.still)],
+            ["steady: " + ", ".join(spec.steady)],
             [point_table(guess, notes)],
         )
 

@@ -10,31 +10,27 @@ from numpy.typing import ArrayLike
 
 from . import _tiltrim
 from ._follow import _signal
-from ._models import Array, Effort, Model
+from ._models import Array, Model
 from ._needs import need
-from ._problems import Bound, Guess, Problem, TrimSpec
+from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._studies import Condition, Study, _toml_value, parse_study
 from ._trim import asked
 
 if TYPE_CHECKING:
     import xarray
+    from typing_extensions import Unpack
 
 #: {signal: values}, or {name of the axis: {signal: values, ...}} for signals that move together
 Axes = Mapping[str, Union[ArrayLike, Mapping[str, ArrayLike]]]
 Problems = Sequence[Union[Problem, Condition]]
 
 
+@shows_fields
 def sweep(
     what: Union[Model, Problem, Condition, Study, Problems],
     guess: Optional[Guess] = None,
     *,
     axes: Optional[Axes] = None,
-    free: Sequence[str] = (),
-    still: Sequence[str] = (),
-    rates: Optional[Mapping[str, float]] = None,
-    bounds: Optional[Mapping[str, Bound]] = None,
-    implied: Sequence[str] = (),
-    effort: Sequence[Effort] = (),
     spec: Optional[TrimSpec] = None,
     inputs: Sequence[str] = (),
     only: Sequence[str] = (),
@@ -42,6 +38,7 @@ def sweep(
     threads: int = 0,
     starts: int = 8,
     method: str = "ipopt",
+    **fields: Unpack[TrimFields],
 ) -> xarray.Dataset:
     """Eigenvalues over a grid; every crossing of the stability boundary between its points.
 
@@ -67,6 +64,7 @@ def sweep(
 
     Needs xarray. ValueError for names that the model does not have.
     """
+    own = spec_of("sweep", spec, fields)
     xr = need("xarray", "xarray", "sweep()")
     options = {
         "threads": int(threads),
@@ -79,7 +77,6 @@ def sweep(
         _check_only(what, only)
         return _dataset(xr, _tiltrim.sweep_study(what._core, list(only), options), False)
     single = isinstance(what, (Model, Problem, Condition))
-    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
     members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
     if not axes or not members:
         raise TypeError("sweep() needs axes={signal: values} and a problem")

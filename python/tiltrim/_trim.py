@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
-from ._models import Array, Effort, Model, Point, point_table
-from ._problems import Bound, Guess, Problem, TrimSpec
+from ._models import Array, Model, Point, point_table
+from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, number
 from ._studies import Condition
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 
 @dataclass(repr=False)
@@ -45,6 +48,13 @@ class TrimResult(Shown):
     def __bool__(self) -> bool:
         return self.status == "converged"
 
+    def _moving(self) -> Sequence[str]:
+        if self.spec.steady:
+            steady = {*self.spec.steady, *self.spec.implied}
+            held = {n for n, rate in self.spec.rates.items() if rate == 0}
+            return [s.name for s in self.model.states if s.name not in steady | held]
+        return [*self.spec.moving, *(n for n, rate in self.spec.rates.items() if rate != 0)]
+
     def __getitem__(self, name: str) -> float:
         place = self.model._output_place.get(name)
         if place is not None and name not in self.point:
@@ -79,7 +89,7 @@ def asked(
     if isinstance(what, Model):
         if guess is None:
             raise TypeError(f"{verb}() of a model needs a guess: values by name, or a Point")
-        return what, spec, what.point(guess)
+        return what, spec._of(what), what.point(guess)
     if not isinstance(what, (Problem, Condition)):
         raise TypeError(
             f"{verb}(): expected a Model, a Problem or a Condition, got {type(what).__name__}"
@@ -98,16 +108,11 @@ def _result(raw: Dict[str, Any], model: Model, spec: TrimSpec) -> TrimResult:
     return TrimResult(model=model, spec=spec, **own)
 
 
+@shows_fields
 def trim(
     what: Union[Model, Problem, Condition],
     guess: Optional[Guess] = None,
     *,
-    free: Sequence[str] = (),
-    still: Sequence[str] = (),
-    rates: Optional[Mapping[str, float]] = None,
-    bounds: Optional[Mapping[str, Bound]] = None,
-    implied: Sequence[str] = (),
-    effort: Sequence[Effort] = (),
     spec: Optional[TrimSpec] = None,
     method: str = "ipopt",
     tolerance: float = 1e-10,
@@ -116,6 +121,7 @@ def trim(
     max_iterations: int = 100,
     max_boxes: int = 200_000,
     closest: bool = True,
+    **fields: Unpack[TrimFields],
 ) -> TrimResult:
     """An equilibrium of a model, from a guess.
 
@@ -133,6 +139,7 @@ def trim(
     Returns a TrimResult, true where it converged. ValueError for names that the model does not
     have, bounds that are reversed, more equations than unknowns.
     """
+    own = spec_of("trim", spec, fields)
     options = {
         "method": method,
         "tolerance": tolerance,
@@ -142,7 +149,6 @@ def trim(
         "max_boxes": max_boxes,
         "closest": closest,
     }
-    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)
         of_table = what.formulation == "table"

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
-from ._models import Array, Effort, Model
-from ._problems import Bound, Guess, Problem, TrimSpec
+from ._models import Array, Model
+from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, Table, number
 from ._studies import Condition, Study
 from ._sweep import Problems, _problem
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
 
 #: {measure: limit}, or [(measure, limit, of)]
 Limits = Union[Mapping[str, float], Sequence[Tuple[Any, ...]]]
@@ -106,6 +109,7 @@ class TuneResult(Shown):
         return Page(self.status, lines, [Table(["gain", "value"], rows, left=(0,))])
 
 
+@shows_fields
 def tune(
     what: Union[Model, Problem, Condition, Study, Problems],
     guess: Optional[Guess] = None,
@@ -119,12 +123,6 @@ def tune(
     schedule: Sequence[float] = (),
     schedule_over: str = "eta",
     linear: Sequence[str] = (),
-    free: Sequence[str] = (),
-    still: Sequence[str] = (),
-    rates: Optional[Mapping[str, float]] = None,
-    bounds: Optional[Mapping[str, Bound]] = None,
-    implied: Sequence[str] = (),
-    effort: Sequence[Effort] = (),
     spec: Optional[TrimSpec] = None,
     start: Optional[Sequence[float]] = None,
     evaluations: Optional[int] = None,
@@ -133,6 +131,7 @@ def tune(
     threads: Optional[int] = None,
     global_search: Optional[str] = None,
     local_search: Optional[str] = None,
+    **fields: Unpack[TrimFields],
 ) -> TuneResult:
     """Gains for the worst of all points, each trimmed again for every candidate.
 
@@ -151,6 +150,7 @@ def tune(
 
     ValueError for names that the models do not have, bounds reversed, nothing free.
     """
+    own = spec_of("tune", spec, fields)
     options = {
         name: value
         for name, value in (
@@ -168,7 +168,6 @@ def tune(
         if gains or limits:
             raise TypeError("tune() of a study: gains and limits are those of its [tune]")
         return _result(_tiltrim.tune_study(what._core, options))
-    own = spec or TrimSpec(free, still, rates or {}, bounds or {}, implied, effort)
     members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
     request = {
         "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],

@@ -308,7 +308,11 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   };
   spec.rates = {{along, rate("V")}, {across, rate("gamma")}, {"q", rate("q")}};
   // theta' = q by kinematics: an equation only where q is free
-  if (values.at("q").lower < values.at("q").upper) spec.rates["theta"] = rate("theta");
+  const Range& q = values.at("q");
+  if (q.lower < q.upper)
+    spec.rates["theta"] = rate("theta");
+  else
+    (q.lower == 0 ? spec.implied : spec.moving).push_back("theta");
   spec.effort = condition.effort.empty() ? control_effort(vehicle.limits) : condition.effort;
   for (CostTerm& e : spec.effort) e.signal = signal_behind(model, e.signal);
   return problem;

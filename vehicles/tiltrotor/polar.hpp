@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "model/signal.hpp"
+#include "model/model.hpp"
 
 namespace tiltrim {
 

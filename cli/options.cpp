@@ -1,0 +1,335 @@
+#include "cli/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace tiltrim::cli {
+
+namespace {
+
+const std::map<std::string, Format> formats{{"text", Format::text},
+                                            {"json", Format::json},
+                                            {"csv", Format::csv},
+                                            {"markdown", Format::markdown},
+                                            {"latex", Format::latex}};
+const std::map<std::string, Method> jacobians{{"exact", Method::exact},
+                                              {"differences", Method::differences}};
+const std::map<std::string, TrimMethod> methods{{"ipopt", TrimMethod::ipopt},
+                                                {"newton", TrimMethod::newton}};
+
+template <class Map>
+CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, const Map& map,
+                        const std::string& help) {
+  std::string names;
+  for (const auto& [name, choice] : map) names += (names.empty() ? "" : "|") + name;
+  return app->add_option(flag, value, help)
+      ->transform(CLI::CheckedTransformer(map, CLI::ignore_case).description(""))
+      ->type_name(names);
+}
+
+void add_output(CLI::App* app, Common& common) {
+  add_choice(app, "-f,--format", common.format, formats,
+             "text for people (default), json and csv with every digit, markdown or latex tables");
+  app->add_option("-o,--output", common.output, "write to this file, whole or not at all")
+      ->type_name("FILE");
+}
+
+void add_common(CLI::App* app, Common& common, bool needs_study) {
+  auto* study =
+      app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
+  if (needs_study) study->required();
+  add_output(app, common);
+}
+
+void add_only(CLI::App* app, Common& common) {
+  app->add_option("--only", common.only, "only the conditions of these names")
+      ->allow_extra_args(false)
+      ->type_name("NAME");
+}
+
+void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
+  add_only(app, common);
+  add_choice(app, "--solver", options.method, methods,
+             "ipopt (default), or newton alone (as many unknowns as equations)");
+  app->add_option("--starts", options.starts,
+                  "further starts, which look for other equilibria (32)")
+      ->check(CLI::Range(0, 100000))
+      ->type_name("N");
+}
+
+}  // namespace
+
+CLI::App* add_trim(CLI::App& app, TrimCommand& command) {
+  CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
+  add_common(trim, command.common, true);
+  add_trim_options(trim, command.common, command.options);
+  trim->add_flag("--all", command.all,
+                 "every equilibrium that 200 starts (or --starts) and the branches from them find");
+  return trim;
+}
+
+CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
+  CLI::App* linearize = app.add_subcommand(
+      "linearize", "trim, then linear model, eigenvalues, modes and stability verdict");
+  add_common(linearize, command.common, true);
+  add_trim_options(linearize, command.common, command.options);
+  add_choice(linearize, "--jacobian", command.method, jacobians,
+             "exact derivatives (default), or differences");
+  linearize
+      ->add_option("--inputs", command.inputs,
+                   "inputs of B and D: any inputs or parameters, as V,gains.K_Lp (default: the "
+                   "model's inputs; closed loop: V,gamma,eta)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAME,...");
+  linearize
+      ->add_option("--models", command.models,
+                   "write all linear models to this file, .mat, .json, .csv or .py")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->type_name("FILE");
+  return linearize;
+}
+
+CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
+  CLI::App* modes = app.add_subcommand(
+      "modes", "eigenvalues, modes and stability verdict of a matrix from anywhere");
+  modes
+      ->add_option("matrix", command.common.study,
+                   "numbers as CSV, JSON or MATLAB has them; - reads standard input")
+      ->type_name("A.csv")
+      ->required();
+  modes
+      ->add_option("--error", command.error,
+                   "bounds of the matrix's error, entry by entry, in a file of the same kinds")
+      ->type_name("E.csv");
+  modes->add_option("--states", command.states, "names of the states (the file's, or x1,x2,...)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAME,...");
+  modes
+      ->add_option("--variable", command.variable,
+                   "of a .mat file or a JSON object (A); of --error: the same with _error")
+      ->type_name("NAME");
+  add_output(modes, command.common);
+  return modes;
+}
+
+CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
+  CLI::App* follow = app.add_subcommand(
+      "follow", "one branch of equilibria from each condition, through folds and limits");
+  add_common(follow, command.common, true);
+  add_trim_options(follow, command.common, command.trimming);
+  follow
+      ->add_option("--parameter", command.parameter,
+                   "any number of the study: V, gamma_deg, aircraft.mass, gains.K_Lp (default: "
+                   "the study's [follow])")
+      ->type_name("KEY");
+  follow->add_option("--to", command.to, "where it goes, in the study's unit")->type_name("VALUE");
+  follow
+      ->add_option("--max-step", command.options.max_step,
+                   "longest step, every unknown over its nominal size (0.5)")
+      ->check(CLI::Range(1e-6, 100.0))
+      ->type_name("STEP");
+  follow->add_option("--max-points", command.options.max_points, "of a branch (5000)")
+      ->check(CLI::Range(2, 1000000))
+      ->type_name("N");
+  return follow;
+}
+
+CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
+  CLI::App* envelope = app.add_subcommand(
+      "envelope", "speeds and tilts (or path angles) with an equilibrium, and what bounds them");
+  add_common(envelope, command.common, true);
+  add_only(envelope, command.common);
+  envelope
+      ->add_option("--over", command.over,
+                   "the other axis beside V: eta_deg (default) or gamma_deg")
+      ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
+      ->type_name("KEY");
+  envelope->add_option("--count", command.count, "grid points along each axis (100)")
+      ->check(CLI::Range(5, 1000))
+      ->type_name("N");
+  return envelope;
+}
+
+CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
+  CLI::App* sensitivities = app.add_subcommand(
+      "sensitivities", "how the trim and each mode move with every parameter, ranked");
+  add_common(sensitivities, command.common, true);
+  add_trim_options(sensitivities, command.common, command.trimming);
+  sensitivities
+      ->add_option("--parameters", command.parameters,
+                   "numbers of the study, as V,aircraft.mass,gains.K_Lp (default: all)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("KEY,...");
+  sensitivities->add_option("--most", command.most, "parameters printed for each mode (8)")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  return sensitivities;
+}
+
+CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
+  CLI::App* margins = app.add_subcommand(
+      "margins", "gain, phase, delay and disk margins of the loop broken at each actuator");
+  LoopsOptions& options = command.options;
+  add_common(margins, command.common, true);
+  add_trim_options(margins, command.common, command.trimming);
+  margins
+      ->add_option("--loop", options.actuators,
+                   "where to break it: theta0, a1s, delta_e, or the model's own (default: each)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("ACTUATOR,...");
+  margins
+      ->add_option("--bode", command.bode,
+                   "write Bode data to this file as CSV, whole or not at all")
+      ->type_name("FILE.csv");
+  margins
+      ->add_option("--from", options.from,
+                   "lowest frequency of the Bode data (default: a tenth of the slowest eigenvalue)")
+      ->type_name("RAD_PER_S");
+  margins
+      ->add_option("--to", options.to,
+                   "highest frequency (default: ten times the fastest eigenvalue)")
+      ->type_name("RAD_PER_S");
+  margins->add_option("--points", options.points, "frequencies of the Bode data (200)")
+      ->check(CLI::Range(2, 1000000))
+      ->type_name("N");
+  return margins;
+}
+
+CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
+  CLI::App* sweep = app.add_subcommand(
+      "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
+  add_common(sweep, command.common, true);
+  add_only(sweep, command.common);
+  sweep->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  sweep
+      ->add_option("--checkpoint", command.checkpoint,
+                   "seconds between writes to FILE.log, from which a killed sweep goes on (1)")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  return sweep;
+}
+
+CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
+  CLI::App* tune = app.add_subcommand(
+      "tune", "gains whose worst case over the operating points of the study's [tune] is best");
+  add_common(tune, command.common, true);
+  tune->add_option("--gains", command.gains, "write the gains to this file, as a study has them")
+      ->type_name("FILE.toml");
+  tune->add_option("--evaluations", command.evaluations, "candidates tried (the study's, 4000)")
+      ->check(CLI::Range(0L, 1'000'000'000L))
+      ->type_name("N");
+  tune->add_option("--seconds", command.seconds, "longest time of each search; 0: no limit")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  tune->add_option("--seed", command.seed, "of all random numbers (the study's, 1)")
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
+      ->type_name("N");
+  tune->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return tune;
+}
+
+CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
+  CLI::App* simulate = app.add_subcommand(
+      "simulate", "fly the study's [simulate]: the transition, the way back, a gust");
+  add_common(simulate, command.common, true);
+  add_only(simulate, command.common);
+  simulate->add_option("--samples", command.samples, "write every sample to this file, .nc or .csv")
+      ->type_name("FILE");
+  simulate
+      ->add_option("--plots", command.plots,
+                   "draw the paper's Figures 5-9 into this folder, SVG and PNG (gnuplot)")
+      ->type_name("DIR");
+  CLI::App* const instead = simulate->add_option_group("instead of the flight");
+  instead->add_flag("--tilt-rate-limit", command.tilt_rate_limit,
+                    "the fastest tilt at which frozen eigenvalues decide");
+  instead->add_flag("--monte-carlo", command.monte_carlo,
+                    "the flights of the study's [montecarlo]");
+  instead->add_option("--flight", command.flight, "this one of the Monte-Carlo flights")
+      ->check(CLI::Range(0L, 10'000'000L))
+      ->type_name("N");
+  instead
+      ->add_option("--response", command.response,
+                   "linear against nonlinear response of each condition to an offset of V, "
+                   "gamma_deg, theta_deg, q, energy_integral, distribution_integral")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->type_name("NAME=VALUE,...");
+  instead->require_option(0, 1);
+  simulate
+      ->add_option("--tilts", command.tilts, "of --tilt-rate-limit: from and to, degrees (90,0)")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::Range(0.0, 90.0))
+      ->type_name("FROM,TO");
+  simulate
+      ->add_option("--log", command.log,
+                   "keep finished Monte-Carlo flights here, from which a killed run goes on")
+      ->type_name("FILE");
+  simulate->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return simulate;
+}
+
+CLI::App* add_report(CLI::App& app, ReportCommand& command) {
+  CLI::App* report = app.add_subcommand(
+      "report", "one page of everything: tables, figures, maps, margins, flight, audit");
+  report->add_option("study", command.common.study, "the study file (TOML)")
+      ->type_name("STUDY.toml")
+      ->required();
+  report
+      ->add_option("-o,--output", command.common.output,
+                   "the page, written whole or not at all (STUDY.html in this folder)")
+      ->type_name("FILE.html");
+  add_only(report, command.common);
+  report
+      ->add_option("--sweep", command.sweeps,
+                   "use this map, which sweep wrote, instead of computing one over the same axes")
+      ->allow_extra_args(false)
+      ->type_name("MAP.nc");
+  report
+      ->add_option("--figures", command.figures,
+                   "write each figure into this folder too: SVG, PDF, PNG for a column of 88 mm")
+      ->type_name("DIR");
+  report
+      ->add_option("--tables", command.tables,
+                   "write each table into this folder too: text, CSV, Markdown, LaTeX")
+      ->type_name("DIR");
+  report->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return report;
+}
+
+CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
+  CLI::App* diff =
+      app.add_subcommand("diff", "which points of two maps differ in status or stability");
+  diff->add_option("before", command.common.study, "a map that sweep wrote")
+      ->type_name("BEFORE.nc")
+      ->required();
+  diff->add_option("after", command.after, "another, over the same grid")
+      ->type_name("AFTER.nc")
+      ->required();
+  add_output(diff, command.common);
+  return diff;
+}
+
+CLI::App* add_tables(CLI::App& app, TablesCommand& command) {
+  CLI::App* tables = app.add_subcommand(
+      "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
+  add_common(tables, command.common, false);
+  return tables;
+}
+
+}  // namespace tiltrim::cli

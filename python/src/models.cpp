@@ -1,0 +1,289 @@
+#include "python/src/models.hpp"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "model/feedback.hpp"
+#include "python/src/calls.hpp"
+#include "vehicles/mode_names.hpp"
+
+namespace tiltrim::python {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+// ---- Answers of callables -----------------------------------------------------------------------
+
+// What a callable answered is not what it was asked for, whatever the numbers.
+struct WrongAnswer : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+[[noreturn]] void refuse(const std::string& what, const std::string& expected,
+                         const std::string& got) {
+  throw WrongAnswer(fmt::format("{}: expected {}, got {}", what, expected, got));
+}
+
+std::string kind_of(const py::handle& answer) {
+  if (answer.is_none()) return "None";
+  if (py::isinstance<py::str>(answer)) return "a string";
+  return fmt::format("{} {}", std::string(Py_TYPE(answer.ptr())->tp_name),
+                     std::string(py::repr(answer)).substr(0, 60));
+}
+
+std::string shape_of(const py::array& array) {
+  return fmt::format("an array of shape {}", std::string(py::str(array.attr("shape"))));
+}
+
+// As numpy sees it, if those are real numbers.
+py::array_t<double> as_numbers(const py::handle& answer, const std::string& what,
+                               const std::string& expected) {
+  const py::array given = py::array::ensure(answer);
+  if (!given) refuse(what, expected, kind_of(answer));  // lists of unequal length
+  const char kind = given.dtype().kind();
+  if (kind == 'c') refuse(what, "real values", "complex ones");
+  if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
+    refuse(what, expected, kind_of(answer));
+  return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
+}
+
+// What most answers are, without copies and detours: an array as it is wanted, or a list or tuple
+// of floats. False for any other.
+bool read_floats(const py::handle& answer, VectorXd& values) {
+  PyObject* const p = answer.ptr();
+  using Plain = py::array_t<double, py::array::c_style>;
+  if (py::isinstance<Plain>(answer)) {
+    const auto array = py::reinterpret_borrow<Plain>(answer);
+    if (array.ndim() > 1) return false;
+    values = Eigen::Map<const VectorXd>(array.data(), array.size());
+    return true;
+  }
+  if (!PyList_CheckExact(p) && !PyTuple_CheckExact(p)) return false;
+  const Py_ssize_t size = PySequence_Fast_GET_SIZE(p);
+  values.resize(size);
+  for (Py_ssize_t i = 0; i < size; ++i) {
+    PyObject* const item = PySequence_Fast_GET_ITEM(p, i);
+    if (!PyFloat_Check(item)) return false;  // numpy.float64 is one, too
+    values[i] = PyFloat_AS_DOUBLE(item);
+  }
+  return true;
+}
+
+VectorXd as_vector(const py::handle& answer, const std::string& what, Index expected) {
+  const auto words = [](Index count) { return fmt::format("{} values", count); };
+  VectorXd values;
+  if (!read_floats(answer, values)) {
+    const py::array_t<double> array = as_numbers(answer, what, words(expected));
+    if (array.ndim() > 1) refuse(what, words(expected), shape_of(array));
+    values = Eigen::Map<const VectorXd>(array.data(), array.size());
+  }
+  if (values.size() != expected) refuse(what, words(expected), fmt::format("{}", values.size()));
+  return values;
+}
+
+MatrixXd as_matrix(const py::handle& answer, const std::string& what, Index rows, Index columns) {
+  const std::string expected = fmt::format("{} x {} values", rows, columns);
+  const py::array_t<double> array = as_numbers(answer, what, expected);
+  if (array.ndim() != 2) refuse(what, expected, shape_of(array));
+  if (array.shape(0) != rows || array.shape(1) != columns)
+    refuse(what, expected, fmt::format("{} x {}", array.shape(0), array.shape(1)));
+  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  return Eigen::Map<const RowMajor>(array.data(), rows, columns);
+}
+
+// ---- Calling them -------------------------------------------------------------------------------
+
+// What becomes of an exception depends on what it is: an Exception is the model's refusal at a
+// point, anything else (KeyboardInterrupt, SystemExit) ends the verb.
+[[noreturn]] void pass_on(Call& call, py::error_already_set& error) {
+  const py::object exception = exception_of(error);
+  if (!PyErr_GivenExceptionMatches(exception.ptr(), PyExc_Exception)) {
+    call.end(exception);
+    throw VerbEnded{};
+  }
+  call.keep(exception);
+  throw CallableRaised(in_words(exception));
+}
+
+[[noreturn]] void pass_on(Call& call, const WrongAnswer& wrong) {
+  const py::object type = py::module_::import("tiltrim._tiltrim").attr("InvalidArgument");
+  call.end(type(wrong.what()));
+  throw VerbEnded{};
+}
+
+// work() with what it raises turned into what C++ is to see. The GIL is held.
+template <class Work>
+auto guarded(const Work& work) {
+  Call* const call = Call::current();
+  if (!call) return work();
+  if (call->ended()) throw VerbEnded{};
+  try {
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    return work();
+  } catch (py::error_already_set& error) {
+    pass_on(*call, error);
+  } catch (const WrongAnswer& wrong) {
+    pass_on(*call, wrong);
+  }
+}
+
+py::array_t<double> array_of(const VectorXd& v) { return py::array_t<double>(v.size(), v.data()); }
+
+py::tuple arguments(const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+  return py::make_tuple(array_of(x), array_of(u), array_of(p));
+}
+
+Function vector_function(const std::shared_ptr<Held>& held, const std::string& what,
+                         Index expected) {
+  return [held, what, expected](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
+    return call_for_vector(*held, what, expected, arguments(x, u, p));
+  };
+}
+
+// ---- The model ----------------------------------------------------------------------------------
+
+// As the library names it, where it finds the fault itself.
+std::string answer_of(const Model& model, const char* function) {
+  return model.name.empty() ? fmt::format("the model's {}", function)
+                            : fmt::format("model '{}': its {}", model.name, function);
+}
+
+using SwitchTuple = std::tuple<std::string, py::function>;
+
+std::shared_ptr<Held> hold(HeldModel& held, const py::object& function) {
+  held.own.push_back(std::make_shared<Held>(Held{function}));
+  return held.own.back();
+}
+
+void set_derivatives(HeldModel& held, const py::object& function) {
+  Model& m = held.model;
+  const Index rows = std::ssize(m.states) + std::ssize(m.outputs);
+  const Index columns = std::ssize(m.states) + std::ssize(m.inputs) + std::ssize(m.parameters);
+  m.derivatives = [own = hold(held, function), rows, columns, what = answer_of(m, "derivatives")](
+                      const OperatingPoint& at, const std::vector<Index>& variables) {
+    const MatrixXd all = guarded([&] {
+      return as_matrix(own->function(*arguments(at.x, at.u, at.p)), what, rows, columns);
+    });
+    return MatrixXd(all(Eigen::all, variables));
+  };
+}
+
+void add_switch(HeldModel& held, const std::string& name, const py::function& distance) {
+  const std::string what = answer_of(held.model, "switch");
+  held.model.switches.push_back(
+      {name, [own = hold(held, distance), what](const OperatingPoint& at) {
+         return call_for_vector(*own, what, 1, arguments(at.x, at.u, at.p))[0];
+       }});
+}
+
+HeldModel make_model(const std::string& name, const py::object& f, const py::object& h,
+                     const std::vector<SignalTuple>& states, const std::vector<SignalTuple>& inputs,
+                     const std::vector<SignalTuple>& outputs,
+                     const std::vector<SignalTuple>& parameters, const py::object& derivatives,
+                     const std::vector<SwitchTuple>& switches) {
+  HeldModel held;
+  held.callables = true;
+  Model& m = held.model;
+  m.name = name;
+  m.mode_names = longitudinal_modes();
+  m.states = signals_of(states);
+  m.inputs = signals_of(inputs);
+  m.outputs = signals_of(outputs);
+  m.parameters = signals_of(parameters);
+  if (!f.is_none())
+    m.f = vector_function(hold(held, f), answer_of(m, "rates f"), std::ssize(m.states));
+  if (!h.is_none())
+    m.h = vector_function(hold(held, h), answer_of(m, "outputs h"), std::ssize(m.outputs));
+  if (!derivatives.is_none()) set_derivatives(held, derivatives);
+  for (const auto& [what, distance] : switches) add_switch(held, what, distance);
+  if (m.f || !m.states.empty()) check(m);  // a controller without states needs no f
+  return held;
+}
+
+HeldModel closed(const py::object& plant, const py::object& controller) {
+  const auto& first = plant.cast<const HeldModel&>();
+  const auto& second = controller.cast<const HeldModel&>();
+  const bool callables = first.callables || second.callables;
+  const auto joined = [&](const std::stop_token&) { return feedback(first.model, second.model); };
+  Model loop = run(callables, joined, Lasts::a_moment).first;
+  return {std::move(loop), {}, {plant, controller}, callables};
+}
+
+py::tuple evaluated(const HeldModel& held, const PointTuple& point) {
+  const auto work = [&](const std::stop_token&) { return evaluate(held.model, point_of(point)); };
+  const auto e = run(held.callables, work, Lasts::a_moment).first;
+  return py::make_tuple(e.rates, e.outputs);
+}
+
+// ---- Garbage collection: a bound method of what holds the model is a cycle
+// ------------------------
+
+HeldModel* behind(PyObject* self) {
+  auto* const instance = reinterpret_cast<py::detail::instance*>(self);
+  return static_cast<HeldModel*>(instance->get_value_and_holder().value_ptr());
+}
+
+int traverse(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (const HeldModel* held = behind(self)) {
+    for (const auto& own : held->own) Py_VISIT(own->function.ptr());
+    for (const py::object& part : held->parts) Py_VISIT(part.ptr());
+  }
+  return 0;
+}
+
+int clear(PyObject* self) {
+  HeldModel* held = behind(self);
+  if (!held) return 0;
+  for (const auto& own : held->own) own->function = py::none();
+  held->parts.clear();
+  return 0;
+}
+
+void deallocate(PyObject* self) {
+  PyObject_GC_UnTrack(self);  // pybind11 2.10 does not
+  py::detail::pybind11_object_dealloc(self);
+}
+
+void collectable(PyHeapTypeObject* heap) {
+  heap->ht_type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  heap->ht_type.tp_dealloc = deallocate;
+  heap->ht_type.tp_traverse = traverse;
+  heap->ht_type.tp_clear = clear;
+}
+
+}  // namespace
+
+VectorXd call_for_vector(const Held& held, const std::string& what, Index expected,
+                         const py::tuple& arguments) {
+  return guarded([&] { return as_vector(held.function(*arguments), what, expected); });
+}
+
+void add_model(py::module_& module) {
+  using py::arg;
+  py::class_<HeldModel>(module, "Model", py::custom_type_setup(collectable))
+      .def(py::init(&make_model), arg("name"), arg("f"), arg("h"), arg("states"), arg("inputs"),
+           arg("outputs"), arg("parameters"), arg("derivatives"), arg("switches"))
+      .def_property_readonly("name", [](const HeldModel& m) { return m.model.name; })
+      .def_property_readonly("states", [](const HeldModel& m) { return tuples_of(m.model.states); })
+      .def_property_readonly("inputs", [](const HeldModel& m) { return tuples_of(m.model.inputs); })
+      .def_property_readonly("outputs",
+                             [](const HeldModel& m) { return tuples_of(m.model.outputs); })
+      .def_property_readonly("parameters",
+                             [](const HeldModel& m) { return tuples_of(m.model.parameters); })
+      .def_property_readonly("callables", [](const HeldModel& m) { return m.callables; })
+      .def_property_readonly("exact", [](const HeldModel& m) { return bool(m.model.derivatives); });
+  module.def("feedback", &closed, arg("plant"), arg("controller"));
+  module.def(
+      "variable",
+      [](const HeldModel& m, const std::string& name) { return variable(m.model, name); },
+      arg("model"), arg("name"));
+  module.def("evaluate", &evaluated, arg("model"), arg("point"));
+}
+
+}  // namespace tiltrim::python

@@ -1,0 +1,307 @@
+// sweep and tune of any problems.
+#include "python/src/sweeps.hpp"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "python/src/calls.hpp"
+#include "python/src/verbs.hpp"
+
+namespace tiltrim::python {
+
+using Eigen::VectorXd;
+
+namespace {
+
+// ---- What is asked ------------------------------------------------------------------------------
+
+/// name, model, spec, guess, inputs to be kept
+using ProblemTuple =
+    std::tuple<std::string, py::object, py::dict, PointTuple, std::vector<std::string>>;
+/// name, columns of (signal, unit, values)
+using AxisTuple =
+    std::tuple<std::string, std::vector<std::tuple<std::string, std::string, std::vector<double>>>>;
+using RequirementTuple = std::tuple<std::string, double, std::string>;  ///< measure, limit, of
+
+std::vector<SweepRequest> requests_of(const std::vector<ProblemTuple>& problems, bool& callables) {
+  std::vector<SweepRequest> requests;
+  for (const auto& [name, model, spec, guess, inputs] : problems) {
+    const auto& held = model.cast<const HeldModel&>();
+    callables = callables || held.callables;
+    requests.push_back({name, held.model, spec_of(spec), point_of(guess), inputs, {}});
+  }
+  return requests;
+}
+
+std::vector<SweepAxis> axes_of(const std::vector<AxisTuple>& tuples) {
+  std::vector<SweepAxis> axes;
+  for (const auto& [name, columns] : tuples) {
+    SweepAxis axis;
+    axis.name = name;
+    for (const auto& [signal, unit, values] : columns)
+      axis.columns.push_back({signal, unit, signal, values, values});
+    axes.push_back(std::move(axis));
+  }
+  return axes;
+}
+
+// Python is in one thread at a time, and this is the one.
+int threads_of(int threads, bool callables) {
+  if (!callables) return threads;
+  if (threads > 1)
+    throw std::invalid_argument(
+        fmt::format("{} threads for a model with Python callables; expected 1", threads));
+  return 1;
+}
+
+Measure measure_of(const std::string& name) {
+  std::vector<std::string> all;
+  for (const Measure m : measures()) {
+    if (m == Measure::figure) continue;
+    if (to_string(m) == name) return m;
+    all.push_back(to_string(m));
+  }
+  const std::string near = nearest_name(name, all);
+  std::string list;
+  for (const std::string& one : all) list += (list.empty() ? "" : ", ") + one;
+  throw std::invalid_argument(fmt::format("no measure '{}'{}; there are: {}", name,
+                                          near.empty() ? "" : fmt::format(" (nearest: '{}')", near),
+                                          list));
+}
+
+Requirement requirement_of(const RequirementTuple& tuple) {
+  return {measure_of(std::get<0>(tuple)), std::get<1>(tuple), std::get<2>(tuple)};
+}
+
+// ---- Maps ---------------------------------------------------------------------------------------
+
+template <class Of>
+auto column(const auto& structs, const Of& of) {
+  std::vector<std::decay_t<decltype(of(structs.front()))>> values;
+  for (const auto& s : structs) values.push_back(of(s));
+  return values;
+}
+
+std::vector<std::vector<double>> places(const auto& structs) {
+  return column(structs, [](const auto& s) { return s.at; });
+}
+
+py::dict crossings_of(const SweepMap& map) {
+  const auto& all = map.crossings;
+  py::dict d;
+  d["condition"] = array_of(column(all, [](const auto& c) { return c.condition; }));
+  d["axis"] = array_of(column(all, [](const auto& c) { return c.axis; }));
+  d["at"] = places(all);
+  d["error"] = array_of(column(all, [](const auto& c) { return c.error; }));
+  d["kind"] = column(all, [](const auto& c) { return to_string(c.kind); });
+  d["unstable_before"] = array_of(column(all, [](const auto& c) { return c.unstable_before; }));
+  d["unstable_after"] = array_of(column(all, [](const auto& c) { return c.unstable_after; }));
+  d["frequency"] = array_of(column(all, [](const auto& c) { return c.frequency; }));
+  d["mode"] = array_of(column(all, [](const auto& c) { return c.mode; }));
+  d["mode_name"] = column(all, [](const auto& c) { return c.mode_name; });
+  return d;
+}
+
+py::dict intervals_of(const SweepMap& map) {
+  const auto& all = map.intervals;
+  py::dict d;
+  d["condition"] = array_of(column(all, [](const auto& i) { return i.condition; }));
+  d["axis"] = array_of(column(all, [](const auto& i) { return i.axis; }));
+  d["at"] = places(all);
+  d["from"] = array_of(column(all, [](const auto& i) { return i.from; }));
+  d["to"] = array_of(column(all, [](const auto& i) { return i.to; }));
+  d["verdict"] = column(all, [](const auto& i) { return to_string(i.verdict); });
+  d["unstable"] = array_of(column(all, [](const auto& i) { return i.unstable; }));
+  d["abscissa"] = array_of(column(all, [](const auto& i) { return i.abscissa; }));
+  d["abscissa_at"] = array_of(column(all, [](const auto& i) { return i.abscissa_at; }));
+  return d;
+}
+
+py::list axes_of(const SweepMap& map) {
+  py::list axes;
+  for (const SweepAxis& axis : map.axes) {
+    py::list columns;
+    for (const SweepAxis::Column& c : axis.columns)
+      columns.append(py::make_tuple(c.name, c.unit, array_of(c.values)));
+    axes.append(py::make_tuple(axis.name, columns));
+  }
+  return axes;
+}
+
+// Words of the enumerators from 0 to `last`.
+template <class Enum>
+std::vector<std::string> words_to(Enum last) {
+  std::vector<std::string> words;
+  for (int k = 0; k <= int(last); ++k) words.push_back(to_string(Enum(k)));
+  return words;
+}
+
+py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<AxisTuple>& axes,
+               const py::dict& fields) {
+  refuse_within_callable("sweep", "trim with method='newton' and closest=False");
+  bool callables = false;
+  const std::vector<SweepRequest> requests = requests_of(problems, callables);
+  SweepOptions options = sweep_options_of(fields, callables);
+  const auto [map, raised] = run(callables, [&](const std::stop_token& stop) {
+    options.stop = options.trimming.stop = stop;
+    return sweep(requests, axes_of(axes), options);
+  });
+  py::dict d = dict_of(map);
+  d["exception"] = raised;
+  return d;
+}
+
+// ---- Tuning -------------------------------------------------------------------------------------
+
+py::dict in_dict(const TuneProblem& problem, const Achieved& a) {
+  py::dict d;
+  d["point"] = problem.points.at(a.place.point).name;
+  d["scatter"] = a.place.scatter;
+  d["measure"] = name_of(a.requirement);
+  d["unit"] = std::string(unit(a.requirement.measure));
+  d["of"] = a.requirement.of;
+  d["limit"] = a.requirement.limit;
+  d["goal"] = std::isnan(a.requirement.limit);
+  d["value"] = a.value;
+  d["eigenvalue"] = a.eigenvalue;
+  d["active"] = a.active;
+  d["reserve"] = a.reserve();
+  return d;
+}
+
+py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
+               const py::dict& fields) {
+  refuse_within_callable("tune", "trim with method='newton' and closest=False");
+  bool callables = false;
+  const TuneProblem problem = tune_problem_of(requests_of(problems, callables), asked);
+  TuneOptions options = tune_options_of(fields, {}, callables);
+  const auto [result, raised] = run(callables, [&](const std::stop_token& stop) {
+    options.stop = options.trimming.stop = stop;
+    return tune(problem, options);
+  });
+  py::dict d = dict_of(problem, result);
+  d["exception"] = raised;
+  return d;
+}
+
+}  // namespace
+
+SweepOptions sweep_options_of(const py::dict& fields, bool callables) {
+  SweepOptions options;
+  options.threads = threads_of(fields["threads"].cast<int>(), callables);
+  options.crossings = fields["crossings"].cast<bool>();
+  options.trimming = trim_options_of(fields["trimming"].cast<py::dict>(), options.trimming);
+  return options;
+}
+
+py::dict dict_of(const SweepMap& map) {
+  py::dict d;
+  d["conditions"] = map.conditions;
+  d["axes"] = axes_of(map);
+  d["states"] = tuples_of(map.states);
+  d["inputs"] = tuples_of(map.inputs);
+  d["mode_names"] = map.mode_names;
+  d["status"] = array_of(map.status);
+  d["statuses"] = words_to(TrimStatus::interrupted);
+  d["verdict"] = array_of(map.verdict);
+  d["verdicts"] = words_to(Verdict::undecided);
+  d["reason"] = array_of(map.reason);
+  d["reasons"] = map.reasons;
+  d["residual"] = array_of(map.residual);
+  d["spectral_abscissa"] = array_of(map.spectral_abscissa);
+  d["damping"] = array_of(map.damping);
+  d["state"] = array_of(map.state);
+  d["input"] = array_of(map.input);
+  d["eigenvalue_re"] = array_of(map.eigenvalue_re);
+  d["eigenvalue_im"] = array_of(map.eigenvalue_im);
+  d["confidence"] = array_of(map.confidence);
+  d["second_branch"] = array_of(map.second_branch);
+  d["crossings"] = crossings_of(map);
+  d["intervals"] = intervals_of(map);
+  return d;
+}
+
+TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool callables) {
+  options.threads = callables ? 1 : 0;
+  for (const auto& [key, value] : fields) {
+    const std::string name = py::str(key);
+    if (name == "evaluations")
+      options.evaluations = value.cast<long>();
+    else if (name == "seconds")
+      options.seconds = value.cast<double>();
+    else if (name == "seed")
+      options.seed = value.cast<std::uint64_t>();
+    else if (name == "threads")
+      options.threads = threads_of(value.cast<int>(), callables);
+    else if (name == "start")
+      options.start = value.cast<VectorXd>();
+    else if (name == "global_search")
+      options.global = global_search(value.cast<std::string>());
+    else if (name == "local_search")
+      options.local = local_search(value.cast<std::string>());
+    else
+      throw std::invalid_argument(fmt::format("tune has no option '{}'", name));
+  }
+  return options;
+}
+
+TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked) {
+  TuneProblem problem;
+  problem.points = points;
+  for (const auto& [name, lower, upper, logarithmic] :
+       asked["gains"].cast<std::vector<std::tuple<std::string, double, double, bool>>>())
+    problem.gains.push_back({name, lower, upper, logarithmic});
+  for (const auto& [name, lower, upper] :
+       asked["uncertain"].cast<std::vector<std::tuple<std::string, double, double>>>())
+    problem.uncertain.push_back({name, lower, upper});
+  problem.corners = asked["corners"].cast<bool>();
+  problem.samples = asked["samples"].cast<int>();
+  problem.schedule = asked["schedule"].cast<std::vector<double>>();
+  problem.schedule_over = asked["schedule_over"].cast<std::string>();
+  problem.goal = requirement_of(asked["goal"].cast<RequirementTuple>());
+  for (const auto& limit : asked["limits"].cast<std::vector<RequirementTuple>>())
+    problem.limits.push_back(requirement_of(limit));
+  return problem;
+}
+
+py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
+  py::list achieved, effects;
+  for (const Achieved& a : r.achieved) achieved.append(in_dict(problem, a));
+  for (const GainEffect& e : r.effects) {
+    py::dict d;
+    d["name"] = e.name;
+    d["value"] = e.value;
+    d["slopes"] = array_of(e.slopes);
+    d["goal_less"] = e.goal_less;
+    d["goal_more"] = e.goal_more;
+    effects.append(d);
+  }
+  std::vector<std::string> gains;
+  for (const FreeGain& g : problem.gains) gains.push_back(g.name);
+  py::dict d;
+  d["status"] = to_string(r.status);
+  d["message"] = r.message;
+  d["names"] = gains;
+  d["schedule"] = problem.schedule;
+  d["gains"] = r.gains;
+  d["goal"] = r.goal;
+  d["goal_measure"] = name_of(problem.goal);
+  d["goal_unit"] = std::string(unit(problem.goal.measure));
+  d["achieved"] = achieved;
+  d["effects"] = effects;
+  d["coalescing"] = r.coalescing;
+  d["evaluations"] = r.evaluations;
+  d["out_of_time"] = r.out_of_time;
+  d["out_of_evaluations"] = r.out_of_evaluations;
+  return d;
+}
+
+void add_maps(py::module_& module) {
+  using py::arg;
+  module.def("sweep", &swept, arg("problems"), arg("axes"), arg("options"));
+  module.def("tune", &tuned, arg("problems"), arg("asked"), arg("options"));
+}
+
+}  // namespace tiltrim::python

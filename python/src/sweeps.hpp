@@ -1,0 +1,21 @@
+/// Sweeps and tuning, for problems of one's own and for studies.
+#pragma once
+
+#include "python/src/models.hpp"
+#include "sweep/sweep.hpp"
+#include "tune/tune.hpp"
+
+namespace tiltrim::python {
+
+/// A map's arrays, flat, and the sizes to shape them by.
+py::dict dict_of(const SweepMap& map);
+/// threads, crossings, starts; `trimming` as trim's options.
+SweepOptions sweep_options_of(const py::dict& fields, bool callables);
+
+/// What is asked of the points: gains, uncertain, corners, samples, schedule, goal, limits.
+TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked);
+py::dict dict_of(const TuneProblem& problem, const TuneResult& result);
+/// evaluations, seconds, seed, threads, global_search, local_search; those not named stay.
+TuneOptions tune_options_of(const py::dict& fields, TuneOptions defaults, bool callables);
+
+}  // namespace tiltrim::python

@@ -1,0 +1,23 @@
+/// Margins and Bode data of loops broken at their actuators, as text, CSV and JSON. Computes
+/// nothing.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/sheet.hpp"
+#include "study/analyses.hpp"
+
+namespace tiltrim {
+
+/// Margins, one row for each loop of each condition: dB, degrees, seconds, rad/s.
+Sheet margins_sheet(const std::vector<LoopsAnswer>& conditions);
+/// L along the imaginary axis, one row for each frequency of each loop.
+Sheet bode_sheet(const std::vector<LoopsAnswer>& conditions);
+std::vector<Sheet> margins_document(const std::vector<LoopsAnswer>& conditions);
+/// The margins, and in words why there are none.
+std::string margins_text(const std::vector<LoopsAnswer>& conditions, const TextStyle& style);
+/// The stable JSON that docs/cli.md describes.
+std::string margins_json(const std::vector<LoopsAnswer>& conditions);
+
+}  // namespace tiltrim

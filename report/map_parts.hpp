@@ -1,0 +1,17 @@
+/// What maps and their differences have in common. Internal to report/.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "report/sweeps.hpp"
+
+namespace tiltrim {
+
+/// As JSON and CSV spell it; empty for a point without an equilibrium.
+std::string verdict_name(int verdict);
+/// As text has it: "°" for degrees.
+std::string unit_of(const SweepAxis::Column& column);
+nlohmann::ordered_json crossing_json(const SweepMap& map, const AxisCrossing& crossing);
+
+}  // namespace tiltrim

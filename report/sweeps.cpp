@@ -1,0 +1,343 @@
+#include "report/sweeps.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/json.hpp"
+#include "report/map_parts.hpp"
+
+namespace tiltrim {
+
+using json::ordered_json;
+
+std::string verdict_name(int verdict) {
+  return verdict < 0 ? "" : to_string(static_cast<Verdict>(verdict));
+}
+
+std::string unit_of(const SweepAxis::Column& column) {
+  return column.unit == "degrees" ? "°" : column.unit;
+}
+
+namespace {
+
+std::string status_name(int status) {
+  return status < 0 ? "not_reached" : to_string(static_cast<TrimStatus>(status));
+}
+
+Tone tone_of(IntervalVerdict verdict) {
+  switch (verdict) {
+    case IntervalVerdict::stable:
+      return Tone::good;
+    case IntervalVerdict::unstable:
+      return Tone::bad;
+    default:
+      return Tone::doubtful;
+  }
+}
+
+std::size_t count(const SweepMap& map, std::size_t condition, int verdict) {
+  const std::size_t n = map.points_per_condition();
+  const auto first = map.verdict.begin() + std::ptrdiff_t(condition * n);
+  return std::size_t(std::count(first, first + std::ptrdiff_t(n), std::int8_t(verdict)));
+}
+
+std::string axis_in_words(const SweepAxis& axis) {
+  const SweepAxis::Column& own = axis.columns.front();
+  std::string words = fmt::format("{} from {:.6g} to {:.6g}{}{}", own.name, own.values.front(),
+                                  own.values.back(), own.unit.empty() ? "" : " ", own.unit);
+  for (std::size_t c = 1; c < axis.columns.size(); ++c)
+    words += (c == 1 ? " (with " : ", ") + axis.columns[c].name;
+  return words + (axis.columns.size() > 1 ? ")" : "") + fmt::format(", {} points", axis.size());
+}
+
+}  // namespace
+
+std::string counts_in_words(const SweepMap& map, std::size_t c) {
+  std::string words =
+      fmt::format("{} stable, {} unstable, {} undecided, {} without trim",
+                  count(map, c, int(Verdict::stable)), count(map, c, int(Verdict::unstable)),
+                  count(map, c, int(Verdict::undecided)), count(map, c, -1));
+  const std::size_t n = map.points_per_condition();
+  const std::size_t second = std::size_t(
+      std::ranges::count_if(map.second.points, [&](std::uint64_t p) { return p / n == c; }));
+  if (second > 0) words += fmt::format("; a second equilibrium at {}", second);
+  return words;
+}
+
+std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
+  std::vector<std::pair<std::size_t, std::size_t>> counts(map.reasons.size());
+  for (std::size_t r = 0; r < counts.size(); ++r) counts[r] = {0, r};
+  const std::size_t n = map.points_per_condition();
+  for (std::size_t p = c * n; p < (c + 1) * n; ++p)
+    if (map.reason[p] > 0) ++counts[std::size_t(map.reason[p])].first;
+  std::ranges::stable_sort(counts, std::greater{}, [](const auto& r) { return r.first; });
+  constexpr std::size_t most = 3;
+  std::vector<std::string> reasons;
+  std::size_t left = 0;
+  for (const auto& [times, r] : counts) {
+    if (times == 0) continue;
+    if (reasons.size() < most)
+      reasons.push_back(fmt::format("{} x {}", times, map.reasons[r]));
+    else
+      left += times;
+  }
+  if (left > 0)
+    reasons.push_back(fmt::format("{} points for other reasons: see reason_text", left));
+  return reasons;
+}
+
+Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t axis) {
+  const SweepAxis::Column& own = map.axes[axis].columns.front();
+  Sheet sheet;
+  sheet.title = fmt::format("Along {}, between the points of the grid too", own.name);
+  sheet.columns = {{"from", "from", unit_of(own), "{:.9g}"},
+                   {"to", "to", unit_of(own), "{:.9g}"},
+                   {"verdict", "verdict", ""},
+                   {"unstable", "unstable", "", "{:.0f}"},
+                   {"abscissa", "largest Re λ", "1/s", "{:.6g}"},
+                   {"abscissa_at", "at", unit_of(own), "{:.7g}"},
+                   {"ends", "ends with", ""}};
+  constexpr double rounding = 1e-15;
+  for (const AxisInterval& i : map.intervals) {
+    if (i.condition != int(condition) || i.axis != int(axis)) continue;
+    const auto crossing = std::ranges::find_if(map.crossings, [&](const AxisCrossing& c) {
+      return c.condition == i.condition && c.axis == i.axis &&
+             std::abs(c.at[axis] - i.to) <= c.error + rounding * std::abs(i.to);
+    });
+    std::string ends;
+    if (crossing != map.crossings.end()) {
+      ends = to_string(crossing->kind);
+      if (crossing->kind == CrossingKind::hopf) ends = fmt::format("±{:.5f}i", crossing->frequency);
+      if (!crossing->mode_name.empty()) ends += ", " + crossing->mode_name;
+      if (crossing->error > 0) ends += fmt::format(" (±{:.0e})", crossing->error);
+    }
+    const bool trimmed = i.verdict != IntervalVerdict::no_trim;
+    sheet.rows.push_back({i.from, i.to, SheetCell(to_string(i.verdict), tone_of(i.verdict)),
+                          trimmed ? SheetCell(double(i.unstable)) : SheetCell(),
+                          std::isfinite(i.abscissa) ? SheetCell(i.abscissa) : SheetCell(),
+                          std::isfinite(i.abscissa) ? SheetCell(i.abscissa_at) : SheetCell(),
+                          ends});
+  }
+  return sheet;
+}
+
+std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
+  double stable = 0, unstable = 0, rest = 0;
+  std::size_t stretches = 0;
+  const AxisInterval* least = nullptr;
+  for (const AxisInterval& i : map.intervals) {
+    if (i.condition != int(condition) || i.axis != int(axis)) continue;
+    const double length = std::abs(i.to - i.from);
+    if (std::isfinite(i.abscissa) && (!least || i.abscissa > least->abscissa)) least = &i;
+    if (i.verdict == IntervalVerdict::unstable) unstable += length, ++stretches;
+    if (i.verdict == IntervalVerdict::stable) stable += length;
+    if (i.verdict != IntervalVerdict::stable && i.verdict != IntervalVerdict::unstable)
+      rest += length;
+  }
+  const SweepAxis::Column& own = map.axes[axis].columns.front();
+  const std::string range = fmt::format("[{:.6g}, {:.6g}]{}{}", own.values.front(),
+                                        own.values.back(), own.unit.empty() ? "" : " ", own.unit);
+  if (unstable == 0 && rest == 0)
+    return fmt::format("stable on all of {}; largest Re λ {:.6g} 1/s at {} = {:.6g}", range,
+                       least->abscissa, own.name, least->abscissa_at);
+  if (unstable == 0 && stable == 0)
+    return fmt::format("without trim or undecided on all of {}", range);
+  if (unstable == 0)
+    return fmt::format("stable on {} but for {:.6g}, which is without trim or undecided", range,
+                       rest);
+  std::string words = fmt::format(
+      "not stable on all of {}: unstable on {} stretch{} of it, {:.6g} "
+      "in all",
+      range, stretches, stretches == 1 ? "" : "es", unstable);
+  if (rest > 0) words += fmt::format("; without trim or undecided on {:.6g}", rest);
+  if (least && unstable > 0)
+    words += fmt::format("; largest Re λ {:.6g} 1/s at {} = {:.6g}", least->abscissa, own.name,
+                         least->abscissa_at);
+  return words;
+}
+
+namespace {
+
+// For grids of several axes: how many lines along each are stable throughout.
+std::string lines_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
+  std::size_t lines = 0, crossings = 0, doubtful = 0, stable = 0;
+  const std::vector<double>& own = map.axes[axis].columns.front().values;
+  for (const AxisInterval& i : map.intervals) {
+    if (i.condition != int(condition) || i.axis != int(axis)) continue;
+    if (i.from == own.front()) ++lines;
+    if (i.verdict == IntervalVerdict::undecided) ++doubtful;
+    if (i.verdict == IntervalVerdict::stable && i.from == own.front() && i.to == own.back())
+      ++stable;
+  }
+  for (const AxisCrossing& c : map.crossings)
+    if (c.condition == int(condition) && c.axis == int(axis)) ++crossings;
+  return fmt::format("along {}: {} lines, {} stable throughout, {} crossings located{}",
+                     map.axes[axis].name, lines, stable, crossings,
+                     doubtful > 0 ? fmt::format(", {} intervals undecided", doubtful) : "");
+}
+
+}  // namespace
+
+std::string map_text(const SweepMap& map, const TextStyle& style) {
+  std::string text;
+  for (std::size_t c = 0; c < map.conditions.size(); ++c) {
+    text += (c > 0 ? "\n" : "") + map.conditions[c] + "\n";
+    for (const SweepAxis& axis : map.axes) text += "  " + axis_in_words(axis) + "\n";
+    text += "  " + counts_in_words(map, c) + "\n";
+    for (const std::string& reason : reasons_of(map, c)) text += wrapped(reason, 2, style.width);
+    if (map.intervals.empty()) continue;
+    if (map.axes.size() > 1) {
+      for (std::size_t a = 0; a < map.axes.size(); ++a)
+        text += "  " + lines_in_words(map, c, a) + "\n";
+      continue;
+    }
+    text += wrapped(line_in_words(map, c, 0), 2, style.width) + "\n";
+    text += as_text(intervals_sheet(map, c, 0), style);
+  }
+  return text;
+}
+
+std::vector<Sheet> map_document(const SweepMap& map) {
+  std::vector<Sheet> sheets;
+  for (std::size_t c = 0; c < map.conditions.size(); ++c) {
+    Sheet counts{map.conditions[c], {}, {}, {}};
+    for (const SweepAxis& axis : map.axes) counts.notes.push_back(axis_in_words(axis));
+    counts.notes.push_back(counts_in_words(map, c));
+    for (const std::string& reason : reasons_of(map, c)) counts.notes.push_back(reason);
+    const bool along = !map.intervals.empty();
+    if (along && map.axes.size() == 1) counts.notes.push_back(line_in_words(map, c, 0));
+    if (along && map.axes.size() > 1)
+      for (std::size_t a = 0; a < map.axes.size(); ++a)
+        counts.notes.push_back(lines_in_words(map, c, a));
+    sheets.push_back(std::move(counts));
+    if (!along || map.axes.size() != 1) continue;
+    sheets.push_back(intervals_sheet(map, c, 0));
+    sheets.back().title = map.conditions[c] + ": " + sheets.back().title;
+  }
+  return sheets;
+}
+
+Sheet map_sheet(const SweepMap& map) {
+  Sheet sheet;
+  sheet.columns = {{"condition", "", ""}};
+  for (const SweepAxis& axis : map.axes)
+    for (const SweepAxis::Column& column : axis.columns)
+      sheet.columns.push_back({column.name, "", ""});
+  for (const char* key :
+       {"status", "verdict", "reason", "residual", "spectral_abscissa", "damping", "second_branch"})
+    sheet.columns.push_back({key, "", ""});
+  for (const Signal& s : map.states) sheet.columns.push_back({s.name, "", ""});
+  for (const Signal& s : map.inputs) sheet.columns.push_back({s.name, "", ""});
+  for (std::size_t i = 0; i < map.modes(); ++i) {
+    sheet.columns.push_back({fmt::format("eigenvalue_re_{}", i), "", ""});
+    sheet.columns.push_back({fmt::format("eigenvalue_im_{}", i), "", ""});
+  }
+  const auto number = [](double v) { return std::isnan(v) ? SheetCell() : SheetCell(v); };
+  for (std::size_t p = 0; p < map.points(); ++p) {
+    const std::vector<std::size_t> at = map.position(p);
+    std::vector<SheetCell> row{map.conditions[at[0]]};
+    for (std::size_t a = 0; a < map.axes.size(); ++a)
+      for (const SweepAxis::Column& column : map.axes[a].columns)
+        row.emplace_back(column.values[at[a + 1]]);
+    row.emplace_back(status_name(map.status[p]));
+    row.emplace_back(verdict_name(map.verdict[p]));
+    row.emplace_back(map.reasons[std::size_t(map.reason[p])]);
+    for (const double v : {map.residual[p], map.spectral_abscissa[p], map.damping[p]})
+      row.push_back(number(v));
+    row.emplace_back(double(map.second_branch[p]));
+    const std::size_t n = map.modes(), m = map.inputs.size();
+    for (std::size_t i = 0; i < n; ++i) row.push_back(number(map.state[p * n + i]));
+    for (std::size_t i = 0; i < m; ++i) row.push_back(number(map.input[p * m + i]));
+    for (std::size_t i = 0; i < n; ++i) {
+      row.push_back(number(map.eigenvalue_re[p * n + i]));
+      row.push_back(number(map.eigenvalue_im[p * n + i]));
+    }
+    sheet.rows.push_back(std::move(row));
+  }
+  return sheet;
+}
+
+namespace {
+
+ordered_json coordinates(const SweepMap& map, const std::vector<double>& at) {
+  ordered_json object = ordered_json::object();
+  for (std::size_t a = 0; a < at.size(); ++a) object[map.axes[a].columns.front().name] = at[a];
+  return object;
+}
+
+ordered_json axes_json(const SweepMap& map) {
+  ordered_json axes = ordered_json::array();
+  for (const SweepAxis& axis : map.axes) {
+    ordered_json columns = ordered_json::array();
+    for (const SweepAxis::Column& c : axis.columns)
+      columns.push_back({{"key", c.name}, {"unit", c.unit}, {"values", c.values}});
+    axes.push_back({{"name", axis.name}, {"columns", columns}});
+  }
+  return axes;
+}
+
+ordered_json point_json(const SweepMap& map, std::size_t p) {
+  const std::vector<std::size_t> at = map.position(p);
+  ordered_json object{{"condition", map.conditions[at[0]]}};
+  for (std::size_t a = 0; a < map.axes.size(); ++a)
+    for (const SweepAxis::Column& column : map.axes[a].columns)
+      object[column.name] = column.values[at[a + 1]];
+  object["status"] = status_name(map.status[p]);
+  object["verdict"] =
+      map.verdict[p] < 0 ? ordered_json() : ordered_json(verdict_name(map.verdict[p]));
+  object["message"] = map.reasons[std::size_t(map.reason[p])];
+  if (map.verdict[p] < 0) return object;
+  object["residual"] = map.residual[p];
+  object["spectral_abscissa"] = map.spectral_abscissa[p];
+  object["damping"] = map.damping[p];
+  object["second_branch"] = map.second_branch[p] != 0;
+  const std::size_t n = map.modes(), m = map.inputs.size();
+  for (std::size_t i = 0; i < n; ++i) object["state"][map.states[i].name] = map.state[p * n + i];
+  for (std::size_t i = 0; i < m; ++i) object["input"][map.inputs[i].name] = map.input[p * m + i];
+  for (std::size_t i = 0; i < n; ++i)
+    object["modes"].push_back({{"name", map.mode_names[at[0]][i]},
+                               {"re", map.eigenvalue_re[p * n + i]},
+                               {"im", map.eigenvalue_im[p * n + i]},
+                               {"confidence", map.confidence[p * n + i] / 255.0}});
+  return object;
+}
+
+}  // namespace
+
+ordered_json crossing_json(const SweepMap& map, const AxisCrossing& c) {
+  return {{"condition", map.conditions[std::size_t(c.condition)]},
+          {"axis", map.axes[std::size_t(c.axis)].name},
+          {"at", coordinates(map, c.at)},
+          {"error", c.error},
+          {"kind", to_string(c.kind)},
+          {"unstable_before", c.unstable_before},
+          {"unstable_after", c.unstable_after},
+          {"frequency", c.frequency},
+          {"mode", c.mode},
+          {"mode_name", c.mode_name}};
+}
+
+std::string map_json(const SweepMap& map) {
+  ordered_json all{
+      {"program", map.program}, {"conditions", map.conditions}, {"axes", axes_json(map)}};
+  all["points"] = ordered_json::array();
+  for (std::size_t p = 0; p < map.points(); ++p) all["points"].push_back(point_json(map, p));
+  all["crossings"] = ordered_json::array();
+  for (const AxisCrossing& c : map.crossings) all["crossings"].push_back(crossing_json(map, c));
+  all["intervals"] = ordered_json::array();
+  for (const AxisInterval& i : map.intervals)
+    all["intervals"].push_back({{"condition", map.conditions[std::size_t(i.condition)]},
+                                {"axis", map.axes[std::size_t(i.axis)].name},
+                                {"at", coordinates(map, i.at)},
+                                {"from", i.from},
+                                {"to", i.to},
+                                {"verdict", to_string(i.verdict)},
+                                {"unstable", i.unstable},
+                                {"abscissa", i.abscissa},
+                                {"abscissa_at", i.abscissa_at}});
+  return all.dump(1) + "\n";
+}
+
+}  // namespace tiltrim

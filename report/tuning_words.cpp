@@ -1,0 +1,213 @@
+#include "report/tuning_words.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/tuning_parts.hpp"
+
+namespace tiltrim::tuning {
+
+using Eigen::Index;
+
+namespace {
+
+// "gains.K_Lp at eta = 30 deg", as GainEffect has it.
+std::string variable_name(const TuneProblem& problem, Index variable) {
+  if (problem.schedule.empty()) return problem.gains[std::size_t(variable)].name;
+  const Index n = std::ssize(problem.schedule);
+  const Key over = key_of(problem, problem.schedule_over);
+  const double at = over.in_study(problem.schedule[std::size_t(variable % n)]);
+  return fmt::format("{} at {} = {:.6g}{}", problem.gains[std::size_t(variable / n)].name,
+                     problem.schedule_over, at, over.unit == "degrees" ? " deg" : "");
+}
+
+// "0.337 1/s", "45°"
+std::string quantity(double value, Measure measure) {
+  const std::string unit_name = unit_in_text(unit(measure));
+  return fmt::format("{:.4g}{}{}", value, unit_name.empty() || unit_name == "°" ? "" : " ",
+                     unit_name);
+}
+
+std::string counted(std::size_t count, const std::string& what) {
+  return fmt::format("{} {}{}", grouped(long(count)), what, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::string without_prefix(const std::string& name) {
+  constexpr std::string_view prefix = "gains.";
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+std::string in_words(const Requirement& asked) {
+  std::string words = name_of(asked);
+  for (const std::string suffix : {"_db", "_deg"})
+    if (words.ends_with(suffix)) words.resize(words.size() - suffix.size());
+  std::ranges::replace(words, '_', ' ');
+  return asked.of.empty() ? words : words + " of " + asked.of;
+}
+
+std::string unit_in_text(std::string_view unit) {
+  return unit == "degrees" ? "°" : std::string(unit);
+}
+
+const char* sign(Measure measure) { return more_is_better(measure) ? "≥" : "≤"; }
+
+std::string limit_in_words(const Requirement& asked) {
+  return fmt::format("{} {}", sign(asked.measure), quantity(asked.limit, asked.measure));
+}
+
+std::string asked_in_words(const Requirement& asked, bool goal) {
+  return in_words(asked) + (goal ? ", the goal" : " " + limit_in_words(asked));
+}
+
+std::string place_in_words(const TuneProblem& problem, const TunePlace& place) {
+  return point_name(problem, place) + (place.scatter.empty() ? "" : ", " + place.scatter);
+}
+
+std::string status_in_words(TuneStatus status) {
+  switch (status) {
+    case TuneStatus::tuned:
+      return "tuned";
+    case TuneStatus::limits_unmet:
+      return "limits not met";
+    case TuneStatus::unstable:
+      return "unstable";
+    case TuneStatus::no_trim:
+      return "no trim";
+  }
+  return "unknown";
+}
+
+Tone tone_of(TuneStatus status) { return status == TuneStatus::tuned ? Tone::good : Tone::bad; }
+
+std::string grouped(long count) {
+  std::string digits = std::to_string(count);
+  for (std::ptrdiff_t at = std::ssize(digits) - 3; at > (count < 0 ? 1 : 0); at -= 3)
+    digits.insert(std::size_t(at), ",");
+  return digits;
+}
+
+namespace {
+
+std::string where_in_words(const TuningReport& report) {
+  const std::size_t points = report.problem.points.size();
+  const std::string words = "over " + counted(points, "point");
+  return places(report) > points
+             ? fmt::format("{} with scatter ({} places)", words, grouped(long(places(report))))
+             : words;
+}
+
+}  // namespace
+
+std::string verdict_text(const TuningReport& report, const TextStyle& style) {
+  const TuneResult& r = report.result;
+  const Requirement& goal = report.problem.goal;
+  std::string words;
+  if (r)
+    words = fmt::format(": worst {} {} {}; {}", in_words(goal), quantity(r.goal, goal.measure),
+                        where_in_words(report),
+                        report.problem.limits.empty() ? "no limits asked" : "all limits met");
+  else if (!r.message.empty())
+    words = ": " + r.message;
+  const char* kept = r.status == TuneStatus::no_trim ? "" : ": the best so far";
+  if (r.interrupted) words += fmt::format(" (interrupted{})", kept);
+  if (r.out_of_time) words += fmt::format(" (out of time{})", kept);
+  const std::string said = wrapped(status_in_words(r.status) + words, 0, style.width);
+  const std::size_t status = status_in_words(r.status).size();
+  return toned(said.substr(0, status), tone_of(r.status), style) + said.substr(status);
+}
+
+namespace {
+
+// The tuned number that differs most, over the larger of the two.
+struct Difference {
+  Index variable = 0;
+  double relative = 0.0;
+};
+Difference largest_difference(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  Difference most;
+  for (Index i = 0; i < a.size(); ++i) {
+    const double size = std::max(std::abs(a[i]), std::abs(b[i]));
+    const double relative = size > 0 ? std::abs(a[i] - b[i]) / size : 0.0;
+    if (relative > most.relative) most = {i, relative};
+  }
+  return most;
+}
+
+std::string second_in_words(const TuningReport& report) {
+  const TuneProblem& problem = report.problem;
+  const TuneResult &first = report.result, &second = *report.second;
+  const Measure measure = problem.goal.measure;
+  std::string words =
+      fmt::format("Beside it {}: {}", report.second_algorithm, status_in_words(second.status));
+  if (second.status == TuneStatus::no_trim || !std::isfinite(second.goal))
+    return words + (second.message.empty() ? "." : ", " + second.message + ".");
+  words += fmt::format(", worst {} {}", in_words(problem.goal), quantity(second.goal, measure));
+  constexpr double settled = 1e-6;  // of a goal or a gain: as far as searches go
+  const double more = (more_is_better(measure) ? 1 : -1) * (second.goal - first.goal);
+  if (first && second)
+    words += std::abs(more) <= settled * std::abs(first.goal)
+                 ? ", the same"
+                 : fmt::format(", {} {}", quantity(std::abs(more), measure),
+                               more > 0 ? "better" : "worse");
+  if (has_gains(problem, first) && has_gains(problem, second)) {
+    const Difference d = largest_difference(first.gains, second.gains);
+    words +=
+        d.relative <= rounding
+            ? "; the same gains"
+            : fmt::format("; the gain that differs most is {}, by {:.3g} %",
+                          without_prefix(variable_name(problem, d.variable)), 100 * d.relative);
+  }
+  return words + fmt::format(" ({} candidates).", grouped(second.evaluations));
+}
+
+std::string robustness_in_words(const TuningReport& report) {
+  const Robustness& r = *report.robustness;
+  if (r.samples <= 0) return "No random samples were tried.";
+  // As many digits as tell one sample from none.
+  const int digits = std::max(1, int(std::ceil(std::log10(double(r.samples)))) - 2);
+  std::string words = fmt::format(
+      "{} of {} random samples meet all limits: {:.{}f} %, 95 % interval {:.{}f} to {:.{}f} %",
+      grouped(r.met), grouped(r.samples), 100 * r.fraction, digits, 100 * r.lower, digits,
+      100 * r.upper, digits);
+  words += fmt::format("; {} without trim, {} unstable", grouped(r.no_trim), grouped(r.unstable));
+  const Requirement& goal = report.problem.goal;
+  if (r.samples > r.no_trim && std::isfinite(r.worst_goal))
+    words += fmt::format("; worst {} {} at {}", in_words(goal),
+                         quantity(r.worst_goal, goal.measure), r.worst);
+  return words + (r.interrupted ? " (interrupted: fewer samples than asked)." : ".");
+}
+
+std::string corner_in_words(const TuningReport& report) {
+  const Achieved* corner =
+      worst(report.result, 0, [](const TunePlace& place) { return !place.scatter.empty(); });
+  if (!corner) return "";
+  return fmt::format("Worst of the scatter tuned for: {} {} at {}.", in_words(report.problem.goal),
+                     quantity(corner->value, report.problem.goal.measure),
+                     place_in_words(report.problem, corner->place));
+}
+
+}  // namespace
+
+std::string effort_in_words(const TuningReport& report) {
+  return fmt::format(
+      "{} candidates{}; global {}, local {}, seed {}.", grouped(report.result.evaluations),
+      report.result.out_of_evaluations ? " (as many as were allowed)" : "",
+      to_string(report.options.global), to_string(report.options.local), report.options.seed);
+}
+
+std::vector<std::string> paragraphs(const TuningReport& report) {
+  std::vector<std::string> words;
+  if (report.second) words.push_back(second_in_words(report));
+  if (report.robustness) words.push_back(robustness_in_words(report));
+  words.push_back(corner_in_words(report));
+  if (report.interrupted && !report.result.interrupted)
+    words.emplace_back("What comes after the first search was interrupted, or not begun.");
+  std::erase(words, "");
+  return words;
+}
+
+}  // namespace tiltrim::tuning

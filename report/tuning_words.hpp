@@ -1,0 +1,34 @@
+/// A tuning in words, for its text and its tables. Internal to report/.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "report/tuning_report.hpp"
+
+namespace tiltrim::tuning {
+
+inline constexpr double rounding = 1e-9;  ///< of a reserve: not yet a miss
+
+/// "phase margin of theta0"
+std::string in_words(const Requirement& asked);
+const char* sign(Measure measure);
+/// "≥ 45°"
+std::string limit_in_words(const Requirement& asked);
+std::string asked_in_words(const Requirement& asked, bool goal);
+std::string place_in_words(const TuneProblem& problem, const TunePlace& place);
+std::string status_in_words(TuneStatus status);
+Tone tone_of(TuneStatus status);
+std::string without_prefix(const std::string& name);
+std::string unit_in_text(std::string_view unit);
+/// "12,345"
+std::string grouped(long count);
+
+/// What became of it, before the tables.
+std::string verdict_text(const TuningReport& report, const TextStyle& style);
+/// What is said after the tables, one paragraph each.
+std::vector<std::string> paragraphs(const TuningReport& report);
+std::string effort_in_words(const TuningReport& report);
+
+}  // namespace tiltrim::tuning

@@ -1,0 +1,256 @@
+#include "sweep/grid_line.hpp"
+
+#include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <stdexcept>
+
+#include "linearize/batch.hpp"
+#include "linearize/modes.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+namespace {
+
+std::optional<Sample> as_sample(double t, const OperatingPoint& at, const MatrixXd& A) {
+  if (!A.allFinite()) return {};
+  Sample s{t, at, A, eigenvalues(A)};
+  if (s.eigenvalues.size() != A.rows()) return {};
+  return s;
+}
+
+// Where an eigenvalue is zero the trim's own equations may be singular, and nothing settles. An
+// equilibrium that stays where it is while the line's numbers move is there all the same.
+std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoint& near) {
+  Problem problem = line.sweep.problem;
+  problem.base = numbers_at(line.sweep, line.at(t));
+  for (const Index j : problem.unknowns) set_value(problem.base, j, value_of(near, j));
+  constexpr double round_off = 1e-12;  // scaled, 1/s: round-off of the rates
+  try {
+    const Values v = values(problem, unknowns_of(problem, problem.base));
+    if (!(v.residual.lpNorm<Eigen::Infinity>() <= round_off)) return {};
+    return equilibrium_at(line.sweep, problem.base);
+  } catch (const std::exception&) {  // settle() has been refused, too
+    return {};
+  }
+}
+
+}  // namespace
+
+OperatingPoint operating_point(const GridLine& line, std::size_t k) {
+  OperatingPoint at = numbers_at(line.sweep, line.at(double(k)));
+  const std::size_t n = std::size_t(line.sweep.states()), p = line.point(k);
+  for (std::size_t i = 0; i < n; ++i) at.x[Index(i)] = line.map.state[p * n + i];
+  const std::vector<Index>& inputs = line.sweep.inputs;
+  for (std::size_t i = 0; i < inputs.size(); ++i)
+    if (inputs[i] < at.u.size()) at.u[inputs[i]] = line.map.input[p * inputs.size() + i];
+  return at;
+}
+
+// GridTrim again, since the map need not keep all that the trim is free to move.
+std::optional<GridTrim> settled_at(const GridLine& line, std::size_t k) {
+  if (!line.valid(k)) return {};
+  return settle(line.sweep, line.at(double(k)), operating_point(line, k));
+}
+
+std::optional<Sample> grid_sample(const GridLine& line, std::size_t k) {
+  const auto e = settled_at(line, k);
+  if (!e) return {};
+  return as_sample(double(k), e->at, e->A(line.sweep));
+}
+
+MatrixLine matrices_of(const GridLine& line) {
+  return {[&line](double t, const Sample& near) -> std::optional<Sample> {
+            auto e = settle(line.sweep, line.at(t), near.at);
+            if (!e) e = stays(line, t, near.at);
+            if (!e) return {};
+            return as_sample(t, e->at, e->A(line.sweep));
+          },
+          [&line](const Sample& a, const Sample& b) { return apart(line.sweep, a.at, b.at); }};
+}
+
+namespace {
+
+// Where a switch of the model lies between two points of the grid: two places as near as can be,
+// one on each side.
+struct SwitchPlace {
+  double before, after;
+};
+
+std::vector<SwitchPlace> switches_between(const GridLine& line, std::size_t k) {
+  std::vector<SwitchPlace> places;
+  for (const Model::Switch& s : line.sweep.model().switches) {
+    const auto side = [&](double t) { return s.distance(numbers_at(line.sweep, line.at(t))) >= 0; };
+    double a = double(k), b = double(k) + 1;
+    const bool at_a = side(a);
+    if (at_a == side(b)) continue;
+    constexpr int halvings = 60;
+    for (int i = 0; i < halvings; ++i) {
+      const double middle = 0.5 * (a + b);
+      if (middle <= a || middle >= b) break;
+      (side(middle) == at_a ? a : b) = middle;
+    }
+    places.push_back({a, b});
+  }
+  std::ranges::sort(places, {}, &SwitchPlace::before);
+  return places;
+}
+
+// From a switch on, the trim starts anew: from nothing where its neighbours' does not settle.
+std::optional<Sample> beyond_switch(const GridLine& line, const MatrixLine& matrices, double t,
+                                    const std::optional<Sample>& near) {
+  if (near)
+    if (auto sample = matrices.sample(t, *near)) return sample;
+  const GridTrim e = from_nothing(line.sweep, line.at(t));
+  if (!e.valid()) return {};
+  return as_sample(t, e.at, e.A(line.sweep));
+}
+
+}  // namespace
+
+void search_events(const GridLine& line, std::vector<LineEvent>& events,
+                   std::vector<Sample>& seen) {
+  const MatrixLine matrices = matrices_of(line);
+  std::optional<Sample> a = grid_sample(line, 0);
+  if (a) seen.push_back(*a);
+  for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+    const std::optional<Sample> end = grid_sample(line, k + 1);
+    double from = double(k);
+    for (const SwitchPlace& s : switches_between(line, k)) {
+      const std::optional<Sample> left = beyond_switch(line, matrices, s.before, a);
+      const std::optional<Sample> right = beyond_switch(line, matrices, s.after, end);
+      events_between(matrices, from, a, s.before, left, finest, events, seen);
+      const int before = left ? left->unstable() : -1, after = right ? right->unstable() : -1;
+      if (before != after)
+        events.push_back({s.before, s.after, left && right ? CrossingKind::jump : CrossingKind::end,
+                          before, after, 0.0});
+      for (const auto& sample : {left, right})
+        if (sample) seen.push_back(*sample);
+      a = right;
+      from = s.after;
+    }
+    events_between(matrices, from, a, double(k) + 1, end, finest, events, seen);
+    if (end) seen.push_back(*end);
+    a = end;
+  }
+}
+
+namespace {
+
+// Where φ has the value, on a line along which it is monotone.
+double position_of(const GridLine& line, const Model::Affine& structure, double phi) {
+  const auto miss = [&](double t) {
+    return structure.phi(numbers_at(line.sweep, line.at(t)).p).value() - phi;
+  };
+  const double last = double(line.size() - 1);
+  if (miss(0.0) * miss(last) >= 0) return std::abs(miss(0.0)) < std::abs(miss(last)) ? 0.0 : last;
+  boost::uintmax_t most = 100;
+  const auto [low, high] = boost::math::tools::toms748_solve(
+      miss, 0.0, last, boost::math::tools::eps_tolerance<double>(52), most);
+  return 0.5 * (low + high);
+}
+
+// The matrices first + x slope for x from 0 to length.
+struct AffineStretch {
+  const AffineLine& line;
+  double length;
+
+  MatrixXd at(double x) const { return line.first + x * line.slope; }
+  int unstable(double x) const { return Sample{x, {}, {}, eigenvalues(at(x))}.unstable(); }
+};
+
+// All crossings at once, the roots of one polynomial; false if rounding leaves doubt, or the slope
+// is not of rank one.
+bool roots(const AffineStretch& stretch, std::vector<LineEvent>& events) {
+  const double length = stretch.length;
+  LineCrossings found;
+  try {
+    found = line_crossings(stretch.line.first, stretch.line.slope, std::min(0.0, length),
+                           std::max(0.0, length));
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+  if (!found.complete) return false;
+  if (length < 0) std::ranges::reverse(found.crossings);
+  std::vector<double> ends{0.0};
+  for (const LineCrossing& c : found.crossings) ends.push_back(c.t);
+  ends.push_back(length);
+  const auto between = [&](std::size_t i) {
+    return stretch.unstable(0.5 * (ends[i] + ends[i + 1]));
+  };
+  int before = between(0);
+  for (std::size_t i = 0; i < found.crossings.size(); ++i) {
+    const LineCrossing& c = found.crossings[i];
+    const int after = between(i + 1);
+    const CrossingKind kind = before == after   ? CrossingKind::touch
+                              : c.frequency > 0 ? CrossingKind::hopf
+                                                : CrossingKind::zero;
+    const double error = std::copysign(c.error, length);
+    events.push_back({c.t - error, c.t + error, kind, before, after, c.frequency});
+    before = after;
+  }
+  return true;
+}
+
+// The same by halving: pieces of a straight line have no bend, however long they are.
+void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
+  std::vector<Sample> seen;
+  const MatrixLine matrices{
+      [&](double x, const Sample&) { return as_sample(x, {}, stretch.at(x)); },
+      [](const Sample&, const Sample&) { return 0.0; }};
+  const double length = stretch.length;
+  events_between(matrices, 0.0, as_sample(0.0, {}, stretch.at(0.0)), length,
+                 as_sample(length, {}, stretch.at(length)), finest * std::abs(length), events,
+                 seen);
+}
+
+// φ at every point of the line, rising or falling throughout.
+bool monotone(const GridLine& line, const Model::Affine& structure) {
+  std::optional<double> before;
+  int way = 0;
+  OperatingPoint at = numbers_at(line.sweep, line.place);
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    move_to(line.sweep, line.axis, double(k), at);
+    const auto phi = structure.phi(at.p);
+    if (!phi) return false;
+    const int step = before ? (*phi > *before) - (*phi < *before) : 0;
+    if (before && (step == 0 || step == -way)) return false;
+    if (before) way = step;
+    before = phi;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool solve_events(const GridLine& line, std::vector<LineEvent>& events) {
+  const Model::Affine* structure = line.sweep.affine[line.axis];
+  if (!structure || !monotone(line, *structure)) return false;
+  for (std::size_t k = 0; k < line.size(); ++k)
+    if (!line.valid(k)) return false;
+  const auto first = settled_at(line, 0);
+  if (!first) return false;
+  const auto affine = affine_line(line.sweep, line.place, line.axis, *first);
+  if (!affine) return false;
+  const double last = *structure->phi(numbers_at(line.sweep, line.at(double(line.size() - 1))).p);
+  const AffineStretch stretch{*affine, last - affine->phi};
+  if (!roots(stretch, events)) {
+    events.clear();
+    halve(stretch, events);
+  }
+  try {
+    for (LineEvent& e : events) {
+      e.left = position_of(line, *structure, affine->phi + e.left);
+      e.right = position_of(line, *structure, affine->phi + e.right);
+    }
+  } catch (const std::bad_optional_access&) {  // between two points there is no φ
+    events.clear();
+    return false;
+  }
+  return true;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,50 @@
+/// What the lines of a condition start from, settled along the slower axes before any line is
+/// walked. Internal to sweep/.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sweep/line.hpp"
+
+namespace tiltrim {
+
+/// Numbers of lines along the last axis, and the lines next to one along the slower axes.
+struct Lines {
+  const std::vector<SweepAxis>& axes;
+
+  std::size_t count() const {
+    std::size_t all = 1;
+    for (std::size_t a = 0; a + 1 < axes.size(); ++a) all *= axes[a].size();
+    return all;
+  }
+  GridPlace place(std::size_t line) const {
+    GridPlace place(axes.size(), 0.0);
+    for (std::size_t a = axes.size() - 1; a-- > 0; line /= axes[a].size())
+      place[a] = double(line % axes[a].size());
+    return place;
+  }
+  /// The line before (or after), along the fastest of the slower axes that has one.
+  std::optional<std::size_t> next_to(std::size_t line, bool before) const {
+    std::size_t stride = 1;
+    for (std::size_t a = axes.size() - 1; a-- > 0; stride *= axes[a].size()) {
+      const std::size_t at = line / stride % axes[a].size();
+      if (before && at > 0) return line - stride;
+      if (!before && at + 1 < axes[a].size()) return line + stride;
+    }
+    return {};
+  }
+};
+
+/// The first points of all lines, each from the line before it; and the names of the modes, at the
+/// first equilibrium.
+void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,
+                        std::vector<std::string>& mode_names);
+/// The last points, each from the line after it.
+void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts);
+
+/// Names of a condition whose lines all begin without an equilibrium: those at its first.
+void name_late(const Prepared& sweep, std::size_t condition, SweepMap& map);
+
+}  // namespace tiltrim
