@@ -159,6 +159,9 @@ Verdict axis_verdict(const MatrixXd& B, const MatrixXd& error, const VectorXcd& 
                      const dense::Schur& schur) {
   constexpr Index largest = 200;  // of which a singular value decomposition is still quick
   const double E = schur_error(B, error, schur);
+  // The eigenvalues' sum is the trace: where that is positive, so is one of them.
+  const double trace = B.trace(), rounding = double(B.rows()) * epsilon * B.diagonal().lpNorm<1>();
+  if (trace > error.trace() + rounding) return Verdict::unstable;
   if (B.rows() > largest || !std::isfinite(E)) return Verdict::undecided;
   if (const auto unstable = right_of(0.0, schur, lambda, E))
     return *unstable > 0 ? Verdict::unstable : Verdict::stable;
