@@ -44,7 +44,8 @@ struct Lane {
 
 // --- Powers of two, by the exponents' bits.
 
-using Bits = std::experimental::rebind_simd_t<std::uint64_t, Lanes>;
+// The compiler's own vectors: shifts of the library's are wrong with clang 14.
+using Bits [[gnu::vector_size(sizeof(Lanes))]] = std::uint64_t;
 static_assert(sizeof(Bits) == sizeof(Lanes) && sizeof(std::uint64_t) == sizeof(double));
 
 [[gnu::always_inline]] inline Bits bits(Lanes x) { return __builtin_bit_cast(Bits, x); }
@@ -57,12 +58,12 @@ constexpr std::uint64_t exponent_bits = std::uint64_t{2047} << mantissa;
 // 2^k near √(r/c): half the difference of the logarithms, taken as linear between powers of two.
 [[gnu::always_inline]] inline Real root_of_ratio(const Real& r, const Real& c) {
   const Bits half = (bits(r) + (2 * one - bits(c))) >> 1;
-  return number((half + (std::uint64_t{1} << (mantissa - 1))) & Bits(exponent_bits));
+  return number((half + (std::uint64_t{1} << (mantissa - 1))) & exponent_bits);
 }
 
 // The power of two at or below x > 0, kept where it and its inverse are normal numbers.
 [[gnu::always_inline]] inline Real power_below(const Real& x) {
-  const Real p = number(bits(x) & Bits(exponent_bits));
+  const Real p = number(bits(x) & exponent_bits);
   return choose(p < 0x1p-1000, Real(0x1p-1000), choose(Real(0x1p1000) < p, Real(0x1p1000), p));
 }
 

@@ -77,7 +77,8 @@ struct Signs {
 
 // --- Balancing, exactly: powers of two, by the exponents' bits.
 
-using Bits = std::experimental::rebind_simd_t<std::int64_t, Lanes>;
+// The compiler's own vectors: shifts of the library's are wrong with clang 14.
+using Bits [[gnu::vector_size(sizeof(Lanes))]] = std::int64_t;
 constexpr int mantissa = 52;
 constexpr std::int64_t bias = 1023;
 

@@ -680,7 +680,7 @@ TEST_CASE("the caller's mistakes throw") {
   CHECK_THROWS_AS(asked("p", 0), std::invalid_argument);      // there already
   CHECK_THROWS_AS(asked("p", NaN), std::invalid_argument);
   CHECK_THROWS_AS(asked("p", std::numeric_limits<double>::infinity()), std::invalid_argument);
-  CHECK_THROWS_AS(follow(r.model, r.spec, at(vec({0, 0}), vec({0})), "p", 3),
+  CHECK_THROWS_AS((void)follow(r.model, r.spec, at(vec({0, 0}), vec({0})), "p", 3),
                   std::invalid_argument);  // a start of the wrong size
 }
 

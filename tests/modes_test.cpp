@@ -358,7 +358,8 @@ TEST_CASE("hard matrices: eigenvalues within their discs") {
            .finished()},
   };
   for (const auto& [name, A] : hard) {
-    CAPTURE(name);
+    const auto& captured = name;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const Modes m = modes(A);
     check_modes(A, m);
     const auto eigenvalues = precise(A.cast<long double>());

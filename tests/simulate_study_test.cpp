@@ -208,7 +208,8 @@ TEST_CASE("disturbances of each kind, on each thing, in SI") {
                                           {"theta0", "theta0", 1},
                                           {"a1s_deg", "a1s", degree},
                                           {"delta_e_deg", "delta_e", degree}}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const std::string head = fmt::format("[[simulate.disturbance]]\non = '{}'\nsize = -3\n", key);
     const SimulateTable simulate = flown(
         study(head + "kind = 'step'\n" + head + "kind = 'doublet'\nat = 5\nduration = 0.5\n"));
@@ -397,7 +398,8 @@ TEST_CASE("numbers of [simulate] that cannot be are refused") {
         {"lag", {"0.0001", "1_000"}, {"0", "-1", "0.00009", "1_001"}},
         {"tolerance", {"1e-13", "1e-3"}, {"0", "-1", "9e-14", "0.0011"}},
         {"sample", {"0.0001", "90"}, {"0", "-1", "0.00009", "90.1"}}}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const auto with = [&, name = std::string(key)](const std::string& value) {
       return study(name + " = " + value + "\n");
     };
@@ -489,7 +491,8 @@ TEST_CASE("states that cannot be are refused") {
                                             {"q", "1_000", "1_001"},
                                             {"energy_integral", "1e6", "-2e6"},
                                             {"distribution_integral", "-1e6", "2e6"}}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const auto with = [&, name = std::string(key)](const std::string& value) {
       return study("start = 'trim'\n[simulate.states]\n" + name + " = " + value + "\n");
     };
@@ -507,7 +510,8 @@ TEST_CASE("states that cannot be are refused") {
 
 TEST_CASE("rates of actuators that cannot be are refused") {
   for (const std::string key : {"theta0", "a1s_deg", "delta_e_deg", "eta_deg"}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const auto with = [&](const std::string& value) {
       return study("[simulate.rates]\n" + key + " = " + value + "\n");
     };
@@ -560,7 +564,8 @@ TEST_CASE("schedules that cannot be are refused") {
 
 TEST_CASE("over time nothing is left out") {
   for (const char* key : {"V", "gamma_deg", "eta_deg"}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     std::string left_out = times;
     const std::size_t start = left_out.find("\n" + std::string(key) + " =");
     left_out.erase(start, left_out.find('\n', start + 1) - start);
@@ -662,7 +667,8 @@ TEST_CASE("numbers of [montecarlo] that cannot be are refused") {
         {"V_within", {"0", "1e6"}, {"-1", "2e6"}},
         {"gamma_within_deg", {"0", "180"}, {"-1", "181"}},
         {"theta_within_deg", {"0", "180"}, {"-1", "181"}}}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const auto with = [&, name = std::string(key)](const std::string& value) {
       return again(name + " = " + value + "\n");
     };
@@ -774,7 +780,8 @@ TEST_CASE("the manual names every key of [simulate] and [montecarlo], and every 
   const auto names = [](const std::string& table, const std::vector<std::string>& keys) {
     const std::string manual = manual_of(table);
     for (const std::string& key : keys) {
-      CAPTURE(key);
+      const auto& captured = key;  // clang 14 captures no structured binding
+      CAPTURE(captured);
       CHECK(manual.find("`" + key + "`") != manual.npos);
     }
   };

@@ -941,7 +941,8 @@ TEST_CASE("crossings along gains are those of bisection") {
   const std::string point_axis = "[[sweep.axis]]\nkey = \"aircraft.mass\"\nvalues = [4.0]\n";
   int crossings = 0;
   for (const auto& [flight, gain, from, to] : lines) {
-    INFO(flight.name << ", " << gain);
+    const std::string where = std::string(flight.name) + ", " + gain;
+    CAPTURE(where);
     const Study s = study(flight_text(flight) + point_axis + axis_text(gain, from, to, 9));
     const SweepMap map = swept(s);
     const auto count_at = [&, signal = gain](double value) {
@@ -1380,7 +1381,8 @@ TEST_CASE("a claim that is false in the middle of a line spoils nothing") {
           Curve([](double p) { return p < 0.1 ? p : p + 0.2; }), Curve(bump(1, 0.1)),
           Curve(bump(1e-6, 0.3))})
       for (const int count : {2, 3, 13}) {
-        CAPTURE(from);
+        const auto& captured = from;  // clang 14 captures no structured binding
+        CAPTURE(captured);
         CAPTURE(count);
         const Claimed false_claim{bent_by(random, g)};
         check_claim(false_claim.request(), along_p(from, to, count), newton_only());

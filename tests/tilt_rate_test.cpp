@@ -135,7 +135,8 @@ TEST_CASE("within its reach the linear model is as near as tolerated, beyond it 
     return r.status == ResponseStatus::responded ? r.apart : inf;
   };
   for (const auto& [state, by] : {std::pair{"theta", 0.01}, {"gamma", -1e-3}, {"V", -0.5}}) {
-    CAPTURE(state);
+    const auto& captured = state;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const Response r = response(flight, level, {{state, by}}, options);
     CHECK(r.status == ResponseStatus::responded);
     CHECK(r.reach > 0);

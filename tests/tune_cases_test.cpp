@@ -475,7 +475,8 @@ TEST_CASE("one number tuned, by every search") {
   const TuneProblem p = planted(faster_with_p);
   for (const LocalSearch local :
        {LocalSearch::slsqp, LocalSearch::mma, LocalSearch::cobyla, LocalSearch::bobyqa}) {
-    CAPTURE(to_string(local));
+    const std::string method = to_string(local);
+    CAPTURE(method);
     TuneResult found;
     CHECK_NOTHROW(found = tune(p, {.local = local, .evaluations = 200, .threads = 1}));
     CHECK(found.status == TuneStatus::tuned);
@@ -490,7 +491,8 @@ TEST_CASE("local searches that mislay their best: ours is kept, and meets the li
   for (const auto& [local, evaluations] : {std::pair(LocalSearch::cobyla, 600L),
                                            {LocalSearch::mma, 120L},
                                            {LocalSearch::bobyqa, 600L}}) {
-    CAPTURE(to_string(local));
+    const std::string method = to_string(local);
+    CAPTURE(method);
     double best = -infinity;
     TuneOptions options{.local = local, .evaluations = evaluations, .threads = 1};
     options.observe = [&, &best = best](const TuneProgress& at) {

@@ -375,7 +375,8 @@ TEST_CASE("numbers and names of the search that cannot be are refused") {
                                             {"evaluations", "1000000000", "1000000001"},
                                             {"robustness", "10000000", "10000001"},
                                             {"seconds", "1000000", "1000001"}}) {
-    CAPTURE(key);
+    const auto& captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const auto with = [&, name = std::string(key)](const std::string& value) {
       return study(name + " = " + value + "\n");
     };
