@@ -3,9 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <iostream>
+#include <system_error>
 
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
@@ -142,7 +145,13 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    if (e.get_exit_code() == 0) {  // --help, --version
+      const int code = app.exit(e);
+      if (!std::cout.flush())
+        throw std::runtime_error(
+            fmt::format("standard output: {}", std::generic_category().message(errno)));
+      return code;
+    }
     throw std::invalid_argument(refusal(app, e, argc > 1 ? argv[1] : ""));
   }
   fill_in(app, all);

@@ -139,6 +139,7 @@ FlightStatus status_of(const Trajectory& trajectory) {
       return FlightStatus::lost;
     case MotionStatus::not_finite:
       return FlightStatus::not_finite;
+    case MotionStatus::inaccurate:  // of simulate() alone
     case MotionStatus::interrupted:
       return FlightStatus::interrupted;
     case MotionStatus::step_too_small:

@@ -52,7 +52,7 @@ std::vector<std::string_view> available() {
 InstructionSet chosen() {
   static const std::vector<std::string_view> sets = available();
   const char* asked = std::getenv("TILTRIM_SIMD");
-  const std::string_view name = asked ? std::string_view(asked) : sets.back();
+  const std::string_view name = asked && *asked ? std::string_view(asked) : sets.back();
   if (std::ranges::find(sets, name) == sets.end())
     throw std::invalid_argument(
         fmt::format("TILTRIM_SIMD is '{}'; this processor has: {}", name, fmt::join(sets, ", ")));

@@ -97,6 +97,10 @@ std::string motion_json(const MotionAnswer& m) {
   root["status"] = m.motion ? to_string(m.motion->status) : "no_trim";
   root["message"] = m.motion ? m.motion->message : outcome(m);
   if (m.motion) {
+    root["error"] = json::named(m.start.model.states, m.motion->error);
+    root["stiff"] = m.motion->stiff;
+  }
+  if (m.motion) {
     root["steps"] = m.motion->steps;
     root["evaluations"] = m.motion->evaluations;
     root["events"] = ordered_json::array();

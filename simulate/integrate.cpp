@@ -352,6 +352,8 @@ std::string to_string(MotionStatus status) {
       return "event_limit";
     case MotionStatus::interrupted:
       return "interrupted";
+    case MotionStatus::inaccurate:
+      return "inaccurate";
   }
   return "?";
 }

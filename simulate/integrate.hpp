@@ -59,6 +59,8 @@ struct IntegrateOptions {
   long max_events = 10'000;    ///< in all
   double diverged_beyond = 1e9;  ///< nominal sizes
   std::stop_token stop{};        ///< asked between steps
+  /// simulate(): whether a second, finer run says how far the motion may be off. Twice the work.
+  bool global_error = true;
 };
 
 /// How a motion ended.
@@ -71,6 +73,7 @@ enum class MotionStatus {
   step_limit,      ///< max_steps used up: stiff, or a tolerance out of reach
   event_limit,     ///< max_events, or 20 per watched one at once: to and fro
   interrupted,     ///< the caller asked to stop
+  inaccurate,      ///< simulate(): beyond there the estimated error has eaten the answer
 };
 std::string to_string(MotionStatus status);  ///< as JSON spells it
 

@@ -5,7 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
+
+#include "linearize/modes.hpp"
+#include "simulate/stiff.hpp"
 
 namespace tiltrim {
 
@@ -127,6 +131,99 @@ void say(Simulation& s, const std::string& words) {
 
 }  // namespace
 
+namespace {
+
+// Whether the explicit method's steps, on the average this long, are held by stability and not by
+// accuracy: Dormand and Prince's is stable to -3.3 along the negative axis.   [70, sec. IV.2]
+bool held_by_stability(const Model& model, const OperatingPoint& at, double step) {
+  constexpr double near = 2.0;
+  std::vector<Index> states(model.states.size());
+  std::iota(states.begin(), states.end(), Index{0});
+  const Eigen::MatrixXd A = jacobian(model, at, states).topRows(std::ssize(model.states));
+  if (!A.allFinite()) return false;
+  const Eigen::VectorXcd lambda = eigenvalues(A);
+  return lambda.size() > 0 && -lambda.real().minCoeff() * step > near;
+}
+
+// One run: explicit, or implicit where the explicit one does not get on.
+struct Run {
+  Trajectory trajectory;
+  bool stiff = false;
+};
+
+Run run(const Model& model, const Motion& motion, const Moving& moving,
+        const std::vector<double>& x0, double duration, const IntegrateOptions& options,
+        bool known_stiff) {
+  constexpr long patience = 10'000;  // steps, before the question is asked
+  const RateSlopes slopes = [&](double t, const double* x) -> Eigen::MatrixXd {
+    std::vector<Index> states(model.states.size());
+    std::iota(states.begin(), states.end(), Index{0});
+    return jacobian(model, moving.at(t, x), states).topRows(std::ssize(model.states));
+  };
+  if (known_stiff) return {integrate_stiff(motion, slopes, x0, 0.0, duration, options), true};
+  IntegrateOptions first = options;
+  first.max_steps = std::min(options.max_steps, patience);
+  Trajectory found = integrate(motion, x0, 0, 0.0, duration, first);
+  if (found.status != MotionStatus::step_limit || options.fixed_step > 0)
+    return {std::move(found), false};
+  const double end = found.end(), step = end / double(found.steps);
+  const OperatingPoint at = moving.at(end, found.state(found.samples() - 1));
+  if (held_by_stability(model, at, step))
+    return {integrate_stiff(motion, slopes, x0, 0.0, duration, options), true};
+  if (options.max_steps > patience) found = integrate(motion, x0, 0, 0.0, duration, options);
+  return {std::move(found), false};
+}
+
+// The samples that two runs share, the largest differences on them, and from which sample on they
+// are no answer: a state's difference exceeds a tenth of its largest value.
+struct Agreement {
+  VectorXd error;
+  std::size_t good = 0;
+};
+
+Agreement agreement(const Signals& states, const Trajectory& run, const Trajectory& finer) {
+  constexpr double eaten = 0.1, least = 1e-6;  // of the largest value, of the nominal size
+  const auto n = Index(states.size());
+  VectorXd largest = least * nominals(states);
+  const auto state = [n](const Trajectory& t, std::size_t k) {
+    return Eigen::Map<const VectorXd>(t.state(k), n);
+  };
+  for (std::size_t k = 0; k < run.samples(); ++k)
+    largest = largest.cwiseMax(state(run, k).cwiseAbs());
+  Agreement a{VectorXd::Zero(n)};
+  const double same_time = 1e-6 * run.end();
+  for (; a.good < run.samples() && a.good < finer.samples(); ++a.good) {
+    if (std::abs(run.t[a.good] - finer.t[a.good]) > same_time) break;
+    const VectorXd apart = (state(run, a.good) - state(finer, a.good)).cwiseAbs();
+    if (!(apart.array() <= eaten * largest.array()).all()) break;
+    a.error = a.error.cwiseMax(apart);
+  }
+  return a;
+}
+
+// Cuts the trajectory where it is no answer any more; its error, as a second run estimates it.
+VectorXd with_error(const Signals& states, const Run& finer, Trajectory& found) {
+  const Agreement a = agreement(states, found, finer.trajectory);
+  if (finer.trajectory.status == MotionStatus::interrupted)
+    return VectorXd::Constant(std::ssize(states), nan);
+  if (found.status != MotionStatus::completed || a.good == found.samples() || a.good == 0)
+    return a.error;
+  const double t = found.t[a.good];
+  const std::size_t n = states.size();
+  found.t.resize(a.good);
+  found.x.resize(a.good * n);
+  found.modes.resize(a.good);
+  std::erase_if(found.events, [&](const MotionEvent& e) { return e.t > found.t.back(); });
+  found.status = MotionStatus::inaccurate;
+  found.message = fmt::format(
+      "from t = {:.4g} s on the estimated error exceeds a tenth of the motion; a smaller tolerance "
+      "reaches farther",
+      t);
+  return a.error;
+}
+
+}  // namespace
+
 Simulation simulate(const Model& model, const OperatingPoint& start, double duration,
                     const std::vector<SignalChange>& changes, const IntegrateOptions& options) {
   check(model);
@@ -139,11 +236,25 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
     motion.g = [&](double t, const double* x, int, double* g) { moving.switches(t, x, g); };
   motion.breaks = breaks_of(changes, duration);
   const std::vector<double> x0(start.x.data(), start.x.data() + start.x.size());
-  const Trajectory found = integrate(motion, x0, 0, 0.0, duration, options);
+  auto [found, stiff] = run(model, motion, moving, x0, duration, options, false);
+  Simulation s;
+  s.error = VectorXd::Constant(std::ssize(model.states), nan);
+  s.stiff = stiff;
+  if (options.global_error && options.fixed_step == 0 && found.samples() > 1 &&
+      found.status != MotionStatus::interrupted) {
+    constexpr double finer = 0.1, finest = 1e-14;
+    IntegrateOptions second = options;
+    second.tolerance = std::max(finer * options.tolerance, finest);
+    const double until = found.end();
+    s.error = with_error(model.states, run(model, motion, moving, x0, until, second, stiff), found);
+  }
   if (found) moving.forget();  // thrown beside the way, by a step that was refused
 
-  Simulation s{found.status, found.message, found.t,          {}, {}, {}, {},
-               {},           found.steps,   found.evaluations};
+  s.status = found.status;
+  s.message = found.message;
+  s.t = found.t;
+  s.steps = found.steps;
+  s.evaluations = found.evaluations;
   const auto samples = Index(found.samples());
   s.x.resize(std::ssize(model.states), samples);
   s.u.resize(std::ssize(model.inputs), samples);

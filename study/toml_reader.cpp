@@ -174,6 +174,22 @@ static Entry convert(const toml::node& node, Place parent, int depth,
   return entry;
 }
 
+// The line on which the key of a repeated line stood before, in its table; 0 where it is not seen.
+static unsigned first_given(std::string_view text, const Place& repeated) {
+  const auto key_of = [&](unsigned number) {
+    std::string line = line_at(text, {number, 1});
+    return line.substr(0, line.find_first_of(" =\t"));
+  };
+  const std::string key = key_of(repeated.line);
+  if (key.empty()) return 0;
+  for (unsigned n = repeated.line - 1; n > 0; --n) {
+    const std::string other = key_of(n);
+    if (other == key) return n;
+    if (other.starts_with('[')) break;
+  }
+  return 0;
+}
+
 Entry parse_toml(std::string_view text, const std::filesystem::path& file) {
   check_encoding(text, file);
   check_characters(text, file);
@@ -182,8 +198,11 @@ Entry parse_toml(std::string_view text, const std::filesystem::path& file) {
   } catch (const toml::parse_error& e) {
     const Place place = place_of(e.source().begin, {});
     const std::string line = line_at(text, place);
+    const bool twice = std::string_view(e.description()).find("redefine") != std::string_view::npos;
+    const unsigned first = twice ? first_given(text, place) : 0;
     refuse(file, place,
-           fmt::format("not TOML: {}{}", e.description(),
+           fmt::format("not TOML: {}{}{}", e.description(),
+                       first > 0 ? fmt::format(", given in line {}", first) : "",
                        line.empty() ? "" : fmt::format("; in the line {}", in_quotes(line))));
   }
 }

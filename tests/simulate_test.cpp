@@ -241,13 +241,110 @@ TEST_CASE("step too small: an infinite slope") {
   CHECK(says(s.message, "no step is short enough"));
 }
 
-TEST_CASE("step limit: stiff") {
-  const Simulation s = simulate(scalar([](double x, double, double) { return -1e9 * (x - 1); }),
-                                from(0), 1.0, {}, {.max_steps = 1000});
+TEST_CASE("step limit: held short by the caller, not by stability") {
+  const Simulation s = simulate(scalar([](double, double, double) { return 1.0; }), from(0), 1.0,
+                                {}, {.longest_step = 1e-4, .max_steps = 1000});
   CHECK(s.status == MotionStatus::step_limit);
   CHECK(says(s.message, "1000 steps"));
-  CHECK(s.t.back() < 1.0);
-  CHECK_NEAR(last(s), 1.0, 1e-3);
+  CHECK_FALSE(s.stiff);
+  CHECK_NEAR(s.t.back(), 0.1, 1e-3);
+  CHECK_NEAR(last(s), s.t.back(), 1e-12);
+}
+
+TEST_CASE("stiff: Robertson's reactions, to the digits of the ODE test set") {
+  // J. R. Mazzia, C. Magherini: Test set for initial value problem solvers, release 2.4, 2008:
+  // ROBER.
+  const Model m = model_of({.name = "Robertson",
+                            .states = {{"a", ""}, {"b", "", 1e-4}, {"c", ""}},
+                            .inputs = {},
+                            .outputs = {},
+                            .parameters = {},
+                            .let = {},
+                            .rates = {"-0.04*a + 1e4*b*c", "0.04*a - 1e4*b*c - 3e7*b^2", "3e7*b^2"},
+                            .values = {},
+                            .switches = {}});
+  const Simulation s =
+      simulate(m, {Eigen::Vector3d{1, 0, 0}, none, none}, 40.0, {}, {.sample = 10});
+  CHECK(s.status == MotionStatus::completed);
+  CHECK(s.stiff);
+  CHECK(s.steps < 5000);
+  const Eigen::Vector3d end = s.x.col(s.x.cols() - 1);
+  const Eigen::Vector3d truth{0.7158270687194135, 9.185534764557636e-6, 0.2841637457458209};
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    CHECK_NEAR(end[i], truth[i], 2 * s.error[i] + 1e-12);
+    CHECK(s.error[i] < 1e-7);
+  }
+  CHECK_NEAR(s.x.col(2).sum(), 1.0, 1e-9);
+}
+
+TEST_CASE("stiff, with a step in the input and a switch on the way") {
+  // x' = -1e6 (x - u): x follows u within a microsecond, and passes 1/2 in ln 2 of one.
+  Model m = scalar([](double x, double u, double) { return -1e6 * (x - u); });
+  m.switches = {{"half", [](const OperatingPoint& at) { return at.x[0] - 0.5; }}};
+  const Simulation s = simulate(m, from(0), 2.0, {{"u", 1.0, 0.5, 1.5}});
+  CHECK(s.status == MotionStatus::completed);
+  CHECK(s.stiff);
+  REQUIRE(s.events.size() == 2);
+  CHECK_NEAR(s.events[0].t, 0.5 + 1e-6 * std::numbers::ln2, 1e-11);
+  CHECK(s.events[0].rising);
+  CHECK_NEAR(s.events[1].t, 1.5 + 1e-6 * std::numbers::ln2, 1e-11);
+  CHECK_NEAR(s.x(0, 10), 1.0, 1e-8);
+  CHECK_NEAR(last(s), 0.0, 1e-8);
+}
+
+TEST_CASE("the error is that of the motion, not of a step") {
+  // A mode of frequency one over a hundred periods, and one that grows.
+  const Model turning = model_of({.name = "turning",
+                                  .states = {{"x", ""}, {"y", ""}},
+                                  .inputs = {},
+                                  .outputs = {},
+                                  .parameters = {},
+                                  .let = {},
+                                  .rates = {"y", "-x"},
+                                  .values = {},
+                                  .switches = {}});
+  const double end = 200 * std::numbers::pi;
+  for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
+    const Simulation s = simulate(turning, {Eigen::Vector2d{1, 0}, none, none}, end, {},
+                                  {.tolerance = tolerance, .sample = 1.0});
+    REQUIRE(s);
+    double worst = 0;
+    for (std::size_t k = 0; k < s.t.size(); ++k)
+      worst = std::max(worst, std::abs(s.x(0, Eigen::Index(k)) - std::cos(s.t[k])));
+    CHECK(worst <= 1.3 * s.error[0]);
+    CHECK(s.error[0] <= 5 * worst);
+  }
+  const Simulation growing =
+      simulate(scalar([](double x, double, double) { return x; }), from(1e-3), 10.0);
+  CHECK_NEAR(last(growing), 1e-3 * std::exp(10.0), 1.3 * growing.error[0]);
+  CHECK(growing.error[0] < 1e-5);
+  const Simulation alone =
+      simulate(turning, {Eigen::Vector2d{1, 0}, none, none}, 1.0, {}, {.global_error = false});
+  CHECK(alone);
+  CHECK(alone.error.array().isNaN().all());
+}
+
+TEST_CASE("inaccurate: where the error has eaten a chaotic motion, it ends") {
+  const Model lorenz = model_of({.name = "Lorenz",
+                                 .states = {{"x", ""}, {"y", ""}, {"z", ""}},
+                                 .inputs = {},
+                                 .outputs = {},
+                                 .parameters = {},
+                                 .let = {},
+                                 .rates = {"10*(y - x)", "x*(28 - z) - y", "x*y - 8/3*z"},
+                                 .values = {},
+                                 .switches = {}});
+  const OperatingPoint start{Eigen::Vector3d{1, 1, 1}, none, none};
+  const Simulation s = simulate(lorenz, start, 100.0);
+  CHECK(s.status == MotionStatus::inaccurate);
+  CHECK(to_string(s.status) == "inaccurate");
+  CHECK(s.t.back() > 15);
+  CHECK(s.t.back() < 45);
+  CHECK(says(s.message, "a smaller tolerance reaches farther"));
+  // As far as it goes it is the motion, as a run of much smaller tolerance has it.
+  const Simulation truth = simulate(lorenz, start, s.t.back(), {}, {.tolerance = 1e-13});
+  for (Eigen::Index k = 0; k < s.x.cols(); ++k)
+    CHECK((s.x.col(k) - truth.x.col(k)).cwiseAbs().maxCoeff() < 6);
 }
 
 TEST_CASE("event limit") {

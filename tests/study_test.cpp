@@ -485,7 +485,8 @@ TEST_CASE("wrong branches and envelopes are refused") {
 }
 
 TEST_CASE("what is not TOML, or not text, is refused") {
-  check_refused("[aircraft]\nmass = 1\nmass = 2\n" + one_condition, "3:8", {"mass", "redefine"});
+  check_refused("[aircraft]\nmass = 1\nmass = 2\n" + one_condition, "3:8",
+                {"mass", "redefine", "given in line 2"});
   check_refused("[gains]\nk_V = 1\n[gains]\n" + one_condition, "3:1", {"gains"});
   check_refused("[aircraft\n", "1:10", {"not TOML"});
   check_refused("V = 1\n\n" + std::string(1, '\0'), "3:1", {"NUL"});

@@ -848,6 +848,9 @@ TEST_CASE("standard output that is full or closed, standard error that is closed
   const Ran full = run(scratch, "sweep s.toml >/dev/full");
   CHECK(full.exit_code == 2);
   CHECK(full.err == "tiltrim: standard output: No space left on device\n");
+  const Ran help = run(scratch, "--help >/dev/full");
+  CHECK(help.exit_code == 2);
+  CHECK(help.err == "tiltrim: standard output: No space left on device\n");
   const Ran closed = run(scratch, "sweep s.toml >&-");
   CHECK(closed.exit_code == 2);
   CHECK(closed.err == "tiltrim: standard output: Bad file descriptor\n");

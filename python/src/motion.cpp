@@ -116,8 +116,12 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   const Trajectory found =
       integrate(motion, {start.x.begin(), start.x.end()}, 0, 0.0, duration, options);
   const auto samples = Index(found.samples());
-  Simulation s{found.status, found.message, found.t,          {}, {}, {}, {},
-               {},           found.steps,   found.evaluations};
+  Simulation s;
+  s.status = found.status;
+  s.message = found.message;
+  s.t = found.t;
+  s.steps = found.steps;
+  s.evaluations = found.evaluations;
   s.x = Eigen::Map<const Eigen::MatrixXd>(found.x.data(), start.x.size(), samples);
   s.u.resize(start.u.size(), samples);
   s.p = start.p.replicate(1, samples);
@@ -159,6 +163,9 @@ py::dict moved(const HeldModel& held, const PointTuple& start, double duration,
   d["events"] = events;
   d["steps"] = s.steps;
   d["evaluations"] = s.evaluations;
+  const auto none = VectorXd::Constant(std::ssize(held.model.states), NAN);
+  d["error"] = s.error.size() > 0 ? s.error : VectorXd(none);
+  d["stiff"] = s.stiff;
   d["exception"] = raised;
   return d;
 }

@@ -73,6 +73,8 @@ class Trajectory(Shown):
     events: List[SwitchEvent]
     steps: int
     evaluations: int
+    error: Array  #: how far each state may be off at its worst sample; nan: not estimated
+    stiff: bool  #: an implicit method was used
     exception: Optional[BaseException] = None  #: the first that the model's functions raised
 
     def __bool__(self) -> bool:
