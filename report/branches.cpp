@@ -238,17 +238,13 @@ std::string branches_json(const std::vector<BranchAnswer>& branches) {
       j["unstable"] = at.unstable ? ordered_json(*at.unstable) : ordered_json();
       return j;
     };
-    ordered_json j{{"condition", b.start.condition.name},
-                   {"parameter", b.parameter.name},
-                   {"to", b.parameter.in_study(b.to)},
-                   {"start", to_string(b.start.trim.status)},
-                   {"end", to_string(b.branch.end)},
-                   {"message", b.branch.message},
-                   {"no_stability", b.branch.no_stability},
-                   {"model", model.name},
-                   {"evaluations", b.branch.evaluations},
-                   {"points", ordered_json::array()},
-                   {"events", ordered_json::array()}};
+    ordered_json j{
+        {"condition", b.start.condition.name},   {"parameter", b.parameter.name},
+        {"to", b.parameter.in_study(b.to)},      {"start", to_string(b.start.trim.status)},
+        {"end", to_string(b.branch.end)},        {"message", b.branch.message},
+        {"no_stability", b.branch.no_stability}, {"model", model.name},
+        {"evaluations", b.branch.evaluations},   {"points", ordered_json::array()},
+        {"events", ordered_json::array()}};
     for (const BranchPoint& at : b.branch.points) j["points"].push_back(point(at));
     for (const BranchEvent& e : b.branch.events) {
       ordered_json event{{"kind", to_string(e.kind)}};
