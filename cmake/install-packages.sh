@@ -11,7 +11,7 @@ packages="build-essential cmake ninja-build pkg-config
   libeigen3-dev coinor-libipopt-dev liblapack-dev libblas-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev libmuparser-dev
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev
   doctest-dev libbenchmark-dev gnuplot-nox pybind11-dev python3-dev python3-numpy"
-[ "${1:-}" != dev ] || packages="$packages clang clang-format clang-tidy qemu-user
+[ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy
   python3-pytest python3-xarray python3-venv mypy
   texlive-latex-recommended texlive-science doxygen chromium chromium-driver python3-selenium"
