@@ -129,17 +129,25 @@ void say(Simulation& s, const std::string& words) {
   s.message += (s.message.empty() ? "" : ": ") + words;
 }
 
-}  // namespace
-
-namespace {
+// ∂rates/∂states; no numbers where the model throws.
+Eigen::MatrixXd rate_slopes(const Model& model, const OperatingPoint& at) {
+  const Index n = std::ssize(model.states);
+  std::vector<Index> states(model.states.size());
+  std::iota(states.begin(), states.end(), Index{0});
+  try {
+    return jacobian(model, at, states).topRows(n);
+  } catch (const CallerMistake&) {
+    throw;
+  } catch (...) {
+    return Eigen::MatrixXd::Constant(n, n, nan);
+  }
+}
 
 // Whether the explicit method's steps, on the average this long, are held by stability and not by
 // accuracy: Dormand and Prince's is stable to -3.3 along the negative axis.   [70, sec. IV.2]
 bool held_by_stability(const Model& model, const OperatingPoint& at, double step) {
   constexpr double near = 2.0;
-  std::vector<Index> states(model.states.size());
-  std::iota(states.begin(), states.end(), Index{0});
-  const Eigen::MatrixXd A = jacobian(model, at, states).topRows(std::ssize(model.states));
+  const Eigen::MatrixXd A = rate_slopes(model, at);
   if (!A.allFinite()) return false;
   const Eigen::VectorXcd lambda = eigenvalues(A);
   return lambda.size() > 0 && -lambda.real().minCoeff() * step > near;
@@ -155,17 +163,15 @@ Run run(const Model& model, const Motion& motion, const Moving& moving,
         const std::vector<double>& x0, double duration, const IntegrateOptions& options,
         bool known_stiff) {
   constexpr long patience = 10'000;  // steps, before the question is asked
-  const RateSlopes slopes = [&](double t, const double* x) -> Eigen::MatrixXd {
-    std::vector<Index> states(model.states.size());
-    std::iota(states.begin(), states.end(), Index{0});
-    return jacobian(model, moving.at(t, x), states).topRows(std::ssize(model.states));
+  if (options.fixed_step > 0) return {integrate(motion, x0, 0, 0.0, duration, options), false};
+  const RateSlopes slopes = [&](double t, const double* x) {
+    return rate_slopes(model, moving.at(t, x));
   };
   if (known_stiff) return {integrate_stiff(motion, slopes, x0, 0.0, duration, options), true};
   IntegrateOptions first = options;
   first.max_steps = std::min(options.max_steps, patience);
   Trajectory found = integrate(motion, x0, 0, 0.0, duration, first);
-  if (found.status != MotionStatus::step_limit || options.fixed_step > 0)
-    return {std::move(found), false};
+  if (found.status != MotionStatus::step_limit) return {std::move(found), false};
   const double end = found.end(), step = end / double(found.steps);
   const OperatingPoint at = moving.at(end, found.state(found.samples() - 1));
   if (held_by_stability(model, at, step))

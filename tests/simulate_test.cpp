@@ -292,6 +292,25 @@ TEST_CASE("stiff, with a step in the input and a switch on the way") {
   CHECK_NEAR(last(s), 0.0, 1e-8);
 }
 
+TEST_CASE("a fixed step is taken as often as it is asked for") {
+  const Simulation s = simulate(scalar([](double x, double, double) { return -x; }), from(1), 2.0,
+                                {}, {.sample = 1.0, .fixed_step = 1e-4});
+  CHECK(s.status == MotionStatus::completed);
+  CHECK(s.steps >= 20'000);
+  CHECK_NEAR(last(s), std::exp(-2.0), 1e-12);
+  CHECK(s.error.array().isNaN().all());
+}
+
+TEST_CASE("stiff, and its own derivatives throw: the motion ends, nothing escapes") {
+  Model m = scalar([](double x, double, double) { return -1e6 * (x - 1); });
+  m.derivatives = [](const OperatingPoint&, const std::vector<Eigen::Index>&) -> Eigen::MatrixXd {
+    throw std::runtime_error("no derivatives");
+  };
+  const Simulation s = simulate(m, from(0), 1.0, {}, {.max_steps = 20'000});
+  CHECK(s.status == MotionStatus::step_limit);
+  CHECK_FALSE(s.stiff);
+}
+
 TEST_CASE("the error is that of the motion, not of a step") {
   // A mode of frequency one over a hundred periods, and one that grows.
   const Model turning = model_of({.name = "turning",
