@@ -14,7 +14,7 @@ from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, Table, number
-from ._studies import Condition
+from ._studies import Condition, _model_of
 from ._trim import TrimResult, asked, trim
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ def _follow_condition(
     if not parameter or to is None:
         raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
     raw = _tiltrim.follow_condition(condition._core, parameter, to, options, {})
-    return _branch(raw, Model._of(raw["model"]), Signal(*raw["parameter"]))
+    return _branch(raw, Model._of(raw["model"], (_model_of, (condition,))), Signal(*raw["parameter"]))
 
 
 def _signal(model: Model, name: str) -> Signal:

@@ -49,6 +49,8 @@ AnySignal = Union[Signal, str, Tuple[Any, ...]]
 #: f(x, u, p) with arrays of shapes (nx,), (nu,), (np,); a fresh array each call
 Callback = Callable[[Array, Array, Array], ArrayLike]
 PointTuple = Tuple[Array, Array, Array]
+#: a function and its arguments, which make the same model in another process
+Made = Tuple[Callable[..., Any], Tuple[Any, ...]]
 
 
 def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
@@ -99,28 +101,34 @@ class Model(Shown):
         for what, function in (("f", f), ("h", h), ("derivatives", derivatives)):
             if function is not None and not callable(function):
                 raise TypeError(f"{what}: expected a function of (x, u, p), got {function!r}")
-        self._set(
-            _tiltrim.Model(
-                name,
-                f,
-                h,
-                _signals(states, "states"),
-                _signals(inputs, "inputs"),
-                _signals(outputs, "outputs"),
-                _signals(parameters, "parameters"),
-                derivatives,
-                list((switches or {}).items()),
-            )
+        signals = (
+            _signals(states, "states"),
+            _signals(inputs, "inputs"),
+            _signals(outputs, "outputs"),
+            _signals(parameters, "parameters"),
         )
+        kinks = dict(switches or {})
+        core = _tiltrim.Model(name, f, h, *signals, derivatives, list(kinks.items()))
+        self._set(core, (Model, (name, f, *signals, h, derivatives, kinks)))
 
     @classmethod
-    def _of(cls, core: _tiltrim.Model) -> Model:
+    def _of(cls, core: _tiltrim.Model, made: Made) -> Model:
         model = cls.__new__(cls)
-        model._set(core)
+        model._set(core, made)
         return model
 
-    def _set(self, core: _tiltrim.Model) -> None:
+    def __reduce__(self) -> Made:
+        return self._made  # pickled as what made it
+
+    def __deepcopy__(self, memo: object) -> Model:
+        return self  # nothing of it changes
+
+    def __copy__(self) -> Model:
+        return self
+
+    def _set(self, core: _tiltrim.Model, made: Made) -> None:
         self._core = core
+        self._made = made
         self._states = tuple(Signal(*s) for s in core.states)
         self._inputs = tuple(Signal(*s) for s in core.inputs)
         self._outputs = tuple(Signal(*s) for s in core.outputs)
@@ -330,7 +338,8 @@ def feedback(plant: Model, controller: Model) -> Model:
     it; the others stay inputs. States, inputs, outputs and parameters are the plant's, then the
     controller's. ValueError for names that clash, units that differ, nothing fed, algebraic loops.
     """
-    return Model._of(_tiltrim.feedback(plant._core, controller._core))
+    core = _tiltrim.feedback(plant._core, controller._core)
+    return Model._of(core, (feedback, (plant, controller)))
 
 
 def close_loop(plant: Model, controller: Model) -> Model:

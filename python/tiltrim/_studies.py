@@ -22,6 +22,10 @@ class Condition(Shown):
         self._core = core
         self._problem: Optional[Tuple[Model, TrimSpec, Point]] = None
 
+    def __reduce__(self) -> Tuple[Any, ...]:
+        study = self._core.study
+        return _condition_of, (study.text, study.file, self.name)
+
     @property
     def name(self) -> str:
         """The condition's name in its study."""
@@ -40,7 +44,7 @@ class Condition(Shown):
     def _asked(self) -> Tuple[Model, TrimSpec, Point]:
         if self._problem is None:
             core, spec, (x, u, p) = self._core.problem()
-            model = Model._of(core)
+            model = Model._of(core, (_model_of, (self,)))
             spec["effort"] = tuple(Effort(*e) for e in spec["effort"])
             self._problem = (model, TrimSpec(**spec), Point(model, x, u, p))
         return self._problem
@@ -79,6 +83,9 @@ class Study(Shown):
         self._core = core
         self._conditions = {c.name: Condition(c) for c in core.conditions}
 
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return parse_study, (self.text, self.file)
+
     @property
     def conditions(self) -> Mapping[str, Condition]:
         """Its conditions by name, in the study's order."""
@@ -107,6 +114,17 @@ def read_study(path: Union[str, os.PathLike[str]]) -> Study:
 def parse_study(text: str, name: str = "study") -> Study:
     """The same from text; `name` stands for the file in messages."""
     return Study(_tiltrim.parse_study(text, name))
+
+
+def _condition_of(text: str, file: str, name: str) -> Condition:
+    return parse_study(text, file).conditions[name]
+
+
+def _model_of(condition: Condition) -> Model:
+    if condition.formulation != "table":
+        return condition.model
+    raw = _tiltrim.trim_condition(condition._core, {"starts": 0})
+    return Model._of(raw["model"], (_model_of, (condition,)))
 
 
 def tiltrotor(

@@ -9,7 +9,7 @@ from . import _tiltrim
 from ._models import Array, Model, Point, point_table
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, number
-from ._studies import Condition
+from ._studies import Condition, _model_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -152,7 +152,7 @@ def trim(
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)
         of_table = what.formulation == "table"
-        result = _result(raw, Model._of(raw["model"]), TrimSpec() if of_table else what.spec)
+        result = _result(raw, Model._of(raw["model"], (_model_of, (what,))), TrimSpec() if of_table else what.spec)
         if what.formulation == "closed_loop":
             result._linear_inputs = ("V", "gamma", "eta")  # its commands
         return result
