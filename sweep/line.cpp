@@ -291,14 +291,20 @@ void clear(LineTracker& w, std::size_t k) {
   if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
 }
 
-// A matrix of differences has errors that verdicts() knows nothing of: near the axis the bounds of
-// linearize() decide.
+// How far errors of differences may move an eigenvalue, whatever the matrix: Elsner's bound
+// (2 |A| + |E|)^(1-1/n) |E|^(1/n) [31].
+double reach_of_differences(const MatrixXd& A) {
+  constexpr double relative = 1e-9;  // of the matrix's norm, or of 1/s: well above what they leave
+  const double size = A.norm(), error = relative * std::max(1.0, size);
+  return (2 * size + error) * std::pow(error / (2 * size + error), 1.0 / double(A.rows()));
+}
+
+// Nearer to the axis than that linearize() and its bounds decide.
 void judge_differences(LineTracker& w) {
-  constexpr double near = 1e-6;  // 1/s, or of the largest entry: well above what differences leave
   for (std::size_t k = 0; k < w.count; ++k) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
-    const double size = std::max(1.0, w.A.matrix(Index(k)).cwiseAbs().maxCoeff());
-    if (!(std::abs(w.points.spectral_abscissa[k]) <= near * size)) continue;
+    const double reach = reach_of_differences(w.A.matrix(Index(k)));
+    if (!(std::abs(w.points.spectral_abscissa[k]) <= reach)) continue;
     const double any_rate = std::numeric_limits<double>::infinity();
     const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
     const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;

@@ -1116,6 +1116,27 @@ TEST_CASE("points where the model throws or answers NaN have a status and a reas
                         {0.6, 1, IntervalVerdict::no_trim}});
 }
 
+// (s + a)³, whose eigenvalues move by the cube root of what differences leave.
+TEST_CASE("differences near a triple eigenvalue: the verdict is that of linearize and modes") {
+  const Model m = flow({"x", "y", "z"}, {"a"}, [](const VectorXd& x, const VectorXd& p) {
+    const double a = p[0];
+    return vec({x[1], x[2], -a * a * a * std::sin(x[0]) - 3 * a * a * x[1] - 3 * a * x[2]});
+  });
+  SweepRequest r = request(m);
+  r.guess.p[0] = 1e-3;
+  const std::vector<double> values{1e-3, 1e-4, 3e-5, 1e-5, 1e-6};
+  const SweepMap map = swept(r, {axis("a", values)});
+  int undecided = 0;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const OperatingPoint at{VectorXd::Zero(3), VectorXd(), vec({values[k]})};
+    const Verdict verdict = modes(linearize(m, at)).verdict;
+    CHECK(map.verdict[k] == int(verdict));
+    undecided += verdict == Verdict::undecided;
+  }
+  CHECK(map.verdict[0] == int(Verdict::stable));
+  CHECK(undecided >= 2);
+}
+
 // ---- 10. sizes ----
 
 TEST_CASE("three axes: every point is its own, lines cross where planted") {
