@@ -6,6 +6,12 @@
 
 using Random = std::mt19937_64;
 
+/// Draws of that number; others for every TILTRIM_SEED of the environment, as `make planted` wants.
+Random draws(std::uint64_t number);
+/// One line for `make planted` to sum, where TILTRIM_SEED is set: of so many trials with a planted
+/// truth so many were answered wrongly, and so many not at all.
+void tally(const char* kind, int trials, int wrong, int unanswered);
+
 double uniform(Random& random, double low, double high);
 /// [0, 1), the same with every standard library.
 double uniform(std::mt19937& random);
