@@ -27,7 +27,8 @@ enum class Format { text, json, csv, markdown, latex };
 /// What every command takes.
 struct Common {
   std::filesystem::path study;
-  Format format = Format::text;
+  std::optional<Format> asked;    ///< --format
+  Format format = Format::text;   ///< asked for, or what the ending of `output` names
   std::filesystem::path output;   ///< empty: standard output
   std::vector<std::string> only;  ///< names of conditions; empty: all
 };

@@ -19,27 +19,11 @@ namespace tiltrim::cli {
 namespace {
 
 constexpr const char* about =
-    "Trim and linear stability of a tiltrotor under total-energy control.\n"
-    "Every answer is verified, says how good it is, and where there is none says why.";
+    "Trim and linear stability of flight-dynamics models: the built-in tiltrotor, or your own.\n"
+    "Every answer is verified and carries its error; where no answer exists, the reason.";
 
-constexpr const char* examples =
-    "\nTry:\n"
-    "  tiltrim trim studies/paper.toml            equilibria of climb, transition and level "
-    "flight\n"
-    "  tiltrim linearize studies/paper.toml       their eigenvalues, modes and verdicts\n"
-    "  tiltrim modes studies/boeing747.csv        the same of a matrix from anywhere\n"
-    "  tiltrim follow studies/stall.toml          a branch of trims: folds, limits, crossings\n"
-    "  tiltrim envelope studies/stall.toml        the conversion corridor: speeds over tilt\n"
-    "  tiltrim sensitivities studies/paper.toml   what would make each mode better\n"
-    "  tiltrim margins studies/paper.toml         gain, phase, delay and disk margins\n"
-    "  tiltrim sweep studies/map_corridor.toml    eigenvalues over a grid, and between its points\n"
-    "  tiltrim tune studies/tune_corridor.toml    gains for the worst of many operating points\n"
-    "  tiltrim simulate studies/transition.toml   the flight from take-off to level flight\n"
-    "  tiltrim report studies/paper.toml          all of it as one page: paper.html\n"
-    "  tiltrim linearize studies/levitation.toml  equations of your own, as formulas in a study\n"
-    "  tiltrim tables                             the paper's Tables 1-3, recomputed and audited\n"
-    "  tiltrim linearize my.toml --format json -o my.json\n"
-    "\nA study is one TOML file (docs/study.md). The smallest:\n"
+constexpr const char* study_and_codes =
+    "\n\nA study is one TOML file (docs/study.md). The smallest:\n"
     "  [[condition]]\n"
     "  name = \"level\"\n"
     "  V = 15.0           # m/s\n"
@@ -47,7 +31,7 @@ constexpr const char* examples =
     "  eta_deg = 0.0      # nacelle tilt: 90 helicopter, 0 airplane\n"
     "\nExit code: 0 every condition answered; 1 some condition has no verified answer (the rest "
     "are\n"
-    "still written); 2 bad input, said with file, line and key; 128 + n after signal n.";
+    "still written); 2 bad input, with file, line and key; 128 + n after signal n.";
 
 template <class Run>
 int finish(const Common& common, const Run& run) {
@@ -126,8 +110,38 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_tables(app, all.tables), all.tables)};
 }
 
+// What the program says of itself: scripts for shells, pages of the manual.
+struct Itself {
+  std::string shell, page;
+};
+
+std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
+  CLI::App* completion = app.add_subcommand(
+      "completion", "a script for the shell's Tab key: source <(tiltrim completion bash)");
+  completion->add_option("shell", itself.shell, "bash, zsh or fish")
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+      ->type_name("bash|fish|zsh")
+      ->required();
+  CLI::App* manual =
+      app.add_subcommand("manual", "a page of the manual: tiltrim manual | man -l -");
+  manual->add_option("command", itself.page, "of this command; without it, of the program")
+      ->type_name("COMMAND");
+  const auto print = [](const std::string& text) {
+    print_whole(text);
+    return int(answered);
+  };
+  return {
+      {completion, [&app, &itself, print] { return print(completion_script(app, itself.shell)); }},
+      {manual, [&app, &itself, print] { return print(manual_page(app, itself.page)); }}};
+}
+
 // What depends on other options.
 void fill_in(const CLI::App& app, Commands& all) {
+  for (Common* common :
+       {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
+        &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.sweep.common,
+        &all.tune.common, &all.simulate.common, &all.diff.common, &all.tables.common})
+    settle_format(*common);
   constexpr int many = 200;  // starts, where every equilibrium is looked for
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)
     all.trim.options.starts = many;
@@ -138,10 +152,15 @@ void fill_in(const CLI::App& app, Commands& all) {
 int run_program(int argc, char** argv) {
   CLI::App app{about, "tiltrim"};
   app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
-  app.footer(examples);
+  app.footer("\nExamples:" + examples_text("") + study_and_codes);
   app.require_subcommand(1);
   Commands all;
-  const std::vector<Choice> choices = add_all(app, all);
+  Itself itself;
+  std::vector<Choice> choices = add_all(app, all);
+  for (const Choice& c : choices)
+    app.get_subcommand(c.command->get_name())
+        ->footer("\nExamples:" + examples_text(c.command->get_name()));
+  std::ranges::copy(add_itself(app, itself), std::back_inserter(choices));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -1,8 +1,11 @@
 #include "cli/options.hpp"
 
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <map>
+#include <stdexcept>
 #include <string>
 
 namespace tiltrim::cli {
@@ -30,8 +33,9 @@ CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, con
 }
 
 void add_output(CLI::App* app, Common& common) {
-  add_choice(app, "-f,--format", common.format, formats,
-             "text for people (default), json and csv with every digit, markdown or latex tables");
+  add_choice(app, "-f,--format", common.asked, formats,
+             "text (default), json and csv with every digit, markdown or latex tables; without it "
+             "the ending of FILE decides");
   app->add_option("-o,--output", common.output, "write to this file, whole or not at all")
       ->type_name("FILE");
 }
@@ -60,6 +64,56 @@ void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
 }
 
 }  // namespace
+
+const std::vector<Example>& examples() {
+  static const std::vector<Example> all{
+      {"trim", "trim studies/paper.toml", "equilibria of climb, transition and level flight"},
+      {"trim", "trim studies/stall.toml --all", "every equilibrium of each condition"},
+      {"linearize", "linearize studies/paper.toml", "eigenvalues, modes and stability verdicts"},
+      {"linearize", "linearize studies/levitation.toml",
+       "the same of a user's equations in a study"},
+      {"linearize", "linearize studies/paper.toml -o paper.json", "every digit, as JSON"},
+      {"linearize", "linearize studies/paper.toml --models paper.mat", "A, B, C, D for MATLAB"},
+      {"modes", "modes studies/boeing747.csv", "eigenvalues and modes of any matrix"},
+      {"follow", "follow studies/stall.toml", "a branch of trims: folds, limits, crossings"},
+      {"follow", "follow studies/paper.toml --only level --parameter V --to 8", "over the speed"},
+      {"envelope", "envelope studies/stall.toml --only level", "the conversion corridor"},
+      {"sensitivities", "sensitivities studies/paper.toml", "what moves each mode, ranked"},
+      {"margins", "margins studies/paper.toml --bode bode.csv", "stability margins, Bode data"},
+      {"sweep", "sweep studies/map_corridor.toml", "eigenvalues over a grid, crossings between"},
+      {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
+      {"tune", "tune studies/tune_corridor.toml", "gains for the worst of many operating points"},
+      {"simulate", "simulate studies/transition.toml", "the flight from take-off to level flight"},
+      {"simulate", "simulate studies/transition.toml --monte-carlo", "10,000 scattered flights"},
+      {"report", "report studies/paper.toml", "everything on one page: paper.html"},
+      {"diff", "diff before.nc after.nc", "where two maps differ in status or stability"},
+      {"tables", "tables", "the paper's Tables 1-3, recomputed and audited"},
+  };
+  return all;
+}
+
+std::string examples_text(const std::string& command) {
+  std::string text;
+  for (const Example& e : examples())
+    if (command.empty() || e.command == command)
+      text += fmt::format("\n  {:<50} {}", "tiltrim " + e.line, e.answers);
+  return text;
+}
+
+void settle_format(Common& common) {
+  static const std::map<std::string, Format> endings{{".json", Format::json},
+                                                     {".csv", Format::csv},
+                                                     {".md", Format::markdown},
+                                                     {".tex", Format::latex},
+                                                     {".txt", Format::text}};
+  const auto ending = endings.find(common.output.extension().string());
+  if (ending != endings.end() && common.asked && *common.asked != ending->second)
+    throw std::invalid_argument(
+        fmt::format("-o {}: the ending is that of another format than --format asks for; expected "
+                    "one of the two, or another ending",
+                    common.output.string()));
+  common.format = common.asked.value_or(ending != endings.end() ? ending->second : Format::text);
+}
 
 CLI::App* add_trim(CLI::App& app, TrimCommand& command) {
   CLI::App* trim = app.add_subcommand("trim", "find and verify the equilibrium of each condition");
