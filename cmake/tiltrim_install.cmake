@@ -14,3 +14,16 @@ write_basic_package_version_file(tiltrim-config-version.cmake COMPATIBILITY ${co
 install(FILES ${PROJECT_BINARY_DIR}/tiltrim-config.cmake
               ${PROJECT_BINARY_DIR}/tiltrim-config-version.cmake DESTINATION ${package_dir})
 install(DIRECTORY data studies DESTINATION ${CMAKE_INSTALL_DATADIR}/tiltrim)
+
+# Installed headers include each other as <tiltrim/model/model.hpp>: then -I <prefix>/include is enough.
+install(SCRIPT cmake/installed_headers.cmake)
+
+# pkg-config: static libraries, in one group because they use each other.
+get_property(modules GLOBAL PROPERTY TILTRIM_MODULES)
+list(TRANSFORM modules PREPEND -ltiltrim_)
+list(JOIN modules " " pc_libraries)
+# From <prefix>/lib/x86_64-linux-gnu/pkgconfig up to <prefix>.
+string(REGEX REPLACE "[^/]+" ".." PC_UP ${CMAKE_INSTALL_LIBDIR})
+configure_file(cmake/tiltrim.pc.in tiltrim.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/tiltrim.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+install(FILES LICENSE CITATION.cff README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})

@@ -1,0 +1,10 @@
+# Run by `cmake --install`: "model/model.hpp" becomes <tiltrim/model/model.hpp> in what was installed.
+set(root "$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/include/tiltrim")
+file(GLOB_RECURSE headers ${root}/*.hpp)
+foreach(header IN LISTS headers)
+  file(READ ${header} text)
+  string(REGEX REPLACE "#include \"([a-z0-9_/]+\\.hpp)\"" "#include <tiltrim/\\1>" rewritten "${text}")
+  if(NOT rewritten STREQUAL text)
+    file(WRITE ${header} "${rewritten}")
+  endif()
+endforeach()
