@@ -20,7 +20,7 @@ STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 # What a newcomer sees while it builds: steps done, of how many, and seconds since the first.
 export NINJA_STATUS ?= [%f of %t, %e s] 
 
-.PHONY: release packages demo test python bench bench-python sanitize asan tsan planted clang tidy format format-check figures api clean help
+.PHONY: release packages demo test python bench bench-python sanitize asan tsan planted clang tidy format format-check figures api docs clean help
 .NOTPARALLEL:
 
 release:
@@ -111,8 +111,14 @@ api:
 	cmake --preset release
 	cmake --build --preset release --target api
 
+# The documentation as a site; a link that leads nowhere is an error.
+docs:
+	cmake/install-packages.sh dev
+	PYTHONDONTWRITEBYTECODE=1 mkdocs build --strict --quiet
+	@echo build/site/index.html
+
 clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | clean"
+	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"

@@ -2,7 +2,7 @@
 # Installs the Debian packages that are missing, and only those.
 #   cmake/install-packages.sh        what building, testing and benchmarks need
 #   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
-#                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; Doxygen; a
+#                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; Doxygen, MkDocs; a
 #                                    browser; another compiler; an emulator of other processors;
 #                                    and what the Python package's tests need
 set -eu
@@ -14,7 +14,7 @@ packages="build-essential cmake ninja-build pkg-config
 [ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy
   python3-pytest python3-xarray python3-joblib python3-venv mypy
-  texlive-latex-recommended texlive-science doxygen chromium chromium-driver python3-selenium"
+  texlive-latex-recommended texlive-science doxygen mkdocs chromium chromium-driver python3-selenium"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2

@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Every relative link and anchor of the repository's Markdown leads somewhere, in the sources and in the site that
+mkdocs makes of them: docs_site.py SOURCE_FOLDER
+
+Exit code 0: they do; 1: not; 77: the sources' do, and there is no mkdocs (Debian: mkdocs) to make the site.
+"""
+
+import html.parser
+import importlib.util
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+
+sys.dont_write_bytecode = True
+from packages import skip  # noqa: E402
+
+LINK = re.compile(r"\]\(([^)\s]+)\)|^\[[^\]]+\]: (\S+)", re.MULTILINE)
+FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+ELSEWHERE = re.compile(r"[a-z]+:")
+
+
+def documents(root):
+    """All Markdown of the repository, without what is built."""
+    for folder, inner, files in os.walk(root):
+        inner[:] = [d for d in inner if not d.startswith((".git", "build"))]
+        yield from (pathlib.Path(folder, name) for name in files if name.endswith(".md"))
+
+
+def anchors(text):
+    """What GitHub makes of the headings."""
+    found = set()
+    for heading in re.findall(r"^#+ +(.*)$", FENCED.sub("", text), re.MULTILINE):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
+        slug = re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
+        number = sum(1 for known in found if re.fullmatch(re.escape(slug) + r"(-\d+)?", known))
+        found.add(f"{slug}-{number}" if slug in found else slug)
+    return found
+
+
+def broken_in_sources(root):
+    for page in sorted(documents(root)):
+        text = page.read_text(encoding="utf-8")
+        for found in LINK.finditer(FENCED.sub("", text)):
+            target = found[1] or found[2]
+            if ELSEWHERE.match(target):
+                continue
+            path, _, anchor = target.partition("#")
+            file = page.parent / urllib.parse.unquote(path) if path else page
+            if not file.exists():
+                yield f"{page.relative_to(root)}: no file {target}"
+            elif anchor and file.suffix == ".md" and anchor not in anchors(file.read_text(encoding="utf-8")):
+                yield f"{page.relative_to(root)}: no heading {target}"
+
+
+class Page(html.parser.HTMLParser):
+    """The ids of a page, and what it refers to."""
+
+    def __init__(self, file):
+        super().__init__()
+        self.ids, self.links, self.loaded = set(), [], []
+        self.feed(file.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.ids.add(given.get("id"))
+        target = given.get("src") or given.get("href")
+        if target:
+            (self.links if tag == "a" else self.loaded).append(target)
+
+
+def broken_in_site(site):
+    pages = {file: Page(file) for file in sorted(site.rglob("*.html")) if file.name != "404.html"}
+    for file, page in pages.items():
+        yield from (f"{file.name}: loads {target}" for target in page.loaded if ELSEWHERE.match(target))
+        for target in page.links + page.loaded:
+            path, _, anchor = target.partition("#")
+            if ELSEWHERE.match(target) or target.startswith("//"):
+                continue
+            to = pathlib.Path(os.path.normpath(file.parent / urllib.parse.unquote(path))) if path else file
+            if not to.exists():
+                yield f"{file.relative_to(site)}: no file {target}"
+            elif anchor and to in pages and urllib.parse.unquote(anchor) not in pages[to].ids:
+                yield f"{file.relative_to(site)}: no anchor {target}"
+
+
+def finish(complaints):
+    print(*complaints, sep="\n")
+    if complaints:
+        sys.exit(1)
+
+
+def main(root):
+    finish(list(broken_in_sources(root)))
+    if not importlib.util.find_spec("mkdocs"):
+        skip("mkdocs")
+    with tempfile.TemporaryDirectory() as folder:
+        site = pathlib.Path(folder, "site")
+        made = subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", site],
+                              cwd=root, capture_output=True, text=True, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+        finish([made.stdout + made.stderr] if made.returncode else [])
+        finish(list(broken_in_site(site)))
+        print(len(list(site.rglob("*.html"))), "pages")
+
+
+main(pathlib.Path(sys.argv[1]).resolve())
