@@ -96,4 +96,5 @@ def indented(markdown):
 
 
 def on_page_content(html, page, config, files):
-    return html.replace("<table>", '<div class="scrolls"><table class="table table-sm">').replace("</table>", "</table></div>")
+    html = html.replace("<table>", '<div class="scrolls"><table class="table table-sm">')
+    return html.replace("</table>", "</table></div>")

@@ -5,6 +5,7 @@ mkdocs makes of them: docs_site.py SOURCE_FOLDER
 Exit code 0: they do; 1: not; 77: the sources' do, and there is no mkdocs (Debian: mkdocs) to make the site.
 """
 
+import collections
 import html.parser
 import importlib.util
 import os
@@ -24,21 +25,21 @@ ELSEWHERE = re.compile(r"[a-z]+:")
 
 
 def documents(root):
-    """All Markdown of the repository, without what is built."""
+    """All Markdown of the repository, without what is built or installed in it."""
     for folder, inner, files in os.walk(root):
-        inner[:] = [d for d in inner if not d.startswith((".git", "build"))]
+        inner[:] = [d for d in inner if not d.startswith((".", "build", "env", "venv", "node_modules"))]
         yield from (pathlib.Path(folder, name) for name in files if name.endswith(".md"))
 
 
 def anchors(text):
     """What GitHub makes of the headings."""
-    found = set()
+    found = collections.Counter()
     for heading in re.findall(r"^#+ +(.*)$", FENCED.sub("", text), re.MULTILINE):
         words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
         slug = re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
-        number = sum(1 for known in found if re.fullmatch(re.escape(slug) + r"(-\d+)?", known))
-        found.add(f"{slug}-{number}" if slug in found else slug)
-    return found
+        found[slug] += 1
+        found[f"{slug}-{found[slug] - 1}"] += found[slug] > 1
+    return {slug for slug, times in found.items() if times}
 
 
 def broken_in_sources(root):
@@ -88,9 +89,8 @@ def broken_in_site(site):
 
 
 def finish(complaints):
-    print(*complaints, sep="\n")
     if complaints:
-        sys.exit(1)
+        sys.exit("\n".join(complaints))
 
 
 def main(root):
@@ -99,8 +99,9 @@ def main(root):
         skip("mkdocs")
     with tempfile.TemporaryDirectory() as folder:
         site = pathlib.Path(folder, "site")
-        made = subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", site],
-                              cwd=root, capture_output=True, text=True, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+        command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(site)]
+        made = subprocess.run(command, cwd=root, capture_output=True, text=True,
+                              env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
         finish([made.stdout + made.stderr] if made.returncode else [])
         finish(list(broken_in_site(site)))
         print(len(list(site.rglob("*.html"))), "pages")

@@ -1,4 +1,5 @@
-"""The notebooks run from the first cell to the last and print what is stored in them; Jupyter is not needed.
+"""The notebooks run from the first cell to the last and print what is stored in them. They are run
+without Jupyter.
 
 test_notebooks.py --write stores what they print.
 """
@@ -52,7 +53,8 @@ def test_there_are_notebooks_and_they_are_small():
 def write(path):
     notebook = json.loads(path.read_text(encoding="utf-8"))
     for number, (cell, printed) in enumerate(zip(code_cells(notebook), run(notebook, path)), 1):
-        text = {"name": "stdout", "output_type": "stream", "text": printed.splitlines(keepends=True)}
+        lines = printed.splitlines(keepends=True)
+        text = {"name": "stdout", "output_type": "stream", "text": lines}
         keep = printed and "matplotlib" not in "".join(cell["source"])
         cell.update(execution_count=number, outputs=[text] if keep else [])
     path.write_text(json.dumps(notebook, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
