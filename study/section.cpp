@@ -41,6 +41,7 @@ static std::string hint_for(const std::string& key, const std::vector<std::strin
 
 void Section::allow_only(const std::vector<std::string>& keys,
                          const std::map<std::string, std::string>& elsewhere) const {
+  if (listener) listener({.path = prefix_, .words = keys});
   for (const Entry& entry : table_.entries) {
     if (std::ranges::find(keys, entry.key) != keys.end()) continue;
     const auto known = elsewhere.find(entry.key);
@@ -63,9 +64,20 @@ const Entry& Section::require(std::string_view key, std::string_view expected) c
   return *entry;
 }
 
+static void hear_number(const std::string& path, const Accepted& a, bool whole) {
+  if (!listener) return;
+  listener({.path = path,
+            .number = true,
+            .whole = whole,
+            .lower = a.lower,
+            .upper = a.upper,
+            .unit = std::string(a.unit)});
+}
+
 // `named` carries the key: the entry itself, or the array it stands in.
 double Section::accept(const Entry& entry, const Entry& named, const Accepted& accepted,
                        std::string_view expected) const {
+  hear_number(prefix_ + named.key, accepted, false);
   const auto wrong = [&](std::string_view why) {
     reading::refuse(file_, entry.place,
                     fmt::format("{}{}: {} {}; expected {}", prefix_, named.key,
@@ -86,6 +98,7 @@ double Section::number(std::string_view key, const Accepted& accepted) const {
 }
 
 double Section::whole(const Entry& entry, const Accepted& accepted) const {
+  hear_number(prefix_ + entry.key, accepted, true);
   const double value = number(entry, accepted);
   if (value != std::floor(value))
     refuse(entry, fmt::format("{} is not a whole number", reading::describe(entry)));
@@ -152,6 +165,7 @@ std::string Section::words(std::string_view key, std::size_t longest, bool lines
 }
 
 std::size_t Section::choice(std::string_view key, const std::vector<std::string>& names) const {
+  if (listener) listener({.path = prefix_ + std::string(key), .words = names});
   if (!find(key)) return 0;
   const std::string chosen = text(key);
   const auto at = std::ranges::find(names, chosen);

@@ -2,6 +2,7 @@
 /// Internal to study/.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <numbers>
 #include <optional>
@@ -40,6 +41,18 @@ constexpr double in_si(double value, std::string_view unit) {
 std::string describe(const Accepted& accepted);
 /// describe(), and whether an array is empty.
 std::string described(const Entry& entry);
+
+/// What a reader asks of a table or a key, for whoever listens: the schema of studies is made of
+/// it.
+struct Asked {
+  std::string path;                     ///< "aircraft.mass"; of a table "aircraft."
+  std::vector<std::string> words = {};  ///< keys of the table, or what a text may be
+  bool number = false, whole = false;
+  double lower = 0.0, upper = 0.0;  ///< of a number
+  std::string unit = {};
+};
+/// Called for everything that is asked while studies are read; none, unless a test listens.
+inline std::function<void(const Asked&)> listener;
 
 class Section {
  public:

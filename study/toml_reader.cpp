@@ -23,7 +23,7 @@
 
 namespace tiltrim::reading {
 
-constexpr int deepest = 8;          // of arrays and tables; a study needs four
+constexpr int deepest = 12;          // of arrays and tables; a study needs four
 constexpr int most_dots = 16;       // in a dotted key
 constexpr std::size_t widest = 60;  // of a quotation in a message
 

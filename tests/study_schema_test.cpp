@@ -1,0 +1,442 @@
+// data/study.schema.json, the JSON schema of studies for editors, is made here of what the readers
+// ask of every key: their own ranges, units, choices and lists of keys. TILTRIM_WRITE=1 writes it.
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "study/section.hpp"
+#include "study/study.hpp"
+#include "tests/check.hpp"
+#include "tests/files.hpp"
+#include "tests/study_text.hpp"
+
+using namespace tiltrim;
+using namespace tiltrim::reading;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+namespace {
+
+const fs::path source = TILTRIM_SOURCE_DIR;
+
+// A value as it stands in studies: of an array, `entry` has all that its entries are.
+struct Shape {
+  std::set<std::string> kinds;
+  std::map<std::string, Shape> keys;
+  std::vector<Shape> entry;
+  std::set<std::string> words;
+};
+
+// Studies of one family, of the tiltrotor or with [model], and what was asked while they were read.
+struct Family {
+  bool user = false;
+  Shape root;
+  std::map<std::string, Asked> numbers, choices;
+  std::map<std::string, std::set<std::string>> keys;
+  std::set<std::string> open;  // tables whose keys are names of the user's own
+};
+
+void merge(Shape& into, const Entry& e) {
+  const std::map<Entry::Kind, std::string> kinds{{Entry::Kind::table, "object"},
+                                                 {Entry::Kind::array, "array"},
+                                                 {Entry::Kind::text, "string"},
+                                                 {Entry::Kind::number, "number"}};
+  into.kinds.insert(kinds.at(e.kind));
+  if (e.kind == Entry::Kind::text) into.words.insert(e.text);
+  if (e.kind == Entry::Kind::table)
+    for (const Entry& child : e.entries) merge(into.keys[child.key], child);
+  if (e.kind == Entry::Kind::array) {
+    into.entry.resize(1);
+    for (const Entry& child : e.entries) merge(into.entry[0], child);
+  }
+}
+
+void hear(Family& family, const Asked& asked) {
+  const bool table = asked.path.empty() || asked.path.ends_with('.');
+  if (asked.number && !family.numbers[asked.path].whole) family.numbers[asked.path] = asked;
+  if (!asked.number && !table) family.choices[asked.path] = asked;
+  if (!table) return;
+  const std::set<std::string> keys(asked.words.begin(), asked.words.end());
+  const auto [known, first] = family.keys.try_emplace(asked.path, keys);
+  if (first || known->second == keys) return;
+  if (family.user && !asked.path.empty()) {  // what both have are the keys, the others names
+    family.open.insert(asked.path);
+    std::erase_if(known->second, [&](const std::string& k) { return !keys.contains(k); });
+  } else {
+    known->second.insert(keys.begin(), keys.end());
+  }
+}
+
+void merge(Shape& into, const Shape& other) {
+  into.kinds.insert(other.kinds.begin(), other.kinds.end());
+  into.words.insert(other.words.begin(), other.words.end());
+  for (const auto& [key, shape] : other.keys) merge(into.keys[key], shape);
+  if (!other.entry.empty()) into.entry.resize(1);
+  if (!other.entry.empty()) merge(into.entry[0], other.entry[0]);
+}
+
+// Tables that the same readers read in both families.
+void share(const Family& from, Family& to) {
+  for (const char* table : {"follow", "sweep", "tune", "report"})
+    merge(to.root.keys[table], from.root.keys.at(table));
+  to.numbers.insert(from.numbers.begin(), from.numbers.end());
+  to.choices.insert(from.choices.begin(), from.choices.end());
+}
+
+void learn(Family& family, const std::string& text) {
+  listener = [&](const Asked& asked) { hear(family, asked); };
+  (void)parse_study(text, source / "studies/study.toml");
+  listener = {};
+  merge(family.root, parse_toml(text, "study.toml"));
+}
+
+ordered_json described_value(const Family& family, const Shape& shape, const std::string& path);
+
+ordered_json table_of(const Family& family, const Shape& shape, const std::string& prefix) {
+  ordered_json properties = ordered_json::object();
+  const auto listed = family.keys.find(prefix);
+  const bool open = listed == family.keys.end() || family.open.contains(prefix);
+  if (listed != family.keys.end())
+    for (const std::string& key : listed->second) {
+      CAPTURE(prefix + key);
+      const auto known = shape.keys.find(key);
+      CHECK(known != shape.keys.end());  // a study above has each key
+      if (known != shape.keys.end())
+        properties[key] = described_value(family, known->second, prefix + key);
+    }
+  ordered_json table{{"type", "object"}, {"properties", properties}};
+  if (!open) table["additionalProperties"] = false;
+  return table;
+}
+
+ordered_json number_of(const Family& family, const std::string& path) {
+  const auto asked = family.numbers.find(path);
+  if (asked == family.numbers.end()) return {{"type", "number"}};
+  const Asked& a = asked->second;
+  ordered_json number{{"type", a.whole ? "integer" : "number"}};
+  if (a.lower > -1e300) number["minimum"] = a.lower;
+  if (a.upper < 1e300) number["maximum"] = a.upper;
+  if (!a.unit.empty()) number["description"] = a.unit;
+  return number;
+}
+
+ordered_json described_value(const Family& family, const Shape& shape, const std::string& path) {
+  std::vector<ordered_json> ways;
+  for (const std::string& kind : shape.kinds) {
+    const auto choices = family.choices.find(path);
+    if (kind == "number") ways.push_back(number_of(family, path));
+    if (kind == "object") ways.push_back(table_of(family, shape, path + "."));
+    if (kind == "array")
+      ways.push_back({{"type", "array"},
+                      {"minItems", 1},
+                      {"items", described_value(family, shape.entry[0], path)}});
+    if (kind != "string") continue;
+    ordered_json text{{"type", "string"}};
+    if (choices != family.choices.end()) text["enum"] = choices->second.words;
+    if (shape.words == std::set<std::string>{"free"}) text["enum"] = {"free"};
+    ways.push_back(text);
+  }
+  if (ways.empty()) return ordered_json::object();
+  return ways.size() == 1 ? ways.front() : ordered_json{{"anyOf", ways}};
+}
+
+std::vector<std::string> shipped() {
+  std::vector<std::string> texts;
+  for (const auto& file : fs::directory_iterator(source / "studies"))
+    if (file.path().extension() == ".toml") texts.push_back(contents(file.path()));
+  const std::string manual = contents(source / "docs/study.md"), fence = "```toml\n";
+  for (std::size_t at = manual.find(fence); at != manual.npos; at = manual.find(fence, at)) {
+    at += fence.size();
+    texts.push_back(manual.substr(at, manual.find("```", at) - at));
+  }
+  return texts;
+}
+
+const std::string level = "[[condition]]\nname = 'level'\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
+
+// What no study above has.
+const std::vector<std::string> of_the_tiltrotor{
+    R"([aircraft]
+gravity = 9.81
+rotor_radius = 0.3
+rotor_speed_rpm = 4000
+rotor_x = 0
+rotor_z = 0
+blade_count = 3
+blade_chord = 0.03
+blade_lift_slope = 5.7
+cyclic_blend_deg = 60
+CL_de = 0.4
+CL_q = 4.0
+CM_de = -1.3
+CM_q = -12
+[limits]
+theta0 = [0, 1]
+a1s_deg = [-20, 20]
+delta_e_deg = [-30, 30]
+theta_deg = [-90, 90]
+[[condition]]
+name = "a"
+formulation = "airframe"
+V = [10, 12]
+gamma_deg = "free"
+alpha_deg = [0, 3]
+theta_deg = "free"
+q = 0.25
+eta_deg = [0.0, 90.0]
+theta0 = "free"
+a1s_deg = [0, 1]
+delta_e_deg = "free"
+V_dot = 0.1
+gamma_dot = 0.2
+theta_dot = 0.3
+q_dot = 0.4
+objective = [{signal = "theta0", scale = 0.35, reference = 0.1}]
+[[condition]]
+name = "b"
+formulation = "airframe"
+V = "free"
+gamma_deg = [-5, 5]
+alpha_deg = "free"
+theta_deg = [0, 5]
+q = [0, 0.1]
+eta_deg = "free"
+theta0 = [0, 0.5]
+a1s_deg = "free"
+delta_e_deg = [-5, 5]
+[[condition]]
+name = "c"
+formulation = "airframe"
+V = 10
+q = "free"
+eta_deg = 0
+theta0 = 0.2
+a1s_deg = 0
+delta_e_deg = 0
+[envelope]
+eta_deg = [0, 90]
+[[report.map]]
+crossings = "skip"
+[[report.map.axis]]
+key = "V"
+values = [14, 16]
+with = [{key = "gamma_deg", values = [0, 1]}, {key = "gains.K_Lp", from = 1, to = 2, spacing = "log"}]
+[sweep]
+crossings = "skip"
+[[sweep.axis]]
+key = "V"
+from = 15
+to = 20
+count = 3
+spacing = "log"
+with = [{key = "gains.K_Lp", from = 1, to = 2, spacing = "log"}, {key = "gamma_deg", values = [0, 1, 2]}]
+[[sweep.axis]]
+key = "eta_deg"
+from = 0
+to = 10
+count = 3
+with = [{key = "gains.K_Li", from = 1, to = 2, spacing = "log"}]
+)",
+    level + R"([tune]
+conditions = ["level"]
+corridor = [0, 60]
+schedule_eta_deg = [0, 45, 90]
+goal = {measure = "disk_margin", of = "delta_e"}
+corners = "all"
+samples = 20
+global = "crs2"
+local = "mma"
+second = "esch"
+seed = 7
+evaluations = 100
+seconds = 60
+robustness = 1000
+[tune.disturbance]
+V = 1.0
+gamma_deg = 5.0
+theta_deg = 0.0
+q_deg = 0.0
+[[tune.gain]]
+key = "gains.K_Lp"
+from = 0.02
+to = 10
+spacing = "log"
+[[tune.uncertain]]
+key = "aircraft.mass"
+percent = 15
+[[tune.uncertain]]
+key = "aircraft.inertia_yy"
+from = 0.02
+to = 0.03
+[[tune.limit]]
+measure = "half_time"
+of = "phugoid"
+at_most = 10
+[[tune.limit]]
+measure = "damping"
+at_least = 0.3
+[tune.front]
+measure = "half_time"
+of = "phugoid"
+from = 2
+to = 8
+count = 7
+)",
+    level + R"([simulate]
+duration = 60
+start = "level"
+height = 10
+axes = "body"
+hand_over = "bumpless"
+anti_windup = 2
+lag = 0.1
+tolerance = 1e-8
+sample = 0.5
+[simulate.schedule]
+over = "height"
+at = [0, 20, 120]
+V = [2, 2, 15]
+gamma_deg = [90, 80, 0]
+eta_deg = [90, 80, 0]
+[simulate.states]
+V = 3
+gamma_deg = 80
+theta_deg = 5
+q = 0.1
+energy_integral = 0
+distribution_integral = 0
+[simulate.rates]
+theta0 = 1
+a1s_deg = 60
+delta_e_deg = 60
+eta_deg = 5
+[[simulate.disturbance]]
+kind = "doublet"
+on = "delta_e_deg"
+at = 5
+size = 3
+duration = 1
+[[simulate.gust]]
+kind = "one_minus_cosine"
+direction = "up"
+size = 1
+at = 2
+duration = 3
+[[simulate.gust]]
+kind = "dryden"
+size = 0.5
+length = 50
+speed = 15
+seed = 3
+[montecarlo]
+flights = 100
+seed = 2
+worst = 5
+V_within = 0.3
+gamma_within_deg = 1
+theta_within_deg = 60
+[[montecarlo.scatter]]
+key = "aircraft.mass"
+percent = 15
+[[montecarlo.scatter]]
+key = "height"
+from = 5
+to = 20
+)"};
+const std::vector<std::string> with_a_model{
+    R"([model]
+name = "integrator"
+[model.values]
+a = 2
+[[model.state]]
+name = "x"
+unit = "m"
+nominal = 0.1
+rate = "u - a*x"
+[[model.state]]
+name = "v"
+rate = "x - v"
+[[model.input]]
+name = "u"
+unit = "N"
+nominal = 1
+[[model.parameter]]
+name = "a"
+unit = "1/s"
+nominal = 0.1
+value = 1
+[[model.let]]
+name = "twice"
+value = "2*x"
+[[model.output]]
+name = "y"
+unit = "m"
+nominal = 1
+value = "twice"
+[[model.switch]]
+name = "middle"
+at = "x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+u = [0, 2]
+x = 1
+rates = {x = 0, v = "implied"}
+guess = {u = 1}
+objective = [{signal = "u", scale = 1, reference = 0}]
+[sweep]
+crossings = "skip"
+[[sweep.axis]]
+key = "a"
+values = [1, 2]
+with = [{key = "x", values = [1, 2]}]
+[[sweep.axis]]
+key = "v"
+from = 1
+to = 2
+count = 3
+spacing = "log"
+)",
+    R"([model]
+[[model.state]]
+name = "angle"
+rate = "push - angle"
+[[model.input]]
+name = "push"
+[[condition]]
+name = "rest"
+push = 1
+guess = {angle = 1}
+rates = {angle = 0}
+[simulate]
+duration = 1
+tolerance = 1e-8
+offset = {angle = 0.1}
+)"};
+
+}  // namespace
+
+TEST_CASE("the schema of studies is what the readers ask") {
+  Family tiltrotor, user;
+  user.user = true;
+  for (const std::string& text : shipped())
+    learn(text.find("[model]") == text.npos ? tiltrotor : user, text);
+  for (const std::string& text : of_the_tiltrotor) learn(tiltrotor, text);
+  for (const std::string& text : with_a_model) learn(user, text);
+  share(tiltrotor, user);
+  const ordered_json tiltrotor_schema = table_of(tiltrotor, tiltrotor.root, "");
+  const ordered_json user_schema = table_of(user, user.root, "");
+  const ordered_json schema{{"$schema", "http://json-schema.org/draft-07/schema#"},
+                            {"title", "a study of tiltrim"},
+                            {"if", {{"required", {"model"}}}},
+                            {"then", user_schema},
+                            {"else", tiltrotor_schema}};
+  const fs::path file = source / "data/study.schema.json";
+  const std::string text = schema.dump(1) + "\n";
+  if (std::getenv("TILTRIM_WRITE")) set_contents(file, text);
+  CHECK(contents(file) == text);
+}
