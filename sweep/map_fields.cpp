@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
+#include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 namespace tiltrim::filing {
@@ -59,6 +62,66 @@ Lists lists_of(const SweepMap& map) {
     i.abscissa_at.push_back(x.abscissa_at);
   }
   return l;
+}
+
+namespace {
+
+[[noreturn]] void wrong(const std::string& name, const std::string& what) {
+  throw std::runtime_error(fmt::format("{}: {}", name, what));
+}
+
+// Lengths of the dimensions; that of all points is checked against one array over them, for the
+// product of forged lengths may be anything.
+std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) {
+  double points = double(map.conditions.size());
+  for (const SweepAxis& axis : map.axes) {
+    for (const SweepAxis::Column& c : axis.columns)
+      if (c.values.size() != axis.size() || c.si.size() != axis.size() || axis.size() == 0)
+        wrong(c.name, "has not as many values as its axis has points");
+    points *= double(axis.size());
+  }
+  if (points != double(map.status.size())) wrong("status", "has not as many values as points");
+  return {{"condition", map.conditions.size()},
+          {"point", map.status.size()},
+          {"axis", map.axes.size()},
+          {"state", l.state_name.size()},
+          {"input", l.input_name.size()},
+          {"mode", l.state_name.size()},
+          {"distinct_reason", map.reasons.size()},
+          {"second", map.second.points.size()},
+          {"crossing", l.crossing.condition.size()},
+          {"interval", l.interval.condition.size()}};
+}
+
+// Positions in a list of `size`, or from `least` on where that is -1 for none.
+template <class T>
+void check_positions(const std::string& name, const std::vector<T>& all, std::size_t size,
+                     int least = 0) {
+  for (const T k : all)
+    if (std::cmp_less(k, least) ||
+        (std::cmp_greater_equal(k, 0) && std::cmp_greater_equal(k, size)))
+      wrong(name, fmt::format("{} is no position in a list of {}", k, size));
+}
+
+}  // namespace
+
+void check_parts(const SweepMap& map, const Lists& l) {
+  const auto length = lengths(map, l);
+  each_field(map, l, [&](const Field& field, const auto& array) {
+    std::size_t count = 1;
+    for (const std::string& over : field.over) count *= length.at(over);
+    if (array.size() != count)
+      wrong(field.name, fmt::format("{} values in place of {}", array.size(), count));
+    if constexpr (std::is_same_v<std::decay_t<decltype(array)>, std::vector<std::int8_t>>)
+      check_positions(field.name, array, field.flags.size(), field.nothing ? -1 : 0);
+  });
+  check_positions("reason", map.reason, map.reasons.size());
+  check_positions("second_point", map.second.points, map.status.size());
+  check_positions("crossing_condition", l.crossing.condition, map.conditions.size());
+  check_positions("crossing_axis", l.crossing.axis, map.axes.size());
+  check_positions("crossing_mode", l.crossing.mode, l.state_name.size(), -1);
+  check_positions("interval_condition", l.interval.condition, map.conditions.size());
+  check_positions("interval_axis", l.interval.axis, map.axes.size());
 }
 
 void put_back(const Lists& l, SweepMap& map) {

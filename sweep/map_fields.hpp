@@ -43,7 +43,10 @@ struct Lists {
 };
 
 Lists lists_of(const SweepMap& map);
-/// The other way; the map has its axes and conditions.
+/// Throws std::runtime_error "what is wrong" unless every array has the length of its dimensions
+/// and every position and enumerator exists.
+void check_parts(const SweepMap& map, const Lists& lists);
+/// The other way; the map has its axes and conditions, and all of it is checked.
 void put_back(const Lists& lists, SweepMap& map);
 
 /// The file's own variables and dimensions.

@@ -373,17 +373,14 @@ void get_globals(const Dataset& set, SweepMap& map) {
 
 }  // namespace
 
-SweepMap map_in(std::span<std::byte> content, const std::filesystem::path& file) {
+void parts_in(std::span<std::byte> content, const std::filesystem::path& file, SweepMap& map,
+              Lists& lists) {
   Dataset set(file);
   set.check(nc_open_mem(in_memory, NC_NOWRITE, content.size(), content.data(), &set.id),
             "contents");
-  SweepMap map;
-  Lists lists;
   get_globals(set, map);
   for (const std::string& axis : find_dimensions(set)) map.axes.push_back(get_axis(set, axis));
   each_field(map, lists, [&](const Field& field, auto& array) { get(set, field, array); });
-  put_back(lists, map);
-  return map;
 }
 
 }  // namespace tiltrim::filing

@@ -5,10 +5,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "sweep/map.hpp"
+#include "sweep/map_fields.hpp"
 
 namespace tiltrim::filing {
 
@@ -16,7 +18,13 @@ using Image = std::unique_ptr<std::byte, decltype(&std::free)>;
 
 /// The bytes, and how many; `file` stands in messages.
 std::pair<Image, std::size_t> image_of(const SweepMap& map, const std::filesystem::path& file);
-/// Throws std::runtime_error "path: why" for bytes that are no such file.
+/// All that stands in the bytes, unchecked. Throws std::runtime_error "path: why" for bytes that
+/// are no such file; HDF5 crashes, loops and overwrites memory on some of these.
+void parts_in(std::span<std::byte> image, const std::filesystem::path& file, SweepMap& map,
+              Lists& lists);
+/// The same in a child process with limits on memory and time, checked: a crash throws, too.
 SweepMap map_in(std::span<std::byte> image, const std::filesystem::path& file);
+/// What the child has sent, `most` bytes of it, checked; nothing if the child ended before that.
+std::optional<SweepMap> map_from(int pipe, std::size_t most, const std::filesystem::path& file);
 
 }  // namespace tiltrim::filing

@@ -1,8 +1,10 @@
 #include "sweep/record.hpp"
 
+#include <array>
 #include <cstring>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 namespace tiltrim {
 
@@ -63,7 +65,7 @@ struct Reader {
   std::size_t at = 0;
 
   void raw(void* to, std::size_t size) {
-    if (size > bytes.size() - at) throw std::runtime_error("a line of the sweep is cut off");
+    if (size > bytes.size() - at) throw std::runtime_error("is damaged: a line of it is cut off");
     if (size > 0) std::memcpy(to, bytes.data() + at, size);
     at += size;
   }
@@ -77,7 +79,7 @@ struct Reader {
                          }) {
       std::uint64_t size = 0;
       raw(&size, sizeof size);
-      if (size > bytes.size() - at) throw std::runtime_error("a line of the sweep is cut off");
+      if (size > bytes.size() - at) throw std::runtime_error("is damaged: a line of it is cut off");
       value.resize(size);
       using Element = typename T::value_type;
       if constexpr (std::is_arithmetic_v<Element>)
@@ -102,15 +104,78 @@ T read(const Bytes& bytes) {
   T value;
   Reader reader{bytes};
   visit(value, reader);
-  if (reader.at != bytes.size()) throw std::runtime_error("a line of the sweep is too long");
+  if (reader.at != bytes.size()) throw std::runtime_error("is damaged: a line of it is too long");
   return value;
+}
+
+void check_that(bool fits) {
+  if (!fits) throw std::runtime_error("is damaged: a line of it does not fit the sweep");
+}
+
+// first, ..., last - 1, and nothing else.
+void check_within(const auto& numbers, int first, std::size_t last) {
+  for (const auto number : numbers)
+    check_that(std::cmp_greater_equal(number, first) &&
+               (std::cmp_less(number, 0) || std::cmp_less(number, last)));
+}
+
+void check(const LinePoints& line, const LineSizes& sizes) {
+  const std::size_t points = sizes.points, second = line.second.size();
+  for (const auto* list : {&line.status, &line.verdict, &line.second_branch})
+    check_that(list->size() == points);
+  for (const auto* list : {&line.residual, &line.spectral_abscissa, &line.damping})
+    check_that(list->size() == points);
+  for (const auto* list : {&line.state, &line.eigenvalue_re, &line.eigenvalue_im})
+    check_that(list->size() == points * sizes.states);
+  check_that(line.reason.size() == points && line.confidence.size() == points * sizes.states);
+  check_that(line.input.size() == points * sizes.inputs);
+  for (const auto* list : {&line.second_state, &line.second_re, &line.second_im})
+    check_that(list->size() == second * sizes.states);
+  check_that(line.second_input.size() == second * sizes.inputs);
+  check_that(line.second_verdict.size() == second);
+  check_within(line.status, -1, std::size_t(TrimStatus::interrupted) + 1);
+  for (const auto* list : {&line.verdict, &line.second_verdict})
+    check_within(*list, -1, std::size_t(Verdict::undecided) + 1);
+  check_within(line.second_branch, 0, 2);
+  check_within(line.reason, 0, line.reasons.size());
+  check_within(line.second, 0, points);
+}
+
+// A crossing or an interval lies on a line along one of the axes.
+void check_place(const auto& one, const LineSizes& sizes) {
+  check_within(std::array{one.condition}, 0, sizes.conditions);
+  check_within(std::array{one.axis}, 0, sizes.axes);
+  check_that(one.at.size() == sizes.axes);
+}
+
+void check(const LineVerdicts& line, const LineSizes& sizes) {
+  for (const AxisCrossing& c : line.crossings) {
+    check_place(c, sizes);
+    check_within(std::array{int(c.kind)}, 0, std::size_t(CrossingKind::end) + 1);
+    check_within(std::array{c.mode}, -1, sizes.states);
+  }
+  for (const AxisInterval& i : line.intervals) {
+    check_place(i, sizes);
+    check_within(std::array{int(i.verdict)}, 0, std::size_t(IntervalVerdict::undecided) + 1);
+  }
+}
+
+template <class T>
+T checked(const Bytes& bytes, const LineSizes& sizes) {
+  const T line = read<T>(bytes);
+  check(line, sizes);
+  return line;
 }
 
 }  // namespace
 
 Bytes as_bytes(const LinePoints& line) { return written(line); }
 Bytes as_bytes(const LineVerdicts& line) { return written(line); }
-LinePoints points_from(const Bytes& bytes) { return read<LinePoints>(bytes); }
-LineVerdicts verdicts_from(const Bytes& bytes) { return read<LineVerdicts>(bytes); }
+LinePoints points_from(const Bytes& bytes, const LineSizes& sizes) {
+  return checked<LinePoints>(bytes, sizes);
+}
+LineVerdicts verdicts_from(const Bytes& bytes, const LineSizes& sizes) {
+  return checked<LineVerdicts>(bytes, sizes);
+}
 
 }  // namespace tiltrim

@@ -174,6 +174,15 @@ std::vector<AxisLine> lines_along_axes(std::size_t conditions, const std::vector
   return all;
 }
 
+// A line out of the log, which the message names.
+auto in_log(const Work& work, const auto& line_from, const Bytes& bytes, const LineSizes& sizes) {
+  try {
+    return line_from(bytes, sizes);
+  } catch (const std::runtime_error& e) {
+    throw LogError(fmt::format("{}: {}", work.options.log.string(), e.what()));
+  }
+}
+
 SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
                const std::vector<SweepAxis>& axes, Work& work) {
   SweepMap map = empty_map(conditions, axes);
@@ -194,13 +203,15 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
 
   const std::size_t count = conditions.size() * per_condition;
   work.progress = {"points", 0, count * length};
+  const LineSizes sizes{conditions.size(), axes.size(), length, map.modes(), map.inputs.size()};
   run<LinePoints>(
       work, 0, count,
       [&](std::size_t i, LinePoints& line) {
         walk_line(*conditions[i / per_condition], starts[i / per_condition][i % per_condition],
                   line);
       },
-      points_from, [&](std::size_t i, const LinePoints& line) { place(line, i * length, map); },
+      [&](const Bytes& bytes) { return in_log(work, points_from, bytes, sizes); },
+      [&](std::size_t i, const LinePoints& line) { place(line, i * length, map); },
       [&](std::size_t i, const LinePoints& line) {
         append(line, i * length, map);
         count_verdicts(line, work.progress);
@@ -219,7 +230,8 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
         line =
             look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis, l.place);
       },
-      verdicts_from, [](std::size_t, const LineVerdicts&) {},
+      [&](const Bytes& bytes) { return in_log(work, verdicts_from, bytes, sizes); },
+      [](std::size_t, const LineVerdicts&) {},
       [&](std::size_t, const LineVerdicts& line) {
         map.crossings.insert(map.crossings.end(), line.crossings.begin(), line.crossings.end());
         map.intervals.insert(map.intervals.end(), line.intervals.begin(), line.intervals.end());

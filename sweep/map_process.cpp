@@ -1,0 +1,239 @@
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <type_traits>
+
+#include "runtime/whole_file.hpp"
+#include "sweep/map_fields.hpp"
+#include "sweep/map_netcdf.hpp"
+
+// HDF5 trusts what a file says about itself: forged, its checksums included, it makes the library
+// crash, loop or overwrite memory. So a child process reads it and hands the arrays over through a
+// pipe; what arrives is checked before it is believed.
+
+namespace tiltrim::filing {
+
+namespace {
+
+// Bytes that the child may have beyond what the process has, and that it may send: what deflate can
+// make of the file, but not more than the machine has.
+std::size_t memory_for(std::size_t file_size) {
+  constexpr std::size_t libraries = std::size_t(64) << 20, deflated = 1032;
+  const auto physical = std::size_t(::sysconf(_SC_PHYS_PAGES)) * std::size_t(::getpagesize());
+  return libraries + std::min(deflated * file_size, physical);
+}
+
+// Seconds of a processor: a hundred times what a map of this size takes.
+unsigned time_for(std::size_t file_size) { return 1 + 10 * unsigned(file_size >> 20); }
+
+// visit(part) for all that goes through the pipe.
+template <class Map, class L, class Visit>
+void each_part(Map& map, L& lists, Visit& visit) {
+  visit(map.program);
+  visit(map.instruction_set);
+  visit(map.study);
+  visit(map.axes);
+  each_field(map, lists, [&](const Field&, auto& array) { visit(array); });
+}
+
+template <class Column, class Visit>
+void each_of_column(Column& column, Visit& visit) {
+  visit(column.name);
+  visit(column.unit);
+  visit(column.signal);
+  visit(column.values);
+  visit(column.si);
+}
+
+struct Sink {
+  int fd;
+
+  void bytes(const void* from, std::size_t size) const {
+    if (write_all(fd, {static_cast<const std::byte*>(from), size}) != 0) ::_exit(1);
+  }
+  void operator()(const std::string& text) const {
+    const std::size_t size = text.size();
+    bytes(&size, sizeof size);
+    bytes(text.data(), size);
+  }
+  template <class T>
+  void operator()(const std::vector<T>& list) const {
+    const std::size_t size = list.size();
+    bytes(&size, sizeof size);
+    if constexpr (std::is_arithmetic_v<T>)
+      bytes(list.data(), size * sizeof(T));
+    else
+      for (const T& one : list) (*this)(one);
+  }
+  void operator()(const SweepAxis& axis) const { (*this)(axis.columns); }
+  void operator()(const SweepAxis::Column& column) const { each_of_column(column, *this); }
+};
+
+struct CutOff {};  // the child ended before it had sent everything
+
+struct Source {
+  int fd;
+  std::size_t left;  // bytes that may still come
+
+  void bytes(void* to, std::size_t size) {
+    if (size > left) throw std::bad_alloc();
+    left -= size;
+    for (std::size_t done = 0; done < size;) {
+      const ssize_t n = ::read(fd, static_cast<char*>(to) + done, size - done);
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) throw CutOff();
+      done += std::size_t(n);
+    }
+  }
+  // Of a list whose elements take at least so many bytes of the pipe each.
+  std::size_t size_of_list(std::size_t each) {
+    std::size_t size = 0;
+    bytes(&size, sizeof size);
+    if (size > left / each) throw std::bad_alloc();
+    return size;
+  }
+  void operator()(std::string& text) {
+    text.resize(size_of_list(1));
+    bytes(text.data(), text.size());
+  }
+  template <class T>
+  void operator()(std::vector<T>& list) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      list.resize(size_of_list(sizeof(T)));
+      bytes(list.data(), list.size() * sizeof(T));
+    } else {
+      for (std::size_t k = size_of_list(sizeof(std::size_t)); k > 0; --k)
+        (*this)(list.emplace_back());
+    }
+  }
+  void operator()(SweepAxis& axis) { (*this)(axis.columns); }
+  void operator()(SweepAxis::Column& column) { each_of_column(column, *this); }
+};
+
+// ---- The child ----------------------------------------------------------------------------------
+
+void limit(__rlimit_resource_t resource, rlim_t most) {
+  rlimit now{};
+  if (::getrlimit(resource, &now) != 0) return;
+  now.rlim_cur = now.rlim_max = std::min(now.rlim_cur, most);
+  ::setrlimit(resource, &now);
+}
+
+// Bytes of the process's address space, which its limit counts; 0 where that is not known.
+std::size_t address_space() {
+  std::size_t pages = 0;
+  std::FILE* const file = std::fopen("/proc/self/statm", "re");
+  if (!file) return 0;
+  if (std::fscanf(file, "%zu", &pages) != 1) pages = 0;
+  std::fclose(file);
+  return pages * std::size_t(::getpagesize());
+}
+
+void limit_child(std::size_t file_size) {
+  const unsigned seconds = time_for(file_size);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_FSIZE, 0);
+  limit(RLIMIT_CPU, seconds);
+  if (const std::size_t now = address_space(); now > 0)
+    limit(RLIMIT_AS, now + memory_for(file_size));
+  // The caller's handlers of a crash are not for this one.
+  for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(crash, SIG_DFL);
+  // Where it waits instead, for a lock that another thread of the parent held.
+  std::signal(SIGALRM, SIG_DFL);
+  ::alarm(10 * seconds);
+  // The C library reports memory that was overwritten; the parent says so itself.
+  if (const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
+    ::dup2(nowhere, STDERR_FILENO);
+}
+
+[[noreturn]] void read_in_child(std::span<std::byte> content, const std::filesystem::path& file,
+                                Sink sink) {
+  limit_child(content.size());
+  std::string why;
+  SweepMap map;
+  Lists lists;
+  try {
+    parts_in(content, file, map, lists);
+  } catch (const std::bad_alloc&) {
+    why = fmt::format("{}: {}", file.string(), std::strerror(ENOMEM));
+  } catch (const std::exception& e) {
+    why = e.what();
+  }
+  sink(why);
+  if (why.empty()) each_part(map, lists, sink);
+  ::_exit(0);
+}
+
+// ---- The parent ---------------------------------------------------------------------------------
+
+// How a child ended that did not send everything.
+std::string end_of(pid_t child) {
+  int status = 0;
+  pid_t ended = 0;
+  do ended = ::waitpid(child, &status, 0);
+  while (ended < 0 && errno == EINTR);
+  if (ended != child || !WIFSIGNALED(status)) return "fails";
+  const int number = WTERMSIG(status);
+  if (number == SIGXCPU || number == SIGKILL || number == SIGALRM) return "does not come to an end";
+  return fmt::format("crashes ({})", ::strsignal(number));
+}
+
+}  // namespace
+
+std::optional<SweepMap> map_from(int pipe, std::size_t most, const std::filesystem::path& file) {
+  std::string why;
+  SweepMap map;
+  Lists lists;
+  try {
+    Source source{pipe, most};
+    source(why);
+    if (!why.empty()) throw std::runtime_error(why);
+    each_part(map, lists, source);
+  } catch (const CutOff&) {
+    return {};
+  } catch (const std::bad_alloc&) {
+    refuse(file, ENOMEM);
+  }
+  try {
+    check_parts(map, lists);
+  } catch (const std::runtime_error& e) {
+    refuse(file, e.what());
+  }
+  put_back(lists, map);
+  return map;
+}
+
+SweepMap map_in(std::span<std::byte> content, const std::filesystem::path& file) {
+  std::array<int, 2> pipe{};
+  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) refuse(file, errno);
+  const pid_t child = ::fork();
+  if (child == 0) read_in_child(content, file, {pipe[1]});
+  const int error = errno;
+  ::close(pipe[1]);
+  std::optional<SweepMap> map;
+  std::exception_ptr failure;
+  try {
+    if (child > 0) map = map_from(pipe[0], memory_for(content.size()), file);
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  ::close(pipe[0]);  // a child that is still writing ends
+  if (child < 0) refuse(file, error);
+  const std::string end = end_of(child);
+  if (failure) std::rethrow_exception(failure);
+  if (!map) refuse(file, fmt::format("is damaged: the NetCDF library {} on it", end));
+  return *std::move(map);
+}
+
+}  // namespace tiltrim::filing
