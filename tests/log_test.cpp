@@ -12,6 +12,7 @@
 #include <iterator>
 #include <random>
 
+#include "sweep/record.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
 
@@ -398,4 +399,52 @@ TEST_CASE("killed at random moments, a writer loses no record that it was told i
     REQUIRE(done >= told);
   }
   CHECK(done > 0);
+}
+
+// A checksum holds for what was forged, too: lines go straight into the map's arrays.
+TEST_CASE("lines that do not fit the sweep are refused") {
+  const LineSizes sizes{.conditions = 1, .axes = 2, .points = 2, .states = 1, .inputs = 1};
+  LinePoints points;
+  points.status = points.second_branch = {0, 1};
+  points.verdict = {-1, 0};
+  points.reason = {0, 0};
+  points.residual = points.spectral_abscissa = points.damping = {1, 2};
+  points.state = points.input = points.eigenvalue_re = points.eigenvalue_im = {1, 2};
+  points.confidence = {0, 255};
+  points.second = {1};
+  points.second_state = points.second_input = points.second_re = points.second_im = {1};
+  points.second_verdict = {0};
+  CHECK_NOTHROW((void)points_from(as_bytes(points), sizes));
+  const auto refused = [&](const auto& change) {
+    LinePoints other = points;
+    change(other);
+    return contains(refusal<std::runtime_error>([&] { (void)points_from(as_bytes(other), sizes); }),
+                    "does not fit the sweep");
+  };
+  CHECK(refused([](LinePoints& p) { p.state.resize(1000); }));
+  CHECK(refused([](LinePoints& p) { p.second_im.clear(); }));
+  CHECK(refused([](LinePoints& p) { p.confidence.pop_back(); }));
+  CHECK(refused([](LinePoints& p) { p.reason[1] = -1; }));
+  CHECK(refused([](LinePoints& p) { p.reason[1] = 1; }));
+  CHECK(refused([](LinePoints& p) { p.second[0] = 2; }));
+  CHECK(refused([](LinePoints& p) { p.status[0] = 100; }));
+
+  LineVerdicts verdicts;
+  verdicts.crossings = {{0, 1, {0.2, 3}, 1e-9, CrossingKind::hopf, 0, 2, 3.5, -1, ""}};
+  verdicts.intervals = {{0, 0, {0.1, 6}, 0.1, 0.15, IntervalVerdict::unstable, 1, 0.5, 0.125}};
+  CHECK_NOTHROW((void)verdicts_from(as_bytes(verdicts), sizes));
+  const auto refused_verdicts = [&](const LineVerdicts& other) {
+    return contains(
+        refusal<std::runtime_error>([&] { (void)verdicts_from(as_bytes(other), sizes); }),
+        "does not fit the sweep");
+  };
+  LineVerdicts other = verdicts;
+  other.crossings[0].axis = 2;
+  CHECK(refused_verdicts(other));
+  other = verdicts;
+  other.crossings[0].mode = 1;
+  CHECK(refused_verdicts(other));
+  other = verdicts;
+  other.intervals[0].at = {0.1};
+  CHECK(refused_verdicts(other));
 }
