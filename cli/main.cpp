@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <new>
 #include <system_error>
 
 #include "cli/commands.hpp"
@@ -184,6 +185,14 @@ int run_program(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     return tiltrim::cli::run_program(argc, argv);
+  } catch (const std::bad_alloc&) {  // to format a message would take memory
+    std::fputs("tiltrim: not enough memory for:", stderr);
+    for (int i = 1; i < argc; ++i) {
+      std::fputc(' ', stderr);
+      std::fputs(argv[i], stderr);
+    }
+    std::fputc('\n', stderr);
+    return tiltrim::cli::bad_input;
   } catch (const std::exception& e) {
     fmt::print(stderr, "tiltrim: {}\n", e.what());
     return tiltrim::cli::bad_input;

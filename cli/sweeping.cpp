@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
@@ -23,6 +24,15 @@ std::string in_words(const SweepProgress& p) {
 
 bool is_netcdf(const std::filesystem::path& file) { return file.extension() == ".nc"; }
 
+// "2 conditions, K_Lp 1000 x k_de 1000 points"
+std::string size_in_words(const std::vector<Condition>& conditions, const SweepTable& grid) {
+  std::string axes;
+  for (const SweepAxis& axis : grid.axes)
+    axes += fmt::format("{}{} {}", axes.empty() ? "" : " x ", axis.name, axis.size());
+  return fmt::format("{} condition{}, {} points", conditions.size(),
+                     conditions.size() == 1 ? "" : "s", axes);
+}
+
 }  // namespace
 
 SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
@@ -42,6 +52,9 @@ SweepMap swept(const Study& study, const std::vector<Condition>& conditions, con
     return map;
   } catch (const std::invalid_argument& e) {
     throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+  } catch (const std::bad_alloc&) {
+    throw StudyError(fmt::format("{}: not enough memory for a map of {}; expected fewer points",
+                                 study.file.string(), size_in_words(conditions, grid)));
   }
 }
 

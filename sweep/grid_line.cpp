@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <new>
 #include <stdexcept>
 
 #include "linearize/batch.hpp"
@@ -33,6 +34,8 @@ std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoi
     const Values v = values(problem, unknowns_of(problem, problem.base));
     if (!(v.residual.lpNorm<Eigen::Infinity>() <= round_off)) return {};
     return equilibrium_at(line.sweep, problem.base);
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {  // settle() has been refused, too
     return {};
   }

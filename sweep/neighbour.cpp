@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <new>
 
 #include "dense/dense.hpp"
 #include "model/differentiate.hpp"
@@ -169,6 +170,8 @@ bool settle(const Prepared& s, GridTrim& e) {
     found = s.problem.square() && (s.problem.n() <= dense::small_size
                                        ? newton<dense::SmallMatrix, dense::SmallVector>(s, e)
                                        : newton<MatrixXd, VectorXd>(s, e));
+  } catch (const std::bad_alloc&) {
+    throw;  // no answer of the model's
   } catch (const std::exception& thrown) {
     e.message = thrown.what();
   }
@@ -213,6 +216,8 @@ std::optional<GridTrim> settle(const Prepared& s, const OperatingPoint& numbers,
   try {
     e.at = here;
     if (!keep_outputs(s, outputs_of(s.model(), from), e.at)) return {};
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception&) {  // settle() has kept its words
     return {};
   }
