@@ -14,6 +14,7 @@
 #include <string>
 
 #include "tests/check.hpp"
+#include "tests/forged_map.hpp"
 #include "tests/program.hpp"
 
 namespace {
@@ -839,6 +840,46 @@ TEST_CASE("diff: maps that cannot be compared, and what is no map: exit 2") {
   check_refused(scratch, "diff c.nc b.nc", {"cannot be compared: axes"});
   for (const std::string file : {"cut.nc", "empty.nc", "a.toml", "folder", "none.nc"})
     check_refused(scratch, "diff a.nc " + file, {"tiltrim: " + file + ": "});
+}
+
+TEST_CASE("diff, report: a forged map, its checksums holding, is read or refused by name") {
+  const Scratch scratch("sweep-forged");
+  scratch.write("s.toml", "[report]\nflight = \"skip\"\naudit = \"skip\"\n" +
+                              condition("level", 15, 0, 0) + axis("gains.K_Lp", 0.05, 5.0, 3));
+  REQUIRE(run(scratch, "sweep s.toml -o map.nc").exit_code == 0);
+  const std::string whole = slurp(scratch.path / "map.nc");
+  const auto pieces = hdf5_pieces(whole);
+  std::mt19937_64 random(18);
+  const auto draw = [&] { return std::uint16_t(random()); };
+  int crashes = 0;
+  for (int trial = 0; trial < trials(40); ++trial) {
+    const Forgery change{draw(), draw(), std::uint8_t(draw()), std::uint8_t(draw()), draw()};
+    scratch.write("forged.nc", forged(whole, pieces, {change}));
+    for (const char* command : {"diff map.nc forged.nc", "report s.toml --sweep forged.nc"}) {
+      if (trial % 10 > 0 && command[0] == 'r') continue;  // takes longer, reads the same
+      const Ran ran = run(scratch, command);
+      CAPTURE(ran.err);
+      REQUIRE((ran.exit_code >= 0 && ran.exit_code <= 2));
+      const bool named = ran.exit_code == 2 ? says(ran.err, "forged.nc: ") : ran.err.empty();
+      REQUIRE(named);
+      crashes += says(ran.err, "the NetCDF library crashes (");
+    }
+  }
+  CHECK((sanitized || crashes > 0));
+}
+
+TEST_CASE("memory that runs out: the program says for what, and leaves no map") {
+  if (sanitized) return;  // whose shadow takes all the address space there is
+  const Scratch scratch("sweep-memory");
+  scratch.write("s.toml", condition("level", 15, 0, 0) + axis("gains.K_Lp", 0.05, 5.0, 4000) +
+                              axis("gains.k_de", 0.05, 5.0, 4000));
+  const Ran ran = run(scratch, "sweep s.toml -o map.nc --threads 1", {"ulimit -v 900000;"});
+  CHECK(ran.exit_code == 2);
+  CHECK(
+      ran.err ==
+      "tiltrim: s.toml: not enough memory for a map of 1 condition, K_Lp 4000 x k_de 4000 points; "
+      "expected fewer points\n");
+  CHECK(!fs::exists(scratch.path / "map.nc"));
 }
 
 TEST_CASE("standard output that is full or closed, standard error that is closed") {
