@@ -72,79 +72,70 @@ Gains gains_at(const Flight& flight, double eta) {
 
 bool elevator_side(const Aircraft& aircraft, double eta) { return eta < aircraft.cyclic_off; }
 
-FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
-                         const FlightState& x) {
-  const Aircraft& a = flight.vehicle.aircraft;
-  const Limits& limits = flight.vehicle.limits;
-  const ActuatorRates& fastest = flight.rates;
-  const Wind wind = flight.wind ? flight.wind(t) : Wind{};
-  const Disturbance added = flight.disturbance ? flight.disturbance(t) : Disturbance{};
+namespace {
 
-  FlightPoint at{};
+// The commands, disturbed, the tilt, and the velocity through the air.
+void set_command(const Flight& flight, double t, const FlightState& x, const Disturbance& added,
+                 FlightPoint& at) {
   at.command = flight.schedule.command(t, x.height);
   at.command.V += added.V;
   at.command.gamma += added.gamma;
-  at.eta = std::isinf(fastest.eta) ? at.command.eta : x.eta;
-  const double s = share_of_cyclic(flight, mode, at.eta);
-  const Gains k = gains_at(flight, at.eta);
-
+  at.eta = std::isinf(flight.rates.eta) ? at.command.eta : x.eta;
   const auto [V, alpha, gamma] = air_of(flight, x, at.command.gamma);
   at.V = V;
   at.alpha = alpha;
   at.gamma = gamma;
-  const double V_err = at.command.V - V;
-  const SinCos<double> pitch = sin_cos(x.theta), incidence = sin_cos(alpha),
-                       path = pitch - incidence;
-  const double sin_gamma_err = std::sin(at.command.gamma - gamma);
-  const Sensed<double> sensed{V, V_err, path.sin, sin_gamma_err, x.theta, x.q, x.x1, x.x2};
-  const CoefficientsOf<double> C = coefficients(*flight.vehicle.polar, alpha);
+}
 
-  // What the law asks for, what the limits leave, what has followed by now.
-  const RotorCommand<double> rotor = rotor_command(sensed, C.CD, s, a, k);
-  at.asked.theta0 = rotor.theta0 + added.theta0;
-  at.asked.a1s = rotor.a1s + added.a1s;
-  const double theta0 = limited(at.asked.theta0, limits.theta0);
-  const double a1s = limited(at.asked.a1s, limits.a1s);
-  at.used.theta0 = std::isinf(fastest.theta0) ? theta0 : x.theta0;
-  at.used.a1s = std::isinf(fastest.a1s) ? a1s : x.a1s;
+// The wind, and its rate along the path, which takes from the speed through the air.
+struct WindOnPath {
+  WindOnPath(const Wind& now, const SinCos<double>& flown)
+      : wind(now), path(flown), against(wind.forward_rate * path.cos + wind.up_rate * path.sin) {}
+  Wind wind;
+  SinCos<double> path;
+  double against;
+};
 
-  const Flow<double> air = flow(V, incidence, C, x.q, at.used.theta0, at.used.a1s, at.eta, a);
-  const double against = wind.forward_rate * path.cos + wind.up_rate * path.sin;
-  at.V_rate = mode.on_ground ? 0.0 : speed_rate(air, path.sin, a) - against;
-  const auto [He, Le] = energy_errors(sensed, at.V_rate, a, k);
-  at.He = He;
-  at.Le = Le;
-  at.asked.delta_e = elevator_command(sensed, Le, s, k) + added.delta_e;
-  const double delta_e = limited(at.asked.delta_e, limits.delta_e);
-  at.used.delta_e = std::isinf(fastest.delta_e) ? delta_e : x.delta_e;
-
+void set_forces(const Flow<double>& air, const Aircraft& a, FlightPoint& at) {
   at.thrust = air.thrust;
   at.lift = lift(air, at.used.delta_e, a);
   at.drag = drag(air);
   at.induced_velocity = induced_velocity(at.used.theta0, a);
   at.pitch_acceleration = pitch_acceleration(air, at.used.delta_e, a);
-  at.ground_speed = mode.on_ground ? 0.0 : V * path.cos + wind.forward;
-  at.climb_rate = mode.on_ground ? 0.0 : V * path.sin + wind.up;
+}
 
-  const auto body =
-      body_acceleration(air, x.along, x.across, pitch, x.q, at.used.delta_e, a);  // body axes only
-  at.lift_off = body.u * pitch.sin - body.w * pitch.cos;
-
+// Of the integrals, which do not wind up, and of the actuators; `within` limits is what they
+// follow.
+void set_controller_rates(const Flight& flight, const FlightState& x, const Actuators& within,
+                          double s, const Gains& k, FlightPoint& at) {
+  const double excess = flight.vehicle.aircraft.thrust_excess;
+  const ActuatorRates& fastest = flight.rates;
   FlightState& rate = at.rates;
-  rate.x1 = He - unwound(at.asked.theta0 - theta0, k.K_Ei / (1 + a.thrust_excess * k.K_Ep),
-                         flight.anti_windup);
-  rate.x2 = Le - s * unwound(at.asked.a1s - a1s, k.K_Li / (1 + k.K_Lp), flight.anti_windup) -
-            (1 - s) * unwound(at.asked.delta_e - delta_e, k.K_Li, flight.anti_windup);
+  rate.x1 = at.He - unwound(at.asked.theta0 - within.theta0, k.K_Ei / (1 + excess * k.K_Ep),
+                            flight.anti_windup);
+  rate.x2 = at.Le -
+            s * unwound(at.asked.a1s - within.a1s, k.K_Li / (1 + k.K_Lp), flight.anti_windup) -
+            (1 - s) * unwound(at.asked.delta_e - within.delta_e, k.K_Li, flight.anti_windup);
   rate.eta = follow_rate(at.command.eta, x.eta, fastest.eta, flight.lag);
-  rate.theta0 = follow_rate(theta0, x.theta0, fastest.theta0, flight.lag);
-  rate.a1s = follow_rate(a1s, x.a1s, fastest.a1s, flight.lag);
-  rate.delta_e = follow_rate(delta_e, x.delta_e, fastest.delta_e, flight.lag);
-  if (mode.on_ground) return at;
+  rate.theta0 = follow_rate(within.theta0, x.theta0, fastest.theta0, flight.lag);
+  rate.a1s = follow_rate(within.a1s, x.a1s, fastest.a1s, flight.lag);
+  rate.delta_e = follow_rate(within.delta_e, x.delta_e, fastest.delta_e, flight.lag);
+}
 
+// Of the airframe off the ground, and of the works.
+void set_motion(const Flight& flight, const FlightState& x, const Flow<double>& air,
+                const BodyAcceleration<double>& body, const WindOnPath& on_path,
+                const SinCos<double>& pitch, FlightPoint& at) {
+  const Aircraft& a = flight.vehicle.aircraft;
+  const auto& [wind, path, against] = on_path;
+  at.ground_speed = at.V * path.cos + wind.forward;
+  at.climb_rate = at.V * path.sin + wind.up;
+  FlightState& rate = at.rates;
   if (flight.axes == Axes::wind) {
-    const double across = (wind.up_rate * path.cos - wind.forward_rate * path.sin) / V;
+    const double across = (wind.up_rate * path.cos - wind.forward_rate * path.sin) / at.V;
     rate.along = at.V_rate;
-    rate.across = path_rate(air, V, path.cos, at.used.delta_e, a, Equations::consistent) - across;
+    rate.across =
+        path_rate(air, at.V, path.cos, at.used.delta_e, a, Equations::consistent) - across;
   } else {
     rate.along = body.u - wind.forward_rate * pitch.cos - wind.up_rate * pitch.sin;
     rate.across = body.w - wind.forward_rate * pitch.sin + wind.up_rate * pitch.cos;
@@ -153,9 +144,57 @@ FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
   rate.q = at.pitch_acceleration;
   rate.distance = at.ground_speed;
   rate.height = at.climb_rate;
-  rate.thrust_work = at.thrust * air.phi.cos * V / a.mass;
-  rate.drag_work = at.drag * V / a.mass;
-  rate.wind_work = a.gravity * wind.up - against * V;
+  rate.thrust_work = at.thrust * air.phi.cos * at.V / a.mass;
+  rate.drag_work = at.drag * at.V / a.mass;
+  rate.wind_work = a.gravity * wind.up - against * at.V;
+}
+
+}  // namespace
+
+FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
+                         const FlightState& x) {
+  const Aircraft& a = flight.vehicle.aircraft;
+  const Limits& limits = flight.vehicle.limits;
+  const ActuatorRates& fastest = flight.rates;
+  const Disturbance added = flight.disturbance ? flight.disturbance(t) : Disturbance{};
+
+  FlightPoint at{};
+  set_command(flight, t, x, added, at);
+  const double s = share_of_cyclic(flight, mode, at.eta);
+  const Gains k = gains_at(flight, at.eta);
+  const double V_err = at.command.V - at.V;
+  const SinCos<double> pitch = sin_cos(x.theta), incidence = sin_cos(at.alpha),
+                       path = pitch - incidence;
+  const double sin_gamma_err = std::sin(at.command.gamma - at.gamma);
+  const Sensed<double> sensed{at.V, V_err, path.sin, sin_gamma_err, x.theta, x.q, x.x1, x.x2};
+  const CoefficientsOf<double> C = coefficients(*flight.vehicle.polar, at.alpha);
+
+  // What the law asks for, what the limits leave, what has followed by now.
+  const RotorCommand<double> rotor = rotor_command(sensed, C.CD, s, a, k);
+  Actuators within{};
+  at.asked.theta0 = rotor.theta0 + added.theta0;
+  at.asked.a1s = rotor.a1s + added.a1s;
+  within.theta0 = limited(at.asked.theta0, limits.theta0);
+  within.a1s = limited(at.asked.a1s, limits.a1s);
+  at.used.theta0 = std::isinf(fastest.theta0) ? within.theta0 : x.theta0;
+  at.used.a1s = std::isinf(fastest.a1s) ? within.a1s : x.a1s;
+
+  const Flow<double> air = flow(at.V, incidence, C, x.q, at.used.theta0, at.used.a1s, at.eta, a);
+  const WindOnPath on_path(flight.wind ? flight.wind(t) : Wind{}, path);
+  at.V_rate = mode.on_ground ? 0.0 : speed_rate(air, path.sin, a) - on_path.against;
+  const auto [He, Le] = energy_errors(sensed, at.V_rate, a, k);
+  at.He = He;
+  at.Le = Le;
+  at.asked.delta_e = elevator_command(sensed, Le, s, k) + added.delta_e;
+  within.delta_e = limited(at.asked.delta_e, limits.delta_e);
+  at.used.delta_e = std::isinf(fastest.delta_e) ? within.delta_e : x.delta_e;
+
+  set_controller_rates(flight, x, within, s, k, at);
+  set_forces(air, a, at);
+  const auto body =
+      body_acceleration(air, x.along, x.across, pitch, x.q, at.used.delta_e, a);  // body axes only
+  at.lift_off = body.u * pitch.sin - body.w * pitch.cos;
+  if (!mode.on_ground) set_motion(flight, x, air, body, on_path, pitch, at);
   return at;
 }
 

@@ -60,31 +60,41 @@ constexpr const char* schedule_over_height =
     "m "
     "for 60°; the paper's 25 s of vertical climb need another schedule or a later start of it";
 
-}  // namespace
+constexpr double climb_from = 5.0, climb_to = 25.0, whole = 90.0;  // s, as the paper has them
 
-std::vector<PaperFact> paper_facts(const FlightTable& table) {
-  const Flown flown(table);
-  constexpr double climb_from = 5.0, climb_to = 25.0, whole = 90.0;  // s, as the paper has them
-  std::vector<PaperFact> facts;
-  const auto say = [&](const char* figure, const char* paper, double needs, const auto& fact) {
+// What the paper says of its flight, a figure after another, and what this one has of it.
+class Facts {
+ public:
+  explicit Facts(const FlightTable& table) : flown(table) {}
+
+  // `fact` fills in the flight's part, if it lasts for as long as that needs.
+  void say(const char* figure, const char* paper, double needs, const auto& fact) {
     PaperFact f{figure, paper, {}, false, {}};
     if (flown.comes_to(needs))
       fact(f);
     else
       f.flight = fmt::format("it ends at {:.1f} s", flown.end()), f.why = "the flight ends before";
-    facts.push_back(std::move(f));
-  };
-  const auto settle = [](PaperFact& f, bool agrees, std::string why) {
-    f.agrees = agrees;
-    if (!agrees) f.why = std::move(why);
-  };
+    all.push_back(std::move(f));
+  }
 
-  say("5", "pitch swings nose up in the first 5 s", climb_from, [&](PaperFact& f) {
+  const Flown flown;
+  std::vector<PaperFact> all;
+};
+
+void settle(PaperFact& f, bool agrees, std::string why) {
+  f.agrees = agrees;
+  if (!agrees) f.why = std::move(why);
+}
+
+// Figure 5.
+void say_pitch(Facts& facts) {
+  const Flown& flown = facts.flown;
+  facts.say("5", "pitch swings nose up in the first 5 s", climb_from, [&](PaperFact& f) {
     const double up = flown.most("theta_deg", 0, climb_from) * radians;
     f.flight = fmt::format("up to {:.2f} rad", up);
     settle(f, up > 0.05, "the gains differ: the paper gives none");
   });
-  say("5", "pitch near 0.2 rad in the climb", climb_to, [&](PaperFact& f) {
+  facts.say("5", "pitch near 0.2 rad in the climb", climb_to, [&](PaperFact& f) {
     const double from = flown.least("theta_deg", climb_from, climb_to) * radians;
     const double to = flown.most("theta_deg", climb_from, climb_to) * radians;
     f.flight = fmt::format("{:.2f} to {:.2f} rad from 5 to 25 s", from, to);
@@ -92,19 +102,24 @@ std::vector<PaperFact> paper_facts(const FlightTable& table) {
            "the trim itself leans back: 0.29 rad at the foot and more on the way up, where hub "
            "offset and wake fix the cyclic; the paper's hub data, wake and polar are not known");
   });
-  say("5", "pitch rises in the transition, 25 to 30 s", 30.0, [&](PaperFact& f) {
+  facts.say("5", "pitch rises in the transition, 25 to 30 s", 30.0, [&](PaperFact& f) {
     const double before = flown.at("theta_deg", climb_to) * radians;
     const double most = flown.most("theta_deg", climb_to, 35.0) * radians;
     f.flight = fmt::format("from {:.2f} to {:.2f} rad between 25 and 35 s", before, most);
     settle(f, most > before + 0.02, "the elevator takes over without a bump");
   });
-  say("5", "pitch settles near 0.15 rad in level flight", whole, [&](PaperFact& f) {
+  facts.say("5", "pitch settles near 0.15 rad in level flight", whole, [&](PaperFact& f) {
     const double theta = flown.at("theta_deg", whole) * radians;
     f.flight = fmt::format("{:.3f} rad at 90 s", theta);
     settle(f, std::abs(theta - 0.15) < 0.05,
            "at 15 m/s this polar carries the weight at 0.03 rad; the paper's polar is only drawn");
   });
-  say("5", "path within 0.8 to 1.5 rad in the climb", climb_to, [&](PaperFact& f) {
+}
+
+// Figures 5 and 6.
+void say_path_and_speed(Facts& facts) {
+  const Flown& flown = facts.flown;
+  facts.say("5", "path within 0.8 to 1.5 rad in the climb", climb_to, [&](PaperFact& f) {
     const double from = flown.least("gamma_deg", climb_from, climb_to) * radians;
     const double to = flown.most("gamma_deg", climb_from, climb_to) * radians;
     f.flight = fmt::format("{:.2f} to {:.2f} rad from 5 to 25 s", from, to);
@@ -113,29 +128,34 @@ std::vector<PaperFact> paper_facts(const FlightTable& table) {
                "the path comes to its command only as the integral x2 comes to its trim; and ") +
                schedule_over_height);
   });
-  say("5", "path to 0 in level flight", whole, [&](PaperFact& f) {
+  facts.say("5", "path to 0 in level flight", whole, [&](PaperFact& f) {
     const double gamma = flown.at("gamma_deg", whole) * radians;
     f.flight = fmt::format("{:.4f} rad at 90 s", gamma);
     settle(f, std::abs(gamma) < 0.01, "not settled by 90 s");
   });
-  say("6", "2 m/s up in the climb", climb_to, [&](PaperFact& f) {
+  facts.say("6", "2 m/s up in the climb", climb_to, [&](PaperFact& f) {
     const double done = std::min(climb_to, flown.passes(20.0));
     const double from = flown.least("climb_rate", climb_from, done);
     const double to = flown.most("climb_rate", climb_from, done);
     f.flight = fmt::format("{:.2f} to {:.2f} m/s from 5 s to 20 m", from, to);
     settle(f, from > 1.9 && to < 2.1, "the gains differ: the paper gives none");
   });
-  say("6", "no speed forward for the first 25 s", climb_to, [&](PaperFact& f) {
+  facts.say("6", "no speed forward for the first 25 s", climb_to, [&](PaperFact& f) {
     const double most = flown.most("ground_speed", 0, climb_to);
     f.flight = fmt::format("up to {:.1f} m/s", most);
     settle(f, most < 0.5, schedule_over_height);
   });
-  say("6", "then forward to 15 m/s", whole, [&](PaperFact& f) {
+  facts.say("6", "then forward to 15 m/s", whole, [&](PaperFact& f) {
     const double speed = flown.at("ground_speed", whole);
     f.flight = fmt::format("{:.2f} m/s at 90 s", speed);
     settle(f, std::abs(speed - 15) < 0.2, "not settled by 90 s");
   });
-  say("7", "He and Le change most in the transition", 45.0, [&](PaperFact& f) {
+}
+
+// Figures 7 to 9.
+void say_energy_and_way(Facts& facts) {
+  const Flown& flown = facts.flown;
+  facts.say("7", "He and Le change most in the transition", 45.0, [&](PaperFact& f) {
     const double start = flown.largest("He", 0, climb_from);
     const double transition = flown.largest("He", climb_to, 45.0);
     const double Le = flown.largest("Le", climb_to, 45.0),
@@ -146,33 +166,42 @@ std::vector<PaperFact> paper_facts(const FlightTable& table) {
     settle(f, transition > start && Le > Le_start,
            "at rest the law asks for 2 m/s at once, which is the largest error of the flight");
   });
-  say("7", "He and Le return to zero", whole, [&](PaperFact& f) {
+  facts.say("7", "He and Le return to zero", whole, [&](PaperFact& f) {
     const double He = flown.at("He", whole), Le = flown.at("Le", whole);
     f.flight = fmt::format("{:.4f} and {:.4f} at 90 s", He, Le);
     settle(f, std::abs(He) < 0.01 && std::abs(Le) < 0.01, "not settled by 90 s");
   });
-  say("8", "just under 1000 m flown at 90 s", whole, [&](PaperFact& f) {
+  facts.say("8", "just under 1000 m flown at 90 s", whole, [&](PaperFact& f) {
     const double distance = flown.at("distance", whole);
     f.flight = fmt::format("{:.0f} m", distance);
     settle(f, distance > 850 && distance < 1000, "the speed schedule is not in the paper");
   });
-  say("9", "about 55 m climbed before the transition at 25 s", climb_to, [&](PaperFact& f) {
+  facts.say("9", "about 55 m climbed before the transition at 25 s", climb_to, [&](PaperFact& f) {
     const double height = flown.at("height", climb_to);
     f.flight = fmt::format("{:.1f} m at 25 s", height);
     settle(f, std::abs(height - 55) < 10, "2 m/s for 25 s are 50 m; our climb begins at rest");
   });
-  say("9", "the transition climbs faster", 45.0, [&](PaperFact& f) {
+  facts.say("9", "the transition climbs faster", 45.0, [&](PaperFact& f) {
     const double most = flown.most("climb_rate", climb_to, 45.0);
     f.flight = fmt::format("up to {:.1f} m/s", most);
     settle(f, most > 2.2, "no faster than the climb");
   });
-  say("9", "level between 120 and 180 m", whole, [&](PaperFact& f) {
+  facts.say("9", "level between 120 and 180 m", whole, [&](PaperFact& f) {
     const double height = flown.at("height", whole);
     f.flight = fmt::format("{:.1f} m at 90 s", height);
     settle(f, height >= 120 && height <= 180,
            "(16) turns level from below and comes to 120 m ever more slowly");
   });
-  return facts;
+}
+
+}  // namespace
+
+std::vector<PaperFact> paper_facts(const FlightTable& table) {
+  Facts facts(table);
+  say_pitch(facts);
+  say_path_and_speed(facts);
+  say_energy_and_way(facts);
+  return facts.all;
 }
 
 }  // namespace tiltrim
