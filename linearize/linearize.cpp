@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "dense/dense.hpp"
+#include "dense/newton_step.hpp"
+#include "model/among.hpp"
 
 namespace tiltrim {
 
@@ -70,7 +71,7 @@ std::string left_over(const Model& model, const LinearizeOptions& options, Linea
   linear.residual = 0.0;
   for (Index i = 0; i < linear.rates.size(); ++i) {
     const Signal& s = model.states[std::size_t(i)];
-    if (std::ranges::find(options.moving, s.name) != options.moving.end()) continue;
+    if (among(options.moving, s.name)) continue;
     const double scaled = std::abs(linear.rates[i]) / s.nominal;
     linear.residual = std::isfinite(scaled) ? std::max(linear.residual, scaled) : scaled;
     if (!(scaled <= options.tolerance))
@@ -133,13 +134,8 @@ std::vector<std::string> not_determined(const Estimate& e, const Model& model, c
   return words;
 }
 
-bool same_bits(const Evaluation& a, const Evaluation& b) {
-  const auto same = [](const VectorXd& x, const VectorXd& y) {
-    return x.size() == y.size() &&
-           (x.size() == 0 ||
-            std::memcmp(x.data(), y.data(), std::size_t(x.size()) * sizeof(double)) == 0);
-  };
-  return same(a.rates, b.rates) && same(a.outputs, b.outputs);
+bool same_answer(const Evaluation& a, const Evaluation& b) {
+  return dense::same_bits(a.rates, b.rates) && dense::same_bits(a.outputs, b.outputs);
 }
 
 // Newton's step to the nearest equilibrium, in the states' units: of those that are to be at rest.
@@ -149,11 +145,7 @@ VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>
   MatrixXd J = linear.A(still, Eigen::all) * size.asDiagonal();
   const MatrixXd error = linear.A_error(still, Eigen::all) * size.asDiagonal();
   J = (J.array().abs() > error.array()).select(J, 0.0);
-  const VectorXd length = J.rowwise().lpNorm<Eigen::Infinity>();
-  const VectorXd over = (length.array() > 0).select(length.cwiseInverse(), 0.0);
-  const VectorXd rates = linear.rates(still);
-  const VectorXd step = dense::solve(dense::svd(over.asDiagonal() * J), -over.cwiseProduct(rates));
-  return size.cwiseProduct(step);
+  return size.cwiseProduct(dense::newton_step(J, linear.rates(still)));
 }
 
 // Rates that are small only because their slopes are: Newton would go far, and the rates are no
@@ -163,9 +155,7 @@ std::string only_small(const Model& model, const LinearModel& linear,
   constexpr double far = 0.1;  // nominal sizes
   std::vector<Index> still;
   for (Index i = 0; i < std::ssize(linear.states); ++i)
-    if (std::ranges::find(options.moving, linear.states[std::size_t(i)].name) ==
-        options.moving.end())
-      still.push_back(i);
+    if (!among(options.moving, linear.states[std::size_t(i)].name)) still.push_back(i);
   if (still.empty() || linear.residual == 0 || std::isinf(options.tolerance)) return {};
   const VectorXd size = nominals(linear.states);
   const VectorXd step = step_to_equilibrium(linear, still);
@@ -231,7 +221,7 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
 
   const std::string unsteady =
       "the model gives two answers at one point: it keeps state, or draws random numbers";
-  if (!same_bits(e, evaluate(model, linear.point)) &&
+  if (!same_answer(e, evaluate(model, linear.point)) &&
       refused(LinearizeStatus::not_repeatable, unsteady))
     return;
   const Differences d = difference(model, linear.point, selection.variables, bounds);
@@ -239,7 +229,7 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   Estimate all = use_exact ? exact(model, linear.point, selection.variables) : d.jacobian;
   linear.method = use_exact ? Method::exact : Method::differences;
   linear.remarks = d.remarks;
-  if (!same_bits(e, evaluate(model, linear.point)) &&
+  if (!same_answer(e, evaluate(model, linear.point)) &&
       refused(LinearizeStatus::not_repeatable, unsteady))
     return;
   const Index n = std::ssize(linear.states);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/among.hpp"
 #include "study/analyses.hpp"
 
 namespace tiltrim {
@@ -15,10 +16,6 @@ double between(const Range& range, double own) {
   if (std::isfinite(range.lower) && std::isfinite(range.upper))
     return 0.5 * (range.lower + range.upper);
   return std::clamp(own, range.lower, range.upper);
-}
-
-bool among(const std::vector<std::string>& all, const std::string& name) {
-  return std::ranges::find(all, name) != all.end();
 }
 
 }  // namespace

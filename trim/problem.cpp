@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "model/among.hpp"
 #include "model/differentiate.hpp"
 
 namespace tiltrim {
@@ -108,16 +109,12 @@ void add_unknowns(Problem& p, const TrimSpec& spec) {
     p.nominal[k] = signal_of(p.model, p.unknowns[std::size_t(k)]).nominal;
 }
 
-bool named(const std::vector<std::string>& all, const std::string& name) {
-  return std::ranges::find(all, name) != all.end();
-}
-
 // Where nobody says which states are steady, all are of which nothing else is said.
 std::vector<std::string> steady_states(const Model& model, const TrimSpec& spec) {
   if (!spec.steady.empty()) return spec.steady;
   std::vector<std::string> steady;
   for (const Signal& s : model.states)
-    if (!spec.rates.contains(s.name) && !named(spec.implied, s.name) && !named(spec.moving, s.name))
+    if (!spec.rates.contains(s.name) && !among(spec.implied, s.name) && !among(spec.moving, s.name))
       steady.push_back(s.name);
   return steady;
 }
@@ -126,7 +123,7 @@ void add_rates(Problem& p, const TrimSpec& spec) {
   std::map<std::string, double> held = spec.rates;
   for (const std::string& name : spec.moving) {
     (void)index_of(p.model.states, name, "state");
-    if (named(spec.steady, name) || held.contains(name) || named(spec.implied, name))
+    if (among(spec.steady, name) || held.contains(name) || among(spec.implied, name))
       throw std::invalid_argument(fmt::format("the rate of '{}' is free and held", name));
   }
   for (const std::string& name : steady_states(p.model, spec))
@@ -230,7 +227,7 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
   const std::vector<std::string> steady = steady_states(model, spec);
   std::vector<std::string> moving;
   for (const Signal& s : model.states)
-    if (!named(steady, s.name) && !named(spec.implied, s.name) && !spec.rates.contains(s.name))
+    if (!among(steady, s.name) && !among(spec.implied, s.name) && !spec.rates.contains(s.name))
       moving.push_back(s.name);
   return moving;
 }

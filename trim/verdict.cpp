@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "dense/dense.hpp"
+#include "dense/newton_step.hpp"
 
 namespace tiltrim {
 
@@ -41,12 +41,6 @@ void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResul
   }
 }
 
-bool same_bits(const VectorXd& a, const VectorXd& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 ||
-          std::memcmp(a.data(), b.data(), std::size_t(a.size()) * sizeof(double)) == 0);
-}
-
 // The unknowns that may move without the equations noticing, the freest first.
 std::string free_directions(const Problem& p, const MatrixXd& directions) {
   constexpr double involved = 0.1;  // of the freest one's share
@@ -66,18 +60,11 @@ MatrixXd without_stiffness(const MatrixXd& J) {
   return J.rowwise().norm().cwiseMax(1.0).cwiseInverse().asDiagonal() * J;
 }
 
-// Newton's step were every equation's slope of length one.
-VectorXd step_to_zero(const MatrixXd& J, const VectorXd& residual) {
-  const VectorXd length = J.rowwise().lpNorm<Eigen::Infinity>();
-  const VectorXd over = (length.array() > 0).select(length.cwiseInverse(), 0.0);
-  return dense::solve(dense::svd(over.asDiagonal() * J), -over.cwiseProduct(residual));
-}
-
 // How far away a zero would be where the residual is small only because its slopes are: it is no
 // larger a good way off. Else 0.
 double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, const MatrixXd& J) {
   constexpr double far = 0.1;  // nominal sizes
-  const VectorXd step = step_to_zero(J, v.residual);
+  const VectorXd step = dense::newton_step(J, v.residual);
   const double away = step.norm();
   if (!(away > far)) return 0.0;
   const Values there = values(p, z + far / away * step);
@@ -165,7 +152,7 @@ TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimO
   r.rates = v.rates;
   r.outputs = outputs(p, r.point);
   note_limits(p, z, v, r);
-  if (!same_bits(v.residual, again.residual)) {
+  if (!dense::same_bits(v.residual, again.residual)) {
     r.status = TrimStatus::not_repeatable;
     r.message = "the model gives two answers at one point: it keeps state, or draws random numbers";
     return r;
