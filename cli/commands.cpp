@@ -35,6 +35,11 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
   return conditions;
 }
 
+Study read_study(const std::filesystem::path& file) {
+  const Reading now;
+  return load_study(file);
+}
+
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
   std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
   for (const Condition& c : conditions) identity += " " + c.name;
@@ -106,7 +111,7 @@ ConditionReport linearized(const Study& study, const Condition& condition,
 }
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   TrimOptions options = command.options;
   options.stop = stop;
   std::vector<ConditionReport> reports;
@@ -122,7 +127,7 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
 
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check_model_files(command.models, command.common.study, command.common.output);
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   TrimOptions trimming = command.options;
   trimming.stop = stop;
   LinearizeOptions options;
@@ -160,7 +165,7 @@ static FollowTable asked(const FollowCommand& command, const Study& study) {
 }
 
 Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   const FollowTable what = asked(command, study);
   if (what.parameter.signal == "eta" && !study.schedule.eta.empty())
     throw StudyError(
@@ -230,7 +235,7 @@ static std::vector<double> rows_of(const EnvelopeTable& table, bool own) {
 }
 
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   const EnvelopeTable table = asked(command, study);
   std::vector<EnvelopeAnswer> envelopes;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
@@ -254,7 +259,7 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
 
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   std::vector<Key> keys;
   for (const std::string& name : command.parameters)
     keys.push_back(key_among(keys_of(study), name));
@@ -307,7 +312,7 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
   if (!bode.empty() && !output.empty() &&
       absolute(bode).lexically_normal() == absolute(output).lexically_normal())
     throw StudyError("--bode and --output are one file; expected two");
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   check_loops(command.options.actuators, study);
   if (!bode.empty()) check_writable(bode);
   std::vector<LoopsAnswer> conditions;
@@ -333,7 +338,7 @@ Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_
   if (command.study.empty()) {
     vehicle = reference_vehicle();
   } else {
-    const Study study = load_study(command.study);
+    const Study study = read_study(command.study);
     if (study.user_model)
       throw StudyError(
           fmt::format("{}: the tables are of the paper's tiltrotor; expected a study "

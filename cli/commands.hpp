@@ -166,6 +166,8 @@ std::string in_format(Format format, const Json& json, const Csv& csv, const Tex
   return text();
 }
 
+/// load_study(), which the first signal ends.
+Study read_study(const std::filesystem::path& file);
 /// The conditions asked for by name, in the study's order. Throws StudyError with all names.
 std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only);
 /// What decides the numbers of a run that can be taken up again: a log is for the same alone.

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -183,6 +184,7 @@ int run_program(int argc, char** argv) {
 }  // namespace tiltrim::cli
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);              // a write beyond the limit of size fails, and says so
   try {
     return tiltrim::cli::run_program(argc, argv);
   } catch (const std::bad_alloc&) {  // to format a message would take memory

@@ -13,6 +13,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "cli/terminal.hpp"
+
 namespace tiltrim::cli {
 
 using Eigen::Index;
@@ -50,6 +52,7 @@ namespace {
 constexpr std::size_t largest_file = std::size_t{64} << 20;  // bytes
 
 std::string bytes_of(const std::filesystem::path& file, const std::string& name) {
+  const Reading now;
   const bool standard = file == "-";
   std::error_code ignored;
   if (!standard && std::filesystem::is_directory(file, ignored))

@@ -166,7 +166,7 @@ bool wants_flight(const Study& study) {
 
 StudyReport computed(const ReportCommand& command, const std::stop_token& stop) {
   StudyReport report{
-      load_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}, {}};
+      read_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}, {}};
   const Study& study = report.study;
   for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
   TrimOptions trimming;

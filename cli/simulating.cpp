@@ -14,6 +14,7 @@
 #include "model/degrees.hpp"
 #include "report/flights.hpp"
 #include "report/motions.hpp"
+#include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 
@@ -257,7 +258,7 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
                 const std::stop_token& stop) {
   MonteCarloOptions options;
   options.threads = command.threads;
-  options.log = command.log;
+  options.log = filing::target_of(command.log);
   options.identity = identity_of(study, study.conditions);
   options.stop = stop;
   Progress progress(1);
@@ -276,7 +277,7 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
     print_whole(text);
   else
     write_whole(command.common.output, text);
-  if (!run.interrupted && !command.log.empty()) fs::remove(command.log);
+  if (!run.interrupted && !command.log.empty()) fs::remove(options.log);
   return {"", code, true};
 }
 
@@ -297,7 +298,7 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
 
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   if (!study.user_model) (void)offsets_of(command.response, flight_keys());
   try {
     return simulated(command, study, style, stop);

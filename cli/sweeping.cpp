@@ -8,6 +8,7 @@
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
 #include "report/sweeps.hpp"
+#include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/map.hpp"
@@ -59,7 +60,7 @@ SweepMap swept(const Study& study, const std::vector<Condition>& conditions, con
 }
 
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   if (!study.sweep)
     throw StudyError(
         fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
@@ -68,7 +69,8 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   if (std::isnan(command.checkpoint))
     throw std::invalid_argument("--checkpoint: nan is no number of seconds");
   const std::filesystem::path& output = command.common.output;
-  const std::filesystem::path log = output.string() + ".log";
+  // One log whatever link leads to the output.
+  const std::filesystem::path log = filing::target_of(output).string() + ".log";
   SweepMap map;
   try {
     const std::vector<Condition> conditions = chosen(study, command.common.only);

@@ -1,15 +1,17 @@
 #include "cli/terminal.hpp"
 
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
+
+#include "runtime/whole_file.hpp"
 
 namespace tiltrim::cli {
 
@@ -76,28 +78,21 @@ sigset_t stopping_signals() {
   return set;
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& file, int error) {
-  throw std::runtime_error(fmt::format("{}: {}", file.string(), std::strerror(error)));
-}
+using filing::refuse;
+using filing::target_of;
+
+// The signal that came; whether a file is being read.
+std::atomic<int> arrived = 0;
+std::atomic<bool> reading = false;
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
 
-// 0, or the errno of the step that failed.
-int write_and_sync(int fd, const std::string& text) {
-  for (std::size_t done = 0; done < text.size();) {
-    const ssize_t n = ::write(fd, text.data() + done, text.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    done += std::size_t(n);
-  }
-  return ::fsync(fd) == 0 || errno == EINVAL || errno == EROFS ? 0 : errno;
-}
-
 }  // namespace
 
 Interrupt::Interrupt() {
+  arrived = 0;
   const sigset_t set = stopping_signals();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   watcher_ = std::jthread([this, set](const std::stop_token& ended) {
@@ -105,8 +100,8 @@ Interrupt::Interrupt() {
     while (!ended.stop_requested()) {
       const int got = sigtimedwait(&set, nullptr, &tick);
       if (got <= 0) continue;
-      if (signal_ != 0) std::_Exit(128 + got);
-      signal_ = got;
+      const bool again = arrived.exchange(got) != 0;
+      if (again || reading) std::_Exit(128 + got);
       source_.request_stop();
     }
   });
@@ -118,6 +113,15 @@ Interrupt::~Interrupt() {
   const sigset_t set = stopping_signals();
   pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
+
+int Interrupt::signal() const { return arrived; }
+
+Reading::Reading() {
+  reading = true;
+  if (const int signal = arrived; signal != 0) std::_Exit(128 + signal);
+}
+
+Reading::~Reading() { reading = false; }
 
 void check_apart(const std::filesystem::path& file, const std::string& name,
                  const std::filesystem::path& other, const std::string& other_name) {
@@ -132,13 +136,15 @@ void check_apart(const std::filesystem::path& file, const std::string& name,
 }
 
 void check_writable(const std::filesystem::path& file) {
-  if (std::filesystem::is_directory(file)) refuse(file, EISDIR);
-  if (std::filesystem::exists(file) && !std::filesystem::is_regular_file(file))
+  if (const int error = filing::name_error(file); error != 0 && error != ENOTDIR)
+    refuse(file, error);
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
     throw std::runtime_error(
         fmt::format("{}: is no regular file; a file is written beside and renamed, > {} takes text",
                     file.string(), file.string()));
-  const std::filesystem::path folder = folder_of(file);
-  if (!std::filesystem::is_directory(folder)) refuse(folder, ENOENT);
+  const std::filesystem::path folder = folder_of(target_of(file));
+  if (!std::filesystem::is_directory(folder, ignored)) refuse(folder, ENOENT);
   if (::access(folder.c_str(), W_OK | X_OK) != 0) refuse(folder, errno);
 }
 
@@ -146,8 +152,11 @@ void check_folder(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   if (folder.empty()) return;
   fs::path there = folder;
-  while (!there.empty() && !fs::exists(there)) there = there.parent_path();
-  if (!there.empty() && !fs::is_directory(there))
+  if (const int error = filing::name_error(folder); error == ENAMETOOLONG || error == ELOOP)
+    refuse(folder, error);
+  std::error_code ignored;
+  while (!there.empty() && !fs::exists(there, ignored)) there = there.parent_path();
+  if (!there.empty() && !fs::is_directory(there, ignored))
     throw std::runtime_error(fmt::format("{}: Not a directory", there.string()));
   check_writable(there / "figures.gp");
 }
@@ -160,23 +169,14 @@ void make_folder(const std::filesystem::path& folder) {
 
 void write_whole(const std::filesystem::path& file, const std::string& text) {
   check_writable(file);
-  std::string beside = file.string() + ".XXXXXX";
+  const std::filesystem::path target = target_of(file);
+  std::string beside = target.string() + ".XXXXXX";
   const int fd = ::mkstemp(beside.data());
   if (fd < 0) refuse(file, errno);
   const mode_t mask = ::umask(0);
   ::umask(mask);
   ::fchmod(fd, 0666 & ~mask);
-  int error = write_and_sync(fd, text);
-  if (::close(fd) != 0 && error == 0) error = errno;
-  if (error == 0 && ::rename(beside.c_str(), file.c_str()) != 0) error = errno;
-  if (error != 0) {
-    ::unlink(beside.c_str());
-    refuse(file, error);
-  }
-  const int folder = ::open(folder_of(file).c_str(), O_RDONLY | O_DIRECTORY);
-  if (folder < 0) return;  // written and renamed; only the folder's own sync is not to be had
-  ::fsync(folder);
-  ::close(folder);
+  filing::finish(fd, beside, target, file, {std::as_bytes(std::span(text))});
 }
 
 void print_whole(const std::string& text) {

@@ -1,7 +1,6 @@
 /// What the program owes the terminal and the file system: progress, Ctrl-C, whole files.
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
@@ -44,12 +43,21 @@ class Interrupt {
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
   std::stop_token token() const { return source_.get_token(); }
-  int signal() const { return signal_; }  ///< that came; 0 if none
+  int signal() const;  ///< that came; 0 if none
 
  private:
   std::stop_source source_;
-  std::atomic<int> signal_ = 0;
   std::jthread watcher_;
+};
+
+/// While it lives the first signal ends the program at once: what reads a pipe may wait for ever,
+/// and nothing is written yet.
+class Reading {
+ public:
+  Reading();
+  ~Reading();
+  Reading(const Reading&) = delete;
+  Reading& operator=(const Reading&) = delete;
 };
 
 /// Throws std::invalid_argument if both are one file, as --gains and the study. An empty path is
@@ -62,7 +70,8 @@ void check_writable(const std::filesystem::path& file);
 void check_folder(const std::filesystem::path& folder);
 /// Makes it, and those it lies in; throws std::runtime_error "path: why".
 void make_folder(const std::filesystem::path& folder);
-/// Writes beside the file, syncs and renames, so that the file is the old one or the new one.
+/// Writes beside the file, syncs and renames, so that the file is the old one or the new one; of a
+/// symbolic link the target.
 /// Throws std::runtime_error "path: why".
 void write_whole(const std::filesystem::path& file, const std::string& text);
 /// To standard output; throws std::runtime_error if it does not take all (a full disk).

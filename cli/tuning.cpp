@@ -115,7 +115,7 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
 }  // namespace
 
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = load_study(command.common.study);
+  const Study study = read_study(command.common.study);
   if (command.seconds && std::isnan(*command.seconds))
     throw std::invalid_argument("--seconds: nan is no number of seconds");
   if (!command.gains.empty()) {

@@ -36,31 +36,62 @@ inline int write_all(int fd, std::span<const std::byte> bytes) {
   return 0;
 }
 
-/// Writes the pieces, one after another, beside `file`, syncs and renames. On any error the old
-/// file is there as it was and nothing else. Throws std::runtime_error "path: why".
-inline void write_whole(const std::filesystem::path& file,
-                        std::initializer_list<std::span<const std::byte>> pieces) {
-  if (std::filesystem::is_directory(file)) refuse(file, EISDIR);
-  // One name, so that what a killed program leaves the next one takes.
-  const std::string beside = file.string() + ".part";
-  const int fd =
-      ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
-  if (fd < 0) refuse(file, errno);
+/// The file that a name leads to, through symbolic links; the last may lead to a file that does not
+/// exist yet. A link itself only where links lead in a circle.
+inline std::filesystem::path target_of(std::filesystem::path file) {
+  constexpr int most = 40;  // as Linux follows
+  std::error_code error;
+  for (int i = 0; i < most && std::filesystem::is_symlink(file, error); ++i) {
+    const std::filesystem::path to = std::filesystem::read_symlink(file, error);
+    if (error) break;
+    file = file.parent_path() / to;  // `to` alone where it is absolute
+  }
+  return file;
+}
+
+/// 0, or the errno of why no file can be written under that name: it is too long, a folder, leads
+/// in a circle.
+inline int name_error(const std::filesystem::path& file) {
+  struct stat there {};
+  if (::stat(file.c_str(), &there) == 0) return S_ISDIR(there.st_mode) ? EISDIR : 0;
+  return errno == ENOENT ? 0 : errno;
+}
+
+/// Writes the pieces, one after another, to the open file `beside`, syncs, closes and renames it to
+/// `target`; on any error removes it. Throws std::runtime_error "name: why".
+inline void finish(int fd, const std::string& beside, const std::filesystem::path& target,
+                   const std::filesystem::path& name,
+                   std::initializer_list<std::span<const std::byte>> pieces) {
   int error = 0;
   for (const auto piece : pieces)
     if (error == 0) error = write_all(fd, piece);
   if (error == 0 && ::fsync(fd) != 0 && errno != EINVAL && errno != EROFS) error = errno;
   if (::close(fd) != 0 && error == 0) error = errno;
-  if (error == 0 && ::rename(beside.c_str(), file.c_str()) != 0) error = errno;
+  if (error == 0 && ::rename(beside.c_str(), target.c_str()) != 0) error = errno;
   if (error != 0) {
     ::unlink(beside.c_str());
-    refuse(file, error);
+    refuse(name, error);
   }
-  const std::filesystem::path parent = file.has_parent_path() ? file.parent_path() : ".";
+  const std::filesystem::path parent = target.has_parent_path() ? target.parent_path() : ".";
   const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;  // written and renamed; only the folder's own sync is not to be had
   ::fsync(folder);
   ::close(folder);
+}
+
+/// Writes the pieces, one after another, beside `file`, syncs and renames; of a symbolic link the
+/// target. On any error the old file is there as it was and nothing else. Throws std::runtime_error
+/// "path: why".
+inline void write_whole(const std::filesystem::path& file,
+                        std::initializer_list<std::span<const std::byte>> pieces) {
+  if (const int error = name_error(file); error != 0) refuse(file, error);
+  const std::filesystem::path target = target_of(file);
+  // One name, so that what a killed program leaves the next one takes.
+  const std::string beside = target.string() + ".part";
+  const int fd =
+      ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
+  if (fd < 0) refuse(file, errno);
+  finish(fd, beside, target, file, pieces);
 }
 
 /// All bytes of a regular file. Throws std::runtime_error "path: why".
