@@ -76,6 +76,7 @@ FlightReport flown(const Study& study, std::optional<long> number, const std::st
   checking.duration = report.plan.options.duration;
   report.hand_over = check_hand_over(report.plan.flight, checking);
   report.plan.options.integrate.stop = stop;
+  report.plan.options.global_error = true;
   report.flown = fly(report.plan.flight, report.plan.start, report.plan.options);
   report.table = flight_table(report.plan.flight, *report.flown);
   if (as_in_paper(study)) report.facts = paper_facts(report.table);

@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <functional>
 #include <stdexcept>
 
@@ -90,12 +91,20 @@ const std::vector<double>& FlightTable::operator[](const std::string& name) cons
 FlightTable flight_table(const Flight& flight, const FlightResult& flown) {
   FlightTable table;
   for (const Field& f : fields()) table.columns.push_back({f.name, f.unit, f.what, {}});
-  for (std::size_t k = 0; k < flown.t.size(); ++k) {
-    const FlightPoint at = flight_point(flight, flown.modes[k], flown.t[k], flown.states[k]);
-    const Instant now{flown.t[k], flown.states[k], flown.modes[k], at, flight.vehicle.aircraft};
+  const auto each = [&](double t, const FlightState& x, const FlightMode& mode, const auto& take) {
+    const FlightPoint at = flight_point(flight, mode, t, x);
+    const Instant now{t, x, mode, at, flight.vehicle.aircraft};
     for (std::size_t c = 0; c < fields().size(); ++c)
-      table.columns[c].values.push_back(fields()[c].value(now));
-  }
+      take(table.columns[c], fields()[c].value(now));
+  };
+  for (std::size_t k = 0; k < flown.t.size(); ++k)
+    each(flown.t[k], flown.states[k], flown.modes[k],
+         [](FlightColumn& column, double value) { column.values.push_back(value); });
+  // The error is as the tolerance, so that of the rough run is the difference and the error itself.
+  if (const auto& rough = flown.rough_end)
+    each(rough->t, rough->state, rough->mode, [](FlightColumn& column, double value) {
+      column.error = std::abs(value - column.values.back()) / (rough_tolerance - 1);
+    });
   return table;
 }
 

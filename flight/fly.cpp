@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
+
 
 namespace tiltrim {
 
@@ -253,8 +255,9 @@ Motion motion_of(const Flight& flight, const FlyOptions& options) {
   return motion;
 }
 
-FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOptions& options) {
-  check(flight, start, options);
+// One run of the integrator.
+static FlightResult flown_once(const Flight& flight, const FlightStart& start,
+                               const FlyOptions& options) {
   Motion motion = motion_of(flight, options);
   FlightResult result;
   const auto at = motion.at;
@@ -299,6 +302,21 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
     result.modes.push_back(mode_of(trajectory.modes[k]));
   }
   if (result.status == FlightStatus::ground_contact) touch_down(flight, options, result);
+  return result;
+}
+
+FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOptions& options) {
+  check(flight, start, options);
+  FlightResult result = flown_once(flight, start, options);
+  if (!options.global_error || !result.ended() || options.integrate.fixed_step > 0) return result;
+  FlyOptions rougher = options;
+  rougher.integrate.tolerance = rough_tolerance * options.integrate.tolerance;
+  // The longest step grows as the others do, or the two runs would agree where it alone decides.
+  rougher.integrate.longest_step *= std::pow(rough_tolerance, 1.0 / 5);
+  rougher.integrate.sample = std::numeric_limits<double>::infinity();
+  const FlightResult rough = flown_once(flight, start, rougher);
+  if (rough.status == result.status)
+    result.rough_end = FlightEnd{rough.t.back(), rough.states.back(), rough.modes.back()};
   return result;
 }
 

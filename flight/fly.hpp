@@ -4,7 +4,9 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,7 +34,13 @@ struct FlyOptions {
   double steepest = 3.0;            ///< rad of |theta|: the same
   double sinks = 3.0, rolls = 3.0;  ///< m/s down, along: a landing has no more at the ground
   double leans = 0.35;              ///< rad of |theta|: the same
+  /// Whether a second, rougher run says how far the end may be off (FlightColumn::error), for two
+  /// thirds more work.
+  bool global_error = false;
 };
+
+/// Of the second run of FlyOptions::global_error, times the first one's.
+inline constexpr double rough_tolerance = 10.0;
 
 /// What happens in flight.
 enum class FlightEventKind {
@@ -68,6 +76,13 @@ enum class FlightStatus {
 inline constexpr std::size_t flight_statuses = 7;  ///< how many there are
 std::string to_string(FlightStatus status);        ///< as JSON spells it
 
+/// An end of a flight.
+struct FlightEnd {
+  double t = 0.0;       ///< s
+  FlightState state{};  ///< there
+  FlightMode mode{};    ///< there
+};
+
 /// What fly() answers.
 struct FlightResult {
   FlightStatus status = FlightStatus::flown;  ///< how it ended
@@ -77,6 +92,16 @@ struct FlightResult {
   std::vector<FlightMode> modes;              ///< at each
   std::vector<FlightEvent> events;            ///< in their order
   long steps = 0, evaluations = 0;            ///< of the integrator
+
+  /// Of a run at ten times the tolerance, if FlyOptions::global_error asks for one and it ends in
+  /// the same way.
+  std::optional<FlightEnd> rough_end{};
+
+  /// By what the flight does: not because the integrator could not go on, or was stopped.
+  bool ended() const {
+    return status != FlightStatus::stuck && status != FlightStatus::not_finite &&
+           status != FlightStatus::interrupted;
+  }
 
   /// To the end of its time.
   explicit operator bool() const { return status == FlightStatus::flown; }
@@ -128,6 +153,8 @@ struct FlightColumn {
   std::string unit;            ///< "degrees"
   std::string what;            ///< "pitch attitude"
   std::vector<double> values;  ///< one for each sample
+  /// Estimated of the last value; not a number where there is no estimate.
+  double error = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Time, states, commands, controls, energy errors, forces and powers at every sample. Angles are

@@ -155,6 +155,21 @@ std::string balance_text(const FlightReport& r) {
       off / size, f.steps, r.plan.options.integrate.tolerance);
 }
 
+// The error of the end in the numbers that say where that is; empty where none is estimated.
+std::string error_text(const FlightReport& r) {
+  if (!r.plan.options.global_error || !r.flown->ended()) return {};
+  if (!r.flown->rough_end)
+    return "error of the end: not known; at ten times the tolerance the flight ends otherwise";
+  const auto of = [&](const char* name) {
+    const auto column = std::ranges::find(r.table.columns, name, &FlightColumn::name);
+    return column == r.table.columns.end() ? 0.0 : column->error;
+  };
+  return fmt::format(
+      "estimated error of the end: V {:.0e} m/s, γ {:.0e}°, θ {:.0e}°, distance {:.0e} m, height "
+      "{:.0e} m",
+      of("V"), of("gamma_deg"), of("theta_deg"), of("distance"), of("height"));
+}
+
 std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
   if (c.verdict == HandOverVerdict::never) return "hand-over: the schedule does not come to it\n";
   if (c.verdict == HandOverVerdict::blended)
@@ -283,6 +298,8 @@ std::string flight_text(const FlightReport& report, const TextStyle& style) {
   for (const Sheet& sheet : flight_sheets(report)) text += "\n" + as_text(sheet, style);
   text += "\n" + wrapped(limits_touched(*report.flown), 0, style.width) +
           wrapped(balance_text(report), 0, style.width);
+  if (const std::string error = error_text(report); !error.empty())
+    text += wrapped(error, 0, style.width);
   return text + facts_text(report.facts, style);
 }
 
@@ -305,6 +322,7 @@ std::vector<std::string> flight_words(const FlightReport& report) {
   if (!report.flown) return words;
   words.push_back(joined(limits_touched(*report.flown)));
   words.push_back(joined(balance_text(report)));
+  if (const std::string error = error_text(report); !error.empty()) words.push_back(joined(error));
   return words;
 }
 
@@ -343,6 +361,11 @@ std::string flight_json(const FlightReport& report) {
   if (report.flown) {
     root["steps"] = report.flown->steps;
     root["evaluations"] = report.flown->evaluations;
+    root["error"] = nullptr;  // of the last sample
+    if (report.flown->rough_end) {
+      root["error"] = ordered_json::object();
+      for (const FlightColumn& c : report.table.columns) root["error"][c.name] = c.error;
+    }
     root["events"] = ordered_json::array();
     for (const FlightEvent& e : report.flown->events)
       root["events"].push_back({{"t", e.t},

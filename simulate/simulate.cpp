@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "linearize/modes.hpp"
+#include "simulate/global_error.hpp"
 #include "simulate/stiff.hpp"
 
 namespace tiltrim {
@@ -180,54 +181,6 @@ Run run(const Model& model, const Motion& motion, const Moving& moving,
   return {std::move(found), false};
 }
 
-// The samples that two runs share, the largest differences on them, and from which sample on they
-// are no answer: a state's difference exceeds a tenth of its largest value.
-struct Agreement {
-  VectorXd error;
-  std::size_t good = 0;
-};
-
-Agreement agreement(const Signals& states, const Trajectory& run, const Trajectory& finer) {
-  constexpr double eaten = 0.1, least = 1e-6;  // of the largest value, of the nominal size
-  const auto n = Index(states.size());
-  VectorXd largest = least * nominals(states);
-  const auto state = [n](const Trajectory& t, std::size_t k) {
-    return Eigen::Map<const VectorXd>(t.state(k), n);
-  };
-  for (std::size_t k = 0; k < run.samples(); ++k)
-    largest = largest.cwiseMax(state(run, k).cwiseAbs());
-  Agreement a{VectorXd::Zero(n)};
-  const double same_time = 1e-6 * run.end();
-  for (; a.good < run.samples() && a.good < finer.samples(); ++a.good) {
-    if (std::abs(run.t[a.good] - finer.t[a.good]) > same_time) break;
-    const VectorXd apart = (state(run, a.good) - state(finer, a.good)).cwiseAbs();
-    if (!(apart.array() <= eaten * largest.array()).all()) break;
-    a.error = a.error.cwiseMax(apart);
-  }
-  return a;
-}
-
-// Cuts the trajectory where it is no answer any more; its error, as a second run estimates it.
-VectorXd with_error(const Signals& states, const Run& finer, Trajectory& found) {
-  const Agreement a = agreement(states, found, finer.trajectory);
-  if (finer.trajectory.status == MotionStatus::interrupted)
-    return VectorXd::Constant(std::ssize(states), nan);
-  if (found.status != MotionStatus::completed || a.good == found.samples() || a.good == 0)
-    return a.error;
-  const double t = found.t[a.good];
-  const std::size_t n = states.size();
-  found.t.resize(a.good);
-  found.x.resize(a.good * n);
-  found.modes.resize(a.good);
-  std::erase_if(found.events, [&](const MotionEvent& e) { return e.t > found.t.back(); });
-  found.status = MotionStatus::inaccurate;
-  found.message = fmt::format(
-      "from t = {:.4g} s on the estimated error exceeds a tenth of the motion; a smaller tolerance "
-      "reaches farther",
-      t);
-  return a.error;
-}
-
 }  // namespace
 
 Simulation simulate(const Model& model, const OperatingPoint& start, double duration,
@@ -246,14 +199,10 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
   Simulation s;
   s.error = VectorXd::Constant(std::ssize(model.states), nan);
   s.stiff = stiff;
-  if (options.global_error && options.fixed_step == 0 && found.samples() > 1 &&
-      found.status != MotionStatus::interrupted) {
-    constexpr double finer = 0.1, finest = 1e-14;
-    IntegrateOptions second = options;
-    second.tolerance = std::max(finer * options.tolerance, finest);
-    const double until = found.end();
-    s.error = with_error(model.states, run(model, motion, moving, x0, until, second, stiff), found);
-  }
+  if (has_estimate(options, found))
+    s.error = with_error(
+        model.states, run(model, motion, moving, x0, found.end(), finer(options), stiff).trajectory,
+        found);
   if (found) moving.forget();  // thrown beside the way, by a step that was refused
 
   s.status = found.status;

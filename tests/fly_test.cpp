@@ -177,3 +177,43 @@ TEST_CASE("a trim stays where it is for a thousand seconds") {
     }
   }
 }
+
+TEST_CASE("the error of a flight's end, for less than the flight once more") {
+  for (const char* name : {"transition", "transition_bumpless", "reconversion"}) {
+    CAPTURE(name);
+    const Study study = load_study(fmt::format("{}/studies/{}.toml", TILTRIM_SOURCE_DIR, name));
+    FlightPlan plan = flight_plan(study);
+    long calls = 0;
+    const auto command = plan.flight.schedule.command;
+    plan.flight.schedule.command = [&](double t, double h) {
+      ++calls;
+      return command(t, h);
+    };
+    const FlightResult plain = fly(plan.flight, plan.start, plan.options);
+    CHECK_FALSE(plain.rough_end);
+    CHECK(std::isnan(flight_table(plan.flight, plain).columns[1].error));
+    const long once = std::exchange(calls, 0);
+    plan.options.global_error = true;
+    const FlightResult flown = fly(plan.flight, plan.start, plan.options);
+    CHECK(calls < 2 * once);
+    REQUIRE(flown.rough_end);
+    CHECK(values_of(flown.states.back()) == values_of(plain.states.back()));
+    FlyOptions finest = plan.options;
+    finest.integrate.tolerance = 1e-13;
+    const FlightTable exact = flight_table(plan.flight, fly(plan.flight, plan.start, finest));
+    const FlightTable table = flight_table(plan.flight, flown);
+    double covered = 0.0;
+    for (std::size_t c = 1; c < table.columns.size(); ++c) {
+      const FlightColumn& column = table.columns[c];
+      if (column.name != "V" && column.name != "theta_deg" && column.name != "distance" &&
+          column.name != "height")
+        continue;
+      const double off = std::abs(column.values.back() - exact.columns[c].values.back());
+      const double rounding = 1e-13 * std::max(1.0, std::abs(column.values.back()));
+      CHECK(off <= 3 * column.error + rounding);
+      CHECK(column.error <= 3 * off + rounding);
+      covered = std::max(covered, column.error);
+    }
+    CHECK(covered > 1e-10);  // it is no estimate of nothing
+  }
+}

@@ -337,6 +337,12 @@ TEST_CASE("the error is that of the motion, not of a step") {
       simulate(scalar([](double x, double, double) { return x; }), from(1e-3), 10.0);
   CHECK_NEAR(last(growing), 1e-3 * std::exp(10.0), 1.3 * growing.error[0]);
   CHECK(growing.error[0] < 1e-5);
+  // Of samples at the steps two runs share the ends alone.
+  const Simulation steps = simulate(turning, {Eigen::Vector2d{1, 0}, none, none}, end, {},
+                                    {.tolerance = 1e-7, .sample = 0.0});
+  CHECK(steps);
+  CHECK(std::abs(steps.x(0, steps.x.cols() - 1) - 1) <= 1.3 * steps.error[0]);
+  CHECK(steps.error[0] < 1e-3);
   const Simulation alone =
       simulate(turning, {Eigen::Vector2d{1, 0}, none, none}, 1.0, {}, {.global_error = false});
   CHECK(alone);

@@ -8,6 +8,7 @@
 #include "python/src/calls.hpp"
 #include "python/src/models.hpp"
 #include "python/src/verbs.hpp"
+#include "simulate/global_error.hpp"
 #include "simulate/simulate.hpp"
 
 namespace tiltrim::python {
@@ -113,10 +114,13 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   for (const Model::Switch& s : model.switches) motion.watched.push_back({s.name});
   if (!model.switches.empty())
     motion.g = [&](double t, const double* x, int, double* g) { driven.switches(t, x, g); };
-  const Trajectory found =
-      integrate(motion, {start.x.begin(), start.x.end()}, 0, 0.0, duration, options);
-  const auto samples = Index(found.samples());
+  const std::vector<double> x0(start.x.begin(), start.x.end());
+  Trajectory found = integrate(motion, x0, 0, 0.0, duration, options);
   Simulation s;
+  if (has_estimate(options, found))
+    s.error =
+        with_error(model.states, integrate(motion, x0, 0, 0.0, found.end(), finer(options)), found);
+  const auto samples = Index(found.samples());
   s.status = found.status;
   s.message = found.message;
   s.t = found.t;

@@ -199,9 +199,11 @@ py::dict flown(const Study& study) {
   d["message"] = plan.message;
   d["events"] = py::list();
   d["columns"] = py::list();
+  d["error"] = py::dict();
   if (!is_equilibrium(plan.start_status)) return d;
   const auto [result, table] = run(false, [&](const std::stop_token& stop) {
                                  plan.options.integrate.stop = stop;
+                                 plan.options.global_error = true;
                                  FlightResult r = fly(plan.flight, plan.start, plan.options);
                                  FlightTable t = flight_table(plan.flight, r);
                                  return std::pair(std::move(r), std::move(t));
@@ -210,6 +212,7 @@ py::dict flown(const Study& study) {
   d["message"] = result.message;
   d["events"] = events_of(result);
   d["columns"] = columns_of(table);
+  for (const FlightColumn& c : table.columns) d["error"][py::str(c.name)] = c.error;
   return d;
 }
 
@@ -230,6 +233,11 @@ py::dict moved(const Study& study) {
       events.append(py::make_tuple("switch", e.name, e.t));
   d["events"] = events;
   d["columns"] = columns_of(answer.table);
+  d["error"] = py::dict();
+  const Signals& states = answer.start.model.states;
+  if (answer.motion)
+    for (Eigen::Index i = 0; i < answer.motion->error.size(); ++i)
+      d["error"][py::str(states[std::size_t(i)].name)] = answer.motion->error[i];
   return d;
 }
 

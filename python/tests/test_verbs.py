@@ -167,6 +167,41 @@ def test_tune_finds_where_both_eigenvalues_meet():
         tiltrim.tune(held_ball(), gains={"k_d": (1, 2)}, goal="dampng")
 
 
+def test_simulate_estimates_its_error_where_a_function_gives_the_input():
+    swing = Model("swing", lambda x, u, p: [x[1], -np.sin(x[0]) + u[0]], ["a", "b"], ["u"])
+    drive = lambda t: 0.2 * math.sin(t)  # noqa: E731
+    run, exact = (
+        tiltrim.simulate(swing, {"a": 2.0}, 20.0, drive, tolerance=tolerance)
+        for tolerance in (1e-6, 1e-12)
+    )
+    off = np.abs(run.x - exact.x).max(axis=0)
+    assert run and (off > 1e-7).all() and np.allclose(run.error, off, rtol=0.3)
+    at_steps = tiltrim.simulate(swing, {"a": 2.0}, 20.0, drive, tolerance=1e-6, sample=0)
+    assert at_steps and np.isfinite(at_steps.error).all()
+    lorenz = Model(
+        "Lorenz",
+        lambda x, u, p: [10 * (x[1] - x[0]), x[0] * (28 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2]],
+        ["x", "y", "z"],
+        ["u"],
+    )
+    chaos = tiltrim.simulate(lorenz, {"x": 1.0, "z": 20.0}, 60.0, lambda t: 0.0, tolerance=1e-6)
+    assert chaos.status == "inaccurate" and 10 < chaos.t[-1] < 50
+
+
+def test_a_flight_estimates_the_error_of_its_end():
+    def flown(tolerance):
+        text = level + f"[simulate]\nstart = \"level\"\nduration = 5\ntolerance = {tolerance}\n"
+        text += '[[simulate.disturbance]]\non = "V"\nat = 1.0\nsize = 1.0\n'
+        return tiltrim.fly(tiltrim.parse_study(text))
+
+    level = '[[condition]]\nname = "level"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n'
+    flight, exact = flown(1e-7), flown(1e-13)
+    assert set(flight.error) == set(flight.columns)
+    for name in ("V", "theta_deg", "height", "distance"):
+        off = abs(flight[name][-1] - exact[name][-1])
+        assert off / 3 <= flight.error[name] <= 3 * off
+
+
 def test_simulate_follows_the_exact_motion():
     decay = Model("decay", lambda x, u, p: [u[0] - x[0]], states=["x"], inputs=["u"], outputs=["y"],
                   h=lambda x, u, p: 2 * x)  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import (
     TYPE_CHECKING,
     Any,
@@ -139,6 +139,9 @@ class Flight(Shown):
     columns: Dict[str, Array]
     units: Dict[str, str]
     descriptions: Dict[str, str]
+    #: of a flight how far each column's last value may be off, of a [model]'s motion each state at
+    #: its worst sample; nan: not estimated
+    error: Dict[str, float] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         return self.status in ("flown", "landed", "completed")
@@ -244,4 +247,5 @@ def fly(study: Union[Study, Condition]) -> Flight:
         columns={name: values for name, _, _, values in columns},
         units={name: unit for name, unit, _, _ in columns},
         descriptions={name: what for name, _, what, _ in columns},
+        error=raw["error"],
     )
