@@ -15,6 +15,7 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/terminal.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim::cli {
 
@@ -184,6 +185,7 @@ int run_program(int argc, char** argv) {
 }  // namespace tiltrim::cli
 
 int main(int argc, char** argv) {
+  const tiltrim::RoundToNearest environment;  // a library may have set another while it was loaded
   std::signal(SIGXFSZ, SIG_IGN);              // a write beyond the limit of size fails, and says so
   try {
     return tiltrim::cli::run_program(argc, argv);

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -306,6 +307,7 @@ static FlightResult flown_once(const Flight& flight, const FlightStart& start,
 }
 
 FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOptions& options) {
+  const RoundToNearest environment;
   check(flight, start, options);
   FlightResult result = flown_once(flight, start, options);
   if (!options.global_error || !result.ended() || options.integrate.fixed_step > 0) return result;

@@ -17,6 +17,7 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/degrees.hpp"
+#include "runtime/rounding.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {
@@ -200,6 +201,7 @@ std::string to_string(HandOverVerdict verdict) {
 }
 
 std::vector<HandOverCheck> check_hand_over(const Flight& flight, const HandOverOptions& options) {
+  const RoundToNearest environment;
   if (flight.vehicle.aircraft.cyclic_blend > 0) return {{HandOverVerdict::blended}};
   std::vector<HandOverCheck> checks;
   for (const Place& place : places(flight, options)) {

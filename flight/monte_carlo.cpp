@@ -14,6 +14,7 @@
 
 #include "runtime/log.hpp"
 #include "runtime/random.hpp"
+#include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 
 namespace tiltrim {
@@ -256,6 +257,7 @@ class Trials {
 }  // namespace
 
 MonteCarlo monte_carlo(const ScatteredFlights& flights, const MonteCarloOptions& options) {
+  const RoundToNearest environment;
   MonteCarlo answer;
   answer.asked = flights.table.flights;
   answer.message = flights.nominal.message;

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "flight/fly.hpp"
+#include "runtime/rounding.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {
@@ -25,6 +26,7 @@ void put(const std::map<std::string, double>& states, Axes axes, FlightState& x)
 
 TrimmedStart trimmed_start(const Flight& flight, const Command& command, double height,
                            const TrimOptions& options) {
+  const RoundToNearest environment;
   Vehicle vehicle = flight.vehicle;
   vehicle.gains = gains_at(flight, command.eta);
   const TrimResult trim = trim_closed_loop(vehicle, command, options);

@@ -1,6 +1,7 @@
 #include "flight/flight.hpp"
 #include "flight/fly.hpp"
 #include "linearize/linearize.hpp"
+#include "runtime/rounding.hpp"
 #include "simulate/comparison.hpp"
 
 namespace tiltrim {
@@ -34,6 +35,7 @@ FlightState moved(const FlightState& from, const VectorXd& by) {
 
 Response response(const Flight& flight, const Command& command,
                   const std::map<std::string, double>& offset, const ResponseOptions& options) {
+  const RoundToNearest environment;
   Response answer;
   answer.states = flight_signals(Axes::wind);
   answer.states.resize(states);

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "flight/flight.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -75,10 +76,12 @@ Schedule held(const Command& command) {
 }
 
 Schedule over_height(const Commands& commands) {
+  const RoundToNearest environment;
   return {[all = curves(commands)](double, double h) { return all(h); }, commands.at, {}};
 }
 
 Schedule over_time(const Commands& commands) {
+  const RoundToNearest environment;
   return {[all = curves(commands)](double t, double) { return all(t); }, {}, commands.at};
 }
 

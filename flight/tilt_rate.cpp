@@ -15,6 +15,7 @@
 #include "flight/frozen_loops.hpp"
 #include "flight/hand_over.hpp"
 #include "model/degrees.hpp"
+#include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 
 namespace tiltrim {
@@ -241,6 +242,7 @@ std::string to_string(TiltRateStatus status) {
 }
 
 TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& options) {
+  const RoundToNearest environment;
   if (!(options.from > options.to && options.to >= 0 && options.from <= pi / 2))
     throw std::invalid_argument("tilts must fall, within 90 to 0 degrees");
   TiltRateOptions asked = options;

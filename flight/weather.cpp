@@ -7,6 +7,7 @@
 
 #include "flight/flight.hpp"
 #include "runtime/random.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -118,6 +119,7 @@ double dryden_spectrum(double wave_number, double sigma, double length, bool acr
 }
 
 Weather weather(const std::vector<GustTable>& gusts) {
+  const RoundToNearest environment;
   if (gusts.empty()) return {};
   Weather all;
   std::vector<std::pair<bool, GustAt>> each;

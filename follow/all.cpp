@@ -6,6 +6,7 @@
 #include "follow/envelope.hpp"
 #include "follow/path.hpp"
 #include "linearize/linearize.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -94,6 +95,7 @@ AllEquilibria search(Found f, const OperatingPoint& guess,
 AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                              const std::vector<std::string>& parameters, double reach,
                              const TrimOptions& options) {
+  const RoundToNearest environment;
   return all_equilibria(model, spec, spec, guess, parameters, reach, options);
 }
 
@@ -101,6 +103,7 @@ AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec, const Tri
                              const OperatingPoint& guess,
                              const std::vector<std::string>& parameters, double reach,
                              const TrimOptions& options) {
+  const RoundToNearest environment;
   return search({model, spec, along, make_problem(model, spec, guess)}, guess, parameters, reach,
                 options);
 }

@@ -9,6 +9,7 @@
 
 #include "dense/dense.hpp"
 #include "follow/grid.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -349,6 +350,7 @@ TrimSpec over_plane(const Model& model, const TrimSpec& spec, const EnvelopeAxis
 
 Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                   const EnvelopeAxis& x, const EnvelopeAxis& y, const EnvelopeOptions& options) {
+  const RoundToNearest environment;
   const TrimSpec over = over_plane(model, spec, x, y);
   TrimSpec fixed = over;
   fixed.free.resize(fixed.free.size() - 2);

@@ -8,6 +8,7 @@
 
 #include "follow/follower.hpp"
 #include "linearize/linearize.hpp"
+#include "runtime/rounding.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {
@@ -236,6 +237,7 @@ std::string no_start(Follower& f) {
 
 Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& start,
               const std::string& parameter, double to, const FollowOptions& options) {
+  const RoundToNearest environment;
   const TrimSpec with = with_parameter(model, spec, parameter);
   TrimSpec without = with;
   without.free.pop_back();

@@ -11,6 +11,7 @@
 #include "dense/dense.hpp"
 #include "follow/path.hpp"
 #include "linearize/linearize.hpp"
+#include "runtime/rounding.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {
@@ -212,6 +213,7 @@ std::string not_implied(const Problem& p, const MatrixXd& J, const VectorXd& shi
 
 Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
                             const std::vector<std::string>& parameters) {
+  const RoundToNearest environment;
   const std::vector<std::string> names =
       parameters.empty() ? all_parameters(model, spec) : parameters;
   for (const std::string& name : names) with_parameter(model, spec, name);  // may throw

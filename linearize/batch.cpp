@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "linearize/dispatch.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -124,6 +125,7 @@ void fall_back(const MatrixBatch& A, Index k, const BatchOptions& options,
 }  // namespace
 
 void eigenvalues(const MatrixBatch& A, BatchEigenvalues& answer, const BatchOptions& options) {
+  const RoundToNearest environment;
   check(A);
   const auto n = std::size_t(A.n), count = std::size_t(A.count);
   answer.re.resize(n * count);

@@ -5,6 +5,7 @@
 #include "linearize/batch.hpp"
 #include "linearize/dispatch.hpp"
 #include "linearize/routh.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -49,6 +50,7 @@ Verdict by_eigenvalues(const MatrixXd& A, double entry_error) {
 // Three steps, each for what the one before left undecided: as the matrix stands, balanced, and by
 // the eigenvalues.
 void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer, double entry_error) {
+  const RoundToNearest environment;
   check_batch(A, entry_error);
   answer.assign(std::size_t(A.count), Verdict::stable);
   if (A.n == 0) return;

@@ -10,6 +10,7 @@
 #include "linearize/batch.hpp"
 #include "linearize/characteristic.hpp"
 #include "linearize/modes.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -204,6 +205,7 @@ bool clear_of_axis(const MatrixXd& A) {
 
 //   Im(p0 conj p1)/ω = O0 E1 - E0 O1 = g(ω²);  at ω = 0  τ = -p0(0)/p1(0)                  [36]
 LineCrossings line_crossings(const MatrixXd& A0, const MatrixXd& A1, double from, double to) {
+  const RoundToNearest environment;
   check_square(A0, A0.rows(), "A0");
   check_square(A1, A0.rows(), "A1");
   if (!(from < to) || !std::isfinite(to - from))

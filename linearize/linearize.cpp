@@ -8,6 +8,7 @@
 #include "dense/dense.hpp"
 #include "dense/newton_step.hpp"
 #include "model/among.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -252,6 +253,7 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
 
 LinearModel linearize(const Model& model, const OperatingPoint& point,
                       const LinearizeOptions& options) {
+  const RoundToNearest environment;
   check(model);
   check(model, point);
   for (const std::string& name : options.moving) (void)index_of(model.states, name, "state");

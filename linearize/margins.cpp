@@ -12,6 +12,7 @@
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -341,6 +342,7 @@ std::complex<double> response(const LoopTransfer& loop, double frequency) {
 }
 
 LoopTransfer opened(const MatrixXd& A_closed, const VectorXd& b, const RowVectorXd& c, double d) {
+  const RoundToNearest environment;
   LoopTransfer loop = inverse_of_one_plus({A_closed, b, c, d});
   loop.d = -d / (1 + d);
   return loop;
@@ -352,6 +354,7 @@ double Margins::disk_gain_up() const { return disk < 2 ? (2 + disk) / (2 - disk)
 double Margins::disk_phase() const { return 2 * std::atan(disk / 2); }
 
 Margins margins(const LoopTransfer& loop, const MarginsOptions& options) {
+  const RoundToNearest environment;
   const LoopTransfer closed = inverse_of_one_plus(loop);
   Margins m;
   const Modes closed_modes = modes(closed.A);
@@ -374,6 +377,7 @@ Margins margins(const LoopTransfer& loop, const MarginsOptions& options) {
 }
 
 Bode bode(const LoopTransfer& loop, double from, double to, int points) {
+  const RoundToNearest environment;
   check(loop);
   if (!(from > 0 && from < to && std::isfinite(to)) || points < 2)
     throw std::invalid_argument(fmt::format("bode: no {} points from {} to {}", points, from, to));

@@ -11,6 +11,7 @@
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "linearize/spectrum_bounds.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -215,6 +216,7 @@ std::vector<Index> matched(const VectorXcd& whole, const VectorXcd& of_blocks) {
 
 Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
             const ModesOptions& options) {
+  const RoundToNearest environment;
   check_matrix(A, A_error, state_names);
   const Index n = A.rows();
   Modes result;
@@ -273,6 +275,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
 }
 
 VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
+  const RoundToNearest environment;
   check_matrix(A, {}, {});
   const Index n = A.rows();
   if (n == 0) return {};

@@ -11,6 +11,7 @@
 #include "linearize/characteristic.hpp"
 #include "linearize/dispatch.hpp"
 #include "linearize/routh.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -103,6 +104,7 @@ void check_family(const AffineFamily& family) {
 
 void stability_map(const AffineFamily& family, std::span<const double> a, std::span<const double> b,
                    std::span<Verdict> answer) {
+  const RoundToNearest environment;
   check_family(family);
   if (answer.size() != a.size() * b.size())
     throw std::invalid_argument(fmt::format("stability map: {} x {} points, room for {} verdicts",

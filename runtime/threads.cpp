@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <thread>
 
+#include "runtime/rounding.hpp"
+
 namespace tiltrim {
 
 void with_threads(int threads, const std::function<void()>& work) {
@@ -19,7 +21,10 @@ void with_threads(int threads, const std::function<void()>& work) {
 }
 
 void spread(std::size_t count, const std::function<void(std::size_t)>& work) {
-  tbb::parallel_for(std::size_t{0}, count, work);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const RoundToNearest environment;  // threads of a pool may have another
+    work(i);
+  });
 }
 
 }  // namespace tiltrim

@@ -11,6 +11,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "runtime/rounding.hpp"
+
 namespace tiltrim {
 
 namespace {
@@ -360,6 +362,7 @@ std::string to_string(MotionStatus status) {
 
 Trajectory integrate(const Motion& motion, const std::vector<double>& x0, int mode, double from,
                      double to, const IntegrateOptions& options) {
+  const RoundToNearest environment;
   check(motion, x0, from, to, options);
   return Integration(motion, x0, mode, from, to, options).run();
 }

@@ -2,6 +2,7 @@
 #include <stdexcept>
 
 #include "linearize/linearize.hpp"
+#include "runtime/rounding.hpp"
 #include "simulate/comparison.hpp"
 #include "simulate/simulate.hpp"
 
@@ -24,6 +25,7 @@ VectorXd offset_of(const Signals& states, const std::map<std::string, double>& o
 
 Response response(const Model& model, const OperatingPoint& trim,
                   const std::map<std::string, double>& offset, const ResponseOptions& options) {
+  const RoundToNearest environment;
   Response response;
   response.states = model.states;
   response.offset = offset_of(model.states, offset);

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "linearize/modes.hpp"
+#include "runtime/rounding.hpp"
 #include "simulate/global_error.hpp"
 #include "simulate/stiff.hpp"
 
@@ -185,6 +186,7 @@ Run run(const Model& model, const Motion& motion, const Moving& moving,
 
 Simulation simulate(const Model& model, const OperatingPoint& start, double duration,
                     const std::vector<SignalChange>& changes, const IntegrateOptions& options) {
+  const RoundToNearest environment;
   check(model);
   check(model, start);
   Moving moving(model, start, checked(model, changes));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
 
 namespace tiltrim {
@@ -105,6 +106,7 @@ bool LoopsAnswer::answered() const {
 
 LoopsAnswer actuator_loops(const Vehicle& vehicle, const Condition& condition,
                            const LoopsOptions& options, const TrimOptions& trimming) {
+  const RoundToNearest environment;
   check(condition, options);
   LoopsAnswer answer{tiltrim::answer(vehicle, condition, trimming), {}, {}, {}};
   if (!answer.trimmed.has_equilibrium()) return answer;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "runtime/rounding.hpp"
+
 namespace tiltrim {
 
 namespace {
@@ -33,6 +35,7 @@ bool has_variable(const Model& model, const std::string& name) {
 }  // namespace
 
 TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
+  const RoundToNearest environment;
   if (const Command* command = condition.command())
     return closed_loop_along(vehicle, *command, slowest);
   if (const UserCondition* user = condition.user()) return user_problem(*user);
@@ -50,6 +53,7 @@ double BranchAnswer::from() const {
 
 BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Key& parameter,
                     double to, const FollowOptions& options, const TrimOptions& trimming) {
+  const RoundToNearest environment;
   const double V = speed_of(condition);
   const TrimProblem problem =
       problem_along(vehicle, condition, parameter.signal == "V" ? std::min(V, to) : V);
@@ -77,6 +81,7 @@ BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Ke
 
 SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& condition,
                                 const std::vector<Key>& keys, const TrimOptions& trimming) {
+  const RoundToNearest environment;
   const TrimProblem problem = problem_along(vehicle, condition, speed_of(condition));
   SensitivityAnswer answer{{condition, problem.model, {}, {}}, {}};
   TrimResult& trimmed = answer.trimmed.trim;
@@ -93,6 +98,7 @@ SensitivityAnswer sensitivities(const Vehicle& vehicle, const Condition& conditi
 
 AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
                              const TrimOptions& options) {
+  const RoundToNearest environment;
   constexpr double reach = 10.0;  // m/s, and a radian of path angle or tilt
   const TrimProblem p = problem_of(vehicle, condition);
   std::vector<std::string> held;
@@ -126,6 +132,7 @@ static EnvelopeAnswer user_envelope(const Condition& condition, const EnvelopeTa
 
 EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
                         const EnvelopeTable& table, const EnvelopeOptions& options) {
+  const RoundToNearest environment;
   if (condition.user()) return user_envelope(condition, table, options);
   if (!condition.command())
     throw std::invalid_argument(

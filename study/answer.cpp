@@ -1,10 +1,12 @@
 #include <stdexcept>
 
+#include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
 
 namespace tiltrim {
 
 TrimProblem problem_of(const Vehicle& vehicle, const Condition& condition) {
+  const RoundToNearest environment;
   if (const Command* command = condition.command()) return closed_loop_problem(vehicle, *command);
   if (const AirframeCondition* airframe = condition.airframe())
     return airframe_problem(vehicle, *airframe);
@@ -15,6 +17,7 @@ TrimProblem problem_of(const Vehicle& vehicle, const Condition& condition) {
 }
 
 Answer answer(const Vehicle& vehicle, const Condition& condition, const TrimOptions& options) {
+  const RoundToNearest environment;
   if (const TableCondition* coefficients = condition.table()) {
     const TableTrim table = trim_table(vehicle, *coefficients, options);
     return {condition, table_model(*coefficients, vehicle.aircraft.thrust_excess), table.trim,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
 
 namespace tiltrim {
@@ -183,6 +184,7 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
 
 std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& condition,
                                    const TrimOptions& options) {
+  const RoundToNearest environment;
   const Command* closed = condition.command();
   if (!closed && !condition.airframe()) return {};
   if (closed && closed->V <= 0) return {};

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "flight/flight.hpp"
+#include "runtime/rounding.hpp"
 #include "study/problems.hpp"
 
 namespace tiltrim {
@@ -79,6 +80,7 @@ std::string words(const Command& c) {
 }  // namespace
 
 Flight flight_of(const Study& study, const SimulateTable& table) {
+  const RoundToNearest environment;
   Flight flight{study.vehicle};
   flight.gains = study.schedule;
   flight.schedule = schedule_of(study, table);
@@ -96,6 +98,7 @@ Flight flight_of(const Study& study, const SimulateTable& table) {
 }
 
 FlightPlan flight_plan(const Study& study, const TrimOptions& options) {
+  const RoundToNearest environment;
   const SimulateTable table = study.simulate.value_or(SimulateTable{});
   FlightPlan plan{flight_of(study, table), {}, {}, {}, {}, {}, {}};
   plan.options.duration = table.duration;

@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <utility>
 
+#include "runtime/rounding.hpp"
 #include "study/condition_reader.hpp"
 #include "study/model_reader.hpp"
 #include "study/section.hpp"
@@ -251,6 +252,7 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
 }
 
 Study parse_study(std::string_view text, const fs::path& file) {
+  const RoundToNearest environment;
   if (text.size() > largest_study)
     refuse(file, {},
            fmt::format("the file has more than {} bytes; expected a study, which has a "
@@ -350,6 +352,7 @@ fs::path data_directory() {
 }
 
 Vehicle reference_vehicle() {
+  const RoundToNearest environment;
   Vehicle vehicle;
   vehicle.polar = find_polar(std::string(default_polar), data_directory());
   return vehicle;

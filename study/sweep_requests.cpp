@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "flight/closed_loop_sweep.hpp"
+#include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
 #include "study/problems.hpp"
 
@@ -40,6 +41,7 @@ void check_keys(const Model& model, const std::vector<SweepAxis>& axes) {
 std::vector<SweepRequest> sweep_requests(const Study& study,
                                          const std::vector<Condition>& conditions,
                                          const std::vector<SweepAxis>& axes) {
+  const RoundToNearest environment;
   std::vector<SweepRequest> requests;
   for (const Condition& condition : conditions) {
     try {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "runtime/rounding.hpp"
 #include "study/flown.hpp"
 #include "study/problems.hpp"
 
@@ -144,6 +145,7 @@ void add_tiltrotor(const Study& study, TuneProblem& problem) {
 }  // namespace
 
 TuneProblem tune_problem(const Study& study) {
+  const RoundToNearest environment;
   const TuneTable& table = table_of(study);
   const std::vector<Condition> conditions = conditions_of(study);
   TuneProblem problem;

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "model/degrees.hpp"
+#include "runtime/rounding.hpp"
 #include "study/problems.hpp"
 
 namespace tiltrim {
@@ -61,6 +62,7 @@ FlightTable table_of(const Model& model, const UserMotion& asked, const Simulati
 }  // namespace
 
 MotionAnswer user_motion(const Study& study, const TrimOptions& trimming) {
+  const RoundToNearest environment;
   if (!study.user_model)
     throw std::invalid_argument("the study has no [model]; expected one, or flight_plan()");
   MotionAnswer answer;
@@ -84,6 +86,7 @@ MotionAnswer user_motion(const Study& study, const TrimOptions& trimming) {
 
 Response user_response(const Condition& condition, const std::map<std::string, double>& offset,
                        const ResponseOptions& options) {
+  const RoundToNearest environment;
   const Answer trimmed = tiltrim::answer({}, condition, options.trimming);
   if (trimmed.has_equilibrium())
     return response(trimmed.model, trimmed.trim.point, offset, options);

@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "linearize/batch.hpp"
+#include "runtime/rounding.hpp"
 #include "sweep/boundary.hpp"
 #include "sweep/starts.hpp"
 #include "sweep/work.hpp"
@@ -246,6 +247,7 @@ bool first_of_ranks() { return rank() == 0; }
 
 SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
                const SweepOptions& options) {
+  const RoundToNearest environment;
   if (requests.empty()) throw std::invalid_argument("no condition to sweep");
   if (axes.empty()) throw std::invalid_argument("no axis to sweep along");
   std::vector<std::unique_ptr<Prepared>> conditions;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "dense/dense.hpp"
+#include "runtime/rounding.hpp"
 #include "trim/problem.hpp"
 
 namespace tiltrim {
@@ -183,6 +184,7 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
 
 Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                const DecisionVariable& lever, const TrimOptions& options) {
+  const RoundToNearest environment;
   TrimSpec given = spec;
   const Index j = variable(model, lever.signal);
   Remedy remedy{RemedyKind::lever, lever.signal};
@@ -201,6 +203,7 @@ Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& g
 Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                    const OperatingPoint& closest, const std::vector<DecisionVariable>& levers,
                    const TrimOptions& options) {
+  const RoundToNearest environment;
   const Problem problem = make_problem(model, spec, guess);
   check(model, closest);
   Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};

@@ -7,6 +7,7 @@
 #include <optional>
 #include <tuple>
 
+#include "runtime/rounding.hpp"
 #include "trim/ipopt.hpp"
 #include "trim/newton.hpp"
 #include "trim/optimality.hpp"
@@ -315,6 +316,7 @@ std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) 
 
 TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                 const TrimOptions& options) {
+  const RoundToNearest environment;
   const Problem problem = make_problem(model, spec, guess);
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(

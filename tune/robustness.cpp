@@ -9,6 +9,7 @@
 
 #include "linearize/modes.hpp"
 #include "runtime/proportion.hpp"
+#include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 #include "tune/requirement.hpp"
 
@@ -113,6 +114,7 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
 
 Robustness robustness(const TuneProblem& problem, const VectorXd& gains, long samples,
                       const TuneOptions& options) {
+  const RoundToNearest environment;
   if (gains.size() != Index(problem.variables()))
     throw std::invalid_argument(
         fmt::format("{} gains for a problem that has {}", gains.size(), problem.variables()));

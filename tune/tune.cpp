@@ -10,6 +10,7 @@
 
 #include "linearize/modes.hpp"
 #include "optimize/optimize.hpp"
+#include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 #include "tune/search.hpp"
 
@@ -277,6 +278,7 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
 }  // namespace
 
 TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
+  const RoundToNearest environment;
   if (options.start.size() > 0 && options.start.size() != Index(problem.variables()))
     throw std::invalid_argument(fmt::format("a start of {} numbers for a problem that has {}",
                                             options.start.size(), problem.variables()));

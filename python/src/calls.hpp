@@ -11,6 +11,8 @@
 #include <string>
 #include <utility>
 
+#include "runtime/rounding.hpp"
+
 namespace tiltrim::python {
 
 namespace py = pybind11;
@@ -73,6 +75,7 @@ enum class Lasts { a_moment, any_time };
 /// work(stop), here or beside, and the first exception that a callable raised (else None).
 template <class Work>
 auto run(bool callables, const Work& work, Lasts lasts = Lasts::any_time) {
+  const RoundToNearest environment;  // which a thread beside takes over
   std::optional<decltype(work(std::stop_token{}))> result;
   py::object raised = py::none();
   if (callables) {

@@ -1,7 +1,9 @@
 """Models that misbehave: each way has a named status or an exception (the table of
 docs/your-model.md), from every verb."""
 
+import ctypes
 import math
+import platform
 import traceback
 
 import numpy as np
@@ -259,3 +261,25 @@ def test_a_verb_within_a_function_is_refused_where_it_would_wait_for_itself():
         return p - x + 0 * tiltrim.trim(inner, **quick)["gap"]
 
     assert trimmed(scalar(newton), **quick)
+
+
+def test_a_host_that_rounds_upwards_gets_the_same_numbers():
+    libm = ctypes.CDLL("libm.so.6")
+    upward = {"x86_64": 0x800, "aarch64": 0x400000}[platform.machine()]
+    text = '[[condition]]\nname = "level"\nV = 15.0\ngamma_deg = 0.1\neta_deg = 7.3\n'
+
+    def answers():
+        trim = tiltrim.trim(tiltrim.parse_study(text).conditions["level"])
+        linear = tiltrim.linearize(trim)
+        lag = Model("lag", lambda x, u, p: u - x / 3, ["x"], ["u"])
+        moved = tiltrim.simulate(lag, {"x": 1.0}, 0.5, lambda t: 0.1 * t)
+        return [a.tobytes() for a in (trim.point.x, linear.A, linear.A_error, moved.x, moved.u)]
+
+    nearest = answers()
+    assert libm.fesetround(upward) == 0
+    try:
+        upwards = answers()
+        assert libm.fegetround() == upward
+    finally:
+        libm.fesetround(0)
+    assert upwards == nearest

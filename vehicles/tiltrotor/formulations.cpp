@@ -7,6 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "runtime/rounding.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;
@@ -115,11 +117,13 @@ std::vector<CostTerm> control_effort(const Limits& limits) {
 }  // namespace
 
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command) {
+  const RoundToNearest environment;
   const bool slow = command.V < body_axes_below;
   return closed_loop_problem(vehicle, command, slow ? Axes::body : Axes::wind);
 }
 
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, Axes axes) {
+  const RoundToNearest environment;
   TrimProblem problem{closed_loop(vehicle, axes), {}, {}};
   const auto [x1, x2] = integral_bounds(vehicle, command);
   const FirstGuess first = first_guess(vehicle, command.V, command.gamma, command.eta);
@@ -173,12 +177,14 @@ TrimProblem body_axes_problem(const Vehicle& vehicle, const Command& command) {
 // The integrals' bounds follow from the actuators' at the condition's own speed and path, and are
 // there for its starts: along a branch they hold no longer, and limit nothing.
 TrimProblem without_integral_bounds(TrimProblem problem) {
+  const RoundToNearest environment;
   problem.spec.bounds.erase("energy_integral");
   problem.spec.bounds.erase("distribution_integral");
   return problem;
 }
 
 TrimProblem closed_loop_along(const Vehicle& vehicle, const Command& command, double slowest) {
+  const RoundToNearest environment;
   const bool slow = slowest < body_axes_below;
   if (slow && command.V == 0)
     throw std::invalid_argument("at rest there is no path to follow from; expected V above 0");
@@ -216,6 +222,7 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
 }
 
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition) {
+  const RoundToNearest environment;
   const auto V = condition.values.find("V");
   const bool slow = V != condition.values.end() && V->second.upper < body_axes_below;
   return airframe_problem(vehicle, condition, slow ? Axes::body : Axes::wind);
@@ -262,6 +269,7 @@ std::string signal_behind(const Model& model, const std::string& name) {
 
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition,
                              Axes axes) {
+  const RoundToNearest environment;
   const std::map<std::string, Range> values = all_values(vehicle, condition);
   TrimProblem problem{airframe(vehicle, axes), {}, {}};
   const Model& model = problem.model;
@@ -320,6 +328,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
 
 // As printed, lift and thrust push the path down.
 Model table_model(const TableCondition& c, double Ep) {
+  const RoundToNearest environment;
   Model model;
   model.name = "rows 1 and 2 of (15), coefficients given";
   model.states = {{"V", "", 1.0}, {"gamma", "", 1.0}};
@@ -333,6 +342,7 @@ Model table_model(const TableCondition& c, double Ep) {
 }
 
 TableTrim trim_table(const Vehicle& vehicle, const TableCondition& c, const TrimOptions& options) {
+  const RoundToNearest environment;
   const Aircraft& a = vehicle.aircraft;
   const double Ep = a.thrust_excess;
   TrimSpec spec;

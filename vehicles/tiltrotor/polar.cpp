@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "dense/dense.hpp"
+#include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
@@ -77,6 +78,7 @@ static void check_table(const std::vector<double>& alpha, const std::vector<Coef
 }
 
 Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {
+  const RoundToNearest environment;
   check_table(alpha, rows);
   const std::size_t n = rows.size() - 1;
   std::vector<double> h(n);
