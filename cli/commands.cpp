@@ -105,6 +105,7 @@ ConditionReport linearized(const Study& study, const Condition& condition,
   LinearizeOptions options = asked;
   if (options.inputs.empty() && condition.command()) options.inputs = {"V", "gamma", "eta"};
   options.moving = moving_states(condition);
+  options.time_limit = study.time_limit;
   r.linear = linearize(r.answer.model, r.answer.trim.point, options);
   if (*r.linear) r.modes = modes(*r.linear);
   return r;
@@ -114,6 +115,7 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
   const Study study = read_study(command.common.study);
   TrimOptions options = command.options;
   options.stop = stop;
+  options.time_limit = study.time_limit;
   std::vector<ConditionReport> reports;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     reports.push_back(trimmed(vehicle_at(study, condition), condition, options));
@@ -130,6 +132,7 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
   const Study study = read_study(command.common.study);
   TrimOptions trimming = command.options;
   trimming.stop = stop;
+  trimming.time_limit = study.time_limit;
   LinearizeOptions options;
   options.method = command.method;
   options.inputs = command.inputs;
@@ -177,6 +180,7 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
     TrimOptions trimming = command.trimming;
     FollowOptions options = command.options;
     trimming.stop = options.stop = stop;
+    trimming.time_limit = study.time_limit;
     options.observe = [&](double value, std::size_t points) {
       progress.say(fmt::format("{}: {} = {:.6g}, {} points", condition.name, what.parameter.name,
                                what.parameter.in_study(value), points));
@@ -267,6 +271,7 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     TrimOptions trimming = command.trimming;
     trimming.stop = stop;
+    trimming.time_limit = study.time_limit;
     conditions.push_back(sensitivities(vehicle_at(study, condition), condition, keys, trimming));
   });
   const bool all = std::ranges::all_of(
@@ -319,6 +324,7 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     TrimOptions trimming = command.trimming;
     trimming.stop = stop;
+    trimming.time_limit = study.time_limit;
     conditions.push_back(
         actuator_loops(vehicle_at(study, condition), condition, command.options, trimming));
   });

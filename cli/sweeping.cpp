@@ -39,6 +39,7 @@ std::string size_in_words(const std::vector<Condition>& conditions, const SweepT
 SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
                SweepOptions options) {
   options.crossings = grid.crossings;
+  options.trimming.time_limit = study.time_limit;
   std::optional<Progress> progress;
   const char* stage = nullptr;
   options.observe = [&](const SweepProgress& p) {

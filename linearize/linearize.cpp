@@ -28,6 +28,8 @@ std::string to_string(LinearizeStatus status) {
       return "model_threw";
     case LinearizeStatus::not_repeatable:
       return "not_repeatable";
+    case LinearizeStatus::time_limit:
+      return "time_limit";
   }
   return "unknown";
 }
@@ -254,6 +256,11 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
 LinearModel linearize(const Model& model, const OperatingPoint& point,
                       const LinearizeOptions& options) {
   const RoundToNearest environment;
+  if (!model.f && model.states.empty()) {  // y = h(u, p): D alone
+    Model stateless = model;
+    stateless.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return VectorXd(); };
+    return linearize(stateless, point, options);
+  }
   check(model);
   check(model, point);
   for (const std::string& name : options.moving) (void)index_of(model.states, name, "state");
@@ -269,14 +276,20 @@ LinearModel linearize(const Model& model, const OperatingPoint& point,
     linear.status = LinearizeStatus::model_threw;
     linear.message = fmt::format("the model threw: {}", words);
   };
+  std::optional<TimedModel> limited;
+  if (options.time_limit != unlimited) limited = timed(model, options.time_limit);
   try {
-    fill(model, selection, bounds, options, linear);
+    fill(limited ? limited->model : model, selection, bounds, options, linear);
   } catch (const CallerMistake&) {
     throw;
   } catch (const std::exception& e) {
     threw(e.what());
   } catch (...) {
     threw("something that is not a std::exception");
+  }
+  if (limited && *limited->over) {
+    linear.status = LinearizeStatus::time_limit;
+    linear.message = out_of_time_in_words(options.time_limit);
   }
   return linear;
 }

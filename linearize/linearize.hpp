@@ -10,6 +10,7 @@
 
 #include "model/differentiate.hpp"
 #include "model/model.hpp"
+#include "model/time_limit.hpp"
 
 namespace tiltrim {
 
@@ -20,6 +21,7 @@ enum class LinearizeStatus {
   not_finite,       ///< a rate, an output or a derivative is not finite
   model_threw,      ///< the model threw an exception; its words are in the message
   not_repeatable,   ///< the model gives two answers at one point
+  time_limit,       ///< the time allowed was over
 };
 std::string to_string(LinearizeStatus status);  ///< as JSON spells it
 
@@ -37,6 +39,7 @@ struct LinearizeOptions {
   double tolerance = 1e-6;  ///< largest rate over nominal size at an equilibrium [1/s]
   /// Rates that need not vanish (ground track, height). The others must.
   std::vector<std::string> moving{};
+  double time_limit = unlimited;  ///< s of wall clock; a call of the model is not cut short
 };
 
 /// A linear model with its names, its point, and how good each entry is.

@@ -178,6 +178,8 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
     if (!r.helps() && (r.kind == RemedyKind::lever || (r.signal == "theta0" && r.upper)))
       e.words.push_back("does not help: " + words(r, model, with_forces));
   if (d.interrupted) e.words.push_back("interrupted: what else would help was not examined");
+  if (d.out_of_time)
+    e.words.push_back("not everything could be examined in the time allowed (time_limit)");
 }
 
 }  // namespace
@@ -198,6 +200,10 @@ std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& cond
     e.words.push_back("interrupted: what would help was not examined");
     return e;
   }
+  if (open.status == TrimStatus::time_limit) {
+    e.words.push_back("what would help was not examined: " + open.message);
+    return e;
+  }
   if (is_equilibrium(open.status)) {
     e.words.push_back(
         "the airframe alone has an equilibrium within the limits: it is the control law that does "
@@ -207,8 +213,11 @@ std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& cond
   e.diagnosis =
       diagnose(p.model, p.spec, p.guess, open.point, levers(vehicle, condition, p), options);
   if (closed)
-    for (Remedy& r : nearest_tilt(vehicle, condition, options))
-      e.diagnosis->remedies.push_back(std::move(r));
+    for (Remedy& r : nearest_tilt(vehicle, condition, options)) {
+      const bool examined = r.trim.status != TrimStatus::time_limit;
+      if (!examined) e.diagnosis->out_of_time = true;
+      if (examined) e.diagnosis->remedies.push_back(std::move(r));
+    }
   put_into_words(e, p, open, consistent(vehicle));
   return e;
 }

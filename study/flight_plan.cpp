@@ -113,7 +113,9 @@ FlightPlan flight_plan(const Study& study, const TrimOptions& options) {
     plan.start_words = "at rest on the ground";
   } else {
     const Command command = at_condition(table) ? named(study, table.start) : first;
-    const TrimmedStart from = trimmed_start(plan.flight, command, table.height, options);
+    TrimOptions limited = options;
+    limited.time_limit = std::min(options.time_limit, study.time_limit);
+    const TrimmedStart from = trimmed_start(plan.flight, command, table.height, limited);
     plan.start_status = from.status;
     plan.message = from.message;
     plan.start = from.start;

@@ -222,13 +222,13 @@ static void read_vehicle(const Section& top, const Entry& root, Study& study) {
 static void read_user_study(const Section& top, const Entry& root, Study& study) {
   const std::string others =
       "it is the tiltrotor's, and a study with [model] has numbers of its own";
-  top.allow_only(
-      {"model", "condition", "follow", "envelope", "sweep", "tune", "simulate", "report"},
-      {{"equations", others},
-       {"aircraft", others},
-       {"gains", others},
-       {"limits", others},
-       {"montecarlo", others}});
+  top.allow_only({"model", "time_limit", "condition", "follow", "envelope", "sweep", "tune",
+                  "simulate", "report"},
+                 {{"equations", others},
+                  {"aircraft", others},
+                  {"gains", others},
+                  {"limits", others},
+                  {"montecarlo", others}});
   const fs::path& file = study.file;
   with_table(root, "model", file, [&](const Section& s) {
     study.user_model = std::make_shared<const UserModel>(read_model(s));
@@ -263,12 +263,13 @@ Study parse_study(std::string_view text, const fs::path& file) {
   Study study;
   study.file = file;
   study.text = text;
+  read_number(top, "time_limit", {1e-6, largest, "s"}, study.time_limit);
   if (top.find("model")) {
     read_user_study(top, root, study);
     return study;
   }
-  top.allow_only({"model", "equations", "aircraft", "gains", "limits", "condition", "follow",
-                  "envelope", "sweep", "tune", "simulate", "montecarlo", "report"});
+  top.allow_only({"model", "equations", "time_limit", "aircraft", "gains", "limits", "condition",
+                  "follow", "envelope", "sweep", "tune", "simulate", "montecarlo", "report"});
   study.polar_name = default_polar;
   read_vehicle(top, root, study);
   const Vehicle& vehicle = study.vehicle;

@@ -185,6 +185,7 @@ struct Study {
   std::shared_ptr<const UserModel> user_model;  ///< [model]; then there is no vehicle
   Vehicle vehicle;                              ///< [aircraft], [gains], [limits] and the polar
   GainSchedule schedule;                        ///< of the gains; empty: vehicle.gains at any tilt
+  double time_limit = unlimited;                ///< s, of each trim and each linearization
   std::vector<Condition> conditions;            ///< at least one, names distinct
   std::optional<FollowTable> follow;            ///< [follow]
   std::optional<EnvelopeTable> envelope;        ///< [envelope]

@@ -169,6 +169,7 @@ TuneProblem tune_problem(const Study& study) {
 TuneOptions tune_options(const Study& study) {
   const TuneTable& table = table_of(study);
   TuneOptions options;
+  options.trimming.time_limit = study.time_limit;
   options.global = global_search(table.global);
   options.local = local_search(table.local);
   options.seed = table.seed;

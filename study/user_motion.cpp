@@ -69,7 +69,9 @@ MotionAnswer user_motion(const Study& study, const TrimOptions& trimming) {
   answer.asked = study.user_motion.value_or(UserMotion{});
   const Condition& condition = start_of(study, answer.asked);
   answer.asked.start = condition.name;
-  answer.start = tiltrim::answer(study.vehicle, condition, trimming);
+  TrimOptions limited = trimming;
+  limited.time_limit = std::min(trimming.time_limit, study.time_limit);
+  answer.start = tiltrim::answer(study.vehicle, condition, limited);
   if (!answer.start.has_equilibrium()) return answer;
   const Model& model = answer.start.model;
   OperatingPoint from = answer.start.trim.point;

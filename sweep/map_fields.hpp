@@ -71,7 +71,7 @@ Strings meanings(int count) {
 }
 
 inline const Strings& statuses() {
-  static const auto words = meanings<TrimStatus>(int(TrimStatus::interrupted) + 1);
+  static const auto words = meanings<TrimStatus>(int(TrimStatus::time_limit) + 1);
   return words;
 }
 

@@ -241,11 +241,13 @@ GridTrim equilibrium_at(const Prepared& s, const OperatingPoint& at) {
 
 // Thousands of points have no equilibrium for one reason: the words without the point's own
 // numbers, which trim() has.
-static std::string in_short(const TrimResult& found) {
+static std::string in_short(const Prepared& s, const TrimResult& found) {
   if (found.status == TrimStatus::infeasible) return "shown: no equilibrium within the limits";
-  if (found.status == TrimStatus::not_found)
-    return fmt::format("no equilibrium found in {} starts", found.starts);
-  return found.message;
+  if (found.status == TrimStatus::time_limit) return out_of_time_in_words(s.trimming.time_limit);
+  if (found.status != TrimStatus::not_found) return found.message;
+  std::string words = "no equilibrium found in " + counted(found.starts, "start");
+  if (!found.thrown.empty()) words += "; at some points the model threw: " + found.thrown;
+  return words;
 }
 
 GridTrim from_nothing(const Prepared& s, const GridPlace& place) {
@@ -266,7 +268,7 @@ GridTrim from_nothing(const Prepared& s, const OperatingPoint& at) {
   if (is_equilibrium(found.status)) e = equilibrium_at(s, found.point);
   e.status = found.status;
   e.message = e.valid() ? missing_model(s, e) : std::string();
-  if (e.message.empty()) e.message = in_short(found);
+  if (e.message.empty()) e.message = in_short(s, found);
   e.residual = found.residual;
   return e;
 }

@@ -853,6 +853,32 @@ TEST_CASE("no derivative, no linear model") {
   CHECK(std::isnan(none.residual));
 }
 
+TEST_CASE("a model without states is its D, and has no modes") {
+  Model gain;
+  gain.name = "gain";
+  gain.inputs = {{"u", "", 1.0}, {"v", "", 1.0}};
+  gain.outputs = {{"y", "", 1.0}};
+  gain.h = [](const VectorXd& x, const VectorXd& u, const VectorXd&) {
+    CHECK(x.size() == 0);
+    return VectorXd::Constant(1, 2 * u[0] - 3 * u[1]);
+  };
+  const LinearModel linear = linearize(gain, {VectorXd(), VectorXd::Ones(2), VectorXd()});
+  REQUIRE(linear);
+  CHECK(linear.A.size() == 0);
+  CHECK(linear.B.rows() == 0);
+  CHECK(linear.B.cols() == 2);
+  CHECK(linear.C.rows() == 1);
+  CHECK(linear.C.cols() == 0);
+  CHECK_NEAR(linear.D(0, 0), 2.0, linear.D_error(0, 0));
+  CHECK_NEAR(linear.D(0, 1), -3.0, linear.D_error(0, 1));
+  CHECK(linear.D_error.maxCoeff() < 1e-6);
+  CHECK(linear.residual == 0);
+  const Modes none = modes(linear);
+  CHECK(none.modes.empty());
+  CHECK(none.verdict == Verdict::stable);  // nothing could be unstable
+  CHECK(none.spectral_abscissa == -std::numeric_limits<double>::infinity());
+}
+
 TEST_CASE("wrong exact derivatives are noticed, wherever they stand") {
   Random random(5);
   const Linear linear = random_linear(random, 3, 2, 2);

@@ -77,6 +77,19 @@ TEST_CASE("every number of the aircraft and the gains is read into its own place
   }
 }
 
+TEST_CASE("a time limit of the trims, in any kind of study") {
+  const std::string one = "[[condition]]\nname = 'a'\n";
+  const std::string own = "[model]\nname = 'm'\n[[model.state]]\nname = 'x'\nrate = '-x'\n";
+  for (const std::string& rest : {one + "V = 15.0\ngamma_deg = 0\neta_deg = 0\n", own + one}) {
+    CHECK(parse_study("time_limit = 2.5\n" + rest, "s.toml").time_limit == 2.5);
+    CHECK(parse_study(rest, "s.toml").time_limit == unlimited);
+    for (const char* const wrong : {"0", "-1", "inf", "'2 s'"})
+      CHECK_THROWS_WITH_AS(
+          (void)parse_study(fmt::format("time_limit = {}\n", wrong) + rest, "s.toml"),
+          doctest::Contains("s.toml:1:14: time_limit: "), StudyError);
+  }
+}
+
 TEST_CASE("limits are read, angles in degrees") {
   const Limits limits = parsed(
                             "limits.theta0 = [-1, 0.5]\nlimits.a1s_deg = [-20, 21]\n"

@@ -193,8 +193,8 @@ static std::vector<TrimOptions> both_methods() {
 
 TEST_CASE("every status is spelt as the contract says") {
   const std::vector<std::string> words = {
-      "converged", "singular",   "not_optimal", "not_implied",    "infeasible",
-      "not_found", "not_finite", "model_threw", "not_repeatable", "interrupted"};
+      "converged",  "singular",    "not_optimal",    "not_implied", "infeasible", "not_found",
+      "not_finite", "model_threw", "not_repeatable", "interrupted", "time_limit"};
   for (std::size_t i = 0; i < words.size(); ++i) CHECK(to_string(TrimStatus(i)) == words[i]);
 }
 

@@ -457,3 +457,25 @@ TEST_CASE("a long sweep of formulas is stopped cleanly, and goes on to the same 
   CHECK(run(scratch, "sweep s.toml -o whole.nc").exit_code == 0);
   CHECK(resumed == slurp(scratch.path / "whole.nc"));
 }
+
+TEST_CASE("a study limits the time of each trim: status, words and exit code") {
+  const Scratch scratch("user_model");
+  scratch.write("s.toml",
+                "time_limit = 1e-6\n" + slurp(TILTRIM_SOURCE_DIR "/studies/levitation.toml"));
+  const Ran text = run(scratch, "trim s.toml");
+  CHECK(text.exit_code == 1);
+  CHECK(says(text.out, "time_limit"));
+  CHECK(says(text.out, "the model took longer than the 1e-06 s allowed: "));
+  const json trimmed = json::parse(run(scratch, "trim s.toml -f json").out)["conditions"][0];
+  CHECK(trimmed["status"] == "time_limit");
+  for (const char* const command :
+       {"linearize", "follow", "sensitivities", "margins", "simulate"}) {
+    CAPTURE(command);
+    const Ran ran = run(scratch, fmt::format("{} s.toml", command));
+    CHECK(ran.exit_code == 1);
+    CHECK(says(ran.out, "the model took longer than"));
+  }
+  const Ran swept = run(scratch, "sweep s.toml");
+  CHECK(swept.exit_code == 1);
+  CHECK(says(swept.out, " x the model took longer than the 1e-06 s allowed"));
+}

@@ -230,9 +230,11 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
   for (const DecisionVariable& lever : levers)
     if (!stopped()) d.remedies.push_back(nearest(model, spec, guess, lever, options));
   // What was cut short was not examined: it is no remedy that does not help.
-  std::erase_if(d.remedies, [](const Remedy& r) {
-    return !r.helps() && r.trim.status == TrimStatus::interrupted;
-  });
+  const auto ended = [](TrimStatus status) {
+    return [status](const Remedy& r) { return r.trim.status == status; };
+  };
+  d.out_of_time = std::erase_if(d.remedies, ended(TrimStatus::time_limit)) > 0;
+  std::erase_if(d.remedies, ended(TrimStatus::interrupted));
   d.interrupted = stopped();
   return d;
 }

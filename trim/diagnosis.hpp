@@ -50,6 +50,7 @@ struct Diagnosis {
   std::vector<Holding> holding;  ///< strongest pull first
   std::vector<Remedy> remedies;  ///< limits, equations, levers: each alone
   bool interrupted = false;      ///< others were not examined
+  bool out_of_time = false;      ///< some were not examined in the time allowed for each
 };
 
 /// Looks for what would have to give for `spec` to have an answer, `closest` being the best point

@@ -37,10 +37,13 @@ std::string row_unit(const Model& model, Index row) {
 // point without finite values, and its words are kept.
 template <class Evaluate>
 static bool guarded(const Problem& p, const Evaluate& evaluate) {
+  if (p.over()) return false;
   ++p.evaluations;
   try {
     evaluate();
     return true;
+  } catch (const OutOfTime&) {
+    --p.evaluations;  // there was none
   } catch (const std::exception& e) {
     if (p.thrown.empty()) p.thrown = e.what();
   } catch (...) {
@@ -210,15 +213,47 @@ void count(const Problem& p, const TrimSpec& spec) {
                   p.m() - p.n()));
 }
 
+// The problem's functions where the rates and outputs are y.
+Values values_of(const Problem& p, const VectorXd& z, const VectorXd& y) {
+  Values v;
+  v.rates = y.head(std::ssize(p.model.states));
+  v.residual.resize(p.m());
+  for (Index i = 0; i < p.m(); ++i) {
+    const Index row = p.equations[std::size_t(i)];
+    v.residual[i] = (y[row] - p.held[i]) / p.row_nominal[row];
+  }
+  v.limited.resize(std::ssize(p.limited));
+  for (Index i = 0; i < v.limited.size(); ++i)
+    v.limited[i] = y[p.limited[std::size_t(i)]] / p.row_nominal[p.limited[std::size_t(i)]];
+  v.effort = p.fixed_effort;
+  for (const Problem::Term& t : p.terms) {
+    const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : y[t.row];
+    v.effort += std::pow((value - t.reference) / t.scale, 2);
+  }
+  v.finite = y.allFinite() && std::isfinite(v.effort);
+  return v;
+}
+
+// The residual of a point that meets everything is 0, as that of a trim without equations.
+void note_nearest(const Problem& p, const VectorXd& z, const Values& v) {
+  const double residual = v.residual.size() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
+  if (residual < p.nearest.residual) p.nearest = {z, v, residual};
+}
+
 // The model's answers have the sizes of its signals, if it answers at all at the guess.
 void check_answers(const Problem& p) {
   VectorXd rates(std::ssize(p.model.states)), outputs(std::ssize(p.model.outputs));
-  guarded(p, [&] {
+  const bool answered = guarded(p, [&] {
     rates = p.model.f(p.base.x, p.base.u, p.base.p);
     if (p.model.h) outputs = p.model.h(p.base.x, p.base.u, p.base.p);
   });
   check_rates(p.model, rates);
   check_outputs(p.model, outputs);
+  if (!answered) return;
+  VectorXd y(rates.size() + outputs.size());
+  y << rates, outputs;
+  const VectorXd z = unknowns_of(p, p.base);
+  if (const Values v = values_of(p, z, y); v.finite) note_nearest(p, z, v);
 }
 
 }  // namespace
@@ -280,21 +315,8 @@ Values values(const Problem& p, const VectorXd& z) {
     y.tail(y.size() - nx) = outputs;
   });
   if (!answered) return v;
-  v.rates = y.head(nx);
-  v.residual.resize(p.m());
-  for (Index i = 0; i < p.m(); ++i) {
-    const Index row = p.equations[std::size_t(i)];
-    v.residual[i] = (y[row] - p.held[i]) / p.row_nominal[row];
-  }
-  v.limited.resize(std::ssize(p.limited));
-  for (Index i = 0; i < v.limited.size(); ++i)
-    v.limited[i] = y[p.limited[std::size_t(i)]] / p.row_nominal[p.limited[std::size_t(i)]];
-  v.effort = p.fixed_effort;
-  for (const Problem::Term& t : p.terms) {
-    const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : y[t.row];
-    v.effort += std::pow((value - t.reference) / t.scale, 2);
-  }
-  v.finite = y.allFinite() && std::isfinite(v.effort);
+  v = values_of(p, z, y);
+  if (v.finite) note_nearest(p, z, v);
   return v;
 }
 

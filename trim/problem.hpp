@@ -2,12 +2,20 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "trim/trim.hpp"
 
 namespace tiltrim {
+
+/// A problem's functions at a point. `finite` is false where the model gives NaN or Inf, or throws.
+struct Values {
+  Eigen::VectorXd rates, residual, limited;
+  double effort = 0.0;
+  bool finite = false;
+};
 
 /// What the solvers see: unknowns z (each variable over its nominal size), residuals (each held
 /// rate or output, less its held value, over its nominal size), limited outputs, effort.
@@ -42,7 +50,16 @@ struct Problem {
   bool needs_outputs = false;
 
   mutable long evaluations = 0;
-  mutable std::string thrown;  // what the model threw, the first time
+  mutable std::string thrown;                 // what the model threw, the first time
+  std::shared_ptr<const bool> out_of_time{};  // the model's time is over; null: it has no limit
+  struct Nearest {
+    Eigen::VectorXd z;
+    Values values;
+    double residual = unlimited;
+  };
+  mutable Nearest nearest{};  // of least residual
+
+  bool over() const { return out_of_time && *out_of_time; }
 
   Eigen::Index n() const { return std::ssize(unknowns); }
   Eigen::Index m() const { return std::ssize(equations); }
@@ -52,12 +69,7 @@ struct Problem {
 /// Builds the problem; throws std::invalid_argument on the caller's mistakes.
 Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess);
 
-/// The problem's functions at z. `finite` is false where the model gives NaN or Inf, or throws.
-struct Values {
-  Eigen::VectorXd rates, residual, limited;
-  double effort = 0.0;
-  bool finite = false;
-};
+/// Their derivatives.
 struct Jacobians {
   Eigen::MatrixXd residual, limited;
   Eigen::VectorXd effort;

@@ -65,7 +65,11 @@ Proof show_no_solution(const Problem& p, const TrimOptions& options) {
     if (++proof.boxes > options.max_boxes || options.stop.stop_requested()) return proof;
     const Part part = std::move(open.back());
     open.pop_back();
-    if (excluded(p, part)) continue;
+    try {
+      if (excluded(p, part)) continue;
+    } catch (const OutOfTime&) {
+      return proof;
+    }
     const auto width = [&](Index j) {
       const Range& r = part.box[std::size_t(j)];
       return (r.upper - r.lower) / signal_of(p.model, j).nominal;

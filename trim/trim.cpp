@@ -43,6 +43,8 @@ std::string to_string(TrimStatus status) {
       return "not_repeatable";
     case TrimStatus::interrupted:
       return "interrupted";
+    case TrimStatus::time_limit:
+      return "time_limit";
   }
   return "unknown";
 }
@@ -187,7 +189,9 @@ void search(Search& s) {
   } else if (values(p, guess).finite) {
     s.from_ipopt(guess, s.options);
   }
-  const auto stopped = [&] { return s.options.stop.stop_requested() || s.not_repeatable; };
+  const auto stopped = [&] {
+    return s.options.stop.stop_requested() || p.over() || s.not_repeatable;
+  };
   if (p.square())
     for (int i = 1; i <= s.options.starts && !stopped(); ++i) s.from_newton(start(p, i), quiet);
   if (newton_only || (p.square() && !s.answers.empty())) return;
@@ -269,12 +273,31 @@ std::string no_numbers(const Search& s) {
                      counted(s.starts, "start"), not_finite_in_words(p, rates, outputs(p, p.base)));
 }
 
+// What was evaluated in the time allowed, nothing more.
+TrimResult out_of_time(const Search& s) {
+  const Problem& p = s.p;
+  const auto& [z, at, residual] = p.nearest;
+  TrimResult r;
+  r.status = TrimStatus::time_limit;
+  r.point = z.size() == p.n() ? point_of(p, z) : p.base;
+  r.rates = at.rates;
+  r.outputs = outputs(p, r.point);
+  r.residual = residual;
+  r.effort = at.effort;
+  r.message =
+      out_of_time_in_words(s.options.time_limit) + ": " + counted(int(p.evaluations), "evaluation");
+  if (std::isfinite(residual))
+    r.message += fmt::format("; the closest point has a residual of {:.3g} 1/s", residual);
+  return r;
+}
+
 TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
   TrimResult r = closest_point(s);
   if (s.not_repeatable) return *s.not_repeatable;
   if (!s.answers.empty()) return best_answer(s);
+  if (p.over()) return out_of_time(s);
   if (s.options.stop.stop_requested()) {
     r.status = TrimStatus::interrupted;
     r.message = "stopped by the caller after " + counted(s.starts, "start");
@@ -285,6 +308,7 @@ TrimResult no_answer(Search& s) {
     r = *s.output_not_finite;
   } else {
     const Proof proof = show_no_solution(p, s.options);
+    if (p.over()) return out_of_time(s);
     r.status = proof.shown ? TrimStatus::infeasible : TrimStatus::not_found;
     r.message = fmt::format(
         "{}; the closest point leaves {}, {}",
@@ -317,7 +341,10 @@ std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) 
 TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                 const TrimOptions& options) {
   const RoundToNearest environment;
-  const Problem problem = make_problem(model, spec, guess);
+  std::optional<TimedModel> limited;
+  if (options.time_limit != unlimited) limited = timed(model, options.time_limit);
+  Problem problem = make_problem(limited ? limited->model : model, spec, guess);
+  if (limited) problem.out_of_time = limited->over;
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(
         fmt::format("Newton alone needs as many unknowns as equations, not {} and {}", problem.n(),
@@ -326,6 +353,10 @@ TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& 
   Search s{problem, options};
   search(s);
   TrimResult result = s.answers.empty() ? no_answer(s) : best_answer(s);
+  if (problem.over() && result.message.empty())
+    result.message = fmt::format("the {:.6g} s allowed were over after {}: others were not tried",
+                                 options.time_limit, counted(s.starts, "start"));
+  result.thrown = problem.thrown;
   result.starts = s.starts;
   result.evaluations = problem.evaluations;
   return result;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/model.hpp"
+#include "model/time_limit.hpp"
 
 namespace tiltrim {
 
@@ -46,6 +47,7 @@ enum class TrimStatus {
   model_threw,     ///< the model threw an exception; its words are in the message
   not_repeatable,  ///< the model gives two answers at one point
   interrupted,     ///< the caller asked to stop
+  time_limit,      ///< the time allowed was over before anything was verified
 };
 
 /// The status as the JSON contract spells it: "converged", "not_found", ...
@@ -75,9 +77,10 @@ struct TrimOptions {
   double step_tolerance = 1e-9;           ///< on the last Newton step over nominal sizes
   int starts = 32;                        ///< further starts over the bounds (a Halton set)
   int max_iterations = 100;               ///< of each solver from each start
-  int max_boxes = 200'000;  ///< of the proof that there is no equilibrium; 0: no proof
-  bool closest = true;      ///< where there is no answer, look for the closest point
-  std::stop_token stop{};   ///< asked between solver steps
+  int max_boxes = 200'000;        ///< of the proof that there is no equilibrium; 0: no proof
+  bool closest = true;            ///< where there is no answer, look for the closest point
+  double time_limit = unlimited;  ///< s of wall clock; a call of the model is not cut short
+  std::stop_token stop{};         ///< asked between solver steps
   std::function<void(const OperatingPoint&)> observe{};  ///< every Newton iterate from the guess
 };
 
@@ -98,6 +101,7 @@ struct TrimResult {
   int starts = 0;                          ///< starts tried
   long evaluations = 0;                    ///< calls of the model's f and derivatives
   std::string message;                     ///< empty when converged without remark
+  std::string thrown;                      ///< the model's first exception; empty: none
 
   /// A verified equilibrium.
   explicit operator bool() const { return status == TrimStatus::converged; }
@@ -105,7 +109,7 @@ struct TrimResult {
 
 /// Solves `spec` on `model` from `guess`. Throws std::invalid_argument on the caller's mistakes: a
 /// name the model does not have, bounds that are reversed or NaN, no equation at all, more
-/// equations than unknowns, a guess of the wrong size.
+/// equations than unknowns, a guess of the wrong size, a time limit that is not above zero.
 [[nodiscard]] TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                               const TrimOptions& options = {});
 

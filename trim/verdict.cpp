@@ -137,7 +137,8 @@ std::string limits_in_words(const TrimResult& r) {
   return fmt::format("with {}", fmt::join(words, ", "));
 }
 
-TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimOptions& options) {
+static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
+                         const TrimOptions& options) {
   TrimResult r;
   r.point = point_of(p, z);
   r.residual = std::numeric_limits<double>::infinity();
@@ -195,6 +196,12 @@ TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimO
   } else {
     r.status = TrimStatus::converged;
   }
+  return r;
+}
+
+TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimOptions& options) {
+  TrimResult r = judged(p, z, optimal, options);
+  if (p.over()) r.status = TrimStatus::time_limit;  // not every value was had
   return r;
 }
 
