@@ -123,6 +123,12 @@ bool same_axes(const SweepMap& map, const SweepTable& grid) {
   return std::ranges::equal(map.axes, grid.axes, {}, &SweepAxis::name, &SweepAxis::name);
 }
 
+std::string in_words(const ReportTable::Map& map) {
+  std::string axes;
+  for (const SweepAxis& axis : map.grid.axes) axes += (axes.empty() ? "" : " and ") + axis.name;
+  return "the map over " + axes;
+}
+
 void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyReport& report) {
   const Study& study = report.study;
   const std::size_t files = report.maps.size();
@@ -132,14 +138,18 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
         std::any_of(report.maps.begin(), report.maps.begin() + std::ptrdiff_t(files),
                     [&](const StudyReport::Map& m) { return same_axes(m.map, map.grid); });
     const std::vector<Condition> conditions = conditions_of(map, all);
-    if (there || conditions.empty() || report.interrupted) continue;
+    if (there || conditions.empty()) continue;
+    if (stop.stop_requested()) {
+      report.not_examined.push_back(in_words(map));
+      continue;
+    }
     SweepOptions options;
     options.threads = command.threads;
     options.stop = stop;
     try {
       report.maps.push_back({swept(study, conditions, map.grid, options), ""});
     } catch (const SweepInterrupted&) {
-      report.interrupted = true;
+      report.not_examined.push_back(in_words(map));
     }
   }
 }
@@ -171,19 +181,27 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
   TrimOptions trimming;
   trimming.stop = stop;
+  trimming.time_limit = study.time_limit;
+  // What comes after a stop is not begun, and named.
+  const auto examined = [&](bool wanted, const std::string& what) {
+    if (wanted && stop.stop_requested()) report.not_examined.push_back(what);
+    return wanted && !stop.stop_requested();
+  };
   for_each(study, command.common, [&](const Condition& c, Progress&) {
+    if (!examined(true, "condition '" + c.name + "'")) return;
     report.conditions.push_back(linearized(study, c, trimming));
-    if (c.command() || (c.user() && !c.user()->model->loops.empty()))
+    const bool has_loops = c.command() || (c.user() && !c.user()->model->loops.empty());
+    const bool has_margins = report.conditions.back().answer.has_equilibrium();
+    if (examined(has_loops && (has_margins || !stop.stop_requested()),
+                 "the margins of '" + c.name + "'"))
       report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
   });
-  report.interrupted = stop.stop_requested();
   add_maps(command, stop, report);
-  if (wants_flight(study) && !report.interrupted) report.flight = flown(study, {}, stop);
-  if (study.user_motion && (!study.report || study.report->flight.value_or(true)) &&
-      !report.interrupted)
+  if (examined(wants_flight(study), "the flight")) report.flight = flown(study, {}, stop);
+  if (examined(study.user_motion && (!study.report || study.report->flight.value_or(true)),
+               "the motion"))
     report.motion = user_motion(study, trimming);
-  report.interrupted = report.interrupted || stop.stop_requested();
-  if (wants_audit(study) && !report.interrupted)
+  if (examined(wants_audit(study), "the paper's tables"))
     report.paper = paper_tables(data_directory(), study.vehicle);
   return report;
 }

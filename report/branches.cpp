@@ -114,7 +114,7 @@ std::string words(const BranchEvent& e) {
     case EventKind::zero:
       return "a real eigenvalue crosses zero: " + e.which;
     case EventKind::hopf:
-      return fmt::format("±{:.4f}i crosses: {}", e.eigenvalue->imag(), e.which);
+      return fmt::format("±{}i crosses: {}", number_text(e.eigenvalue->imag(), "{:.4f}"), e.which);
     case EventKind::branch_point:
       return "another branch crosses";
     case EventKind::end:

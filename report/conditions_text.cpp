@@ -102,9 +102,10 @@ std::vector<std::string> remarks(const ConditionReport& c) {
                                   l.upper ? "upper" : "lower", l.value));
   if (!t.others.empty())
     notes.push_back(
-        fmt::format("{} more equilibri{} found within the limits in {} starts; this one "
+        fmt::format("{} more equilibri{} found within the limits in {}; this one "
                     "takes the least control effort",
-                    t.others.size(), t.others.size() == 1 ? "um" : "a", t.starts));
+                    t.others.size(), t.others.size() == 1 ? "um" : "a",
+                    number_of(std::size_t(t.starts), "start")));
   if (c.answer.table)
     notes.push_back(
         fmt::format("moment about the centre of gravity: CM {:.5f} balances the thrust, the "
@@ -182,9 +183,9 @@ Sheet all_sheet(const std::vector<ConditionReport>& conditions) {
       row.push_back(SheetCell(e.found));
       sheet.rows.push_back(row);
     }
-    sheet.notes.push_back(
-        fmt::format("{}: {} found in {} starts and along {} branches; there may be more.", name,
-                    number, c.all->starts, c.all->branches));
+    sheet.notes.push_back(fmt::format("{}: {} found in {} and along {}; there may be more.", name,
+                                      number, number_of(std::size_t(c.all->starts), "start"),
+                                      number_of(std::size_t(c.all->branches), "branch")));
   }
   return sheet;
 }

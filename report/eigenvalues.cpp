@@ -29,7 +29,8 @@ std::string shares(const Eigen::VectorXd& participation, const Signals& states) 
 
 std::string eigenvalue_text(const Mode& m) {
   const double re = m.eigenvalue.real(), im = m.eigenvalue.imag();
-  return im == 0 ? fmt::format("{:.4f}", re) : fmt::format("{:.4f} ± {:.4f}i", re, std::abs(im));
+  const auto text = [](double number) { return number_text(number, "{:.4f}"); };
+  return im == 0 ? text(re) : text(re) + " ± " + text(std::abs(im)) + "i";
 }
 
 Tone tone_of(Verdict verdict) {
@@ -42,8 +43,8 @@ std::string verdict_in_words(const Modes& m) {
   if (!m.converged) return "the eigenvalue iteration did not converge";
   if (m.modes.empty()) return "no states";
   const Mode& last = m.modes.back();
-  const std::string least =
-      fmt::format("the rightmost eigenvalue is {:.4f} 1/s ({})", last.eigenvalue.real(), last.name);
+  const std::string least = fmt::format("the rightmost eigenvalue is {} 1/s ({})",
+                                        number_text(last.eigenvalue.real(), "{:.4f}"), last.name);
   switch (m.verdict) {
     case Verdict::stable:
       return least + ", left of the axis by more than its error bound";

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "report/eigenvalues.hpp"
 #include "report/json.hpp"
 
 namespace tiltrim {
@@ -23,10 +24,7 @@ double one_percent(const ParameterSensitivity& p) {
 }
 
 std::string title(const Mode& m) {
-  const double re = m.eigenvalue.real(), im = m.eigenvalue.imag();
-  const std::string value =
-      im == 0 ? fmt::format("{:.4f}", re) : fmt::format("{:.4f} ± {:.4f}i", re, std::abs(im));
-  return fmt::format("{} ({} 1/s, damping {:.3f})", m.name, value, m.damping());
+  return fmt::format("{} ({} 1/s, damping {:.3f})", m.name, eigenvalue_text(m), m.damping());
 }
 
 Sheet mode_sheet(const Sensitivities& s, std::size_t mode, std::size_t most) {

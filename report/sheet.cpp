@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "report/code_points.hpp"
@@ -30,12 +31,24 @@ std::string csv_field(const SheetCell& cell) {
 
 std::string cell_text(const SheetCell& cell, const SheetColumn& column) {
   if (const auto* number = std::get_if<double>(&cell.value)) {
-    const std::string shown = fmt::format(fmt::runtime(column.format), *number);
+    const std::string shown = number_text(*number, column.format);
     const bool zero = shown.find_first_of("123456789ni") == std::string::npos;  // not nan, not inf
     return zero ? fmt::format(fmt::runtime(column.format), 0.0) : shown;  // no minus before a zero
   }
   if (const auto* words = std::get_if<std::string>(&cell.value)) return *words;
   return "-";
+}
+
+std::string number_text(double number, const std::string& format) {
+  constexpr double many_digits = 1e10;  // nobody reads them
+  const bool fixed = format.ends_with("f}");
+  return fixed && std::isfinite(number) && std::abs(number) >= many_digits
+             ? fmt::format("{:.7g}", number)
+             : fmt::format(fmt::runtime(format), number);
+}
+
+std::string number_of(std::size_t n, const std::string& what) {
+  return fmt::format("{} {}{}", n, what, n == 1 ? "" : what.ends_with("ch") ? "es" : "s");
 }
 
 bool is_numeric(const Sheet& sheet, std::size_t column) {

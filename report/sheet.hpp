@@ -70,6 +70,11 @@ std::string as_latex(const std::vector<Sheet>& sheets);  ///< the same
 /// styles.
 std::string as_html(const Sheet& sheet);
 
+/// A number by its column's format; of fixed notation, one with more than ten digits before its
+/// point as 1.234567e+300.
+std::string number_text(double number, const std::string& format);
+/// "2 conditions", "1 condition".
+std::string number_of(std::size_t n, const std::string& what);
 /// A cell as text prints it: a number by its column's format, "-" for nothing.
 std::string cell_text(const SheetCell& cell, const SheetColumn& column);
 /// Is there any number in this column?

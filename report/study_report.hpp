@@ -30,7 +30,8 @@ struct StudyReport {
   std::optional<FlightReport> flight;
   std::optional<MotionAnswer> motion{};  ///< of a study with [model] and [simulate]
   std::optional<PaperTables> paper;
-  bool interrupted = false;  ///< what comes after was not done
+  std::vector<std::string>
+      not_examined{};  ///< after an interrupt: "condition 'climb'", "the flight"
 };
 
 /// Something that has no answer, why, and what would or would not help.

@@ -13,11 +13,6 @@ namespace tiltrim {
 
 namespace {
 
-// "2 conditions", "1 condition"
-std::string number_of(std::size_t n, const std::string& what) {
-  return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
-}
-
 std::string listed(const std::vector<std::string>& names) {
   constexpr std::size_t most = 6;
   if (names.size() <= most) return fmt::format("{}", fmt::join(names, ", "));
@@ -90,7 +85,8 @@ std::vector<Unanswered> unanswered(const StudyReport& report) {
   for (const LoopsAnswer& c : report.loops)
     if (c.trimmed.has_equilibrium() && !c.answered())
       all.push_back({"Margins of " + c.trimmed.condition.name,
-                     c.modes.verdict == Verdict::stable
+                     !c.linear ? "no linear model: " + ended(c.linear.message)
+                     : c.modes.verdict == Verdict::stable
                          ? "some margin may have been missed: the table's notes say which."
                          : "a loop that is not stable has none."});
   for (const StudyReport::Map& m : report.maps) add_map(m.map, all);
@@ -100,9 +96,9 @@ std::vector<Unanswered> unanswered(const StudyReport& report) {
     all.push_back({"The motion", outcome_of(*report.motion)});
   if (report.paper && report.paper->identified.status != IdentifyStatus::reproduced)
     all.push_back({"The constants behind Table 3", ended(report.paper->identified.message)});
-  if (report.interrupted)
-    all.push_back(
-        {"The rest of this report", "it was interrupted: what is missing was not computed."});
+  if (!report.not_examined.empty())
+    all.push_back({"The rest of this report",
+                   "interrupted: not examined are " + listed(report.not_examined) + "."});
   return all;
 }
 
@@ -119,7 +115,9 @@ std::string verdict_in_words(const StudyReport& report) {
     else
       (c.modes->verdict == Verdict::stable ? stable : unstable).push_back(name);
   }
-  const std::string all = number_of(report.conditions.size(), "condition");
+  const bool cut = !report.not_examined.empty();
+  const std::string all =
+      number_of(report.conditions.size(), "condition") + (cut ? " examined" : "");
   std::vector<std::string> parts;
   if (!without.empty())
     parts.push_back(fmt::format("no verified equilibrium for {} of {} ({})", without.size(), all,
@@ -130,12 +128,16 @@ std::string verdict_in_words(const StudyReport& report) {
   if (!unstable.empty())
     parts.push_back(fmt::format("{} of {} unstable ({})", unstable.size(), all, listed(unstable)));
   if (!stable.empty())
-    parts.push_back(
-        stable.size() == report.conditions.size()
-            ? fmt::format("{} in verified equilibrium and stable",
-                          stable.size() == 1 ? "the condition is" : fmt::format("all {} are", all))
-            : fmt::format("{} in verified equilibrium and stable", stable.size()));
-  if (parts.empty()) parts.push_back(fmt::format("{} in verified equilibrium", all));
+    parts.push_back(stable.size() == report.conditions.size()
+                        ? fmt::format("{} in verified equilibrium and stable",
+                                      stable.size() == 1 && !cut ? "the condition is"
+                                      : stable.size() == 1 ? "the one " + all.substr(2) + " is"
+                                                           : fmt::format("all {} are", all))
+                        : fmt::format("{} in verified equilibrium and stable", stable.size()));
+  if (report.conditions.empty())
+    parts.emplace_back("no condition was examined");
+  else if (parts.empty())
+    parts.push_back(fmt::format("{} in verified equilibrium", all));
   std::string words = fmt::format("{}", fmt::join(parts, "; "));
   for (const StudyReport::Map& m : report.maps)
     if (m.map.axes.size() == 1 && !m.map.intervals.empty())
@@ -153,8 +155,10 @@ std::string verdict_in_words(const StudyReport& report) {
   }
   if (report.motion) words += ". The motion of " + ended(outcome_of(*report.motion));
   if (words.ends_with('.')) words.pop_back();
-  if (report.interrupted) words = "Interrupted, so incomplete. " + words;
   words.front() = char(std::toupper(static_cast<unsigned char>(words.front())));
+  if (cut)
+    words = fmt::format("Interrupted, so incomplete: not examined are {}. {}",
+                        listed(report.not_examined), words);
   return words + ".";
 }
 

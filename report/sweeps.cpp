@@ -49,7 +49,7 @@ std::string axis_in_words(const SweepAxis& axis) {
                                   own.values.back(), own.unit.empty() ? "" : " ", own.unit);
   for (std::size_t c = 1; c < axis.columns.size(); ++c)
     words += (c == 1 ? " (with " : ", ") + axis.columns[c].name;
-  return words + (axis.columns.size() > 1 ? ")" : "") + fmt::format(", {} points", axis.size());
+  return words + (axis.columns.size() > 1 ? ")" : "") + ", " + number_of(axis.size(), "point");
 }
 
 }  // namespace
@@ -66,15 +66,41 @@ std::string counts_in_words(const SweepMap& map, std::size_t c) {
   return words;
 }
 
+namespace {
+
+// The points at which the model threw, and what it threw first.
+struct Threw {
+  std::size_t points = 0;
+  std::string first;
+  bool alike = true;
+};
+
+Threw threw(const SweepMap& map, std::size_t first, std::size_t last) {
+  Threw all;
+  for (std::size_t p = first; p < last; ++p) {
+    if (map.status[p] != std::int8_t(TrimStatus::model_threw)) continue;
+    const std::string& words = map.reasons[std::size_t(map.reason[p])];
+    if (++all.points == 1) all.first = words;
+    all.alike = all.alike && words == all.first;
+  }
+  return all;
+}
+
+}  // namespace
+
 std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
   std::vector<std::pair<std::size_t, std::size_t>> counts(map.reasons.size());
   for (std::size_t r = 0; r < counts.size(); ++r) counts[r] = {0, r};
   const std::size_t n = map.points_per_condition();
   for (std::size_t p = c * n; p < (c + 1) * n; ++p)
-    if (map.reason[p] > 0) ++counts[std::size_t(map.reason[p])].first;
+    if (map.reason[p] > 0 && map.status[p] != std::int8_t(TrimStatus::model_threw))
+      ++counts[std::size_t(map.reason[p])].first;
   std::ranges::stable_sort(counts, std::greater{}, [](const auto& r) { return r.first; });
   constexpr std::size_t most = 3;
   std::vector<std::string> reasons;
+  if (const Threw all = threw(map, c * n, (c + 1) * n); all.points > 0)
+    reasons.push_back(fmt::format("{} x {}{}", all.points, all.first,
+                                  all.alike ? "" : " (the first; others differ)"));
   std::size_t left = 0;
   for (const auto& [times, r] : counts) {
     if (times == 0) continue;
@@ -84,7 +110,8 @@ std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
       left += times;
   }
   if (left > 0)
-    reasons.push_back(fmt::format("{} points for other reasons: see reason_text", left));
+    reasons.push_back(
+        fmt::format("{} point{} for other reasons: see reason_text", left, left == 1 ? "" : "s"));
   return reasons;
 }
 
@@ -109,7 +136,8 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
     std::string ends;
     if (crossing != map.crossings.end()) {
       ends = to_string(crossing->kind);
-      if (crossing->kind == CrossingKind::hopf) ends = fmt::format("±{:.5f}i", crossing->frequency);
+      if (crossing->kind == CrossingKind::hopf)
+        ends = "±" + number_text(crossing->frequency, "{:.5f}") + "i";
       if (!crossing->mode_name.empty()) ends += ", " + crossing->mode_name;
       if (crossing->error > 0) ends += fmt::format(" (±{:.0e})", crossing->error);
     }
@@ -147,10 +175,8 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
   if (unstable == 0)
     return fmt::format("stable on {} but for {:.6g}, which is without trim or undecided", range,
                        rest);
-  std::string words = fmt::format(
-      "not stable on all of {}: unstable on {} stretch{} of it, {:.6g} "
-      "in all",
-      range, stretches, stretches == 1 ? "" : "es", unstable);
+  std::string words = fmt::format("not stable on all of {}: unstable on {} of it, {:.6g} in all",
+                                  range, number_of(stretches, "stretch"), unstable);
   if (rest > 0) words += fmt::format("; without trim or undecided on {:.6g}", rest);
   if (least && unstable > 0)
     words += fmt::format("; largest Re λ {:.6g} 1/s at {} = {:.6g}", least->abscissa, own.name,
@@ -173,9 +199,9 @@ std::string lines_in_words(const SweepMap& map, std::size_t condition, std::size
   }
   for (const AxisCrossing& c : map.crossings)
     if (c.condition == int(condition) && c.axis == int(axis)) ++crossings;
-  return fmt::format("along {}: {} lines, {} stable throughout, {} crossings located{}",
-                     map.axes[axis].name, lines, stable, crossings,
-                     doubtful > 0 ? fmt::format(", {} intervals undecided", doubtful) : "");
+  return fmt::format("along {}: {}, {} stable throughout, {} located{}", map.axes[axis].name,
+                     number_of(lines, "line"), stable, number_of(crossings, "crossing"),
+                     doubtful > 0 ? ", " + number_of(doubtful, "interval") + " undecided" : "");
 }
 
 }  // namespace
@@ -324,6 +350,10 @@ std::string map_json(const SweepMap& map) {
       {"program", map.program}, {"conditions", map.conditions}, {"axes", axes_json(map)}};
   all["points"] = ordered_json::array();
   for (std::size_t p = 0; p < map.points(); ++p) all["points"].push_back(point_json(map, p));
+  const Threw thrown = threw(map, 0, map.points());
+  all["model_threw"] = thrown.points == 0
+                           ? ordered_json()
+                           : ordered_json{{"points", thrown.points}, {"first", thrown.first}};
   all["crossings"] = ordered_json::array();
   for (const AxisCrossing& c : map.crossings) all["crossings"].push_back(crossing_json(map, c));
   all["intervals"] = ordered_json::array();

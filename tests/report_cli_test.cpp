@@ -210,7 +210,26 @@ TEST_CASE("Ctrl-C: a page of what there is, which says so first; exit 130") {
   ::kill(report.pid, SIGINT);
   const Ran ran = finish(report, 120s);
   CHECK(ran.exit_code == 128 + SIGINT);
-  CHECK(says(ran.out, "Interrupted, so incomplete. "));
+  const std::string first = "Interrupted, so incomplete: not examined are condition ";
+  CHECK(says(ran.out, first));
+  CHECK(says(ran.out, " examined"));  // of those, and no others
+  CHECK_FALSE(says(ran.out, "400 conditions"));
   CHECK(says(slurp(scratch.path / "s.html"),
-             "<p id=\"verdict\" class=\"verdict doubtful\">Interrupted, so incomplete."));
+             "<p id=\"verdict\" class=\"verdict doubtful\">" + first));
+}
+
+TEST_CASE("Ctrl-C in a map: the conditions are examined, the map and what follows are not") {
+  const Scratch scratch("report");
+  const std::string lines =  // hundreds of them, each a tenth of a second
+      "[[report.map.axis]]\nkey = \"V\"\nfrom = 10\nto = 20\ncount = 1000\n";
+  const std::string map = map_over("gains.K_Lp", 800) + lines;
+  scratch.write("s.toml", "[report]\naudit = \"skip\"\n" + map + level);
+  const program::Running report = start(scratch, "report s.toml");
+  std::this_thread::sleep_for(1s);
+  ::kill(report.pid, SIGINT);
+  const Ran ran = finish(report, 120s);
+  CHECK(ran.exit_code == 128 + SIGINT);
+  CAPTURE(ran.out);
+  CHECK(says(ran.out, "Interrupted, so incomplete: not examined are "));
+  CHECK(says(ran.out, "the map over K_Lp and V, the flight."));
 }

@@ -1,5 +1,10 @@
 // Sheets: what is aligned, quoted and rounded.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
 #include "report/sheet.hpp"
+#include "report/study_report.hpp"
+#include "report/sweeps.hpp"
 #include "tests/check.hpp"
 
 using namespace tiltrim;
@@ -36,10 +41,76 @@ TEST_CASE("colour only where asked for; lines wrap by characters") {
   CHECK(wrapped("unbreakable", 2, 5) == "  unbreakable\n");
 }
 
+TEST_CASE("a number too long for fixed notation is printed with its exponent") {
+  CHECK(number_text(1e300, "{:.4f}") == "1e+300");
+  CHECK(number_text(-1.23456789e10, "{:.4f}") == "-1.234568e+10");
+  CHECK(number_text(9999999999.5, "{:.4f}") == "9999999999.5000");
+  CHECK(number_text(1e300, "{:.3g}") == "1e+300");
+  CHECK(number_text(-INFINITY, "{:.4f}") == "-inf");
+  Sheet large = sheet;
+  large.rows = {{SheetCell("z"), SheetCell(1e300), SheetCell(0.0)}};
+  CHECK(as_text(large).find(" 1e+300 ") != std::string::npos);
+}
+
 TEST_CASE("a minus sign never stands before a zero") {
   Sheet zero = sheet;
   zero.rows = {{SheetCell("z"), SheetCell(-0.0), SheetCell(0.0)}};
   CHECK(as_text(zero).find("-0") == std::string::npos);
   zero.rows = {{SheetCell("z"), SheetCell(-1e-20), SheetCell(0.0)}};  // of its digits none is shown
   CHECK(as_text(zero).find("-0") == std::string::npos);
+}
+
+static StudyReport report_of_two() {
+  StudyReport report{};
+  for (const char* const name : {"level", "fast"}) {
+    ConditionReport c{};
+    c.answer.condition.name = name;
+    c.answer.trim.status = TrimStatus::converged;
+    c.modes = Modes{};
+    c.modes->verdict = Verdict::stable;
+    report.conditions.push_back(c);
+  }
+  return report;
+}
+
+TEST_CASE("an interrupted report says what was examined and what was not") {
+  StudyReport report = report_of_two();
+  CHECK(verdict_in_words(report) == "All 2 conditions are in verified equilibrium and stable.");
+  CHECK(unanswered(report).empty());
+  report.not_examined = {"condition 'slow'", "the map over h", "the flight"};
+  CHECK(verdict_in_words(report) ==
+        "Interrupted, so incomplete: not examined are condition 'slow', the map over h, the "
+        "flight. All 2 conditions examined are in verified equilibrium and stable.");
+  REQUIRE(unanswered(report).size() == 1);
+  CHECK(unanswered(report)[0].why ==
+        "interrupted: not examined are condition 'slow', the map over h, the flight.");
+  report.conditions.pop_back();
+  CHECK(verdict_in_words(report).ends_with(
+      "The one condition examined is in verified equilibrium and stable."));
+  report.conditions.clear();
+  CHECK(verdict_in_words(report).ends_with("No condition was examined."));
+}
+
+TEST_CASE("points at which the model threw: how many, and the first exception") {
+  SweepMap map;
+  map.conditions = {"a"};
+  map.axes = {{"p", {{"p", "", "p", {1, 2, 3, 4}, {1, 2, 3, 4}}}}};
+  const auto threw = std::int8_t(TrimStatus::model_threw);
+  map.status = {std::int8_t(TrimStatus::converged), threw, threw, threw};
+  map.verdict = {std::int8_t(Verdict::stable), -1, -1, -1};
+  map.reasons = {"", "the model threw: no row 7", "the model threw: no row 8"};
+  map.reason = {0, 1, 1, 1};
+  for (std::vector<double>* numbers : {&map.residual, &map.spectral_abscissa, &map.damping})
+    numbers->assign(4, 0.0);
+  map.second_branch.resize(4);
+  CHECK(reasons_of(map, 0) == std::vector<std::string>{"3 x the model threw: no row 7"});
+  map.reason = {0, 1, 2, 2};
+  CHECK(reasons_of(map, 0) ==
+        std::vector<std::string>{"3 x the model threw: no row 7 (the first; others differ)"});
+  const auto json = nlohmann::json::parse(map_json(map));
+  CHECK(json["model_threw"]["points"] == 3);
+  CHECK(json["model_threw"]["first"] == "the model threw: no row 7");
+  CHECK(json["points"][3]["message"] == "the model threw: no row 8");
+  map.status.assign(4, std::int8_t(TrimStatus::converged));
+  CHECK(nlohmann::json::parse(map_json(map))["model_threw"].is_null());
 }
