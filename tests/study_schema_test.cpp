@@ -55,7 +55,10 @@ void merge(Shape& into, const Entry& e) {
 void hear(Family& family, const Asked& asked) {
   const bool table = asked.path.empty() || asked.path.ends_with('.');
   if (asked.number && !family.numbers[asked.path].whole) family.numbers[asked.path] = asked;
-  if (!asked.number && !table) family.choices[asked.path] = asked;
+  if (!asked.number && !table) {
+    const auto [known, first] = family.choices.try_emplace(asked.path, asked);
+    if (!first && known->second.words != asked.words) known->second.words.clear();  // any name
+  }
   if (!table) return;
   const std::set<std::string> keys(asked.words.begin(), asked.words.end());
   const auto [known, first] = family.keys.try_emplace(asked.path, keys);
@@ -133,7 +136,8 @@ ordered_json described_value(const Family& family, const Shape& shape, const std
                       {"items", described_value(family, shape.entry[0], path)}});
     if (kind != "string") continue;
     ordered_json text{{"type", "string"}};
-    if (choices != family.choices.end()) text["enum"] = choices->second.words;
+    if (choices != family.choices.end() && !choices->second.words.empty())
+      text["enum"] = choices->second.words;
     if (shape.words == std::set<std::string>{"free"}) text["enum"] = {"free"};
     ways.push_back(text);
   }

@@ -1,9 +1,11 @@
 #include "tests/study_text.hpp"
 
+#include <cstdlib>
 #include <random>
 
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "tests/files.hpp"
 
 using namespace tiltrim;
 
@@ -11,9 +13,18 @@ std::string study_refusal(const std::string& text) {
   return refusal<StudyError>([&] { (void)parse_study(text, "t.toml"); });
 }
 
+// For tests/study_schema.py, into the folder that TILTRIM_REFUSED names.
+static void keep(const std::string& message, const std::string& text) {
+  static int number = 0;
+  const char* folder = std::getenv("TILTRIM_REFUSED");
+  if (folder && text.size() < 10'000)
+    set_contents(fmt::format("{}/{:05}.toml", folder, ++number), message + "\n" + text);
+}
+
 void check_refused(const std::string& text, const std::string& place,
                    const std::vector<std::string>& words) {
   const std::string message = study_refusal(text);
+  keep(message, text);
   CAPTURE(text.substr(0, 300));
   CAPTURE(message);
   CHECK(message.starts_with("t.toml:" + place + ": "));
