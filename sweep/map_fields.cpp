@@ -75,6 +75,7 @@ namespace {
 std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) {
   double points = double(map.conditions.size());
   for (const SweepAxis& axis : map.axes) {
+    if (axis.columns.empty()) wrong("axis", "has no values");
     for (const SweepAxis::Column& c : axis.columns)
       if (c.values.size() != axis.size() || c.si.size() != axis.size() || axis.size() == 0)
         wrong(c.name, "has not as many values as its axis has points");
