@@ -7,6 +7,7 @@
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize follow sweep simulate optimize tune vehicles vehicles/tiltrotor flight study tables report cli tests \
             examples bench python/src,$(d)/*.cpp $(d)/*.hpp))
+FUZZ_SECONDS ?= 60
 # The program for MPI runs is built and tested where there is an MPI.
 MPI = $(if $(shell command -v mpicxx 2>/dev/null),ON,OFF)
 # So is the Python package where Debian's Python has what it needs.
@@ -20,7 +21,7 @@ STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 # What a newcomer sees while it builds: steps done, of how many, and seconds since the first.
 export NINJA_STATUS ?= [%f of %t, %e s] 
 
-.PHONY: release packages demo test python bench bench-python sanitize asan tsan planted clang tidy format format-check figures api docs clean help
+.PHONY: release packages demo test python bench bench-python sanitize asan tsan fuzz planted clang tidy format format-check figures api docs clean help
 .NOTPARALLEL:
 
 release:
@@ -70,11 +71,18 @@ tsan: packages
 	cmake --build --preset tsan -j $(JOBS)
 	$(STILL) ctest --preset tsan -j $(JOBS)
 
-# A million trims and 100,000 spectra whose truth is known by construction: an hour on two cores.
+# A million trims and 100,000 spectra whose truth is known by construction: a quarter of an hour on two cores.
 planted: packages
 	cmake --preset release $(PARTS)
 	cmake --build --preset release -j $(JOBS) --target trim_tests linearize_tests
 	tests/planted.py build/tests $(TRIMS) $(SPECTRA)
+
+# Every reader with inputs that are made up, FUZZ_SECONDS each: with the libraries of `make asan`.
+fuzz:
+	cmake/install-packages.sh dev
+	cmake --preset asan
+	cmake --build --preset asan -j $(JOBS) --target fuzz
+	tests/fuzz/run.sh build/asan/tests/fuzz $(FUZZ_SECONDS) $(JOBS)
 
 # Another compiler's warnings; sources one by one, so that every header is compiled alone.
 clang:
@@ -121,4 +129,4 @@ clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"
+	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | fuzz | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"

@@ -67,4 +67,8 @@ function(tiltrim_compile_options target)
     $<$<NOT:$<AND:$<CXX_COMPILER_ID:Clang>,$<BOOL:${TILTRIM_UNITY}>>>:-Wshadow>
     "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-restrict;-Wno-stringop-overflow>"
     -ffp-contract=off -fno-semantic-interposition)
+  # What reads files: the fuzzer sees which of its branches an input takes.
+  if(TILTRIM_FUZZ AND target MATCHES "_(runtime|model|sweep|study|cli)$")
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
 endfunction()

@@ -1,0 +1,33 @@
+// Formulas: compiled or refused in words; a compiled one is evaluated.
+#include <stdexcept>
+
+#include "model/formulas.hpp"
+#include "tests/fuzz/input.hpp"
+
+using namespace tiltrim;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  const std::size_t half = text.find('\n');  // the second line is an output's
+  Formulas formulas;
+  formulas.name = "fuzzed";
+  formulas.states = {{"x", "", 1}, {"y", "", 1}};
+  formulas.inputs = {{"u", "", 1}};
+  formulas.parameters = {{"p", "", 1}};
+  formulas.rates = {text.substr(0, half), "-y"};
+  if (half != text.npos) {
+    formulas.outputs = {{"z", "", 1}};
+    formulas.values = {text.substr(half + 1)};
+  }
+  try {
+    check_formula(formulas.rates[0], {"x", "y", "u", "p"});
+  } catch (const std::invalid_argument&) {
+  }
+  try {
+    const Model model = model_of(formulas);
+    const Eigen::VectorXd x = Eigen::VectorXd::Constant(2, 0.5), one = Eigen::VectorXd::Ones(1);
+    (void)evaluate(model, {x, one, one});
+  } catch (const std::invalid_argument&) {
+  }
+  return 0;
+}
