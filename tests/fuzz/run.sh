@@ -41,8 +41,8 @@ for name in $names; do
   fi
   count=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log")
   rate=$(sed -n 's/^stat::average_exec_per_sec: *//p' "$log")
-  printf '%-8s %10d inputs, %7d per second\n' "$name" "${count:-0}" "${rate:-0}"
+  printf '%-9s %10d inputs, %7d per second\n' "$name" "${count:-0}" "${rate:-0}"
   total=$((total + ${count:-0}))
 done
-printf '%-8s %10d inputs\n' all "$total"
+printf '%-9s %10d inputs\n' all "$total"
 exit $failed
