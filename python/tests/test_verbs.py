@@ -191,7 +191,7 @@ def test_simulate_estimates_its_error_where_a_function_gives_the_input():
 def test_a_flight_estimates_the_error_of_its_end():
     def flown(tolerance):
         text = level + f"[simulate]\nstart = \"level\"\nduration = 5\ntolerance = {tolerance}\n"
-        text += '[[simulate.disturbance]]\non = "V"\nat = 1.0\nsize = 1.0\n'
+        text += '[[simulate.disturbance]]\nkind = "step"\non = "V"\nat = 1.0\nsize = 1.0\n'
         return tiltrim.fly(tiltrim.parse_study(text))
 
     level = '[[condition]]\nname = "level"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n'
