@@ -20,11 +20,27 @@ constexpr auto between_looks = 50ms;  // for signals
   throw py::error_already_set();
 }
 
-// The exception that a signal's handler raised since the last look; null if none.
-py::object from_signals() {
-  if (PyErr_CheckSignals() == 0) return {};
-  py::error_already_set error;
-  return exception_of(error);
+// The code that runs where a handler is called: of a function, a method, a partial or an object
+// with __call__; none of what is built in.
+py::object code_of(py::object handler) {
+  while (py::hasattr(handler, "func")) handler = handler.attr("func");
+  if (!py::hasattr(handler, "__code__")) {
+    const py::object type = py::type::of(handler);
+    if (!py::hasattr(type, "__call__")) return py::none();
+    handler = type.attr("__call__");
+  }
+  return py::getattr(handler, "__code__", py::none());
+}
+
+py::set handlers() {
+  py::set codes;
+  const py::module_ signal = py::module_::import("signal");
+  for (const py::handle number : signal.attr("valid_signals")()) {
+    const py::object handler = signal.attr("getsignal")(number);
+    if (!PyCallable_Check(handler.ptr())) continue;  // SIG_DFL, SIG_IGN, None
+    if (const py::object code = code_of(handler); !code.is_none()) codes.add(code);
+  }
+  return codes;
 }
 
 // Two verbs with callables do not run at once: one would wait for Ipopt's lock with the GIL, the
@@ -46,7 +62,7 @@ std::unique_lock<std::timed_mutex> my_turn() {
 
 }  // namespace
 
-Call::Call() : outer_(std::exchange(innermost, this)) {}
+Call::Call() : handlers_(handlers()), outer_(std::exchange(innermost, this)) {}
 
 Call::~Call() { innermost = outer_; }
 
@@ -60,6 +76,16 @@ void Call::end(py::object exception) {
 void Call::keep(py::object exception) {
   if (!first_) first_ = exception;
   last_ = std::move(exception);
+}
+
+bool Call::from_handler(const py::object& exception) const {
+  // Raised once more, an exception keeps the traceback that it had: the newest frames come first.
+  if (last_ && exception.is(last_)) return false;
+  constexpr int deepest = 1000;  // Python's own limit of calls within calls
+  py::object at = exception.attr("__traceback__");
+  for (int i = 0; i < deepest && !at.is_none(); ++i, at = at.attr("tb_next"))
+    if (handlers_.contains(at.attr("tb_frame").attr("f_code"))) return true;
+  return false;
 }
 
 void Call::raise_if_ended() const {
@@ -82,6 +108,12 @@ py::object exception_of(py::error_already_set& error) {
   py::object exception = error.value();
   if (error.trace()) PyException_SetTraceback(exception.ptr(), error.trace().ptr());
   return exception;
+}
+
+py::object from_signals() {
+  if (PyErr_CheckSignals() == 0) return {};
+  py::error_already_set error;
+  return exception_of(error);
 }
 
 void do_here(const std::function<void(Call&)>& work) {

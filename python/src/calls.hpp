@@ -38,12 +38,16 @@ class Call {
   /// Raises the last exception that was kept.
   [[noreturn]] void raise_last() const;
 
+  /// A signal's handler raised it: its traceback leads into one that was set when the verb began.
+  bool from_handler(const py::object& exception) const;
+
   py::object first() const { return first_ ? first_ : py::none(); }
   std::stop_token stop() const { return stop_.get_token(); }
 
  private:
   std::stop_source stop_;
   py::object raise_, first_, last_;
+  py::set handlers_;  // code objects of signals' handlers
   Call* outer_;
 };
 
@@ -58,6 +62,9 @@ struct VerbEnded {};
 std::string in_words(const py::handle& exception);
 /// The exception behind a pybind11 error, its traceback with it.
 py::object exception_of(py::error_already_set& error);
+
+/// The exception that a signal's handler raised since the last look; null if none.
+py::object from_signals();
 
 /// Does `work` where the callables are: in this thread, with the GIL. One such verb at a time; the
 /// others wait, without the GIL. Raises what ended it.

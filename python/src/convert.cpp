@@ -69,6 +69,8 @@ TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {
       options.max_iterations = value.cast<int>();
     else if (name == "max_boxes")
       options.max_boxes = value.cast<int>();
+    else if (name == "time_limit")
+      options.time_limit = value.cast<double>();
     else if (name == "closest")
       options.closest = value.cast<bool>();
     else
@@ -97,6 +99,7 @@ py::dict dict_of(const TrimResult& r) {
   d["starts"] = r.starts;
   d["evaluations"] = r.evaluations;
   d["message"] = r.message;
+  d["thrown"] = r.thrown;
   return d;
 }
 

@@ -74,8 +74,8 @@ Method method_of(const std::string& name) {
 py::dict linearized(const HeldModel& held, const PointTuple& point, const std::string& method,
                     const std::vector<std::string>& inputs,
                     const std::map<std::string, RangeTuple>& bounds, double tolerance,
-                    const std::vector<std::string>& moving) {
-  LinearizeOptions options{method_of(method), inputs, {}, tolerance, moving};
+                    const std::vector<std::string>& moving, double time_limit) {
+  LinearizeOptions options{method_of(method), inputs, {}, tolerance, moving, time_limit};
   for (const auto& [name, range] : bounds)
     options.bounds[name] = {std::get<0>(range), std::get<1>(range)};
   const auto work = [&](const std::stop_token&) {
@@ -206,7 +206,7 @@ void add_equilibria(py::module_& module) {
   module.def("follow", &followed, arg("model"), arg("spec"), arg("start"), arg("parameter"),
              arg("to"), arg("options"));
   module.def("linearize", &linearized, arg("model"), arg("point"), arg("method"), arg("inputs"),
-             arg("bounds"), arg("tolerance"), arg("moving"));
+             arg("bounds"), arg("tolerance"), arg("moving"), arg("time_limit"));
   module.def("modes", &modes_of, arg("A"), arg("A_error"), arg("states"));
   module.def("sensitivities", &sensitive, arg("model"), arg("spec"), arg("point"),
              arg("parameters"));

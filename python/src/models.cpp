@@ -99,10 +99,12 @@ MatrixXd as_matrix(const py::handle& answer, const std::string& what, Index rows
 // ---- Calling them -------------------------------------------------------------------------------
 
 // What becomes of an exception depends on what it is: an Exception is the model's refusal at a
-// point, anything else (KeyboardInterrupt, SystemExit) ends the verb.
+// point; anything else (KeyboardInterrupt, SystemExit), and what the handler of a signal raised
+// while the model was at work, ends the verb.
 [[noreturn]] void pass_on(Call& call, py::error_already_set& error) {
   const py::object exception = exception_of(error);
-  if (!PyErr_GivenExceptionMatches(exception.ptr(), PyExc_Exception)) {
+  const bool of_model = PyErr_GivenExceptionMatches(exception.ptr(), PyExc_Exception);
+  if (!of_model || call.from_handler(exception)) {
     call.end(exception);
     throw VerbEnded{};
   }
@@ -121,9 +123,10 @@ template <class Work>
 auto guarded(const Work& work) {
   Call* const call = Call::current();
   if (!call) return work();
+  if (!call->ended())
+    if (const py::object raised = from_signals()) call->end(raised);
   if (call->ended()) throw VerbEnded{};
   try {
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     return work();
   } catch (py::error_already_set& error) {
     pass_on(*call, error);
@@ -197,11 +200,13 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
   m.parameters = signals_of(parameters);
   if (!f.is_none())
     m.f = vector_function(hold(held, f), answer_of(m, "rates f"), std::ssize(m.states));
+  else if (states.empty())
+    m.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return VectorXd(); };
   if (!h.is_none())
     m.h = vector_function(hold(held, h), answer_of(m, "outputs h"), std::ssize(m.outputs));
   if (!derivatives.is_none()) set_derivatives(held, derivatives);
   for (const auto& [what, distance] : switches) add_switch(held, what, distance);
-  if (m.f || !m.states.empty()) check(m);  // a controller without states needs no f
+  check(m);
   return held;
 }
 

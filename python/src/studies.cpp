@@ -63,7 +63,7 @@ py::dict in_dict(const Answer& answer) {
 
 py::dict trimmed(const HeldCondition& held, const py::dict& fields) {
   refuse_stop_within("trim");
-  TrimOptions options = trim_options_of(fields);
+  TrimOptions options = trim_options_of(fields, {.time_limit = held.study->time_limit});
   const Answer answer = run(false, [&](const std::stop_token& stop) {
                           options.stop = stop;
                           return tiltrim::answer(held.vehicle(), held.condition, options);
@@ -76,7 +76,7 @@ py::dict followed(const HeldCondition& held, const std::string& parameter, doubl
   refuse_stop_within("follow");
   const Key key = key_among(keys_of(*held.study), parameter);
   FollowOptions options = follow_options_of(fields);
-  TrimOptions trim_options = trim_options_of(trimming);
+  TrimOptions trim_options = trim_options_of(trimming, {.time_limit = held.study->time_limit});
   BranchAnswer answer =
       run(false, [&](const std::stop_token& stop) {
         options.stop = trim_options.stop = stop;
@@ -113,7 +113,7 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only,
         fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
                     "to and count, or values",
                     study.file.string()));
-  SweepOptions options = sweep_options_of(fields, false);
+  SweepOptions options = sweep_options_of(fields, false, study.time_limit);
   options.crossings = options.crossings && study.sweep->crossings;
   const std::vector<SweepAxis>& axes = study.sweep->axes;
   const SweepMap map =
@@ -162,7 +162,9 @@ py::dict tuned_conditions(const std::vector<HeldCondition>& conditions, const py
                           const py::dict& fields) {
   refuse_stop_within("tune");
   const TuneProblem problem = tuning_of(conditions, asked);
-  TuneOptions options = tune_options_of(fields, {}, false);
+  TuneOptions defaults;
+  defaults.trimming.time_limit = conditions.front().study->time_limit;
+  TuneOptions options = tune_options_of(fields, defaults, false);
   const TuneResult result = run(false, [&](const std::stop_token& stop) {
                               options.stop = options.trimming.stop = stop;
                               return tune(problem, options);

@@ -188,8 +188,9 @@ py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
 
 }  // namespace
 
-SweepOptions sweep_options_of(const py::dict& fields, bool callables) {
+SweepOptions sweep_options_of(const py::dict& fields, bool callables, double time_limit) {
   SweepOptions options;
+  options.trimming.time_limit = time_limit;
   options.threads = threads_of(fields["threads"].cast<int>(), callables);
   options.crossings = fields["crossings"].cast<bool>();
   options.trimming = trim_options_of(fields["trimming"].cast<py::dict>(), options.trimming);
@@ -204,7 +205,7 @@ py::dict dict_of(const SweepMap& map) {
   d["inputs"] = tuples_of(map.inputs);
   d["mode_names"] = map.mode_names;
   d["status"] = array_of(map.status);
-  d["statuses"] = words_to(TrimStatus::interrupted);
+  d["statuses"] = words_to(TrimStatus::time_limit);
   d["verdict"] = array_of(map.verdict);
   d["verdicts"] = words_to(Verdict::undecided);
   d["reason"] = array_of(map.reason);
@@ -231,6 +232,8 @@ TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool ca
       options.evaluations = value.cast<long>();
     else if (name == "seconds")
       options.seconds = value.cast<double>();
+    else if (name == "time_limit")
+      options.trimming.time_limit = value.cast<double>();
     else if (name == "seed")
       options.seed = value.cast<std::uint64_t>();
     else if (name == "threads")

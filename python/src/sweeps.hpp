@@ -10,7 +10,8 @@ namespace tiltrim::python {
 /// A map's arrays, flat, and the sizes to shape them by.
 py::dict dict_of(const SweepMap& map);
 /// threads, crossings, starts; `trimming` as trim's options.
-SweepOptions sweep_options_of(const py::dict& fields, bool callables);
+SweepOptions sweep_options_of(const py::dict& fields, bool callables,
+                              double time_limit = unlimited);
 
 /// What is asked of the points: gains, uncertain, corners, samples, schedule, goal, limits.
 TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked);

@@ -2,6 +2,7 @@
 not stop runs into the test's own limit."""
 
 import _thread
+import functools
 import os
 import signal
 import subprocess
@@ -89,6 +90,81 @@ def test_a_handler_of_ones_own_raises_what_it_likes():
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+
+
+class Handler:
+    """As an object; its method and a partial of it are handlers too."""
+
+    def __call__(self, number, frame):
+        raise TimeoutError("time is up")
+
+    def method(self, number, frame):
+        raise TimeoutError("time is up")
+
+
+HANDLERS = {
+    "function": lambda number, frame: (_ for _ in ()).throw(TimeoutError("time is up")),
+    "object": Handler(),
+    "method": Handler().method,
+    "partial": functools.partial(Handler.method, None),
+}
+
+
+def verbs_of(m):
+    """Each verb on x' = rates(x) of one state x and one parameter p."""
+    asked = {"free": ["x"], "steady": ["x"], "bounds": {"x": (-9, 9)}}
+    return {
+        "trim": lambda: tiltrim.trim(m, {"p": 1}, **asked),
+        "newton": lambda: tiltrim.trim(m, {"p": 1}, method="newton", **asked),
+        "simulate": lambda: tiltrim.simulate(m, {"p": 1}, 1.0),
+        "tune": lambda: tiltrim.tune(m, {"p": 1}, gains={"p": (1, 2)}, **asked),
+        "follow": lambda: tiltrim.follow(
+            tiltrim.Problem(m, {"p": 1}, **asked), parameter="p", to=2
+        ),
+        "linearize": lambda: tiltrim.linearize(m, {"x": 0, "p": 1}, moving=["x"]),
+        "sweep": lambda: tiltrim.sweep(m, {"p": 1}, axes={"p": [1.0, 2.0]}, **asked),
+    }
+
+
+@pytest.mark.parametrize("kind", HANDLERS)
+@pytest.mark.parametrize("verb", verbs_of(None))
+def test_what_a_handler_raises_within_a_model_ends_the_verb(verb, kind):
+    """An Exception too, which of the model itself would be its refusal at a point."""
+    if verb == "sweep":
+        pytest.importorskip("xarray")
+    calls = []
+
+    def rates(x, u, p):
+        calls.append(1)
+        if len(calls) == 4:
+            signal.raise_signal(signal.SIGUSR1)
+        return [1.0 + x[0] ** 2]
+
+    before = signal.signal(signal.SIGUSR1, HANDLERS[kind])
+    try:
+        m = Model("m", rates, states=["x"], parameters=["p"])
+        with pytest.raises(TimeoutError, match="time is up"):
+            verbs_of(m)[verb]()
+        assert len(calls) == 4  # none after it
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+
+
+def test_what_a_handler_raised_and_a_model_caught_is_the_models_affair():
+    def rates(x, u, p):
+        try:
+            signal.raise_signal(signal.SIGUSR1)
+        except TimeoutError as error:
+            raise ValueError("no answer in time") from error
+        return [x[0]]
+
+    before = signal.signal(signal.SIGUSR1, HANDLERS["function"])
+    try:
+        m = Model("m", rates, states=["x"], parameters=["p"])
+        result = verbs_of(m)["newton"]()
+        assert result.status == "model_threw" and "no answer in time" in result.message
+    finally:
+        signal.signal(signal.SIGUSR1, before)
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt("mine"), SystemExit(3)])

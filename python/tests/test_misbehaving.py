@@ -64,6 +64,8 @@ def test_it_raises():
     three, ds = statuses(m)
     assert three == ["model_threw"] * 3 and "no row 7" in str(ds.reason.values[0])
     assert "test_misbehaving.py" in ds.attrs["exception"]
+    words = "at 3 of 3 points; first: the model threw: RuntimeError: no row 7"
+    assert ds.attrs["model_threw"] == words and "at 3 of 3 points" in str(ds)
     for motion in (
         tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0),
         tiltrim.simulate(m, {"x": 0.0, "p": 1.0}, 1.0, lambda t: []),
@@ -75,6 +77,7 @@ def test_it_raises():
     assert any("test_misbehaving" in str(entry.path) for entry in caught.traceback[1:])
     tuned = tiltrim.tune(m, {"x": 0.5, "p": 1.0}, gains={"p": (1, 2)}, evaluations=20, **ASKED)
     assert tuned.status == "no_trim" and isinstance(tuned.exception, RuntimeError)
+    assert "RuntimeError: no row 7" in tuned.message
 
 
 def test_it_raises_beyond_a_point_alone():
@@ -100,6 +103,57 @@ def test_exceptions_whose_own_words_raise():
 
     assert "Silent" in trimmed(raises(Silent())).message
     assert trimmed(raises(Exception())).status == "model_threw"
+
+
+def test_it_raises_where_a_start_is_tried():
+    def rate(x, p):
+        if x > 3:
+            raise ValueError("the table ends at 3")
+        return p + x * x
+
+    m = scalar(rate)
+    result = trimmed(m)
+    assert result.status == "not_found" and result.thrown == "ValueError: the table ends at 3"
+    three, ds = statuses(m)
+    assert three == ["not_found"] * 3 and "model_threw" not in ds.attrs
+    assert "the model threw: ValueError: the table ends at 3" in str(ds.reason.values[0])
+
+
+def test_it_takes_too_long():
+    m = scalar(lambda x, p: p - x)
+    late = {"time_limit": 1e-9}  # over before the first call
+    result = trimmed(m, **late)
+    assert result.status == "time_limit" and not result and result.evaluations == 0
+    assert result.message == "the model took longer than the 1e-09 s allowed: 0 evaluations"
+    assert result["x"] == 0.5  # the guess
+    linear = tiltrim.linearize(m, {"x": 1.0, "p": 1.0}, **late)
+    assert linear.status == "time_limit" and "longer than the 1e-09 s" in linear.message
+    problem = tiltrim.Problem(m, {"x": 0.5, "p": 1.0}, **ASKED)
+    branch = tiltrim.follow(problem, parameter="p", to=2.0, **late)
+    assert branch.end == "no_start"
+    tuned = tiltrim.tune(problem, gains={"p": (1, 2)}, evaluations=9, **late)
+    assert tuned.status == "no_trim" and "longer than the 1e-09 s" in tuned.message
+    assert tiltrim.sensitivities(problem, **late).status == "not_trim"
+    with pytest.raises(ValueError, match="longer than the 1e-09 s"):
+        tiltrim.modes(problem, **late)
+    pytest.importorskip("xarray")
+    ds = tiltrim.sweep(problem, axes={"p": [1.0, 2.0]}, **late)
+    assert ds.status.values.tolist() == ["time_limit"] * 2
+    assert str(ds.reason.values[0]) == "the model took longer than the 1e-09 s allowed"
+    for enough in (None, 1e6, math.inf):
+        assert trimmed(m, time_limit=enough) and trimmed(m, time_limit=enough).message == ""
+    for nothing in (0, -1, math.nan):
+        with pytest.raises(ValueError, match="expected more than 0 s"):
+            trimmed(m, time_limit=nothing)
+
+
+def test_a_study_limits_the_time_of_its_trims():
+    level = "[[condition]]\nname = 'level'\nV = 15.0\ngamma_deg = 0\neta_deg = 0\n"
+    text = "time_limit = 1e-6\n" + level
+    level = tiltrim.parse_study(text).conditions["level"]
+    assert tiltrim.trim(level).status == "time_limit"
+    assert tiltrim.trim(level, time_limit=1e6)
+    assert tiltrim.follow(level, parameter="V", to=16.0).end == "no_start"
 
 
 def test_it_gives_nan():

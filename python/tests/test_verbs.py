@@ -92,6 +92,29 @@ def test_modes_of_a_loop_and_of_a_bare_matrix():
             tiltrim.modes(wrong)
 
 
+def test_a_model_without_states_is_its_d_and_has_no_modes():
+    gain = Model("gain", None, inputs=["u"], outputs=["y"], h=lambda x, u, p: [2 * u[0] ** 2])
+    rates, outputs = gain.evaluate({"u": 3.0})
+    assert rates.shape == (0,) and outputs.tolist() == [18.0]
+    linear = tiltrim.linearize(gain, {"u": 3.0})
+    assert linear and linear.A.shape == (0, 0) and linear.B.shape == (0, 1)
+    assert linear.C.shape == (1, 0) and "0 states" in repr(linear)
+    assert linear.D[0, 0] == pytest.approx(12.0, abs=linear.D_error[0, 0])
+    with pytest.raises(ValueError, match="the trim asks for nothing"):
+        tiltrim.trim(gain, {"u": 3.0})
+    with pytest.raises(ValueError, match="no function f"):
+        Model("no rates", None, states=["x"])
+    for none in (tiltrim.modes(linear), tiltrim.modes(np.zeros((0, 0)))):
+        assert none.verdict == "stable" and len(none) == 0
+        assert none.spectral_abscissa == -math.inf and "no states, no modes" in repr(none)
+
+
+def test_numbers_of_any_size_are_printed_short():
+    for largest in (1e10, 1e300):
+        text = repr(tiltrim.modes([[largest]]))
+        assert f"{largest:g}" in text and max(map(len, text.splitlines())) < 100
+
+
 def test_follow_locates_fold_and_hopf():
     fold = Model("fold", lambda x, u, p: [p[0] + x[0] ** 2], states=["x"], parameters=["mu"])
     branch = tiltrim.follow(fold, {"x": -1.0, "mu": -1.0}, "mu", 1.0, free=["x"], steady=["x"])

@@ -15,7 +15,7 @@ from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, Table, number
 from ._studies import Condition, _model_of
-from ._trim import TrimResult, asked, trim
+from ._trim import TrimResult, asked, time_limited, trim
 
 if TYPE_CHECKING:
     import xarray
@@ -168,6 +168,7 @@ def follow(
     stability: bool = True,
     tolerance: float = 1e-10,
     step_tolerance: float = 1e-9,
+    time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> Branch:
     """The trims along a parameter, from the one at `start` towards parameter = `to`.
@@ -179,6 +180,7 @@ def follow(
     max_step  : length of a step, every unknown over its nominal size; max_points of them at most
     stability : eigenvalues along the branch, real and Hopf crossings
     tolerance, step_tolerance : as of trim()
+    time_limit : of the trim of a Problem or a Condition, s of wall clock
 
     ValueError for names that the model does not have. A branch without a start has no points.
     """
@@ -191,11 +193,11 @@ def follow(
         "step_tolerance": step_tolerance,
     }
     if isinstance(what, Condition):
-        return _follow_condition(what, parameter, to, options)
+        return _follow_condition(what, parameter, to, options, time_limited(time_limit))
     if not parameter or to is None:
         raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
     if isinstance(what, Problem) and start is None:
-        what = trim(what)
+        what = trim(what, time_limit=time_limit)
     if isinstance(what, TrimResult):
         own = own if own._asked() else what.spec
         start = what.point if start is None else start
@@ -206,15 +208,20 @@ def follow(
 
 
 def _follow_condition(
-    condition: Condition, parameter: str, to: Optional[float], options: Dict[str, Any]
+    condition: Condition,
+    parameter: str,
+    to: Optional[float],
+    options: Dict[str, Any],
+    trimming: Dict[str, float],
 ) -> Branch:
     table = condition.study._core.follow
     if not parameter and to is None and table is not None:
         parameter, to = table
     if not parameter or to is None:
         raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
-    raw = _tiltrim.follow_condition(condition._core, parameter, to, options, {})
-    return _branch(raw, Model._of(raw["model"], (_model_of, (condition,))), Signal(*raw["parameter"]))
+    raw = _tiltrim.follow_condition(condition._core, parameter, to, options, trimming)
+    model = Model._of(raw["model"], (_model_of, (condition,)))
+    return _branch(raw, model, Signal(*raw["parameter"]))
 
 
 def _signal(model: Model, name: str) -> Signal:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
@@ -12,7 +13,7 @@ from . import _tiltrim
 from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Bound, Guess, Problem, _range
-from ._show import Page, Shown, Table, number
+from ._show import Page, Shown, Table, fixed, number
 from ._studies import Condition
 from ._trim import TrimResult, trim
 
@@ -27,7 +28,7 @@ class LinearModel(Shown):
     status is "linear"; else there are no matrices, and message says why.
     """
 
-    status: str  #: linear, not_equilibrium, not_finite, model_threw, not_repeatable
+    status: str  #: linear, not_equilibrium, not_finite, model_threw, not_repeatable, time_limit
     states: Tuple[Signal, ...]
     inputs: Tuple[Signal, ...]
     outputs: Tuple[Signal, ...]
@@ -181,8 +182,8 @@ class Modes(Shown):
                 [
                     _complex(m.eigenvalue),
                     f"{m.error:.0e}",
-                    f"{m.frequency:.4f}",
-                    f"{m.damping:.3f}",
+                    fixed(m.frequency, 4),
+                    fixed(m.damping, 3),
                     f"{m.time_to_half:.3g}",
                     m.name,
                     taking_part,
@@ -194,15 +195,15 @@ class Modes(Shown):
             ["1/s", "1/s", "rad/s", "", "s", "", ""],
             left=(5, 6),
         )
-        return Page(self.verdict, [], [table])
+        return Page(self.verdict, [] if self.modes else ["no states, no modes"], [table])
 
 
 def _complex(value: complex) -> str:
     if value.imag == 0:
-        return f"{value.real:.4f}"
+        return fixed(value.real, 4)
     if abs(value.real) < 5e-5:  # on the axis, to what is printed
-        return f"±{abs(value.imag):.4f}i"
-    return f"{value.real:.4f} ± {abs(value.imag):.4f}i"
+        return f"±{fixed(abs(value.imag), 4)}i"
+    return f"{fixed(value.real, 4)} ± {fixed(abs(value.imag), 4)}i"
 
 
 def linearize(
@@ -214,6 +215,7 @@ def linearize(
     bounds: Optional[Mapping[str, Bound]] = None,
     tolerance: float = 1e-6,
     moving: Sequence[str] = (),
+    time_limit: Optional[float] = None,
 ) -> LinearModel:
     """The linear model at an equilibrium.
 
@@ -224,20 +226,23 @@ def linearize(
     bounds : {variable: (lower, upper)}; differences do not step outside
     tolerance : largest rate over its nominal size at an equilibrium, 1/s
     moving : states whose rates need not vanish; default: those that the trim did not hold at zero
+    time_limit : s of wall clock, of the trim and of the linear model each; default: a Condition's
+             study may have one, else none
     """
     if isinstance(what, (Problem, Condition)):
-        trimmed = trim(what)
+        trimmed = trim(what, time_limit=time_limit)
     elif isinstance(what, TrimResult):
         trimmed = what
     else:
         if point is None:
             raise TypeError("linearize() of a model needs a point: values by name, or a Point")
-        return _linearize(what, what.point(point), method, inputs, bounds, tolerance, moving)
+        at = what.point(point)
+        return _linearize(what, at, method, inputs, bounds, tolerance, moving, time_limit)
     model = trimmed.model
     inputs = inputs or trimmed._linear_inputs
     at = trimmed.point if point is None else model.point(point)
     moving = moving or trimmed._moving()
-    return _linearize(model, at, method, inputs, bounds, tolerance, moving)
+    return _linearize(model, at, method, inputs, bounds, tolerance, moving, time_limit)
 
 
 def _linearize(
@@ -248,6 +253,7 @@ def _linearize(
     bounds: Optional[Mapping[str, Bound]],
     tolerance: float,
     moving: Sequence[str],
+    time_limit: Optional[float],
 ) -> LinearModel:
     raw = _tiltrim.linearize(
         model._core,
@@ -257,6 +263,7 @@ def _linearize(
         {name: _range(bound) for name, bound in (bounds or {}).items()},
         tolerance,
         list(moving),
+        math.inf if time_limit is None else float(time_limit),
     )
     for signals in ("states", "inputs", "outputs"):
         raw[signals] = tuple(Signal(*s) for s in raw[signals])
@@ -268,17 +275,23 @@ def modes(
     what: Union[LinearModel, TrimResult, Problem, Condition, ArrayLike],
     error: Optional[ArrayLike] = None,
     states: Sequence[str] = (),
+    *,
+    time_limit: Optional[float] = None,
 ) -> Modes:
     """Eigenvalues with bounds, names and a verdict.
 
     what   : a LinearModel; a matrix A of shape (n, n), 1/s; or what linearize() takes
     error  : bounds of the entries of such a matrix, shape (n, n); default: none
     states : names for its states; default: x1, x2, ...
+    time_limit : as of linearize()
+
+    Without states, as of a matrix of shape (0, 0), there are no modes and nothing that could be
+    unstable: "stable", with a spectral abscissa of -inf.
 
     ValueError for a matrix that is not square or not finite, or where there is no linear model.
     """
     if isinstance(what, (TrimResult, Problem, Condition)):
-        what = linearize(what)
+        what = linearize(what, time_limit=time_limit)
     if isinstance(what, LinearModel):
         what._check()
         names = [s.name for s in what.states]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import List, Sequence, Tuple, Union
+from typing import List, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
 from ._linear import Complex, Modes, _modes
@@ -80,17 +80,21 @@ class Sensitivities(Shown):
 
 
 def sensitivities(
-    what: Union[TrimResult, Problem, Condition], parameters: Sequence[str] = ()
+    what: Union[TrimResult, Problem, Condition],
+    parameters: Sequence[str] = (),
+    *,
+    time_limit: Optional[float] = None,
 ) -> Sensitivities:
     """Derivatives of a trim and of its modes along parameters, the trim's own shift included.
 
     what       : a TrimResult; a Problem or a Condition, which are trimmed first
     parameters : states, inputs or parameters that the trim does not move; default: all parameters
                  of the model that are left
+    time_limit : of that trim, s of wall clock
 
     ValueError for names that the model does not have (docs/follow.md).
     """
-    held = trim(what) if isinstance(what, (Problem, Condition)) else what
+    held = what if isinstance(what, TrimResult) else trim(what, time_limit=time_limit)
     raw = _tiltrim.sensitivities(
         held.model._core, held.spec._fields(), held.point._tuple(), list(parameters)
     )

@@ -12,6 +12,11 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value:.{digits}g}"
 
 
+def fixed(value: float, decimals: int) -> str:
+    """A number to so many decimals; one with more than ten digits before its point as 1e+300."""
+    return f"{value:.{decimals}f}" if abs(value) < 1e10 else f"{value:.7g}"
+
+
 @dataclass
 class Table:
     """Columns with a heading and a unit each (may be empty), and rows of as many cells."""

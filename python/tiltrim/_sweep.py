@@ -14,7 +14,7 @@ from ._models import Array, Model
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._studies import Condition, Study, _toml_value, parse_study
-from ._trim import asked
+from ._trim import asked, time_limited
 
 if TYPE_CHECKING:
     import xarray
@@ -38,6 +38,7 @@ def sweep(
     threads: int = 0,
     starts: int = 8,
     method: str = "ipopt",
+    time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> xarray.Dataset:
     """Eigenvalues over a grid; every crossing of the stability boundary between its points.
@@ -51,7 +52,8 @@ def sweep(
     only  : conditions of a study; default: all
     crossings : look between the grid's points
     threads   : 0: as many as the machine has. Models with Python callables are swept by one
-    starts, method : of the trim from nothing, where Newton from the neighbour fails
+    starts, method, time_limit : of the trim from nothing, where Newton from the neighbour fails;
+             s of wall clock each, default: none, or the study's
 
     Returns an xarray.Dataset over the axes (and `condition`, for a study or a list):
 
@@ -69,7 +71,7 @@ def sweep(
     options = {
         "threads": int(threads),
         "crossings": bool(crossings),
-        "trimming": {"starts": starts, "method": method},
+        "trimming": {"starts": starts, "method": method, **time_limited(time_limit)},
     }
     if isinstance(what, Study):
         if axes is not None:
@@ -192,6 +194,11 @@ def _dataset(xr: Any, raw: Dict[str, Any], single: bool) -> xarray.Dataset:
             own = axis if i == 0 else name.rsplit(".", 1)[-1]
             coords[own] = (axis, values, {"units": unit, "long_name": name})
     attributes: Dict[str, Any] = {"program": f"tiltrim {_tiltrim.version}"}
+    threw = np.flatnonzero(np.array(raw["statuses"])[np.asarray(raw["status"])] == "model_threw")
+    if len(threw):
+        first = raw["reasons"][raw["reason"][threw[0]]]
+        points = len(raw["status"])
+        attributes["model_threw"] = f"at {len(threw)} of {points} points; first: {first}"
     raised = raw["exception"]
     if raised is not None:
         lines = traceback.format_exception(type(raised), raised, raised.__traceback__)

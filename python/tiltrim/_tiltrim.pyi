@@ -92,6 +92,7 @@ def linearize(
     bounds: Dict[str, _Range],
     tolerance: float,
     moving: Sequence[str],
+    time_limit: float,
 ) -> Dict[str, Any]: ...
 def modes(A: _Array, A_error: _Array, states: Sequence[str]) -> Dict[str, Any]: ...
 def sensitivities(

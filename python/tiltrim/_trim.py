@@ -24,7 +24,7 @@ class TrimResult(Shown):
     """
 
     status: str  #: converged, singular, not_optimal, not_implied, infeasible, not_found,
-    #: not_finite, model_threw, not_repeatable, interrupted (docs/trim.md)
+    #: not_finite, model_threw, not_repeatable, interrupted, time_limit (docs/trim.md)
     equilibrium: bool  #: equations and bounds are verified, with or without a remark
     model: Model
     spec: TrimSpec
@@ -40,6 +40,7 @@ class TrimResult(Shown):
     starts: int
     evaluations: int
     message: str  #: empty when converged without remark
+    thrown: str  #: the model's first exception in words; empty: none
     exception: Optional[BaseException] = None  #: the first that the model's functions raised
     #: formulation table: moment coefficients required, and of the elevator
     moment: Optional[Tuple[float, float]] = None
@@ -74,9 +75,15 @@ class TrimResult(Shown):
         table.rows = [*table.rows, *outputs]
         how_sure = f"residual {self.residual:.1g} 1/s, rcond {self.rcond:.2g}"
         if self.others:
-            how_sure += f", {len(self.others)} other equilibria"
+            one = len(self.others) == 1
+            how_sure += f", {len(self.others)} other equilibri{'um' if one else 'a'}"
         heading = f"{self.status}: {self.model.name}" if self.model.name else self.status
         return Page(heading, [self.message, how_sure], [table])
+
+
+def time_limited(seconds: Optional[float]) -> Dict[str, float]:
+    """The option of a trim, where there is one."""
+    return {} if seconds is None else {"time_limit": float(seconds)}
 
 
 def asked(
@@ -121,6 +128,7 @@ def trim(
     max_iterations: int = 100,
     max_boxes: int = 200_000,
     closest: bool = True,
+    time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> TrimResult:
     """An equilibrium of a model, from a guess.
@@ -135,6 +143,9 @@ def trim(
     max_iterations : of each solver from each start
     max_boxes      : of the proof that there is none, where the model has ranges; 0: no proof
     closest        : where there is no answer, look for the closest point
+    time_limit     : s of wall clock; then the status is "time_limit", with the best point so far. A
+                     call of the model is not cut short. Default: none, or that of a Condition's
+                     study
 
     Returns a TrimResult, true where it converged. ValueError for names that the model does not
     have, bounds that are reversed, more equations than unknowns.
@@ -148,6 +159,7 @@ def trim(
         "max_iterations": max_iterations,
         "max_boxes": max_boxes,
         "closest": closest,
+        **time_limited(time_limit),
     }
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)

@@ -131,6 +131,7 @@ def tune(
     threads: Optional[int] = None,
     global_search: Optional[str] = None,
     local_search: Optional[str] = None,
+    time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> TuneResult:
     """Gains for the worst of all points, each trimmed again for every candidate.
@@ -147,6 +148,7 @@ def tune(
     schedule : gains linear between their values at these, rising, of the parameter schedule_over
     start    : numbers tried first; evaluations, seconds, seed, threads, global_search,
                local_search: budget and algorithms, defaults as of the library or the study
+    time_limit : of each trim from nothing, s of wall clock
 
     ValueError for names that the models do not have, bounds reversed, nothing free.
     """
@@ -161,6 +163,7 @@ def tune(
             ("threads", threads),
             ("global_search", global_search),
             ("local_search", local_search),
+            ("time_limit", time_limit),
         )
         if value is not None
     }
