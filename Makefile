@@ -21,7 +21,7 @@ STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 # What a newcomer sees while it builds: steps done, of how many, and seconds since the first.
 export NINJA_STATUS ?= [%f of %t, %e s] 
 
-.PHONY: release packages demo test python bench bench-python sanitize asan tsan fuzz planted clang tidy format format-check figures api docs clean help
+.PHONY: release packages demo test python package bench bench-python sanitize asan tsan fuzz planted clang tidy format format-check figures api docs clean help
 .NOTPARALLEL:
 
 release:
@@ -45,6 +45,13 @@ test: packages
 # The package for this Python, or another: make python PYTHON=env/bin/python
 python: packages
 	TILTRIM_BUILD= $(PYTHON) -m pip install .
+
+# A Debian package of the program, the library and its headers, and a Python wheel, in build/package/.
+package: packages
+	cmake --preset release $(PARTS)
+	cmake --build --preset release -j $(JOBS)
+	cpack --config build/CPackConfig.cmake
+	TILTRIM_BUILD=build $(PYTHON) -m pip wheel --no-deps --no-build-isolation --wheel-dir build/package .
 
 bench: packages
 	cmake --preset release -D TILTRIM_BENCH=ON
@@ -129,4 +136,4 @@ clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | python | bench, bench-python | sanitize (asan, tsan) | fuzz | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"
+	@echo "make [release] | demo | test | python | package | bench, bench-python | sanitize (asan, tsan) | fuzz | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""The Debian package: built, without an error of lintian's, and used where it is unpacked: the program, its data, manual
+and completion; a C++ program that pkg-config compiles with one include path.
+
+    package.py <build folder> <scratch folder> <C++ compiler> <flags>
+"""
+
+import os
+import pathlib
+import shlex
+import shutil
+import subprocess
+import sys
+
+sys.dont_write_bytecode = True
+from packages import leave_out, skip  # noqa: E402
+
+build, scratch = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+compiler, flags = sys.argv[3], shlex.split(" ".join(sys.argv[4:]))
+for program in ("cpack", "dpkg-deb", "dpkg-shlibdeps", "pkg-config"):
+    if not shutil.which(program):
+        skip(program)
+
+MAIN = """#include <tiltrim/linearize/modes.hpp>
+#include <tiltrim/study/study.hpp>
+#include <tiltrim/vehicles/tiltrotor/formulations.hpp>
+#include <cstdio>
+int main() {
+  const tiltrim::Vehicle craft = tiltrim::reference_vehicle();
+  const auto problem = tiltrim::closed_loop_problem(craft, {.V = 15.0, .gamma = 0.0, .eta = 0.0});
+  const auto level = tiltrim::trim(problem.model, problem.spec, problem.guess);
+  const auto linear = tiltrim::linearize(problem.model, level.point);
+  std::puts(tiltrim::modes(linear).verdict == tiltrim::Verdict::stable ? "stable" : "not stable");
+}
+"""
+
+
+def run(*command, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    if done.returncode:
+        sys.exit(f"{shlex.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout
+
+
+shutil.rmtree(scratch, ignore_errors=True)
+scratch.mkdir(parents=True)
+run("cpack", "--config", build / "CPackConfig.cmake", "-B", scratch, cwd=build)
+(package,) = scratch.glob("*.deb")
+about = run("dpkg-deb", "--field", package)
+for library in ("coinor-libipopt", "libnlopt", "libnetcdf", "libmatio", "libfmt", "libtbb", "libmuparser"):
+    assert library in about, f"no dependency on {library}\n{about}"
+if shutil.which("lintian"):
+    run("lintian", "--fail-on", "error", "--allow-root", "--no-tag-display-limit", package)
+else:
+    leave_out("lintian")
+
+root = scratch / "root"
+run("dpkg-deb", "-x", package, root)
+usr = root / "usr"
+elsewhere = {k: v for k, v in os.environ.items() if k != "TILTRIM_DATA"}
+trimmed = run(usr / "bin/tiltrim", "trim", usr / "share/tiltrim/studies/paper.toml", env=elsewhere, cwd=scratch)
+assert trimmed.count("converged") == 3, trimmed
+for file in ("man/man1/tiltrim.1.gz", "man/man1/tiltrim-sweep.1.gz", "bash-completion/completions/tiltrim",
+             "zsh/vendor-completions/_tiltrim", "fish/vendor_completions.d/tiltrim.fish", "doc/tiltrim/copyright",
+             "doc/tiltrim/CITATION.cff", "tiltrim/data/study.schema.json"):  # fmt: skip
+    assert (usr / "share" / file).is_file(), file
+for shell, file in (("bash", "bash-completion/completions/tiltrim"), ("zsh", "zsh/vendor-completions/_tiltrim")):
+    if shutil.which(shell):
+        run(shell, "-n", usr / "share" / file)
+    else:
+        leave_out(shell)
+
+(folder,) = usr.glob("lib/**/pkgconfig")
+used = shlex.split(run("pkg-config", "--cflags", "--libs", "tiltrim",
+                       env={**os.environ, "PKG_CONFIG_PATH": str(folder)}))  # fmt: skip
+own = [word for word in used if word.startswith("-I") and str(scratch) in os.path.realpath(word[2:])]
+assert len(own) == 1, used  # <prefix>/include, and no more
+(scratch / "main.cpp").write_text(MAIN)
+run(compiler, "-std=c++20", *flags, scratch / "main.cpp", "-o", scratch / "main", *used)
+said = run(scratch / "main", env={**elsewhere, "TILTRIM_DATA": str(usr / "share/tiltrim/data")})
+assert said == "stable\n", said
+print(f"{package.name}: {package.stat().st_size / 1e6:.1f} MB")
