@@ -1,4 +1,4 @@
-/// CRC-64/XZ of what is kept on a disk.
+/// CRC-64/XZ of data stored on disk.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace tiltrim {
 
-/// Eight tables for eight bytes at a time (slicing, [42]) of the polynomial of [40, annex B], its
-/// bits reflected. [41, ch. 6]
+/// Eight tables for eight bytes at a time (slicing, [42]) of the polynomial of [40, annex B],
+/// bit-reflected. [41, ch. 6]
 consteval std::array<std::array<std::uint64_t, 256>, 8> crc_tables() {
   constexpr std::uint64_t polynomial = 0xC96C5795D7870F42;
   std::array<std::array<std::uint64_t, 256>, 8> table{};
@@ -24,8 +24,8 @@ consteval std::array<std::array<std::uint64_t, 256>, 8> crc_tables() {
   return table;
 }
 
-/// The checksum of `before` followed by `bytes`, `before` being the checksum of what came first.
-/// It sees every burst of up to 64 wrong bits; longer damage passes once in 2⁶⁴ times.
+/// The checksum of earlier data followed by `bytes`; `before` is the checksum of the earlier data.
+/// Detects every burst of up to 64 wrong bits; longer damage passes undetected once in 2⁶⁴ cases.
 inline std::uint64_t checksum(std::span<const std::byte> bytes, std::uint64_t before = 0) {
   static constexpr auto table = crc_tables();
   std::uint64_t crc = ~before;

@@ -59,7 +59,7 @@ Bytes header_of(const std::string& identity) {
   return header;
 }
 
-// Opens and locks the file. The one before us may delete it between the two: then once more.
+// Opens and locks the file. If another process deletes it between the two, tries again.
 int open_locked(const std::filesystem::path& file) {
   constexpr int patience = 100;
   for (int i = 0; i < patience; ++i) {
@@ -114,7 +114,7 @@ std::uint64_t size_of(const std::filesystem::path& file, int fd) {
   return std::uint64_t(opened.st_size);
 }
 
-// At most `longest` bytes of the line, from `from` on, cut between characters (UTF-8).
+// At most `longest` bytes of the line, starting at `from`, cut between UTF-8 characters.
 std::string quoted(std::string_view text, std::size_t from) {
   constexpr std::size_t longest = 60;
   const auto inside = [&](std::size_t i) {
@@ -129,7 +129,7 @@ std::string quoted(std::string_view text, std::size_t from) {
   return fmt::format("'{}'", piece);
 }
 
-// "line 3: 'V = 15' there, 'V = 16' here", of the first line that is another.
+// "line 3: 'V = 15' there, 'V = 16' here", for the first line that differs.
 std::string what_differs(std::string_view there, std::string_view here) {
   constexpr std::size_t context = 40;  // bytes of a long line before the difference
   const auto start = std::size_t(std::ranges::mismatch(there, here).in1 - there.begin());
@@ -143,7 +143,7 @@ std::string what_differs(std::string_view there, std::string_view here) {
 
 constexpr std::string_view remedy = "delete it, or choose another output";
 
-// Throws unless the file begins with our header; 0 if it is a piece of it, cut off at birth.
+// Throws unless the file begins with the expected header; returns 0 if the header is incomplete.
 std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint64_t size,
                            std::span<const std::byte> ours, const std::string& identity) {
   Bytes start(std::min<std::uint64_t>(size, ours.size()));
@@ -171,7 +171,7 @@ std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint6
 void sync_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;  // a folder that may not be read: only its sync is not to be had
+  if (fd < 0) return;  // the folder cannot be read; only its sync is skipped
   ::fsync(fd);
   ::close(fd);
 }
@@ -213,7 +213,7 @@ void Log::begin(std::span<const std::byte> header) {
   checksum_ = number_at(header, header.size() - word);
 }
 
-// Reads records as long as they are whole, and cuts the file off behind the last one.
+// Reads records while they are intact, and truncates the file after the last one.
 void Log::recover(std::uint64_t header_size) {
   const std::uint64_t size = size_;
   std::unordered_set<std::uint64_t> seen;
@@ -249,7 +249,7 @@ void Log::append(std::uint64_t tile, std::span<const std::byte> bytes) {
   put(record, sum);
   const int error = write_at(descriptor_, record, size_);
   if (error != 0) {
-    // Where this fails too, the next append overwrites the piece, or recovery drops it.
+    // If this fails too, the next append overwrites the partial record, or recovery drops it.
     if (::ftruncate(descriptor_, off_t(size_)) != 0) errno = error;
     refuse_log(file_, error);
   }

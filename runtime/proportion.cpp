@@ -7,7 +7,7 @@ namespace tiltrim {
 Proportion proportion(long met, long of) {
   if (of == 0) return {};
   using Binomial = boost::math::binomial_distribution<double>;
-  constexpr double outside = 0.025;  // on either side
+  constexpr double outside = 0.025;  // probability on either side
   const auto n = double(of), k = double(met);
   return {k / n, Binomial::find_lower_bound_on_p(n, k, outside),
           Binomial::find_upper_bound_on_p(n, k, outside)};

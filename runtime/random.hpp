@@ -1,4 +1,4 @@
-/// Random numbers that are the same with every standard library. Internal to tiltrim.
+/// Random numbers that are identical with every standard library. Internal to tiltrim.
 #pragma once
 
 #include <random>

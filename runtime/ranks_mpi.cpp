@@ -10,7 +10,7 @@ namespace tiltrim {
 
 namespace {
 
-// MPI for the life of the program. Only the thread that came first talks to the others.
+// MPI for the lifetime of the program. Only the first thread communicates.
 struct Session {
   Session() {
     int level = 0;

@@ -5,10 +5,10 @@
 
 namespace tiltrim {
 
-/// As long as it lives this thread rounds to nearest, keeps subnormal numbers and traps nothing,
-/// whatever the host program has set (another rounding, FTZ and DAZ by a library compiled with
-/// -ffast-math); then the host's settings are back. A thread inherits those of its parent; one of
-/// a pool may have any.
+/// During its lifetime this thread rounds to nearest, keeps subnormal numbers and traps no
+/// exceptions, whatever the host program has set (another rounding mode, or FTZ and DAZ set by a
+/// library compiled with -ffast-math). The destructor restores the host's settings. A new thread
+/// inherits those of its parent; a pool thread may have any.
 class RoundToNearest {
  public:
   RoundToNearest() {

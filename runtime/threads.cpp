@@ -22,7 +22,7 @@ void with_threads(int threads, const std::function<void()>& work) {
 
 void spread(std::size_t count, const std::function<void(std::size_t)>& work) {
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-    const RoundToNearest environment;  // threads of a pool may have another
+    const RoundToNearest environment;  // pool threads may have other settings
     work(i);
   });
 }

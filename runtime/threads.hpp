@@ -1,4 +1,4 @@
-/// Work spread over threads. Internal to tiltrim.
+/// Parallel loops. Internal to tiltrim.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,19 @@
 
 namespace tiltrim {
 
-/// work() with up to `threads` threads for the loops in it; 0: as many as the machine has.
+/// Calls work() with up to `threads` threads for the loops in it; 0: one per hardware thread.
 void with_threads(int threads, const std::function<void()>& work);
 
-/// work(i) for i = 0 .. count - 1, in any order and side by side.
+/// Calls work(i) for i = 0 .. count - 1, in any order and in parallel.
 void spread(std::size_t count, const std::function<void(std::size_t)>& work);
 
-/// The same. Debian's TBB is not built for the thread sanitizer, which therefore does not see that
-/// the loop's beginning comes before what its threads do, and its end after: it is told. What they
-/// do beside each other it sees as it is.
+/// The same. Debian's TBB is not built for the thread sanitizer, so the start and end of the loop
+/// are annotated as ordered before and after the work of its threads. Races between the threads are
+/// found without annotation.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
 #if defined(__SANITIZE_THREAD__)
-  static char begun, done;  // not of this call's: to read a capture would be to be too early
+  static char begun, done;  // static: a capture would be read before the annotation takes effect
   const std::function<void(std::size_t)> told = [&](std::size_t i) {
     __tsan_acquire(&begun);
     work(i);

@@ -1,4 +1,4 @@
-/// Files read and written as a whole: a file on the disk is the old one or the new one.
+/// Files read and written as a whole: the file on disk is always either the old or the new one.
 #pragma once
 
 #include <fcntl.h>
@@ -36,29 +36,29 @@ inline int write_all(int fd, std::span<const std::byte> bytes) {
   return 0;
 }
 
-/// The file that a name leads to, through symbolic links; the last may lead to a file that does not
-/// exist yet. A link itself only where links lead in a circle.
+/// The file a name refers to, through symbolic links; it need not exist yet. If the links form a
+/// circle, returns a link.
 inline std::filesystem::path target_of(std::filesystem::path file) {
-  constexpr int most = 40;  // as Linux follows
+  constexpr int most = 40;  // the limit of Linux
   std::error_code error;
   for (int i = 0; i < most && std::filesystem::is_symlink(file, error); ++i) {
     const std::filesystem::path to = std::filesystem::read_symlink(file, error);
     if (error) break;
-    file = file.parent_path() / to;  // `to` alone where it is absolute
+    file = file.parent_path() / to;  // only `to` if it is absolute
   }
   return file;
 }
 
-/// 0, or the errno of why no file can be written under that name: it is too long, a folder, leads
-/// in a circle.
+/// 0, or the errno that explains why no file can be written under that name: it is too long, a
+/// folder, or a circular link.
 inline int name_error(const std::filesystem::path& file) {
   struct stat there {};
   if (::stat(file.c_str(), &there) == 0) return S_ISDIR(there.st_mode) ? EISDIR : 0;
   return errno == ENOENT ? 0 : errno;
 }
 
-/// Writes the pieces, one after another, to the open file `beside`, syncs, closes and renames it to
-/// `target`; on any error removes it. Throws std::runtime_error "name: why".
+/// Writes the pieces in order to the open file `beside`, syncs, closes and renames it to `target`;
+/// removes it on any error. Throws std::runtime_error "name: reason".
 inline void finish(int fd, const std::string& beside, const std::filesystem::path& target,
                    const std::filesystem::path& name,
                    std::initializer_list<std::span<const std::byte>> pieces) {
@@ -74,19 +74,19 @@ inline void finish(int fd, const std::string& beside, const std::filesystem::pat
   }
   const std::filesystem::path parent = target.has_parent_path() ? target.parent_path() : ".";
   const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;  // written and renamed; only the folder's own sync is not to be had
+  if (folder < 0) return;  // written and renamed; only the sync of the folder is skipped
   ::fsync(folder);
   ::close(folder);
 }
 
-/// Writes the pieces, one after another, beside `file`, syncs and renames; of a symbolic link the
-/// target. On any error the old file is there as it was and nothing else. Throws std::runtime_error
-/// "path: why".
+/// Writes the pieces in order to a file next to `file`, syncs and renames it; a symbolic link is
+/// followed to its target. On any error the old file is unchanged. Throws std::runtime_error "path:
+/// reason".
 inline void write_whole(const std::filesystem::path& file,
                         std::initializer_list<std::span<const std::byte>> pieces) {
   if (const int error = name_error(file); error != 0) refuse(file, error);
   const std::filesystem::path target = target_of(file);
-  // One name, so that what a killed program leaves the next one takes.
+  // A fixed name, so that the next run overwrites what a killed program left.
   const std::string beside = target.string() + ".part";
   const int fd =
       ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0666);
@@ -94,7 +94,7 @@ inline void write_whole(const std::filesystem::path& file,
   finish(fd, beside, target, file, pieces);
 }
 
-/// All bytes of a regular file. Throws std::runtime_error "path: why".
+/// All bytes of a regular file. Throws std::runtime_error "path: reason".
 inline std::vector<std::byte> read_whole(const std::filesystem::path& file) {
   const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) refuse(file, errno);
