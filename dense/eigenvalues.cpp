@@ -19,8 +19,8 @@ Schur schur(const MatrixXd& A, Index max_iterations) {
   return {true, solver.matrixU(), solver.matrixT()};
 }
 
-// Not solver.eigenvectors(): where the imaginary part of a pair is below ε of its real part, that
-// gives the vector's real and imaginary part for two real vectors.
+// Replaces solver.eigenvectors(), which returns the real and imaginary parts as two real vectors
+// if the imaginary part of a pair is below ε times its real part.
 static MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
   const VectorXcd& lambda = solver.eigenvalues();
   const MatrixXd P = solver.pseudoEigenvectors();

@@ -12,7 +12,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-// Full pivoting first: the most exact of Eigen's, and one instantiation for all.
+// Full pivoting is Eigen's most accurate preconditioner; one instantiation serves all uses.
 using Jacobi = Eigen::JacobiSVD<MatrixXd, Eigen::FullPivHouseholderQRPreconditioner>;
 
 SVD svd(const MatrixXd& A) {
@@ -41,7 +41,7 @@ MatrixXd kernel(const MatrixXd& A) {
   return found.V.rightCols(A.cols() - rank(found.sigma));
 }
 
-// A (x + iy) has the length of [Re A, -Im A; Im A, Re A] (x, y).
+// ‖A (x + iy)‖ equals the norm of [Re A, -Im A; Im A, Re A] (x, y).
 VectorXcd least_singular_vector(const MatrixXcd& A) {
   const Index m = A.rows(), n = A.cols();
   MatrixXd real(2 * m, 2 * n);
