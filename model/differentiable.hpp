@@ -1,9 +1,9 @@
-/// From physics written once on any scalar to a Model with exact derivatives and enclosures.
+/// Builds a Model with exact derivatives and enclosures from physics templated on its scalar.
 /// Internal to model/ and vehicles/.
 ///
 /// A Physics has `sizes` and is called as `physics(x, u, p, rates, outputs)` on pointers to
-/// scalars, either of the last two null if not wanted; it accepts parameters on the scalar of the
-/// states, and on double beside it.
+/// scalars; rates or outputs may be null if not wanted. It accepts parameters of the states' scalar
+/// type and of type double.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 #include "model/model.hpp"
 #include "model/scalar.hpp"
 
-// Not under sanitizers, whose checks would make the one large function minutes to compile.
+// Not under sanitizers: their checks would make this one large function take minutes to compile.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TILTRIM_FLATTEN
 #else
@@ -22,7 +22,7 @@
 
 namespace tiltrim::physics {
 
-/// How many numbers a model takes and gives.
+/// The numbers of states, inputs, parameters and outputs of a model.
 struct Sizes {
   std::size_t states, inputs, parameters, outputs;
 };
@@ -41,16 +41,16 @@ void set_functions(Model& model, const Physics& physics) {
   };
 }
 
-// Derivatives along states and inputs alone, the common case. Flattened, that is inlined whole:
-// numbers with derivatives do not fit in registers, and between functions the compiler would copy
-// them about, for a third of the time.
+// Derivatives with respect to states and inputs only, the common case. Flattened, so that all is
+// inlined: dual numbers do not fit in registers, and copying them between functions would cost a
+// third of the time.
 template <class Physics>
 TILTRIM_FLATTEN void along_motion(const Physics& physics, const Dual* x, const Dual* u,
                                   const double* p, Dual* rates, Dual* outputs) {
   physics(x, u, p, rates, outputs);
 }
 
-// Derivatives along up to `dual_width` variables: one column each, below each other in `jacobian`.
+// Derivatives with respect to up to `dual_width` variables, stacked column by column in `jacobian`.
 template <class Physics>
 void differentiate_pass(const Physics& physics, const OperatingPoint& point,
                         const Eigen::Index* wanted, Eigen::Index count, double* jacobian) {
@@ -77,7 +77,7 @@ void differentiate_pass(const Physics& physics, const OperatingPoint& point,
     for (const Dual& row : results) *jacobian++ = row.slopes[k];
 }
 
-/// Exact derivatives by forward mode, `dual_width` variables in each pass.
+/// Exact derivatives by forward mode, `dual_width` variables per pass.
 template <class Physics>
 void set_derivatives(Model& model, const Physics& physics) {
   model.derivatives = [physics](const OperatingPoint& point,
@@ -92,8 +92,8 @@ void set_derivatives(Model& model, const Physics& physics) {
   };
 }
 
-/// Ranges over a box of states and inputs; parameters stay at the box's lower ends, which must be
-/// their upper ends too.
+/// Ranges over a box of states and inputs. Parameters are fixed at the lower bounds of the box,
+/// which must equal the upper bounds.
 template <class Physics>
 void set_enclosure(Model& model, const Physics& physics) {
   model.enclosure = [physics](const std::vector<Range>& box) {

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// Least of truncation O(h²) and round-off O(ε/h).                          [4, sec. 8.1; 5]
+// Minimizes the sum of truncation error O(h²) and round-off O(ε/h).        [4, sec. 8.1; 5]
 const double central_step = std::cbrt(epsilon);
 
 VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point) {
@@ -29,7 +29,7 @@ VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point) {
   return all;
 }
 
-// [f; h] along one variable: samples at the point and at multiples of the step to both sides.
+// [f; h] along one variable: samples at the point and at multiples of the step on both sides.
 struct Line {
   const Model& model;
   OperatingPoint at;
@@ -39,10 +39,10 @@ struct Line {
   Line(const Model& m, const OperatingPoint& point, Index j)
       : model(m), at(point), variable(j), value(value_of(point, j)) {
     const double asked = central_step * signal_of(m, j).nominal;
-    h = (value + asked) - value;  // the step taken, not asked
+    h = (value + asked) - value;  // the actual step, not the requested one
     if (h == 0) h = std::nextafter(std::abs(value), INFINITY) - std::abs(value);
   }
-  // Where the model throws, no number: one side may be outside its domain, and the other not.
+  // NaN where the model throws: only one side may be outside its domain.
   VectorXd sample(double steps) {
     set_value(at, variable, value + steps * h);
     VectorXd y = VectorXd::Constant(std::ssize(model.states) + std::ssize(model.outputs), NAN);
@@ -56,23 +56,23 @@ struct Line {
     set_value(at, variable, value);
     return y;
   }
-  // A slope that could not be taken because the model threw is the model's to explain.
+  // If a derivative is missing because the model threw, passes on the model's exception.
   void check(const VectorXd& slope) const {
     if (thrown && !slope.allFinite()) std::rethrow_exception(thrown);
   }
   std::exception_ptr thrown;
 };
 
-// One column of the Jacobian: two estimates of the slope whose truncation errors stand 1 : 4, and
-// of one-sided differences a third, 16.
+// One column of the Jacobian: two estimates of the derivative with truncation errors in the ratio
+// 1 : 4, and for one-sided differences a third with ratio 16.
 struct Column {
   VectorXd fine, coarse, coarser;
   VectorXd scale;  // largest |sample| of each row
-  VectorXd noise;  // round-off of the samples as it shows in them
-  double h = 0.0;  // smallest distance of samples
+  VectorXd noise;  // round-off of the samples, as observed
+  double h = 0.0;  // smallest distance between samples
 };
 
-//   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side whose sign is given
+//   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side of the given sign
 Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd y1 = line.sample(side);
   const VectorXd y2 = line.sample(2 * side);
@@ -85,8 +85,8 @@ Column one_sided(Line& line, const VectorXd& y0, double side) {
   return {fine, coarse, coarser, scale, VectorXd::Zero(y0.size()), line.h};
 }
 
-// Where a smooth function's estimates come four times nearer with each halved step, those beside a
-// pole, a root or a logarithm's edge do not: how far the finest is off is then not known.
+// For a smooth function the estimates converge by a factor of four per halved step; near a pole, a
+// square root or a logarithm's singularity they do not, and the error of the finest is unknown.
 bool settles(const Column& c, Index row, double round_off) {
   constexpr double rounding = 8.0, least = 2.0;
   if (c.coarser.size() == 0) return true;
@@ -95,33 +95,34 @@ bool settles(const Column& c, Index row, double round_off) {
   return near <= rounding * round_off || far >= least * near;
 }
 
-// The four neighbours of a point along a line, and what their one-sided slopes say.
+// The four neighbours of a point along a line, and tests on their one-sided differences.
 struct Neighbours {
   VectorXd y0, ahead, behind, far_ahead, far_behind;
 
-  // How much the slope to one side changes when the step is doubled.
+  // Change of the one-sided difference when the step is doubled.
   double unevenness(double side, Index row) const {
     const VectorXd& near = side > 0 ? ahead : behind;
     const VectorXd& far = side > 0 ? far_ahead : far_behind;
     return std::abs((far[row] - y0[row]) / 2 - (near[row] - y0[row]));
   }
 
-  // In a smooth function the two sides' slopes differ by h f'', twice as much at twice the step; at
-  // a kink they differ by a constant, at a jump by Δ/h, and beside one by anything but twice.
+  // For a smooth function the two one-sided differences differ by h f'', and by twice as much at
+  // twice the step. At a kink they differ by a constant, at a jump by Δ/h, and near a kink or jump
+  // by any factor but two.
   bool kink(Index row) const {
     const double gap = std::abs(ahead[row] - 2 * y0[row] + behind[row]);
     const double far_gap = std::abs(far_ahead[row] - 2 * y0[row] + far_behind[row]) / 2;
     const double size = std::max({std::abs(y0[row]), std::abs(ahead[row]), std::abs(behind[row])});
     const double motion = std::abs(ahead[row] - behind[row]);
-    constexpr double noise = 1024 * epsilon;  // of a long sum of cancelling terms
-    constexpr double share = 1e-3;            // of the motion: what curvature makes within a step
+    constexpr double noise = 1024 * epsilon;  // round-off of a long sum of cancelling terms
+    constexpr double share = 1e-3;            // of the motion: the curvature within a step
     return gap > noise * std::max(size, 1.0) && gap > share * motion &&
            std::abs(far_gap - 2 * gap) > 0.1 * gap;
   }
 };
 
-// The fourth difference, h⁴ times the fourth derivative, is nothing but noise: √70 ≈ 8 times that
-// of one sample.
+// The fourth difference, h⁴ times the fourth derivative, is pure noise: √70 ≈ 8 times that of one
+// sample.
 Column central(const Line& line, const Neighbours& n) {
   const VectorXd scale = n.ahead.cwiseAbs().cwiseMax(n.behind.cwiseAbs());
   const VectorXd fourth = n.far_ahead - 4 * n.ahead + 6 * n.y0 - 4 * n.behind + n.far_behind;
@@ -150,7 +151,7 @@ std::string kink_remark(const Model& model, const Line& line, const Signal& sign
 Column column(const Model& model, Line& line, const VectorXd& y0, const Range& bounds,
               std::vector<std::string>& remarks) {
   const Signal& signal = signal_of(model, line.variable);
-  const auto room = [&](double steps) {  // for so many to either side
+  const auto room = [&](double steps) {  // for this many steps on either side
     const double reached = line.value + steps * line.h;
     return bounds.lower <= reached && reached <= bounds.upper;
   };
@@ -181,7 +182,7 @@ Column column(const Model& model, Line& line, const VectorXd& y0, const Range& b
   return central(line, n);
 }
 
-// Size of the terms that cancel in each row: its values and its motion over the variables' sizes.
+// Size of the terms that cancel in each row: its value, and its change over the nominal sizes.
 VectorXd term_sizes(const Model& model, const OperatingPoint& point,
                     const std::vector<Index>& variables, const MatrixXd& J, VectorXd sizes) {
   for (Index k = 0; k < J.cols(); ++k) {
@@ -214,7 +215,7 @@ Differences difference(const Model& model, const OperatingPoint& point,
     d.jacobian.value.col(k) = columns.back().fine;
     line.check(columns.back().fine);
   }
-  // An entry that is no number says nothing of its row's others.
+  // A NaN entry must not affect the other entries of its row.
   VectorXd largest = y0.cwiseAbs();
   VectorXd noise = VectorXd::Zero(y0.size());
   MatrixXd known = d.jacobian.value;
@@ -231,7 +232,7 @@ Differences difference(const Model& model, const OperatingPoint& point,
     const Column& c = columns[std::size_t(k)];
     const VectorXd spread = (c.fine - c.coarse).cwiseAbs();
     const double weights =
-        c.coarser.size() > 0 ? 4.0 : 1.0;  // of a difference's samples: 3, 4 and 1 over 2
+        c.coarser.size() > 0 ? 4.0 : 1.0;  // weights of a difference's samples: 3, 4 and 1 over 2
     const VectorXd round_off = (weights * epsilon * sizes + 2 * noise) / c.h;
     const auto moved = (c.fine.array() != 0 || spread.array() != 0).cast<double>();
     d.jacobian.error.col(k) = moved * (spread + round_off).array();
@@ -247,7 +248,7 @@ Estimate exact(const Model& model, const OperatingPoint& point,
   Estimate e{given_derivatives(model, point, variables), {}};
   const VectorXd sizes =
       term_sizes(model, point, variables, e.value, VectorXd::Zero(e.value.rows()));
-  constexpr double operations = 16;  // roundings that a derivative passes through, about
+  constexpr double operations = 16;  // approximate number of roundings in a derivative
   e.error.resizeLike(e.value);
   for (Index k = 0; k < e.value.cols(); ++k) {
     const Index j = variables[std::size_t(k)];

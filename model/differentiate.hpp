@@ -10,33 +10,33 @@
 
 namespace tiltrim {
 
-/// A matrix and, entry by entry, an estimated bound of its error.
+/// A matrix and an estimated error bound for each entry.
 struct Estimate {
-  Eigen::MatrixXd value, error;  ///< of the same size; no error below zero
+  Eigen::MatrixXd value, error;  ///< of the same size; error >= 0
 };
 
-/// What difference() answers.
+/// The result of difference().
 struct Differences {
   Estimate jacobian;                 ///< ∂[f; h]/∂variables, (nx + ny) rows
-  std::vector<std::string> remarks;  ///< kinks met and one-sided differences taken, in words
+  std::vector<std::string> remarks;  ///< kinks found and one-sided differences used, as text
 };
 
-/// Central differences with the step ∛ε · nominal size, compared with those of twice the step. An
-/// entry's error estimate is the difference of the two and the round-off of the evaluations; it is
-/// zero where the entry's function does not move at all, and infinite where three steps show that
-/// the differences do not settle. Where `bounds` (one per variable asked, or empty), a kink or the
-/// edge of the model's domain leaves one side, second-order differences to that side, and a remark.
-/// Throws CallerMistake if bounds leave no room for a step.
+/// Central differences with the step ∛ε · nominal size, compared with those at twice the step. The
+/// error estimate of an entry is the difference of the two plus the round-off of the evaluations.
+/// It is zero if the entry's function is constant, and infinite if three step sizes prove that the
+/// differences do not converge. `bounds` has one range per requested variable, or is empty. At a
+/// bound, a kink or the edge of the model's domain, second-order one-sided differences are used and
+/// a remark is added. Throws CallerMistake if the bounds leave no room for a step.
 Differences difference(const Model& model, const OperatingPoint& point,
                        const std::vector<Eigen::Index>& variables,
                        const std::vector<Range>& bounds = {});
 
-/// The model's own derivatives, their error estimated as the round-off of their evaluation. Throws
-/// std::invalid_argument if the model has none.
+/// The model's own derivatives; the error estimate is the round-off of their evaluation. Throws
+/// std::invalid_argument if the model has no derivatives.
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Eigen::Index>& variables);
 
-/// For solvers: the model's own derivatives where it has them, else plain central differences.
+/// For solvers: the model's own derivatives if it has them, otherwise plain central differences.
 Eigen::MatrixXd jacobian(const Model& model, const OperatingPoint& point,
                          const std::vector<Eigen::Index>& variables);
 

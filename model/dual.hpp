@@ -1,9 +1,9 @@
 /// @file
-/// Numbers that carry derivatives (forward mode), with the functions of `<cmath>`.
+/// Dual numbers for forward-mode differentiation, with the functions of `<cmath>`.
 ///
-/// Own rather than Eigen's AutoDiffScalar: every operation returns a plain value, so that physics
-/// may say `const auto` and nothing dangles, and an exact Jacobian costs clearly less than through
-/// expression templates (bench/README.md).
+/// Used instead of Eigen's AutoDiffScalar because every operation returns a plain value: physics
+/// can use `const auto` without dangling references, and an exact Jacobian costs clearly less than
+/// with expression templates (bench/README.md).
 #pragma once
 
 #include <Eigen/Core>
@@ -13,32 +13,33 @@
 
 namespace tiltrim {
 
-/// Directions along which a Dual carries derivatives.
+/// Number of directions along which a Dual carries derivatives.
 inline constexpr int dual_width = 6;
 
-/// A number of type T with its derivatives along `width` directions; of none it is a plain number,
-/// whose functions are found as a Dual's are.
+/// A number of type T with its derivatives along `width` directions; with width 0 a plain number
+/// whose functions are found by the same lookup.
 ///
-/// There are + - * / and their assignments, comparisons (of values), abs, fabs, min, max, fmin,
+/// Provided are + - * / and their assignments, comparisons (of values), abs, fabs, min, max, fmin,
 /// fmax, clamp, sqrt, cbrt, hypot, exp, expm1, log, log1p, log10, pow, sin, cos, tan, asin, acos,
-/// atan, atan2, sinh, cosh, tanh, asinh, acosh and atanh, all called without std::; each takes a T
-/// in place of one of its arguments.
+/// atan, atan2, sinh, cosh, tanh, asinh, acosh and atanh, all called without std::; each accepts a
+/// T in place of one of its arguments.
 ///
-/// At a kink the derivative is that of the side whose value is taken: abs at 0 from above, min and
-/// max of equals the first. Along a direction in which nothing moves it is zero even where the
-/// slope is infinite (sqrt at 0).
+/// At a kink the derivative is that of the branch whose value is taken: abs at 0 from above, min
+/// and max of equal arguments the first. Along a direction with zero derivative the result has zero
+/// derivative even if the slope is infinite (sqrt at 0).
 template <class T, int width = dual_width>
 struct DualOf {
-  using Slopes = Eigen::Array<T, width, 1>;  ///< one derivative for each direction
+  using Slopes = Eigen::Array<T, width, 1>;  ///< one derivative per direction
   T value;                                   ///< the number itself
   Slopes slopes;                             ///< its derivatives
 
-  DualOf() = default;                                    ///< left unset, as a double is
+  DualOf() = default;                                    ///< uninitialized, like a double
   DualOf(T v) : value(v), slopes(Slopes::Zero()) {}      ///< a constant
   DualOf(T v, const Slopes& d) : value(v), slopes(d) {}  ///< a value and its derivatives
 
-  /// A function known by its value g and its slope at a.value: a table, a spline, or what is not
-  /// among the functions above.
+  /// A function given by its value g and its derivative at a.value: a table, a spline, or a
+  /// function
+  /// not listed above.
   friend DualOf chain(const DualOf& a, T g, T slope) { return {g, along(slope, a)}; }
 
   /// @cond
@@ -168,7 +169,7 @@ struct DualOf {
   /// @endcond
 
  private:
-  // slope · da, where what does not move stays without derivative.
+  // slope · da; zero where da is zero, even for an infinite slope.
   static Slopes along(T slope, const DualOf& a) {
     if (std::isfinite(slope)) return slope * a.slopes;
     return (a.slopes == T(0)).select(Slopes::Zero(), slope * a.slopes);
@@ -180,13 +181,13 @@ struct DualOf {
 
 /// A number with derivatives along `dual_width` directions.
 using Dual = DualOf<double>;
-/// A number without, whose functions are found as a Dual's are.
+/// A number without derivatives, whose functions are found by the same lookup as a Dual's.
 using Plain = DualOf<double, 0>;
 
 }  // namespace tiltrim
 
 /// @cond
-// What Eigen has to know to have vectors and matrices of them, and to multiply these by numbers.
+// Eigen traits for vectors and matrices of dual numbers and their products with plain numbers.
 template <class T, int width>
 struct Eigen::NumTraits<tiltrim::DualOf<T, width>> : Eigen::NumTraits<T> {
   using Real = tiltrim::DualOf<T, width>;

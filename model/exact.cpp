@@ -16,7 +16,7 @@ struct Counts {
   Index states, inputs, parameters, outputs;
 };
 
-// Spans of a wrong length would be read beyond their end.
+// Spans of a wrong length would be read out of bounds.
 void check_sizes(const Counts& n, const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   const auto size = [](const char* what, Index expected, Index got) {
     if (got != expected)

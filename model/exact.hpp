@@ -1,5 +1,5 @@
 /// @file
-/// Exact derivatives of a user's model: its functions, written once for any scalar.
+/// Exact derivatives of a user-defined model whose functions are written once for any scalar.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@
 
 namespace tiltrim {
 
-/// What can be called on spans of S as ExactFunction says.
+/// Callable on spans of S as ExactFunction requires.
 template <class F, class S>
 concept CallableOn = std::invocable<const F&, std::span<const S>, std::span<const S>,
                                     std::span<const S>, std::span<S>>;
@@ -26,21 +26,21 @@ concept CallableOn = std::invocable<const F&, std::span<const S>, std::span<cons
 ///     void operator()(std::span<const S> x, std::span<const S> u, std::span<const S> p,
 ///                     std::span<S> values) const;
 ///
-/// which writes one value for each state or output. S is Plain for values and Dual for derivatives:
-/// functions (sin, sqrt, max, ...; see DualOf) are called without std::. It has to be a function of
-/// its arguments alone and may be called from several threads.
+/// which writes one value per state or output. S is Plain for values and Dual for derivatives; call
+/// functions (sin, sqrt, max, ...; see DualOf) without std::. The result must depend only on the
+/// arguments; calls may come from several threads.
 struct ExactFunction {
-  /// Values, as many as there is room for.
+  /// Writes as many values as fit.
   std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p,
                      Eigen::Ref<Eigen::VectorXd> values)>
       values;
-  /// The values' derivatives along the variables asked, one column each.
+  /// Derivatives of the values with respect to the given variables, one column each.
   std::function<void(const OperatingPoint& at, const std::vector<Eigen::Index>& variables,
                      Eigen::Ref<Eigen::MatrixXd> columns)>
       slopes;
 
-  ExactFunction() = default;  ///< none: of a model without states, or without outputs
-  /// From a function on any scalar.
+  ExactFunction() = default;  ///< no function: for a model without states, or without outputs
+  /// From a function templated on its scalar.
   template <class F>
   requires(!std::same_as<F, ExactFunction> && CallableOn<F, Plain> && CallableOn<F, Dual>)
       ExactFunction(const F& f) {
@@ -84,7 +84,7 @@ struct ExactFunction {
         z.insert(z.end(), part->begin(), part->end());
     }
 
-    // What f does not write is not a number.
+    // Values that f does not write are NaN.
     template <class F>
     void write(const F& f, std::vector<S>& answer) const {
       std::fill(answer.begin(), answer.end(), S(std::numeric_limits<double>::quiet_NaN()));
@@ -94,10 +94,9 @@ struct ExactFunction {
   };
 };
 
-/// The model with f, h and derivatives from functions on any scalar: what `m` says but for these
-/// three. The values are those of the same functions written on double. Throws
-/// std::invalid_argument where check() does, and where there are states without f or outputs
-/// without h.
+/// Returns `m` with f, h and derivatives set from functions templated on their scalar. The values
+/// equal those of the same functions written for double. Throws std::invalid_argument where check()
+/// does, if there are states but no f, or outputs but no h.
 ///
 ///     m.states = {{"angle", "rad", 0.1}, {"rate", "rad/s", 0.1}};
 ///     m = exact_model(m, [](auto x, auto u, auto p, auto rates) {

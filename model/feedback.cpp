@@ -22,21 +22,21 @@ namespace {
 constexpr std::array<const char*, 2> roles = {"plant", "controller"};
 using Sides = std::array<OperatingPoint, 2>;
 
-// An input of one side that is fed by the other.
+// An input of one side that the other side feeds.
 struct Feed {
-  std::size_t side;  // whose input it is
+  std::size_t side;  // the side with the input
   Index input;
-  bool from_output;  // else from a state
+  bool from_output;  // otherwise from a state
   Index source;
   std::string name;
   double nominal;
 };
 
-// The sides' own vectors lie in the loop's one behind the other, without the inputs that are fed.
+// The vectors of the loop are those of the two sides concatenated, without the fed inputs.
 struct Loop {
   std::array<Model, 2> models;
   std::vector<Feed> feeds;
-  std::array<std::vector<Index>, 2> open;  // inputs of each side that stay inputs
+  std::array<std::vector<Index>, 2> open;  // inputs of each side that remain inputs
 
   Index states(std::size_t side) const { return std::ssize(models[side].states); }
   Index outputs(std::size_t side) const { return std::ssize(models[side].outputs); }
@@ -60,7 +60,7 @@ std::optional<Feed> feed_of(const std::array<Model, 2>& models, std::size_t side
   return Feed{side, input, output >= 0, output >= 0 ? output : state, fed.name, fed.nominal};
 }
 
-// A static law needs no f.
+// A static controller needs no f.
 void check_side(Model& m, const char* role) {
   if (!m.f && m.states.empty())
     m.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return VectorXd(); };
@@ -90,8 +90,8 @@ Loop connect(const Model& plant, const Model& controller) {
   return loop;
 }
 
-// A name of one side's variables or outputs must not stand for anything of the other's: outputs
-// too, since where an output has a variable's name the variable is meant.
+// A variable or output name of one side must not denote anything on the other. Outputs are
+// included because a variable takes precedence over an output of the same name.
 void check_names(const Loop& loop) {
   std::map<std::string, std::string> places;  // of the plant
   for (std::size_t side : {0, 1}) {
@@ -112,12 +112,12 @@ void check_names(const Loop& loop) {
   }
 }
 
-// Bit for bit, but any NaN is like any other.
+// Bitwise equality, except that all NaNs are equal.
 bool same(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 double& fed(Sides& at, const Feed& feed) { return at[feed.side].u[feed.input]; }
 
-// The outputs of one side passed on to the inputs of the other that they feed; whether any changed.
+// Passes the outputs of one side to the inputs they feed; returns whether any input changed.
 bool pass_on(const Loop& loop, std::size_t from, const VectorXd& outputs, Sides& at) {
   bool changed = false;
   for (const Feed& feed : loop.feeds) {
@@ -141,8 +141,8 @@ VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
   return outputs;
 }
 
-// The sides' points of a point of the loop. Inputs fed by outputs are not known yet: a start that
-// no equilibrium shares, lest a loop that is algebraic goes unseen there.
+// The points of the two sides for a point of the loop. Inputs fed by outputs are not known yet;
+// they start at values that no equilibrium has, so that an algebraic loop is not missed there.
 Sides split(const Loop& loop, const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   Sides at;
   Index nx = 0, nu = 0, np = 0;
@@ -160,7 +160,7 @@ Sides split(const Loop& loop, const VectorXd& x, const VectorXd& u, const Vector
   return at;
 }
 
-// depends(i, j): what feeds input i moves with the fed input j of the side that it comes from.
+// depends(i, j): the source of input i depends on the fed input j of the same side.
 MatrixXd dependence(const Loop& loop, Sides at) {
   const Index n = std::ssize(loop.feeds);
   MatrixXd depends = MatrixXd::Zero(n, n);
@@ -181,10 +181,10 @@ MatrixXd dependence(const Loop& loop, Sides at) {
   return depends;
 }
 
-// Signals that depend on themselves, through any number of others.
+// Signals that depend on themselves, directly or through others.
 std::vector<std::string> on_a_cycle(const Loop& loop, const MatrixXd& depends) {
   MatrixXd reach = depends;
-  for (Index k = 1; k < depends.rows(); ++k)  // reach + reach depends, as zeros and ones
+  for (Index k = 1; k < depends.rows(); ++k)  // reach + reach * depends, as zeros and ones
     reach = (reach + reach * depends).cwiseMin(1.0);
   std::vector<std::string> found;
   for (Index i = 0; i < depends.rows(); ++i)
@@ -200,8 +200,8 @@ std::vector<std::string> on_a_cycle(const Loop& loop, const MatrixXd& depends) {
                   fmt::join(signals, ", ")));
 }
 
-// The sides' points with every fed input in place, and all outputs there. What feeds k others in a
-// row is right after k + 1 passes; what still moves after them all depends on itself.
+// The points of both sides with every fed input in place, and all outputs there. A chain of k fed
+// inputs is resolved after k + 1 passes; an input that then still changes depends on itself.
 struct Closed {
   Sides at;
   std::array<VectorXd, 2> outputs;
@@ -223,8 +223,8 @@ Closed close(const Loop& loop, const VectorXd& x, const VectorXd& u, const Vecto
   refuse_cycle(loop, on_a_cycle(loop, dependence(loop, c.at)));
 }
 
-// The variables asked of one side, and where they stand among those asked of the loop; behind them
-// the inputs that are fed.
+// The requested variables of one side and their positions in the request to the loop, followed by
+// the fed inputs.
 struct Asked {
   std::vector<Index> variables;
   std::vector<Index> columns;
@@ -232,7 +232,7 @@ struct Asked {
 };
 
 std::array<Asked, 2> sort(const Loop& loop, const std::vector<Index>& variables) {
-  std::vector<std::pair<std::size_t, Index>> own;  // of each variable of the loop
+  std::vector<std::pair<std::size_t, Index>> own;  // for each variable of the loop
   const auto all = [&](const auto& numbers) {
     for (std::size_t side : {0, 1})
       for (const Index k : numbers(side)) own.emplace_back(side, k);
@@ -266,8 +266,8 @@ std::array<Asked, 2> sort(const Loop& loop, const std::vector<Index>& variables)
   return asked;
 }
 
-// Of all rows (the sides' rates, then the sides' outputs) by the variables asked and by the fed
-// inputs w, each side for itself.
+// Derivatives of all rows (the sides' rates, then the sides' outputs) with respect to the
+// requested variables and the fed inputs w, for each side separately.
 struct Partial {
   MatrixXd by_variables, by_feeds;
 };
@@ -294,7 +294,7 @@ Partial partial(const Loop& loop, const Sides& at, const std::array<Asked, 2>& a
 }
 
 // w = S [x; y]:   dw/dv = S_x ∂x/∂v + S_y (∂h/∂v + ∂h/∂w dw/dv)
-// Without an algebraic loop S_y ∂h/∂w is nilpotent, and as many passes as fed inputs are exact.
+// Without an algebraic loop S_y ∂h/∂w is nilpotent, and one pass per fed input is exact.
 MatrixXd derivatives(const Loop& loop, const OperatingPoint& point,
                      const std::vector<Index>& variables) {
   const Sides at = close(loop, point.x, point.u, point.p).at;
@@ -321,8 +321,8 @@ MatrixXd derivatives(const Loop& loop, const OperatingPoint& point,
   return d.by_variables + d.by_feeds * w;
 }
 
-// At x, u, p of a few sizes a loop that is always algebraic shows; where the functions throw or are
-// not finite, nothing is said.
+// Finds a loop that is algebraic everywhere by evaluating x, u, p at a few magnitudes; points where
+// the functions throw or are not finite are ignored.
 void probe(const Loop& loop, const Model& closed) {
   for (const double size : {0.0, 0.41, -0.87}) {
     const VectorXd x = size * nominals(closed.states);

@@ -52,7 +52,7 @@ constexpr Function1 functions_of_one[] = {
                                            : a; }},
 };
 
-// Unlike std::min and std::fmin, NaN where any argument is.
+// Unlike std::min and std::fmin, NaN if any argument is NaN.
 double least(const double* values, int count) {
   double m = values[0];
   for (int i = 1; i < count; ++i) m = std::isnan(m) || values[i] >= m ? m : values[i];
@@ -64,8 +64,8 @@ double most(const double* values, int count) {
   return m;
 }
 
-// A parser that knows our functions and no others, so that none means something else here than in
-// the field ("log").
+// A parser with the library's own functions only, so that names such as "log" have their usual
+// meaning in the field.
 mu::Parser parser() {
   mu::Parser p;
   p.ClearFun();
@@ -82,7 +82,7 @@ mu::Parser parser() {
   return p;
 }
 
-// "a = b" would assign; only comparisons may have the sign.
+// "a = b" would be an assignment; "=" is allowed only in comparisons.
 bool assigns(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] != '=') continue;
@@ -97,7 +97,7 @@ bool assigns(std::string_view text) {
   return false;
 }
 
-// What cannot be read as anything, in words.
+// The error message for a token that cannot be parsed.
 std::string unknown(const std::string& token, std::size_t position,
                     const std::vector<std::string>& names) {
   const std::string word = token.substr(0, token.find_first_not_of(name_characters));
@@ -118,7 +118,7 @@ std::string unknown(const std::string& token, std::size_t position,
                      fmt::join(known, ", "));
 }
 
-// Where the token stands, from 1; muParser counts from 0, and some tokens where they end.
+// Position of the token, from 1; muParser counts from 0 and gives the end of some tokens.
 std::size_t position_of(std::string_view token, std::size_t at, std::string_view text) {
   const auto stands = [&](std::size_t i) {
     return i <= text.size() && text.substr(i).starts_with(token);
@@ -166,7 +166,7 @@ std::string complaint(const mu::Parser::exception_type& e, std::string_view text
   }
 }
 
-// One thread's formulas, bound to its own numbers: states, inputs, parameters, let.
+// One thread's compiled formulas, bound to its own states, inputs, parameters and `let` values.
 struct Bench {
   VectorXd numbers;
   std::vector<mu::Parser> let, rates, values, switches;
@@ -209,7 +209,7 @@ struct Bench {
   }
 };
 
-// Benches that no thread is at.
+// Benches that no thread is using.
 class Benches {
  public:
   explicit Benches(Formulas formulas) : formulas_(std::move(formulas)) {}
@@ -254,7 +254,7 @@ void check_count(std::size_t have, std::size_t want, const char* what) {
     throw std::invalid_argument(fmt::format("{} formulas for {} {}", have, want, what));
 }
 
-// Names distinct and usable, every formula of the names before it.
+// Checks that names are distinct and valid, and that every formula uses only names before it.
 void check(const Formulas& m) {
   check_count(m.rates.size(), m.states.size(), "states");
   check_count(m.values.size(), m.outputs.size(), "outputs");

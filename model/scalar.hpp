@@ -1,5 +1,5 @@
-/// The scalars the physics is evaluated on: numbers, numbers with derivatives, ranges; and what
-/// each does in its own way, as turning by an angle.
+/// The scalars of the physics: numbers, dual numbers and ranges, and operations specialized for
+/// each, such as rotation by an angle.
 /// Internal to model/ and vehicles/.
 #pragma once
 
@@ -13,24 +13,24 @@ namespace tiltrim::physics {
 
 using Rounding = boost::numeric::interval_lib::save_state_nothing<
     boost::numeric::interval_lib::rounded_transc_exact<double>>;
-/// A range of numbers. Not outward rounded: who concludes from it leaves a margin (trim/proof.cpp).
+/// A range of numbers. Not rounded outward: callers must allow a margin (trim/proof.cpp).
 using Interval =
     boost::numeric::interval<double,
                              boost::numeric::interval_lib::policies<
                                  Rounding, boost::numeric::interval_lib::checking_base<double>>>;
 
-// For double; the other scalars bring their own.
+// For double; the other scalars define their own.
 inline double abs(double x) { return std::abs(x); }
 inline double sqrt(double x) { return std::sqrt(x); }
 inline double atan2(double y, double x) { return std::atan2(y, x); }
 
-/// An angle with its sine and cosine, found together once and used in every row.
+/// An angle with its sine and cosine, computed once and used in every row.
 template <class S>
 struct SinCos {
   S angle, sin, cos;
 };
 
-// Side by side, so that the compiler makes one call of the two.
+// Adjacent, so that the compiler merges the two calls into one.
 inline SinCos<double> sin_cos(double angle) { return {angle, std::sin(angle), std::cos(angle)}; }
 
 template <class T>
@@ -41,13 +41,13 @@ SinCos<DualOf<T>> sin_cos(const DualOf<T>& angle) {
 
 inline SinCos<Interval> sin_cos(const Interval& angle) { return {angle, sin(angle), cos(angle)}; }
 
-// One turn after another.
+// Sum of two angles.
 template <class S>
 SinCos<S> operator+(const SinCos<S>& a, const SinCos<S>& b) {
   return {a.angle + b.angle, a.sin * b.cos + a.cos * b.sin, a.cos * b.cos - a.sin * b.sin};
 }
 
-// The same values; the slopes need no product rule, for the angle has them.
+// The same values; the derivatives come from the angle, without the product rule.
 template <class T>
 SinCos<DualOf<T>> operator+(const SinCos<DualOf<T>>& a, const SinCos<DualOf<T>>& b) {
   const DualOf<T> angle = a.angle + b.angle;
@@ -56,7 +56,7 @@ SinCos<DualOf<T>> operator+(const SinCos<DualOf<T>>& a, const SinCos<DualOf<T>>&
   return {angle, {sin, cos * angle.slopes}, {cos, -sin * angle.slopes}};
 }
 
-// Ranges of products forget that both factors turn by one angle; the range of the angle does not.
+// Interval products ignore that both factors depend on the same angle; use the angle's range.
 inline SinCos<Interval> operator+(const SinCos<Interval>& a, const SinCos<Interval>& b) {
   return sin_cos(a.angle + b.angle);
 }
@@ -66,8 +66,8 @@ SinCos<S> operator-(const SinCos<S>& a, const SinCos<S>& b) {
   return a + SinCos<S>{-b.angle, -b.sin, b.cos};
 }
 
-/// Zero, as the length or angle of a vector (u, w) that vanishes: without derivative, but along
-/// directions in which the vector stays.
+/// Zero, as the length or angle of a vector (u, w) that vanishes: no derivative, except along
+/// directions in which the vector is constant.
 inline double vanished(double, double) { return 0.0; }
 
 inline Dual vanished(const Dual& u, const Dual& w) {

@@ -37,7 +37,7 @@ static std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
-  constexpr std::size_t longest_name = 64;  // a longer one is garbage, not a slip of the keyboard
+  constexpr std::size_t longest_name = 64;  // a longer name is not a typing error
   if (candidates.empty() || name.size() > longest_name) return {};
   const auto distance = [&](const std::string& c) { return edit_distance(name, c); };
   const std::string& best = *std::ranges::min_element(candidates, {}, distance);

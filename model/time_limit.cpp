@@ -17,7 +17,7 @@ TimedModel timed(const Model& model, double seconds) {
   if (!(seconds > 0))
     throw std::invalid_argument(
         fmt::format("a time limit of {} s; expected more than 0 s", seconds));
-  constexpr double longest = 1e9;  // s, within what the clock counts
+  constexpr double longest = 1e9;  // s, within the clock's range
   const Clock::duration allowed = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(std::min(seconds, longest)));
   const auto over = std::make_shared<bool>(false);

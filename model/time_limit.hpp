@@ -1,5 +1,5 @@
 /// @file
-/// A limit on the time that a model may take.
+/// A limit on the computing time of a model.
 #pragma once
 
 #include <limits>
@@ -14,19 +14,19 @@ namespace tiltrim {
 /// No limit, in seconds.
 inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
-/// The time allowed for a model is over. A call that has begun is not cut short.
+/// The time limit of a model is exceeded. A call in progress is not interrupted.
 struct OutOfTime : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A model whose functions throw OutOfTime once its time is over.
+/// A model whose functions throw OutOfTime after the time limit.
 struct TimedModel {
   Model model;
-  std::shared_ptr<const bool> over;  ///< a function threw OutOfTime
+  std::shared_ptr<const bool> over;  ///< true once a function has thrown OutOfTime
 };
 
-/// The model for so many seconds of wall clock, from now on. Throws std::invalid_argument unless
-/// they are more than zero.
+/// The model limited to this many seconds of wall-clock time from now. Throws std::invalid_argument
+/// unless `seconds` is positive.
 [[nodiscard]] TimedModel timed(const Model& model, double seconds);
 
 /// "the model took longer than the 2 s allowed".
