@@ -39,7 +39,7 @@ nlopt::algorithm named(Optimizer algorithm) {
   return nlopt::LN_COBYLA;
 }
 
-// What NLopt calls; no exception crosses its C frames.
+// The callbacks for NLopt; no exception may cross its C frames.
 struct Calls {
   const Optimization& problem;
   nlopt::opt& optimizer;
@@ -125,7 +125,8 @@ void optimize(const Optimization& problem) {
     optimizer.optimize(x, value);
   } catch (const std::invalid_argument&) {
     throw;
-  } catch (const std::exception&) {  // rounding, a forced stop: the functions know what they saw
+  } catch (const std::exception&) {  // rounding, a forced stop: the caller's functions keep the
+                                     // best point
   }
   if (!calls.thrown) return;
   try {

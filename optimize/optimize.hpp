@@ -1,4 +1,4 @@
-/// NLopt behind one door: what it says of its own success is not passed on.
+/// Interface to NLopt. NLopt's return codes are not used.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@ namespace tiltrim {
 
 enum class Optimizer { crs2, isres, esch, direct, mlsl, slsqp, mma, bobyqa, cobyla, sbplx };
 
-/// min f(x) with c(x) <= 0, e(x) = 0 and lower <= x <= upper. Slopes are asked for where a pointer
-/// is given, rows of constraints by columns of x.
+/// min f(x) with c(x) <= 0, e(x) = 0 and lower <= x <= upper. Derivatives are requested by a
+/// non-null pointer; rows are constraints, columns are components of x.
 struct Optimization {
   Optimizer algorithm = Optimizer::slsqp;
   Eigen::VectorXd start, lower, upper;
@@ -20,17 +20,17 @@ struct Optimization {
   Eigen::Index inequalities = 0, equalities = 0;
   Constraints inequality{}, equality{};
   double constraint_tolerance = 1e-9;
-  double step_tolerance = 1e-10;  ///< relative, of x
-  double first_step = 0.0;        ///< 0: NLopt's own
+  double step_tolerance = 1e-10;  ///< relative, on x
+  double first_step = 0.0;        ///< 0: NLopt's default
   int evaluations = 1000;
   std::uint64_t seed = 1;
 };
 
-/// Thrown by one of the functions, it ends the search.
+/// Thrown by one of the functions to end the search.
 struct EndSearch {};
 
-/// Runs the search and says nothing of how it ended: NLopt's word is not taken. What is best is for
-/// the functions to remember. Other exceptions of the functions are passed on.
+/// Runs the search. No status is returned because NLopt's is not trusted: the functions must record
+/// the best point. Other exceptions of the functions are passed on.
 void optimize(const Optimization& problem);
 
 }  // namespace tiltrim
