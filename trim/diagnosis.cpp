@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// The model with its rates among its outputs, "V'": so that a rate can be bounded or made small.
+// The model with its rates as additional outputs "V'", so that rates can be bounded or minimized.
 Model with_rates(const Model& model) {
   Model wider = model;
   const Index nx = std::ssize(model.states);
@@ -50,7 +50,7 @@ Model with_rates(const Model& model) {
   return wider;
 }
 
-// Where the variable or output lies at a point.
+// The value of the variable or output at a point.
 double at(const Model& model, const TrimResult& r, const std::string& signal) {
   if (const Index i = find(model.outputs, signal);
       i >= 0 && find(model.states, signal) < 0 && find(model.inputs, signal) < 0)
@@ -65,7 +65,7 @@ TrimOptions quiet(TrimOptions options) {
   return options;
 }
 
-// How far a limit is looked for: an angle to half a turn, others some times their own room.
+// Search range of a limit: half a turn for an angle, otherwise a multiple of the range.
 double reach(const Range& bound, const Signal& signal, bool upper) {
   constexpr double times = 10.0;
   if (signal.unit == "rad")
@@ -107,7 +107,7 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
   return remedy;
 }
 
-// At the least-squares point, Jᵀr + Aᵀμ = 0 over its active limits: μ is their pull.
+// At the least-squares point, Jᵀr + Aᵀμ = 0 over its active limits: μ are their multipliers.
 std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
   constexpr double near = 1e-4, negligible = 1e-9;  // an interior point stops short of its bounds
   const Values v = values(p, z);
@@ -142,9 +142,8 @@ std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
 
 }  // namespace
 
-// The optimizer's nearest value may be a local one: values between it and the one asked for,
-// farther and farther away, are tried by Newton, and the optimizer goes on from the first that has
-// a trim.
+// The optimizer's nearest value may be a local minimum: Newton tries values between it and the
+// requested one, with growing distance, and the optimizer continues from the first that has a trim.
 static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given,
                         OperatingPoint guess, Index lever, const TrimOptions& options,
                         Remedy& remedy) {
@@ -171,7 +170,7 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
       TrimResult nearer = trim(model, given, there.point, on);
       if (!is_equilibrium(nearer.status)) {
         nearer = there;
-        nearer.status = TrimStatus::not_optimal;  // a trim, not shown to be the nearest
+        nearer.status = TrimStatus::not_optimal;  // a trim, not proved to be the nearest
       }
       const double to = value_of(nearer.point, lever);
       if (remedy.helps() && std::abs(to - remedy.from) >= known) return;
@@ -208,7 +207,8 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
   check(model, closest);
   Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};
 
-  TrimOptions unproved = quiet(options);  // that no limit at all would help is not worth a proof
+  TrimOptions unproved = quiet(options);  // no proof is needed that removing all limits would not
+                                          // help
   unproved.max_boxes = 0;
   const auto limit = [&](const Signal& signal, double lower, double upper) {
     for (const bool up : {false, true})
@@ -229,7 +229,7 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
           of_equation(wider, spec, guess, model.states[std::size_t(row)].name, unproved));
   for (const DecisionVariable& lever : levers)
     if (!stopped()) d.remedies.push_back(nearest(model, spec, guess, lever, options));
-  // What was cut short was not examined: it is no remedy that does not help.
+  // An interrupted search proves nothing about a remedy.
   const auto ended = [](TrimStatus status) {
     return [status](const Remedy& r) { return r.trim.status == status; };
   };

@@ -1,5 +1,5 @@
 /// @file
-/// Diagnosis: why a trim problem has no answer, and what would have to give.
+/// Diagnosis: why a trim problem has no solution, and which changes would give it one.
 #pragma once
 
 #include <string>
@@ -9,63 +9,63 @@
 
 namespace tiltrim {
 
-/// A variable that might be chosen otherwise, and how far to look.
+/// A variable that could be set differently, and its search range.
 struct DecisionVariable {
   std::string signal;  ///< a state, input or parameter
   Range range;         ///< finite
 };
 
-/// What gives.
+/// The kinds of change.
 enum class RemedyKind {
-  limit,     ///< one side of one limit gives way, everything else is kept
-  equation,  ///< one held rate may be what it has to be
-  lever,     ///< a variable that the trim does not move is moved
+  limit,     ///< one side of one limit is relaxed, everything else is kept
+  equation,  ///< one held rate is released
+  lever,     ///< a variable that is not free in the trim is changed
 };
 
-/// The least that one thing alone would have to give.
+/// The smallest change of one limit, equation or variable that gives an equilibrium.
 struct Remedy {
-  RemedyKind kind = RemedyKind::limit;  ///< what gives
-  std::string signal;  ///< limit: of the bound; equation: of the rate; lever: the variable
-  bool upper = false;  ///< which side of a limit
-  double from = 0.0;   ///< the bound, rate or value asked for
-  double to = 0.0;     ///< the nearest with which there is an equilibrium; if helps()
-  Range searched{};    ///< limit, lever: where `to` was looked for
-  /// The equilibrium at `to`: converged is the nearest, not_optimal one not shown to be the
-  /// nearest. infeasible: shown that nothing searched helps; not_found: nothing found.
+  RemedyKind kind = RemedyKind::limit;  ///< what changes
+  std::string signal;  ///< limit: its signal; equation: the rate; lever: the variable
+  bool upper = false;  ///< upper side of a limit
+  double from = 0.0;   ///< the bound, rate or value requested
+  double to = 0.0;     ///< the nearest value with an equilibrium; valid if helps()
+  Range searched{};    ///< limit, lever: where `to` was searched for
+  /// The equilibrium at `to`: converged: the nearest; not_optimal: not proved to be the nearest;
+  /// infeasible: proved that nothing in the range helps; not_found: nothing found.
   TrimResult trim{};
 
-  /// An equilibrium was found there.
+  /// An equilibrium was found.
   bool helps() const { return is_equilibrium(trim.status); }
 };
 
-/// A limit that keeps the closest point from coming closer.
+/// A limit that prevents a smaller residual at the closest point.
 struct Holding {
   ActiveLimit limit;  ///< which
-  double pull = 0.0;  ///< d(½‖scaled residual‖²)/d(bound over its nominal size), at most zero
+  double pull = 0.0;  ///< d(½‖scaled residual‖²)/d(bound over its nominal size), never positive
 };
 
-/// Why there is no answer.
+/// Why there is no solution.
 struct Diagnosis {
   OperatingPoint closest;        ///< the least-squares point within the limits
-  std::vector<Holding> holding;  ///< strongest pull first
-  std::vector<Remedy> remedies;  ///< limits, equations, levers: each alone
-  bool interrupted = false;      ///< others were not examined
-  bool out_of_time = false;      ///< some were not examined in the time allowed for each
+  std::vector<Holding> holding;  ///< largest multiplier first
+  std::vector<Remedy> remedies;  ///< limits, equations, decision variables: one at a time
+  bool interrupted = false;      ///< some were not examined
+  bool out_of_time = false;      ///< some were not completed in the time allowed for each
 };
 
-/// Looks for what would have to give for `spec` to have an answer, `closest` being the best point
-/// of a trim() that found none: each limit, each held rate and each lever alone, by the nearest
-/// equilibrium that it then has. Throws std::invalid_argument on the caller's mistakes, as trim().
+/// Searches for changes that give `spec` a solution, with `closest` the best point of a failed
+/// trim(): each limit, each held rate and each decision variable one at a time, by the nearest
+/// equilibrium. Throws std::invalid_argument on invalid arguments, as trim() does.
 [[nodiscard]] Diagnosis diagnose(const Model& model, const TrimSpec& spec,
                                  const OperatingPoint& guess, const OperatingPoint& closest,
                                  const std::vector<DecisionVariable>& levers,
                                  const TrimOptions& options = {});
 
-/// One lever alone: the value nearest the guess's own at which there is an equilibrium.
+/// One decision variable only: the value nearest to the guess at which an equilibrium exists.
 [[nodiscard]] Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                              const DecisionVariable& lever, const TrimOptions& options = {});
 
-/// "theta0 up to 1.31 instead of 1": one remedy in words, its numbers times `factor` in `unit`.
+/// "theta0 up to 1.31 instead of 1": a remedy as text, its numbers times `factor` in `unit`.
 std::string in_words(const Remedy& remedy, double factor = 1.0, const std::string& unit = "");
 
 }  // namespace tiltrim

@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double ipopt_infinity = 2e19;  // Ipopt's word for no bound
+constexpr double ipopt_infinity = 2e19;  // Ipopt's value for no bound
 
 // Ipopt's callback protocol, over dense matrices in row-major order.
 class DenseNlp final : public Ipopt::TNLP {
@@ -127,9 +127,9 @@ Ipopt::SmartPtr<Ipopt::IpoptApplication> application() {
   const auto& options = app->Options();
   options->SetIntegerValue("print_level", 0);
   options->SetStringValue("sb", "yes");
-  options->SetNumericValue("tol", 1e-8);  // Newton polishes
+  options->SetNumericValue("tol", 1e-8);  // Newton refines the result
   options->SetNumericValue("bound_relax_factor", 0.0);
-  options->SetNumericValue("mu_init", 1e-3);              // starts are near and scaled: a small
+  options->SetNumericValue("mu_init", 1e-3);              // starts are close and scaled: a small
   options->SetStringValue("nlp_scaling_method", "none");  // barrier saves half the iterations
   options->SetStringValue("linear_solver", "mumps");
   app->Initialize("");
@@ -145,7 +145,7 @@ VectorXd ipopt(const Nlp& nlp, const VectorXd& start, int max_iterations,
   static const Ipopt::SmartPtr<Ipopt::IpoptApplication> app = application();
   app->Options()->SetIntegerValue("max_iter", max_iterations);
   const Ipopt::SmartPtr<Ipopt::TNLP> problem = new DenseNlp(nlp, start, stop);
-  app->OptimizeTNLP(problem);  // its status is not ours
+  app->OptimizeTNLP(problem);  // its status is not used
   const VectorXd z = static_cast<DenseNlp&>(*problem).point();
   return z.allFinite() ? z : start;
 }

@@ -1,4 +1,4 @@
-/// The one door to Ipopt. Internal to trim/.
+/// Interface to Ipopt. Internal to trim/.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,7 @@
 namespace tiltrim {
 
 /// minimize f(z) with lower <= z <= upper and c_lower <= c(z) <= c_upper; all dense. Callbacks
-/// return false where the functions are not finite.
+/// return false if the functions are not finite.
 struct Nlp {
   Eigen::VectorXd lower, upper, c_lower, c_upper;
   std::function<bool(const Eigen::VectorXd& z, double& f, Eigen::VectorXd& c)> values;
@@ -20,8 +20,8 @@ struct Nlp {
       hessian;
 };
 
-/// Runs Ipopt and returns the last point it saw; whatever Ipopt says of it is not passed on: the
-/// caller verifies. MUMPS keeps global state, so solves in one process take turns.
+/// Runs Ipopt and returns its last point. Ipopt's status is not passed on: the caller verifies the
+/// point. MUMPS keeps global state, so solves in one process are serialized.
 Eigen::VectorXd ipopt(const Nlp& nlp, const Eigen::VectorXd& start, int max_iterations,
                       const std::stop_token& stop);
 

@@ -34,7 +34,7 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
     if (!dz.allFinite()) return result;
     result.step = dz.size() > 0 ? dz.lpNorm<Eigen::Infinity>() : 0.0;
 
-    // Halve α until ‖r(z + α Δz)‖ < (1 - ½α) ‖r(z)‖; a trial without finite values is too long.
+    // Halve α until ‖r(z + α Δz)‖ < (1 - ½α) ‖r(z)‖; a trial without finite values is rejected.
     double alpha = 1.0;
     VectorXd trial;
     Values next;

@@ -6,14 +6,14 @@
 namespace tiltrim {
 
 struct NewtonResult {
-  Eigen::VectorXd z;      ///< the iterate with the least residual
+  Eigen::VectorXd z;      ///< the iterate with the smallest residual
   double residual = 0.0;  ///< its largest scaled residual; infinite if never finite
   double step = 0.0;      ///< last full Newton step, largest component
   int iterations = 0;
 };
 
-/// Damped Newton from z, least-norm steps where there are more unknowns than equations, until the
-/// residual no longer falls.
+/// Damped Newton from z, with minimum-norm steps if there are more unknowns than equations, until
+/// the residual no longer decreases.
 NewtonResult newton(const Problem& problem, Eigen::VectorXd z, const TrimOptions& options);
 
 }  // namespace tiltrim

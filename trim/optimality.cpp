@@ -43,7 +43,7 @@ Gradient lagrangian_gradient(const Problem& p, const ActiveSet& a, const VectorX
 }
 
 MatrixXd hessian_of(const Gradient& gradient, const VectorXd& z) {
-  constexpr double h = 1e-5;  // of a nominal size: truncation and round-off both near 1e-10
+  constexpr double h = 1e-5;  // relative to nominal size: truncation and round-off both near 1e-10
   MatrixXd H(z.size(), z.size());
   for (Index k = 0; k < z.size(); ++k) {
     VectorXd ahead = z, behind = z;
@@ -55,7 +55,7 @@ MatrixXd hessian_of(const Gradient& gradient, const VectorXd& z) {
 }
 
 bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
-  constexpr double rounding = 1e-6;  // of a Hessian by differences of differences
+  constexpr double rounding = 1e-6;  // of a Hessian by repeated differences
   const Jacobians s = jacobians(p, z);
   if (!s.finite) return false;
   const MatrixXd A = active_slopes(a, s);
@@ -69,7 +69,7 @@ bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const Vec
 
 namespace {
 
-constexpr double near_bound = 1e-6;  // scaled; an interior-point answer stops short of its bounds
+constexpr double near_bound = 1e-6;  // scaled; an interior-point solution stops short of its bounds
 
 void hold_near(const VectorXd& v, const VectorXd& lower, const VectorXd& upper, double distance,
                std::vector<Held>& held) {
@@ -82,8 +82,8 @@ void hold_near(const VectorXd& v, const VectorXd& lower, const VectorXd& upper, 
   }
 }
 
-// A bound whose multiplier pulls inwards is not active: with ∇f + Jᵀλ = 0 and c = z - bound, λ must
-// be >= 0 at an upper bound and <= 0 at a lower one. Returns whether one was let go.
+// A bound whose multiplier has the wrong sign is not active: with ∇f + Jᵀλ = 0 and c = z - bound, λ
+// must be >= 0 at an upper bound and <= 0 at a lower one. Returns whether one was released.
 bool let_go(ActiveSet& a, const VectorXd& lambda, Index m) {
   constexpr double wrong = 1e-9;
   Index row = m;
@@ -148,7 +148,7 @@ Optimum polish_optimum(const Problem& p, const VectorXd& z0, const TrimOptions& 
     const Values v = values(p, z);
     if (!v.finite) return best;
     const auto held = active.unknowns.size() + active.limited.size();
-    hold_near(z, p.lower, p.upper, -bound_slack, active.unknowns);  // what the step went beyond
+    hold_near(z, p.lower, p.upper, -bound_slack, active.unknowns);  // the overshoot of the step
     hold_near(v.limited, p.limited_lower, p.limited_upper, -bound_slack, active.limited);
     const bool inside = active.unknowns.size() + active.limited.size() == held;
     best = {z, inside && is_least(p, active, z, lambda), active, lambda};

@@ -1,4 +1,4 @@
-/// The optimality conditions of the effort, where there are more unknowns than equations.
+/// Optimality conditions of the cost, if there are more unknowns than equations.
 /// Internal to trim/ and follow/.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tiltrim {
 
-/// A bound that is taken as an equation.
+/// A bound treated as an equation.
 struct Held {
   Eigen::Index position;  ///< in z, or among the limited rows
   double bound, side;     ///< side: +1 at an upper bound, -1 at a lower one
@@ -18,28 +18,30 @@ struct ActiveSet {
   std::vector<Held> unknowns, limited;
 };
 
-/// The equations an optimum holds, c(z) = 0: residuals, then active unknowns, then limited rows.
+/// The constraints active at an optimum, c(z) = 0: residuals, then active unknowns, then limited
+/// rows.
 Eigen::VectorXd active_residual(const ActiveSet& active, const Eigen::VectorXd& z,
                                 const Values& values);
 Eigen::MatrixXd active_slopes(const ActiveSet& active, const Jacobians& slopes);
 
 using Gradient = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
-/// ∇f(z) + c'(z)ᵀλ as a function of z; refers to all three arguments. NaN where not finite.
+/// ∇f(z) + c'(z)ᵀλ as a function of z; keeps references to all three arguments. NaN if not finite.
 Gradient lagrangian_gradient(const Problem& problem, const ActiveSet& active,
                              const Eigen::VectorXd& lambda);
-/// Symmetric Hessian of a function whose gradient is given, by central differences of it.
+/// Symmetric Hessian of a function from its gradient, by central differences.
 Eigen::MatrixXd hessian_of(const Gradient& gradient, const Eigen::VectorXd& z);
 
-/// No direction that keeps c(z) = 0 lowers the effort to second order.            [4, thm. 12.5]
+/// No direction that keeps c(z) = 0 lowers the cost to second order.              [4, thm. 12.5]
 bool is_least(const Problem& problem, const ActiveSet& active, const Eigen::VectorXd& z,
               const Eigen::VectorXd& lambda);
 
 /// Newton on the optimality conditions, from a point near the optimum: bounds active there are
-/// held, those whose multiplier has the wrong sign let go.
+/// held, and those whose multiplier has the wrong sign released.
 struct Optimum {
   Eigen::VectorXd z;
-  bool verified = false;   ///< residual, bounds and the projected gradient of the effort all hold
-  ActiveSet active;        ///< of a verified one, with
+  bool verified = false;   ///< residual, bounds and the projected gradient of the cost are all
+                           ///< within tolerance
+  ActiveSet active;        ///< if verified, with
   Eigen::VectorXd lambda;  ///< the multipliers of c(z) = 0
 };
 Optimum polish_optimum(const Problem& problem, const Eigen::VectorXd& z,

@@ -33,8 +33,8 @@ std::string row_unit(const Model& model, Index row) {
   return unit == "s" ? "" : unit.empty() ? "1/s" : unit.ends_with("/s") ? unit + "²" : unit + "/s";
 }
 
-// Runs `evaluate`, which may throw what it likes: a trial point at which the model throws is a
-// point without finite values, and its words are kept.
+// Runs `evaluate`, which may throw anything: a trial point at which the model throws counts as not
+// finite, and the exception's message is kept.
 template <class Evaluate>
 static bool guarded(const Problem& p, const Evaluate& evaluate) {
   if (p.over()) return false;
@@ -43,7 +43,7 @@ static bool guarded(const Problem& p, const Evaluate& evaluate) {
     evaluate();
     return true;
   } catch (const OutOfTime&) {
-    --p.evaluations;  // there was none
+    --p.evaluations;  // no evaluation took place
   } catch (const std::exception& e) {
     if (p.thrown.empty()) p.thrown = e.what();
   } catch (...) {
@@ -54,7 +54,7 @@ static bool guarded(const Problem& p, const Evaluate& evaluate) {
 
 namespace {
 
-// The signals a spec's names may mean: variables (negative row) or outputs.
+// What a name in a spec may refer to: a variable (negative row) or an output.
 struct Place {
   Index variable = -1;  // of the model
   Index row = -1;       // of [f; h]
@@ -100,7 +100,7 @@ void add_unknowns(Problem& p, const TrimSpec& spec) {
       throw std::invalid_argument(fmt::format("'{}' is named free twice", name));
     const auto bound = spec.bounds.find(name);
     if (bound != spec.bounds.end() && bound->second.lower == bound->second.upper)
-      set_value(p.base, j, bound->second.lower);  // held there: no unknown
+      set_value(p.base, j, bound->second.lower);  // fixed: not an unknown
     else
       p.unknowns.push_back(j);
   }
@@ -112,7 +112,7 @@ void add_unknowns(Problem& p, const TrimSpec& spec) {
     p.nominal[k] = signal_of(p.model, p.unknowns[std::size_t(k)]).nominal;
 }
 
-// Where nobody says which states are steady, all are of which nothing else is said.
+// If no steady states are listed, all states that no other list names.
 std::vector<std::string> steady_states(const Model& model, const TrimSpec& spec) {
   if (!spec.steady.empty()) return spec.steady;
   std::vector<std::string> steady;
@@ -132,7 +132,7 @@ void add_rates(Problem& p, const TrimSpec& spec) {
   for (const std::string& name : steady_states(p.model, spec))
     if (!held.emplace(name, 0.0).second)
       throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", name));
-  for (const Signal& s : p.model.states)  // the model's order, not the map's
+  for (const Signal& s : p.model.states)  // in the model's order
     if (const auto at = held.find(s.name); at != held.end()) {
       if (!std::isfinite(at->second))
         throw std::invalid_argument(fmt::format("the held rate of '{}' is not finite", s.name));
@@ -160,7 +160,7 @@ void add_bounds(Problem& p, const TrimSpec& spec) {
     }
     const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
     if (k == p.n()) {
-      if (range.lower == range.upper) set_value(p.base, at.variable, range.lower);  // held there
+      if (range.lower == range.upper) set_value(p.base, at.variable, range.lower);  // fixed
       p.fixed_bounds.push_back({at.variable, range});
       continue;
     }
@@ -213,7 +213,7 @@ void count(const Problem& p, const TrimSpec& spec) {
                   p.m() - p.n()));
 }
 
-// The problem's functions where the rates and outputs are y.
+// The problem's functions for given rates and outputs y.
 Values values_of(const Problem& p, const VectorXd& z, const VectorXd& y) {
   Values v;
   v.rates = y.head(std::ssize(p.model.states));
@@ -234,13 +234,13 @@ Values values_of(const Problem& p, const VectorXd& z, const VectorXd& y) {
   return v;
 }
 
-// The residual of a point that meets everything is 0, as that of a trim without equations.
+// A point without violations has residual 0, as has a trim without equations.
 void note_nearest(const Problem& p, const VectorXd& z, const Values& v) {
   const double residual = v.residual.size() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
   if (residual < p.nearest.residual) p.nearest = {z, v, residual};
 }
 
-// The model's answers have the sizes of its signals, if it answers at all at the guess.
+// Checks the sizes of the model's results, if it can be evaluated at the guess.
 void check_answers(const Problem& p) {
   VectorXd rates(std::ssize(p.model.states)), outputs(std::ssize(p.model.outputs));
   const bool answered = guarded(p, [&] {
@@ -360,7 +360,7 @@ Jacobians jacobians(const Problem& p, const VectorXd& z) {
   return s;
 }
 
-// Van der Corput: the digits of `index` in `base`, mirrored at the point.        [7]
+// Van der Corput: the digits of `index` in `base`, reversed after the radix point.  [7]
 static double radical_inverse(int index, int base) {
   double value = 0.0;
   for (double digit = 1.0 / base; index > 0; index /= base, digit /= base)

@@ -10,7 +10,7 @@
 
 namespace tiltrim {
 
-/// A problem's functions at a point. `finite` is false where the model gives NaN or Inf, or throws.
+/// A problem's functions at a point. `finite` is false if the model returns NaN or Inf, or throws.
 struct Values {
   Eigen::VectorXd rates, residual, limited;
   double effort = 0.0;
@@ -18,7 +18,7 @@ struct Values {
 };
 
 /// What the solvers see: unknowns z (each variable over its nominal size), residuals (each held
-/// rate or output, less its held value, over its nominal size), limited outputs, effort.
+/// rate or output, minus its held value, over its nominal size), limited outputs, cost.
 struct Problem {
   Problem(const Model& m, const OperatingPoint& guess) : model(m), base(guess) {}
 
@@ -40,7 +40,7 @@ struct Problem {
     double scale, reference;
   };
   std::vector<Term> terms;
-  double fixed_effort = 0.0;  // of terms on variables that are held
+  double fixed_effort = 0.0;  // of terms on fixed variables
 
   struct FixedBound {
     Eigen::Index variable;
@@ -50,14 +50,14 @@ struct Problem {
   bool needs_outputs = false;
 
   mutable long evaluations = 0;
-  mutable std::string thrown;                 // what the model threw, the first time
-  std::shared_ptr<const bool> out_of_time{};  // the model's time is over; null: it has no limit
+  mutable std::string thrown;                 // message of the model's first exception
+  std::shared_ptr<const bool> out_of_time{};  // true after the model's time limit; null: no limit
   struct Nearest {
     Eigen::VectorXd z;
     Values values;
     double residual = unlimited;
   };
-  mutable Nearest nearest{};  // of least residual
+  mutable Nearest nearest{};  // with the smallest residual
 
   bool over() const { return out_of_time && *out_of_time; }
 
@@ -66,10 +66,10 @@ struct Problem {
   bool square() const { return n() == m(); }
 };
 
-/// Builds the problem; throws std::invalid_argument on the caller's mistakes.
+/// Builds the problem; throws std::invalid_argument on invalid arguments.
 Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess);
 
-/// Their derivatives.
+/// The Jacobians of the problem's functions.
 struct Jacobians {
   Eigen::MatrixXd residual, limited;
   Eigen::VectorXd effort;
@@ -78,7 +78,7 @@ struct Jacobians {
 Values values(const Problem& problem, const Eigen::VectorXd& z);
 Jacobians jacobians(const Problem& problem, const Eigen::VectorXd& z);
 
-/// All outputs at a point; NaN where the model throws or has no h.
+/// All outputs at a point; NaN if the model throws or has no h.
 Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
 
 Eigen::VectorXd unknowns_of(const Problem& problem, const OperatingPoint& point);
@@ -87,12 +87,12 @@ OperatingPoint point_of(const Problem& problem, const Eigen::VectorXd& z);
 /// "1 start", "2 starts".
 std::string counted(int n, const std::string& what);
 
-/// The point's name for row i of [f; h]: "q'" for a rate, "airspeed" for an output.
+/// Name of row i of [f; h]: "q'" for a rate, "airspeed" for an output.
 std::string row_name(const Model& model, Eigen::Index row);
 std::string row_unit(const Model& model, Eigen::Index row);
 
 /// Deterministic starts over the bounds: the Halton sequence, index 1, 2, ...; an unbounded unknown
-/// is spread five nominal sizes about the guess.
+/// is spread over five nominal sizes around the guess.
 Eigen::VectorXd start(const Problem& problem, int index);
 
 }  // namespace tiltrim

@@ -9,10 +9,10 @@ using Eigen::Index;
 
 namespace {
 
-// Enclosures are not outward rounded: a row is excluded only if it misses by this much of its
-// nominal size, some 10⁵ times what rounding moves.
+// Enclosures are not rounded outward: a row is excluded only by at least this much of its nominal
+// size, about 10⁵ times the rounding error.
 constexpr double margin = 1e-9;
-// A part this small (of nominal sizes) that cannot be excluded holds a solution or nearly one.
+// A box this small (in nominal sizes) that cannot be excluded contains a solution or nearly one.
 constexpr double smallest = 1e-3;
 
 struct Part {

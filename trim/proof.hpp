@@ -1,4 +1,4 @@
-/// Showing that a trim problem has no solution. Internal to trim/.
+/// Proof that a trim problem has no solution. Internal to trim/.
 #pragma once
 
 #include "trim/problem.hpp"
@@ -10,10 +10,10 @@ struct Proof {
   int boxes = 0;       ///< examined
 };
 
-/// Branch and bound: the bounded unknowns' box is halved until in every part some equation's range
-/// excludes its held value, or some limited output lies outside its bounds. Needs the model's
-/// enclosure and finite bounds on every unknown; gives up (not shown) where a part that cannot be
-/// excluded has become small, or at options.max_boxes.
+/// Branch and bound: the box of the bounded unknowns is bisected until in every part the range of
+/// some equation excludes its held value, or some limited output lies outside its bounds. Needs the
+/// model's enclosure and finite bounds on every unknown; gives up (no proof) at a small box that
+/// cannot be excluded, or at options.max_boxes.
 Proof show_no_solution(const Problem& problem, const TrimOptions& options);
 
 }  // namespace tiltrim

@@ -52,14 +52,15 @@ std::string to_string(TrimStatus status) {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double same_point = 1e-6;       // scaled distance below which two answers are one
-constexpr int further_optimizations = 4;  // Ipopt from further starts, at 1000 times Newton's cost
+constexpr double same_point = 1e-6;       // scaled distance below which two solutions are the same
+constexpr int further_optimizations = 4;  // Ipopt from further starts, at 1000 times the cost of
+                                          // Newton
 
-// ---- the two optimization problems handed to Ipopt ----
+// ---- the two optimization problems solved by Ipopt ----
 
 Nlp bounded(const Problem& p) { return {p.lower, p.upper, {}, {}, {}, {}, {}}; }
 
-// minimize the effort (nothing, if the equations decide) subject to residual = 0, limits
+// minimize the cost (zero if the equations determine the trim) subject to residual = 0, limits
 Nlp trim_nlp(const Problem& p) {
   Nlp nlp = bounded(p);
   const Index m = p.m(), l = std::ssize(p.limited), n = p.n();
@@ -86,7 +87,7 @@ Nlp trim_nlp(const Problem& p) {
   return nlp;
 }
 
-// minimize ½‖residual‖² subject to the limits: the closest point where there is no equilibrium
+// minimize ½‖residual‖² subject to the limits: the closest point if no equilibrium is found
 Nlp closest_nlp(const Problem& p) {
   Nlp nlp = bounded(p);
   nlp.c_lower = p.limited_lower;
@@ -126,7 +127,7 @@ VectorXd run_ipopt(const Problem& p, Nlp nlp, const VectorXd& start, const TrimO
 
 // ---- the search ----
 
-// Verified answers, distinct, and the closest point where there is none.
+// Distinct verified solutions, and the closest point if there are none.
 struct Search {
   const Problem& p;
   const TrimOptions& options;
@@ -153,7 +154,7 @@ struct Search {
     answers.push_back(r);
   }
 
-  // Where the model gives no numbers, the start steps back towards the guess, into its domain.
+  // If the model is not finite at the start, the start is moved back towards the guess.
   void from_newton(VectorXd z0, const TrimOptions& with) {
     constexpr int halvings = 30;
     ++starts;
@@ -197,7 +198,7 @@ void search(Search& s) {
   if (newton_only || (p.square() && !s.answers.empty())) return;
   for (int i = 1; i <= std::min(further_optimizations, s.options.starts) && !stopped(); ++i)
     if (const VectorXd z = start(p, i); values(p, z).finite) s.from_ipopt(z, quiet);
-  // Along a direction that neither equations nor effort decide, Ipopt may run off; least-norm
+  // Along a direction that neither equations nor cost determine, Ipopt may diverge; minimum-norm
   // Newton does not.
   for (int i = 1; !p.square() && s.answers.empty() && i <= s.options.starts && !stopped(); ++i) {
     ++s.starts;
@@ -205,8 +206,8 @@ void search(Search& s) {
   }
 }
 
-// By status, then effort; of equal efforts, which rounding must not order, the nearest to the
-// guess, and of equally near ones the one found first.
+// By status, then cost; among costs equal to rounding the nearest to the guess, and among equal
+// distances the one found first.
 TrimResult best_answer(Search& s) {
   constexpr double equal = 1e-9;  // relative
   const auto key = [](const TrimResult& r) { return std::tuple(r.status, r.effort); };
@@ -228,10 +229,10 @@ TrimResult best_answer(Search& s) {
   return best;
 }
 
-// ---- where there is no answer ----
+// ---- no solution found ----
 
-// The least residual within the limits, from several starts. One that is small enough may be an
-// equilibrium that the search missed: it is polished and added to the answers.
+// The least residual within the limits, from several starts. A point with a small residual may be
+// an equilibrium that the search missed: it is refined and added to the solutions.
 TrimResult closest_point(Search& s) {
   constexpr double nearly = 1e-3;
   const Problem& p = s.p;
@@ -264,7 +265,7 @@ TrimResult closest_point(Search& s) {
   return best;
 }
 
-// Where the model first failed to give numbers, in words.
+// The first point at which the model was not finite, as text.
 std::string no_numbers(const Search& s) {
   const Problem& p = s.p;
   if (!p.thrown.empty()) return "the model threw: " + p.thrown;
@@ -273,7 +274,7 @@ std::string no_numbers(const Search& s) {
                      counted(s.starts, "start"), not_finite_in_words(p, rates, outputs(p, p.base)));
 }
 
-// What was evaluated in the time allowed, nothing more.
+// Only what was evaluated in the time allowed.
 TrimResult out_of_time(const Search& s) {
   const Problem& p = s.p;
   const auto& [z, at, residual] = p.nearest;
@@ -322,7 +323,7 @@ TrimResult no_answer(Search& s) {
   return r;
 }
 
-// A variable held outside its own bounds needs no search.
+// A variable fixed outside its own bounds needs no search.
 std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) {
   for (const auto& [variable, range] : p.fixed_bounds) {
     const double at = value_of(p.base, variable);

@@ -23,7 +23,7 @@ double excess(const VectorXd& v, const VectorXd& lower, const VectorXd& upper) {
 namespace {
 
 constexpr double singular_below = 1e-8;  // smallest over largest singular value (or over one)
-constexpr double at_bound = 1e-7;        // scaled distance at which a limit is called active
+constexpr double at_bound = 1e-7;        // scaled distance within which a limit is active
 
 void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
   const auto note = [&](const std::string& name, double at, double lower, double upper,
@@ -41,9 +41,9 @@ void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResul
   }
 }
 
-// The unknowns that may move without the equations noticing, the freest first.
+// The unknowns that the equations leave undetermined, the least determined first.
 std::string free_directions(const Problem& p, const MatrixXd& directions) {
-  constexpr double involved = 0.1;  // of the freest one's share
+  constexpr double involved = 0.1;  // of the largest share
   const VectorXd share = directions.rowwise().norm();
   std::vector<Index> order;
   for (Index k = 0; k < p.n(); ++k)
@@ -54,14 +54,14 @@ std::string free_directions(const Problem& p, const MatrixXd& directions) {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// The rows that are longer than one, brought to one: a stiff equation says no less of its own
-// unknown for being large, and nothing of the others'.
+// The Jacobian with rows longer than one scaled to unit length: a stiff equation still determines
+// its own unknown and does not affect the conditioning of the others.
 MatrixXd without_stiffness(const MatrixXd& J) {
   return J.rowwise().norm().cwiseMax(1.0).cwiseInverse().asDiagonal() * J;
 }
 
-// How far away a zero would be where the residual is small only because its slopes are: it is no
-// larger a good way off. Else 0.
+// Distance to a zero, if the residual is small only because its derivatives are: it is no larger
+// a good distance away. Otherwise 0.
 double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, const MatrixXd& J) {
   constexpr double far = 0.1;  // nominal sizes
   const VectorXd step = dense::newton_step(J, v.residual);
@@ -72,7 +72,7 @@ double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, co
   return flat ? away : 0.0;
 }
 
-// How well the equations determine the unknowns, and how far Newton would still move.
+// How well the equations determine the unknowns, and the size of a further Newton step.
 void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r,
                        double& away) {
   if (p.m() == 0) {
@@ -80,7 +80,7 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
     return;
   }
   const Jacobians s = jacobians(p, z);
-  if (!s.finite) return;  // rcond stays 0: not determined
+  if (!s.finite) return;  // rcond stays 0: unknown
   dense::SVD svd = dense::svd(s.residual);
   r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
   const VectorXd dz = dense::solve(svd, v.residual);
@@ -201,7 +201,7 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
 
 TrimResult verify(const Problem& p, const VectorXd& z, bool optimal, const TrimOptions& options) {
   TrimResult r = judged(p, z, optimal, options);
-  if (p.over()) r.status = TrimStatus::time_limit;  // not every value was had
+  if (p.over()) r.status = TrimStatus::time_limit;  // not every value was evaluated
   return r;
 }
 

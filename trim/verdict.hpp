@@ -1,29 +1,29 @@
-/// Our own verdict on a point that a solver returned. Internal to trim/.
+/// Independent verification of a point returned by a solver. Internal to trim/.
 #pragma once
 
 #include "trim/problem.hpp"
 
 namespace tiltrim {
 
-inline constexpr double bound_slack = 1e-10;  ///< scaled round-off of a bound that is kept
+inline constexpr double bound_slack = 1e-10;  ///< scaled round-off allowed at a bound
 
-/// Evaluates z twice and judges it: residual, bounds, conditioning, implied rates. `optimal` says
-/// whether the effort's optimum was verified (or nothing was to be optimized). A point that is no
-/// equilibrium comes back as not_found, with all that is known of it.
+/// Evaluates z twice and verifies residual, bounds, conditioning and implied rates. `optimal`:
+/// whether the optimum of the cost was verified (or there is no cost). A point that is not an
+/// equilibrium is returned as not_found with all values computed.
 TrimResult verify(const Problem& problem, const Eigen::VectorXd& z, bool optimal,
                   const TrimOptions& options);
 
 /// Largest violation of lower <= v <= upper.
 double excess(const Eigen::VectorXd& v, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper);
 
-/// "V' = -3.2 m/s², gap = 0 m instead of 1": the rows' values at a point, in words, and what those
-/// equations hold that are not to vanish.
+/// "V' = -3.2 m/s², gap = 0 m instead of 1": the values of the rows at a point as text, with the
+/// required value if it is not zero.
 std::string left_over(const Problem& problem, const std::vector<Eigen::Index>& rows,
                       const TrimResult& at);
-/// "V' = nan, thrust = inf": the rows that are not finite, in words.
+/// "V' = nan, thrust = inf": the rows that are not finite, as text.
 std::string not_finite_in_words(const Problem& problem, const Eigen::VectorXd& rates,
                                 const Eigen::VectorXd& outputs);
-/// "with theta0 at its upper limit 1", or that none is reached.
+/// "with theta0 at its upper limit 1", or that no limit is reached.
 std::string limits_in_words(const TrimResult& at);
 
 }  // namespace tiltrim
