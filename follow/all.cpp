@@ -14,13 +14,13 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double same_point = 1e-6;  // scaled distance below which two trims are one
+constexpr double same_point = 1e-6;  // scaled distance below which two trims are the same
 constexpr std::size_t most_equilibria = 50;
 
 struct Found {
   const Model& model;
   const TrimSpec& spec;   // of a trim
-  const TrimSpec& along;  // of a branch: without bounds that are there for the starts
+  const TrimSpec& along;  // of a branch: without bounds that only limit the starts
   const Problem problem;
   AllEquilibria all{};
 
@@ -40,7 +40,7 @@ struct Found {
   }
 };
 
-// Newton alone from one point; the optimizer where an effort decides.
+// Newton only, from one point; the optimizer if a cost selects the trim.
 TrimResult at(const Found& f, const OperatingPoint& guess, TrimOptions options) {
   options.method = f.problem.square() ? TrimMethod::newton : TrimMethod::ipopt;
   options.starts = 0;
@@ -49,7 +49,7 @@ TrimResult at(const Found& f, const OperatingPoint& guess, TrimOptions options) 
   return trim(f.model, f.spec, guess, options);
 }
 
-// Where a branch comes back to the parameter's own value there is another trim.
+// Where a branch returns to the original parameter value there is another trim.
 void look_along(Found& f, std::size_t from, const std::string& parameter, double reach,
                 const TrimOptions& options) {
   const OperatingPoint start = f.all.equilibria[from].trim.point;

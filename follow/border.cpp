@@ -32,13 +32,13 @@ namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// Scaled slope of the distance to a limit.
+// Gradient of the scaled distance to a limit.
 Eigen::RowVectorXd distance_slope(const LimitName& limit, const Jacobians& s, Index size) {
   if (!limit.of_unknown) return -limit.as.side * s.limited.row(limit.as.position);
   return -limit.as.side * VectorXd::Unit(size, limit.as.position).transpose();
 }
 
-// The equations, and one more function of y with its slope.
+// The equations, and one additional function of y with its gradient.
 template <class More>
 Curve with(const Plane& plane, const More& more) {
   return {[&plane, more](const VectorXd& y, VectorXd& G, MatrixXd& J) {
@@ -73,7 +73,7 @@ FoldTest::FoldTest(const Plane& plane, const VectorXd& at) {
   c = svd.V.col(n - 1);
 }
 
-// [J b; cᵀ 0] [v; g] = [0; 1]: g = 0 where J is singular.
+// [J b; cᵀ 0] [v; g] = [0; 1]: g = 0 if and only if J is singular.
 double FoldTest::value(const Plane& plane, const VectorXd& y) const {
   const Jacobians s = jacobians(plane.problem, y);
   if (!s.finite) return not_a_number;
@@ -108,7 +108,7 @@ Curve border(const Plane& plane, const Stop& stop, const VectorXd& at) {
 
 namespace {
 
-// The straight line of the plane from a point to another.
+// The straight line in the plane from one point to another.
 struct Line {
   Vector2d start, to, direction, across;
   double length;
@@ -127,7 +127,7 @@ VectorXd distances(const Plane& plane, const std::vector<LimitName>& limits, con
   return d;
 }
 
-// Event functions along a way to the border, by their place in watches().
+// Event functions on the way to the border, by position in watches().
 struct OnWay {
   enum : std::size_t { fold, target, origin, limit };
 };
@@ -170,10 +170,10 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
   Way way;
   if (first_point(curve, from, towards, options, at) != CurveEnd::stopped) return way;
   const std::vector<LimitName> limits = plane.limits();
-  // Returns whether to go on: past a fold, to see where the branch turns back to.
+  // Returns whether to continue: past a fold, to find where the branch turns back to.
   const auto meet = [&](const LocatedEvent& c) {
     if (c.watch == OnWay::target && !way.met) {
-      // From a limit straight outwards there is no crossing: the start is where it stopped.
+      // Starting outwards on a limit gives no crossing: the line stops at the start.
       Index worst = 0;
       if (limits.empty() || distances(plane, limits, c.at.y).minCoeff(&worst) >= -slack)
         way.arrived = c.at.y;
@@ -181,7 +181,9 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
         way.met = Met{{limits[std::size_t(worst)]}, from};
       return false;
     }
-    if (c.watch == OnWay::fold && way.met) return false;  // a second one: not back to the start
+    if (c.watch == OnWay::fold && way.met)
+      return false;  // a second fold: do not return to the
+                     // start
     if (c.watch == OnWay::fold) way.met = Met{{}, c.at.y};
     if (c.watch == OnWay::origin && !c.rising) way.back = c.at.y;
     if (c.watch == OnWay::limit && !c.rising && !way.met)

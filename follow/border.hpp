@@ -8,46 +8,45 @@
 
 namespace tiltrim {
 
-/// A trim problem whose last two unknowns are the plane's parameters: y = (z, x, y).
+/// A trim problem whose last two unknowns are the parameters of the plane: y = (z, x, y).
 struct Plane {
   const Problem& problem;
   Eigen::VectorXd lower, upper;  ///< of the two parameters, scaled
 
-  Eigen::Index n() const { return problem.n() - 2; }  ///< unknowns of the trim
-  std::vector<LimitName> limits() const;              ///< those of the trim
+  Eigen::Index n() const { return problem.n() - 2; }  ///< number of unknowns of the trim
+  std::vector<LimitName> limits() const;              ///< the limits of the trim
 };
 
-/// Of a limit, positive inside; the values are those at y.
+/// Distance to a limit, positive inside; `values` are those at y.
 double distance(const LimitName& limit, const Eigen::VectorXd& y, const Values& values);
 
-/// What stops a sheet: a limit of the plane's problem, or a fold.
+/// What ends a sheet: a limit of the plane's problem, or a fold.
 struct Stop {
-  std::optional<LimitName> limit;  ///< none: a fold
+  std::optional<LimitName> limit;  ///< empty: a fold
   std::string name() const;
 };
 
-/// The way from a trim at `from` straight to another point of the plane.
+/// The straight path from a trim at `from` to another point of the plane.
 struct Met {
   Stop stop;
   Eigen::VectorXd y;
 };
 struct Way {
-  std::optional<Met> met;                  ///< what first stops it
-  std::optional<Eigen::VectorXd> arrived;  ///< or the trim it gets to
-  /// Where a fold stops it, the other trim over `from` that the branch turns back to.
+  std::optional<Met> met;                  ///< the first stop on the path
+  std::optional<Eigen::VectorXd> arrived;  ///< or the trim reached
+  /// If it stops at a fold: the other trim over `from`, on the branch after the fold.
   std::optional<Eigen::VectorXd> back;
 };
 Way go(const Plane& plane, const Eigen::VectorXd& from, const Eigen::Vector2d& to);
 
-/// The curve on which trims meet the stop, through a point of it.
+/// The curve of trims on the stop, through a given point.
 Curve border(const Plane& plane, const Stop& stop, const Eigen::VectorXd& at);
 
-/// Zero where the trim's equations fold (their Jacobian is singular), smooth there.   [27,
-/// sec. 3.3]
+/// Zero at folds of the trim's equations (singular Jacobian), and smooth there. [27, sec. 3.3]
 struct FoldTest {
   Eigen::VectorXd b, c;
   FoldTest(const Plane& plane, const Eigen::VectorXd& at);
-  double value(const Plane& plane, const Eigen::VectorXd& y) const;  ///< NaN where not finite
+  double value(const Plane& plane, const Eigen::VectorXd& y) const;  ///< NaN if not finite
 };
 
 }  // namespace tiltrim

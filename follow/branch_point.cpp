@@ -1,4 +1,4 @@
-// A branch point to round-off, where Newton on the branch itself finds nothing.
+// Locates a branch point to round-off, where Newton on the branch itself does not converge.
 #include <cmath>
 #include <limits>
 
@@ -15,14 +15,14 @@ namespace {
 
 constexpr double nowhere = std::numeric_limits<double>::infinity();
 
-// Moore's system: two branches cross where the slopes have a left null vector ψ. It is regular at a
-// simple branch point, which the branch's own equations are not.                [69]
+// Moore's system: branches cross where the Jacobian has a left null vector ψ. The system is regular
+// at a simple branch point, while the equations of the branch are singular.      [69]
 //   G(y) + b ψ = 0,   slopes(y)ᵀ ψ = 0,   ½ (ψᵀψ - 1) = 0;   b = 0 if branches cross
 struct MooreSystem {
   const Curve& curve;
-  Index n;  // unknowns of the curve
+  Index n;  // number of unknowns of the curve
 
-  // F, and its slopes but for those of slopes(y)ᵀ ψ along y.
+  // F and its Jacobian, except the derivative of slopes(y)ᵀ ψ with respect to y.
   bool evaluate(const VectorXd& Y, VectorXd& F, MatrixXd& J) const {
     const VectorXd y = Y.head(n), psi = Y.segment(n, n - 1);
     const double b = Y[2 * n - 1];
@@ -61,7 +61,7 @@ struct MooreSystem {
 double refine_branch_point(const Curve& curve, Index parameter, double slope_error,
                            CurvePoint& at) {
   constexpr int cap = 20;
-  constexpr double nearby = 1e-3;  // scaled: farther away it is another one
+  constexpr double nearby = 1e-3;  // scaled: farther away it is a different branch point
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
   const Index n = at.y.size();
   const MooreSystem system{curve, n};
@@ -77,7 +77,7 @@ double refine_branch_point(const Curve& curve, Index parameter, double slope_err
     const VectorXd dY = dense::solve(lu, -F);
     if (!dY.allFinite()) return nowhere;
     const double step = dY.head(n).lpNorm<Eigen::Infinity>();
-    if (step <= epsilon || step > 0.25 * last) {  // no nearer: what is left is rounding
+    if (step <= epsilon || step > 0.25 * last) {  // converged: the rest is rounding
       if ((Y.head(n) - at.y).lpNorm<Eigen::Infinity>() > nearby) return nowhere;
       VectorXd rounding(2 * n);  // of F
       rounding << VectorXd::Constant(n - 1, 64 * epsilon * (1 + Y.head(n).norm()) * (1 + S.norm())),

@@ -21,12 +21,14 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int newton_cap = 10;
 constexpr double rank_below = 1e-12;  // pivot ratio at which the plane's system counts as singular
-constexpr double smooth = 2e-3;       // of a step: how far its chord may miss the mean tangent
-constexpr double nearby = 0.3;        // of a step: how far Newton may go from the prediction
+constexpr double smooth = 2e-3;       // of a step: allowed deviation of its chord from the mean
+                                      // tangent
+constexpr double nearby = 0.3;        // of a step: allowed distance of Newton's solution from the
+                                      // prediction
 
 enum class Failure { none, not_finite, singular, no_convergence };
 
-// [slopes; directionᵀ], factored.
+// [slopes; directionᵀ], factorized.
 dense::LU<MatrixXd> bordered(const MatrixXd& slopes, const VectorXd& direction) {
   MatrixXd M(slopes.cols(), slopes.cols());
   M.topRows(slopes.rows()) = slopes;
@@ -40,7 +42,7 @@ bool singular(const dense::LU<MatrixXd>& lu) {
 }
 
 // Newton on  G(y) = 0,  direction · (y - origin) = s.                           [25, sec. 6.1]
-// `fine`: go on until the step no longer shrinks.
+// `fine`: continue until the step no longer decreases.
 Failure newton_in_plane(const Curve& curve, const VectorXd& origin, const VectorXd& direction,
                         double s, VectorXd y, bool fine, const TraceOptions& options,
                         CurvePoint& point, int& iterations) {
@@ -78,7 +80,7 @@ Failure newton_in_plane(const Curve& curve, const VectorXd& origin, const Vector
   return Failure::no_convergence;
 }
 
-// Between two points of one step, by its length s along the tangent at `a`: cubic Hermite.
+// Cubic Hermite interpolation between the ends of one step, at length s along the tangent at `a`.
 VectorXd between(const CurvePoint& a, const CurvePoint& b, double h, double s) {
   const double t = s / h;
   const VectorXd slope_b = b.tangent * (h / a.tangent.dot(b.tangent));
@@ -88,9 +90,11 @@ VectorXd between(const CurvePoint& a, const CurvePoint& b, double h, double s) {
   return h00 * a.y + h10 * slope_a + h01 * b.y + h11 * slope_b;
 }
 
-// Whether a parabola through the last three values dips across zero between the last two.
+// True if a parabola through the last three values crosses zero twice between the last two.
 bool may_dip(double s0, double g0, double s1, double g1, double s2, double g2) {
-  if (!((g1 > 0 && g2 > 0) || (g1 < 0 && g2 < 0))) return false;  // seen, or at an end
+  if (!((g1 > 0 && g2 > 0) || (g1 < 0 && g2 < 0)))
+    return false;  // a sign change, or a zero at an
+                   // end
   const double d01 = (g1 - g0) / (s1 - s0), d12 = (g2 - g1) / (s2 - s1);
   const double curvature = (d12 - d01) / (s2 - s0);
   if (!(curvature * g1 > 0)) return false;
@@ -120,12 +124,12 @@ bool hides_a_dip(const EventValues& before, const EventValues& a, const EventVal
   return false;
 }
 
-// One sign change between a and b, to round-off of s. Where Newton finds no point next to it, as at
-// a branch point or a kink, the nearest that it did find stands for it.
+// Locates one sign change between a and b to round-off in s. If Newton finds no point close to it,
+// as at a branch point or a kink, the nearest point found is used.
 std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, const EventValues& b,
                                     const Watch& watch, std::size_t w, Index i,
                                     const TraceOptions& options) {
-  constexpr double jumps = 1e-3;  // what is left of the function's values where it has no zero
+  constexpr double jumps = 1e-3;  // share of the function's values that remains if there is no zero
   const double h = b.point.s - a.point.s;
   const bool rising = b.values[w][i] > a.values[w][i];
   CurvePoint best;
@@ -154,13 +158,14 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
     const double slope = (g(s + d) - g(s - d)) / (2 * d);
     return LocatedEvent{w, i, rising, event, slope};
   }
-  // A zero has like values of either sign on its two sides; a jump has not. How far about it Newton
-  // finds nothing is the rounding of G over its slopes, which vanish there.
+  // At a zero the values on both sides are of equal size and opposite sign; at a jump they are not.
+  // The interval in which Newton fails is the rounding error of G over its derivative, which
+  // vanishes.
   const double at = lost;
   for (const double next_to : {1e-6, 1e-5, 1e-4}) {
     const double low = g(std::max(at - 0.5 * next_to, 0.0)),
                  high = g(std::min(at + 0.5 * next_to, h));
-    if (low == 0 || high == 0) continue;  // lost there, too
+    if (low == 0 || high == 0) continue;  // no point there either
     const bool like = low * high < 0 && std::abs(low) < 100 * std::abs(high) &&
                       std::abs(high) < 100 * std::abs(low);
     if (!like || std::abs(best.s - (a.point.s + at)) > next_to) return {};
@@ -169,7 +174,7 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
   return {};
 }
 
-// All sign changes between a and b in order; nothing if one cannot be located.
+// All sign changes between a and b in order; empty if one cannot be located.
 std::optional<std::vector<LocatedEvent>> crossings(const Curve& curve, const EventValues& a,
                                                    const EventValues& b,
                                                    const std::vector<Watch>& watches,
@@ -189,7 +194,7 @@ std::optional<std::vector<LocatedEvent>> crossings(const Curve& curve, const Eve
   return found;
 }
 
-// The way has come back to where it began, between a and b.
+// True if the curve returns to its start between a and b.
 bool back_at(const CurvePoint& start, const CurvePoint& a, const CurvePoint& b) {
   constexpr double near = 0.02;  // of the step
   constexpr int halvings = 30;
@@ -230,18 +235,18 @@ CurveEnd first_point(const Curve& curve, const VectorXd& y, const VectorXd& towa
 
 namespace {
 
-// One step along the tangent: its end, or why there is none of that length.
+// One step along the tangent: its end, or the reason why a step of that length fails.
 struct Step {
   Failure failure = Failure::none;
   CurvePoint to;
-  double miss = 0.0;  // how far the chord lies from the mean tangent, of the step
+  double miss = 0.0;  // deviation of the chord from the mean tangent, relative to the step
   int iterations = 0;
 };
 
-// Where the curve is a circle the chord meets the mean tangent; where it bends unevenly, or jumps,
-// it does not.
+// On a circle the chord is parallel to the mean tangent; where the curvature changes, or the curve
+// jumps, it is not.
 Step step(const Curve& curve, const CurvePoint& at, double h, const TraceOptions& options) {
-  constexpr double sharp = 1e-6;  // below this step the curve may turn as it likes: a kink
+  constexpr double sharp = 1e-6;  // below this step any turn is accepted: a kink
   Step s;
   const VectorXd predicted = at.y + h * at.tangent;
   s.failure =
@@ -257,15 +262,15 @@ Step step(const Curve& curve, const CurvePoint& at, double h, const TraceOptions
   return s;
 }
 
-// The end of a step that comes back to the start is the start.
+// If a step returns to the start, its end is set to the start.
 void close(const CurvePoint& start, const CurvePoint& at, CurvePoint& to) {
   const double length = std::abs(start.tangent.dot(start.y - at.y));
   to = start;
   to.s = at.s + length;
 }
 
-// The next step's length. The miss grows as the square of the step: aim at a quarter of what is
-// allowed.
+// Length of the next step. The deviation grows with the square of the step: aim at a quarter of
+// the allowed value.
 double next_length(const Step& s, double h, const TraceOptions& options) {
   const double room = std::sqrt(0.25 * smooth / std::max(s.miss, 1e-12));
   const double most = s.iterations > 5 ? 0.5 : 2.0;
@@ -276,8 +281,8 @@ double next_length(const Step& s, double h, const TraceOptions& options) {
 
 CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
                const TraceOptions& options, const Visit& visit) {
-  constexpr double subtle = 1e-4;  // below this step a hidden pair of crossings is not looked for
-  constexpr double crawl = 1e-7;   // a step so short that many of them lead nowhere
+  constexpr double subtle = 1e-4;  // below this step a hidden pair of crossings is not searched for
+  constexpr double crawl = 1e-7;   // a step so short that many of them make no progress
   constexpr int most_crawled = 50;
   int crawled = 0;
   EventValues at = event_values(start, watches);

@@ -9,9 +9,9 @@
 
 namespace tiltrim {
 
-/// G(y) = 0, one equation fewer than unknowns; both scaled so that one is a change that matters.
+/// G(y) = 0, one equation fewer than unknowns; both scaled so that 1 is a significant change.
 struct Curve {
-  /// Writes G and its slopes, (N - 1) x N; false where they are not finite.
+  /// Writes G and its Jacobian, (N - 1) x N; false if they are not finite.
   std::function<bool(const Eigen::VectorXd& y, Eigen::VectorXd& G, Eigen::MatrixXd& slopes)>
       evaluate;
 };
@@ -19,33 +19,33 @@ struct Curve {
 /// A verified point of the curve.
 struct CurvePoint {
   Eigen::VectorXd y;
-  Eigen::VectorXd tangent;  ///< slopes · tangent = 0, of length one, along the way taken
-  double s = 0.0;           ///< length of the way so far
+  Eigen::VectorXd tangent;  ///< slopes · tangent = 0, of unit length, in the direction of travel
+  double s = 0.0;           ///< arc length so far
   double turn = 0.0;        ///< det [slopes; tangentᵀ]: changes sign at a branch point
   double residual = 0.0;    ///< largest |G|
-  double step = 0.0;        ///< what Newton would still move it
+  double step = 0.0;        ///< size of a further Newton step
 };
 
-/// Functions watched along the curve; a sign change of one is an event.
+/// Event functions along the curve; a sign change of a component is an event.
 using Watch = std::function<Eigen::VectorXd(const CurvePoint&)>;
 
-/// Component `index` of watch `watch` changes sign at the point.
+/// Component `index` of event function `watch` changes sign at the point.
 struct LocatedEvent {
   std::size_t watch;
   Eigen::Index index;
   bool rising;
   CurvePoint at;
-  double slope = 0.0;   ///< of the component along the way, there
-  double within = 0.0;  ///< it lies no further off along the way; 0: to round-off
+  double slope = 0.0;   ///< derivative of the component with respect to arc length, there
+  double within = 0.0;  ///< bound on its error in arc length; 0: round-off
 };
 
 enum class CurveEnd {
   stopped,     ///< by the visitor
   closed,      ///< back at the first point
-  points,      ///< as many as were allowed
-  stuck,       ///< no next point, however short the step
-  not_finite,  ///< no finite values ahead, however short the step
-  singular,    ///< the equations leave more than one direction
+  points,      ///< limit on the number of points
+  stuck,       ///< no next point at any step size
+  not_finite,  ///< no finite values ahead at any step size
+  singular,    ///< the null space has more than one dimension
   interrupted,
 };
 
@@ -56,23 +56,23 @@ struct TraceOptions {
   std::stop_token stop{};
 };
 
-/// The curve's point next to `y`, with the tangent that has towards · tangent >= 0. `stopped` if
-/// there is one, else why there is none.
+/// The point of the curve nearest to `y`, with the tangent that has towards · tangent >= 0.
+/// Returns `stopped` if it exists, otherwise the reason why not.
 CurveEnd first_point(const Curve& curve, const Eigen::VectorXd& y, const Eigen::VectorXd& towards,
                      const TraceOptions& options, CurvePoint& point);
 
-/// Moves a point of the curve that lies next to a simple branch point onto it. `slope_error` is
-/// that of the curve's slopes. Returns how far component `parameter` may be off; infinite, and the
-/// point as it was, where there is no branch point next to it.
+/// Moves a point of the curve near a simple branch point onto it. `slope_error` is the error of the
+/// curve's Jacobian. Returns the error bound of component `parameter`; if there is no branch point
+/// nearby, returns infinity and leaves the point unchanged.
 double refine_branch_point(const Curve& curve, Eigen::Index parameter, double slope_error,
                            CurvePoint& at);
 
-/// Takes a step's end point and the crossings on the way to it, in order, each located to
-/// round-off; returns whether to go on.
+/// Receives the end point of a step and the crossings in it, in order, each located to round-off;
+/// returns whether to continue.
 using Visit = std::function<bool(const CurvePoint& next, std::vector<LocatedEvent>& crossings)>;
 
-/// Follows the curve from `start` in steps that adapt to how it turns and to Newton's iterations.
-/// A step is taken again, shorter, where a pair of crossings may hide in it.      [25, ch. 6]
+/// Follows the curve from `start` with steps adapted to its curvature and to Newton's iterations.
+/// A step is repeated with a shorter length if a pair of crossings may lie in it. [25, ch. 6]
 CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
                const TraceOptions& options, const Visit& visit);
 

@@ -20,17 +20,18 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double same_break = 1e-9;  // scaled: two breaks of a row are one
+constexpr double same_break = 1e-9;  // scaled: closer breaks of a row are the same
 
 // ---- the border ----
 
 struct Seed {
   Stop stop;
   VectorXd y;
-  bool on_fold = false;  // where a limit meets a fold: the limit of each of two sheets begins here
+  bool on_fold = false;  // where a limit meets a fold: the limits of two sheets begin here
 };
 
-// A point lies on a piece already followed if a chord passes it by less than the piece bends.
+// A point lies on a known piece if its distance to a chord is less than the piece's curvature
+// allows.
 bool on(const BorderPiece& piece, const std::vector<VectorXd>& way, const Seed& seed) {
   constexpr double least = 2e-3, bend = 0.05;  // scaled; of the chord
   if (piece.name != seed.stop.name()) return false;
@@ -48,7 +49,8 @@ struct Followed {
   std::vector<VectorXd> way;
 };
 
-// One way along the border from a seed, until it leaves the plane, meets another stop or closes.
+// One direction along the border from a seed, until it leaves the plane, meets another stop or
+// closes.
 struct HalfWay {
   std::vector<VectorXd> way;
   std::string end;
@@ -57,7 +59,7 @@ struct HalfWay {
 
 enum BorderEvent : std::size_t { plane_edge, other_limits, folding };
 
-// What ends a piece: the plane's edges, the other limits, a fold of the sheet.
+// What ends a piece: the edges of the plane, the other limits, a fold of the sheet.
 std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<LimitName>& limits) {
   std::vector<Watch> all(3);
   all[plane_edge] = [&g](const CurvePoint& p) {
@@ -79,7 +81,7 @@ std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<Li
   return all;
 }
 
-// On the plane's edge or another limit already, and outwards: its name.
+// If the start lies on the plane's edge or another limit and heads outwards: its name.
 std::string leaves_at_once(const CurvePoint& at, const std::vector<Watch>& watching,
                            const std::vector<LimitName>& limits) {
   constexpr double ahead = 1e-6, on = 1e-9;
@@ -95,7 +97,7 @@ std::string leaves_at_once(const CurvePoint& at, const std::vector<Watch>& watch
 }
 
 HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
-  constexpr double differences = 2e-5;  // a fold's slopes reach this far
+  constexpr double differences = 2e-5;  // extent of the finite differences at a fold
   const Curve curve = border(g.plane, seed.stop, seed.y);
   TraceOptions options;
   options.max_step = g.options.max_step;
@@ -129,16 +131,16 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   const CurveEnd end = trace(curve, at, watching, options, visit);
   if (end == CurveEnd::closed) half.end = "loop";
   if (!half.end.empty()) return half;
-  // The model may end where the plane does, as at a switch: then no edge can be crossed.
+  // The model may end at the plane's edge, as at a switch: then no edge can be crossed.
   at.y = half.way.back();
   const bool at_edge = watching[plane_edge](at).minCoeff() < differences;
   half.end = at_edge ? "edge" : end == CurveEnd::points ? "too many points" : "lost";
   return half;
 }
 
-// Whether no other trim within the limits lies over the border's point.
+// True if no other trim within the limits exists at the border point's parameters.
 bool alone(const Grid& g, const VectorXd& y) {
-  constexpr double other = 1e-4;  // scaled: not the border's own trim
+  constexpr double other = 1e-4;  // scaled: farther than the border's own trim
   const std::vector<VectorXd> starts = around(g, y.tail<2>());
   g.put(y.tail<2>());
   return std::ranges::none_of(starts, [&](VectorXd z) {
@@ -159,7 +161,7 @@ BorderPoint reported(const Grid& g, const VectorXd& y) {
   return b;
 }
 
-// The piece through a seed; where a limit meets a fold, the two that begin there.
+// The piece through a seed; at a meeting of a limit and a fold, the two pieces that begin there.
 std::vector<Followed> pieces(const Grid& g, const Seed& seed, std::deque<Seed>& seeds) {
   HalfWay back = half_way(g, seed, -1.0);
   HalfWay ahead = back.end == "loop" ? HalfWay{{}, "loop", {}} : half_way(g, seed, 1.0);
@@ -182,7 +184,7 @@ double length(const std::vector<VectorXd>& way) {
 
 void follow_border(const Grid& g, std::deque<Seed>& seeds, std::vector<Followed>& all) {
   constexpr std::size_t most = 400;  // pieces
-  constexpr double shortest = 1e-4;  // scaled: what is left of a corner's own surroundings
+  constexpr double shortest = 1e-4;  // scaled: shorter pieces are an artefact of a corner
   while (!seeds.empty() && all.size() < most && !g.options.stop.stop_requested()) {
     const Seed seed = std::move(seeds.front());
     seeds.pop_front();
@@ -200,8 +202,8 @@ struct Break {
   std::string name;
 };
 
-// Where a piece of border crosses a row between two of its points; to round-off where Newton gets
-// there, which it does not next to a switch.
+// Where a piece of border crosses a row between two of its points, to round-off; less accurate
+// next to a switch, where Newton does not converge.
 Break crossing(const Grid& g, const Followed& f, const VectorXd& a, const VectorXd& b, double row) {
   constexpr int cap = 12;
   const Index n = a.size();
@@ -225,7 +227,7 @@ Break crossing(const Grid& g, const Followed& f, const VectorXd& a, const Vector
 
 std::vector<Break> breaks(const Grid& g, const std::vector<Followed>& border, double row) {
   constexpr double on_row =
-      2e-5;  // a piece that ends at the plane's edge may stop this short of it
+      2e-5;  // a piece that ends at the plane's edge may stop this far before it
   std::vector<Break> all{{g.plane.lower[0], "edge"}, {g.plane.upper[0], "edge"}};
   for (const Followed& f : border) {
     const auto above = [&](const VectorXd& y) { return y[y.size() - 1] - row; };
@@ -239,8 +241,8 @@ std::vector<Break> breaks(const Grid& g, const std::vector<Followed>& border, do
   return all;
 }
 
-// A trim within the limits over the point, if one is found: from the trims around, and from the
-// border's. Next to a fold its two trims are close to each other, and off the fold's own.
+// A trim within the limits at the point, if one is found, starting from nearby trims and from the
+// border. Near a fold its two trims are close to each other and are started away from the fold.
 std::optional<VectorXd> somewhere(const Grid& g, const std::vector<Followed>& border,
                                   const Vector2d& p) {
   constexpr int cap = 20;
@@ -265,8 +267,8 @@ std::optional<VectorXd> somewhere(const Grid& g, const std::vector<Followed>& bo
   return {};
 }
 
-// Where trims end between x with one and x without, both on the row: at a stop that the pieces do
-// not show, or for want of numbers, then to where halving finds the last one.
+// Where trims end on a row between x with a trim and x without: at a stop not found as a piece, or
+// where the values are not finite; in that case bisection finds the last trim.
 Break last_between(const Grid& g, const std::vector<Followed>& border, VectorXd with,
                    double without, double row) {
   constexpr int halvings = 40;
@@ -289,7 +291,7 @@ Break last_between(const Grid& g, const std::vector<Followed>& border, VectorXd 
   return {with[at_x], "lost"};
 }
 
-// x at which a row is looked at between two of its breaks: the grid's, or the middle.
+// x at which a row is tested between two of its breaks: grid values, or the middle.
 std::vector<double> samples(const Grid& g, double a, double b) {
   std::vector<double> xs{0.5 * (a + b)};
   for (int i = 0; i < g.x.count; ++i)
@@ -299,11 +301,11 @@ std::vector<double> samples(const Grid& g, double a, double b) {
   return xs;
 }
 
-// The intervals of x at one y in which some sheet has a trim.
+// The intervals of x at one y in which at least one sheet has a trim.
 EnvelopeRow row_at(const Grid& g, const std::vector<Followed>& border, double y) {
   const double nominal = g.moving.nominal[g.n()];
   EnvelopeRow row{y * g.moving.nominal[g.n() + 1], {}};
-  bool open = false;  // the last interval may go on
+  bool open = false;  // the last interval may continue
   const auto add_piece = [&](const Break& from, const Break& to) {
     if (!open) row.intervals.push_back({{from.x * nominal, from.name}, {}});
     row.intervals.back().to = {to.x * nominal, to.name};
@@ -363,8 +365,8 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
   seed(g, front);
   std::vector<Followed> border;
   std::deque<Seed> seeds;
-  while (!front.empty() &&
-         !options.stop.stop_requested()) {  // ends: a grid point's trims are finite
+  while (!front.empty() && !options.stop.stop_requested()) {  // terminates: the number of trims at
+                                                              // a grid point is finite
     for (const Edge& edge : spread(g, front)) {
       if (options.stop.stop_requested()) break;
       const Way way = go(g.plane, edge.from, g.place(edge.i, edge.j));

@@ -1,6 +1,6 @@
 /// @file
-/// Where in the plane of two parameters there is a trim within the limits, and all the equilibria
-/// of one problem that can be found.
+/// Region in the plane of two parameters in which trims within the limits exist, and the search for
+/// all equilibria of one problem.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace tiltrim {
 
-/// One axis of the plane: a variable of the model that the trim does not move.
+/// One axis of the plane: a variable of the model that is not free in the trim.
 struct EnvelopeAxis {
   std::string signal;  ///< its name
   Range range;         ///< SI
@@ -26,91 +26,92 @@ struct EnvelopeAxis {
 struct BorderPoint {
   double x = 0.0, y = 0.0;  ///< in the plane, SI
   OperatingPoint point;     ///< the trim
-  Eigen::VectorXd outputs;  ///< there
+  Eigen::VectorXd outputs;  ///< at the trim
   double residual = 0.0;    ///< as in TrimResult
-  bool outer = true;        ///< no other trim within the limits lies just across
+  bool outer = true;        ///< no other trim within the limits exists on the outer side
 };
 
-/// A stretch of the border on which one thing stops the trim.
+/// A section of the border with one cause.
 struct BorderPiece {
   std::string name;                 ///< "delta_e lower", or "fold"
-  std::vector<BorderPoint> points;  ///< along it
-  std::string from, to;  ///< what each end meets: another piece's name, "edge", "loop", or why
+  std::vector<BorderPoint> points;  ///< in order
+  std::string from, to;  ///< what each end meets: another piece's name, "edge", "loop", or a reason
 };
 
 /// One end of an interval of x.
 struct EnvelopeEnd {
   double x = 0.0;    ///< SI
-  std::string name;  ///< what ends it: a piece's name, or "edge" of the plane looked at
+  std::string name;  ///< what ends it: a piece's name, or "edge" of the plane
 };
-/// An interval of x at one y: trims exist from one end to the other.
+/// An interval of x at one y: trims exist throughout.
 struct EnvelopeInterval {
-  EnvelopeEnd from, to;  ///< rising
+  EnvelopeEnd from, to;  ///< ascending
 };
 /// All intervals at one y.
 struct EnvelopeRow {
   double y = 0.0;                           ///< SI
-  std::vector<EnvelopeInterval> intervals;  ///< rising
+  std::vector<EnvelopeInterval> intervals;  ///< ascending
 };
 
 /// How an envelope ended.
 enum class EnvelopeStatus {
-  complete,     ///< every sheet that was met is gone over
-  empty,        ///< no trim was found in the plane
-  interrupted,  ///< the caller asked to stop
+  complete,     ///< every sheet found has been covered
+  empty,        ///< no trim found in the plane
+  interrupted,  ///< stopped by the caller
 };
 
-/// What envelope() answers.
+/// The result of envelope().
 struct Envelope {
-  EnvelopeStatus status = EnvelopeStatus::complete;  ///< how it ended
-  EnvelopeAxis x, y;                                 ///< as asked
+  EnvelopeStatus status = EnvelopeStatus::complete;  ///< how the search ended
+  EnvelopeAxis x, y;                                 ///< as requested
   Eigen::MatrixXi count;            ///< distinct trims found at each grid point, (x.count) rows
   std::vector<BorderPiece> pieces;  ///< of the border
-  std::vector<EnvelopeRow> rows;    ///< at the values of y asked for; none if interrupted
+  std::vector<EnvelopeRow> rows;    ///< at the requested values of y; empty if interrupted
   long evaluations = 0;             ///< of the model's f and derivatives
 };
 
-/// How envelope() goes about it.
+/// Options of envelope().
 struct EnvelopeOptions {
-  std::vector<double> rows{};  ///< values of y at which the intervals of x are wanted
+  std::vector<double> rows{};  ///< values of y at which intervals of x are computed
   int coarse = 7;              ///< seeds along each axis
   int starts = 24;             ///< Newton starts at each seed
-  double max_step = 0.2;       ///< along the border, every unknown over its nominal size
-  std::stop_token stop{};      ///< asked between trims
-  std::function<void(double share)> observe{};  ///< of the grid that is done
+  double max_step = 0.2;       ///< along the border, on every unknown over its nominal size
+  std::stop_token stop{};      ///< checked between trims
+  std::function<void(double share)> observe{};  ///< share of the grid completed
 };
 
-/// Every sheet of trims that the seeds reach is spread over the grid by Newton from neighbours;
-/// where one stops, the limit or fold that stops it is located and followed. What no seed reaches
-/// is not found, and not said to be absent. `spec` must have as many unknowns as equations. Throws
-/// std::invalid_argument on the caller's mistakes.                              [25, ch. 15; 27]
+/// Every sheet of trims that the seeds reach is extended over the grid by Newton from neighbouring
+/// points; where a sheet ends, the limit or fold is located and followed. Sheets that no seed
+/// reaches are not found; their absence is not proved. `spec` must have as many unknowns as
+/// equations. Throws std::invalid_argument on invalid arguments.                [25, ch. 15; 27]
 [[nodiscard]] Envelope envelope(const Model& model, const TrimSpec& spec,
                                 const OperatingPoint& guess, const EnvelopeAxis& x,
                                 const EnvelopeAxis& y, const EnvelopeOptions& options = {});
 
-/// One of them.
+/// One equilibrium found.
 struct Equilibrium {
   TrimResult trim;               ///< verified
   std::string found;             ///< "a start", or "the branch in V from number 1"
-  std::optional<Modes> modes{};  ///< where it has a linear model
+  std::optional<Modes> modes{};  ///< if it has a linear model
 };
 
-/// What was found, by rising effort. That these are all is never said.
+/// The equilibria found, by ascending cost. Completeness is not guaranteed.
 struct AllEquilibria {
-  std::vector<Equilibrium> equilibria;  ///< numbered from 1 in words
-  TrimResult none;                      ///< where there is none: what trim() says
-  int starts = 0;                       ///< of Newton, over the limits (a Halton set)
-  int branches = 0;  ///< followed from what was found, in search of where they come back
+  std::vector<Equilibrium> equilibria;  ///< messages number them from 1
+  TrimResult none;                      ///< if no equilibrium was found: the result of trim()
+  int starts = 0;                       ///< Newton starts over the limits (a Halton set)
+  int branches = 0;  ///< followed from the equilibria found, to see where they return
 };
 
-/// Newton from many starts, then the branches in `parameters` from every equilibrium found, both
-/// ways as far as `reach` nominal sizes: where a branch comes back to the condition there is
-/// another. Repeated until nothing new is found. Throws as trim() and follow().
+/// Newton from many starts, then the branches in `parameters` from every equilibrium found, in both
+/// directions up to `reach` nominal sizes: where a branch returns to the original parameter value
+/// there is another equilibrium. Repeated until nothing new is found. Throws as trim() and
+/// follow().
 [[nodiscard]] AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec,
                                            const OperatingPoint& guess,
                                            const std::vector<std::string>& parameters, double reach,
                                            const TrimOptions& options);
-/// The same, where branches are not bounded as starts are: `along` in place of `spec` on them.
+/// The same with separate bounds for branches: `along` replaces `spec` on them.
 [[nodiscard]] AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec,
                                            const TrimSpec& along, const OperatingPoint& guess,
                                            const std::vector<std::string>& parameters, double reach,

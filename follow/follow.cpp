@@ -19,7 +19,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double same_place = 1e-6;  // along the branch: crossings nearer than this are one
+constexpr double same_place = 1e-6;  // along the branch: crossings closer than this are the same
 
 TraceOptions trace_options(const FollowOptions& o) {
   return {.first_step = std::min(0.05, o.max_step),
@@ -34,7 +34,7 @@ std::string words(const LimitName& limit) {
   return limit.signal + (limit.upper ? " upper" : " lower");
 }
 
-// What is watched: positions in watches().
+// Event functions: positions in watches().
 enum BranchEvent : std::size_t { turning, target, limits, branching, stability };
 
 std::vector<Watch> watches(const Follower& f, const std::vector<LimitName>& names) {
@@ -54,8 +54,8 @@ std::vector<Watch> watches(const Follower& f, const std::vector<LimitName>& name
   return all;
 }
 
-// At a fold or branch point an eigenvalue crosses zero, at a Hopf point two cross together: one
-// event each.
+// At a fold or branch point an eigenvalue crosses zero, at a Hopf point two eigenvalues cross
+// together: each is one event.
 void merge(std::vector<LocatedEvent>& found) {
   const auto known = [&](const LocatedEvent& c) {
     const auto same = [&](const LocatedEvent& other) {
@@ -71,7 +71,7 @@ void merge(std::vector<LocatedEvent>& found) {
   found = std::move(distinct);
 }
 
-// Returns whether the branch goes on.
+// Returns whether the branch continues.
 bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName>& names) {
   switch (crossing.watch) {
     case turning:
@@ -82,7 +82,7 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
           "trim");
       return false;
     case target: {
-      CurvePoint there = crossing.at;  // located to round-off: now exactly
+      CurvePoint there = crossing.at;  // located to round-off: now refined
       there.y[f.path.parameter()] = f.to;
       end(f, BranchEnd::reached, there,
           fmt::format("{} reaches the value asked for",
@@ -101,7 +101,7 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
       CurvePoint there = crossing.at;
       const double off =
           refine_branch_point(f.path.curve(), f.path.parameter(), slope_error(f), there);
-      // Not moved onto it: as near as Newton came, if that is known.
+      // Not moved onto the branch point: the distance at which Newton stopped, if known.
       const double near =
           crossing.within > 0 ? crossing.within : std::numeric_limits<double>::infinity();
       add_singular(f, EventKind::branch_point, there).error =
@@ -114,7 +114,7 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
   }
 }
 
-// How the limits' distances change along the tangent at a point.
+// Derivatives of the distances to the limits along the tangent at a point.
 VectorXd limits_ahead(const Follower& f, const std::vector<LimitName>& names,
                       const CurvePoint& at) {
   constexpr double ahead = 1e-6;
@@ -122,7 +122,7 @@ VectorXd limits_ahead(const Follower& f, const std::vector<LimitName>& names,
          limit_distances(f.path, names, at.y);
 }
 
-// A limit that the start lies on and that the branch would leave through.
+// A limit that the start lies on and that the branch would violate.
 std::optional<LocatedEvent> limit_at_start(const Follower& f, const std::vector<LimitName>& names,
                                            const CurvePoint& start) {
   constexpr double on = 1e-10, rounding = 1e-14;
@@ -133,7 +133,7 @@ std::optional<LocatedEvent> limit_at_start(const Follower& f, const std::vector<
   return {};
 }
 
-// One stretch of the branch, until its end or a change of the limits that are held.
+// One section of the branch, until its end or a change of the held limits.
 void stretch(Follower& f, const CurvePoint& start) {
   const Curve curve = f.path.curve();
   const std::vector<LimitName> names = limit_names(f.path);
@@ -169,8 +169,8 @@ void stretch(Follower& f, const CurvePoint& start) {
   if (!ended) end(f, came_to);
 }
 
-// The held limits' new path from `last`, along which `limit` is kept to: its multiplier rises if it
-// is held, its distance if it is not. Nothing if there is none.
+// The path with the new set of held limits from `last`, in the feasible direction of `limit`: the
+// multiplier grows if it is held, the distance if it is not. Empty if there is no such path.
 std::optional<CurvePoint> along(Follower& f, const LimitName& limit) {
   const VectorXd start = f.path.start(f.path.z(f.last.y));
   VectorXd towards = VectorXd::Zero(start.size());
@@ -188,7 +188,7 @@ std::optional<CurvePoint> along(Follower& f, const LimitName& limit) {
   return point;
 }
 
-// Holds the limit just met, or lets one go: the path that continues the branch, or nothing.
+// Holds the limit just met, or releases one: the path that continues the branch, or empty.
 std::optional<CurvePoint> changed(Follower& f) {
   const LimitName limit = *f.pending;
   const bool of_parameter = limit.of_unknown && limit.as.position == f.path.parameter();
@@ -203,10 +203,10 @@ std::optional<CurvePoint> changed(Follower& f) {
   return along(f, limit);
 }
 
-// y at the start; nothing if that is no trim within the limits.
+// y at the start; empty if the start is not a trim within the limits.
 std::optional<VectorXd> start_of(Follower& f, const Problem& at_start) {
   const VectorXd z = unknowns_of(f.problem, f.problem.base);
-  constexpr double far = 1e-6, outside = 1e-9;  // scaled; a start that is no trim
+  constexpr double far = 1e-6, outside = 1e-9;  // scaled; beyond this the start is not a trim
   const Values v = values(f.problem, z);
   if (!v.finite || v.residual.lpNorm<Eigen::Infinity>() > far) return {};
   if (excess(z, f.problem.lower, f.problem.upper) > outside ||
@@ -221,7 +221,7 @@ std::optional<VectorXd> start_of(Follower& f, const Problem& at_start) {
   return f.path.start(start);
 }
 
-// Why the start is none: the model's words, or what it leaves over.
+// Why there is no start: the model's exception, or the remaining residual.
 std::string no_start(Follower& f) {
   const Values v = values(f.problem, unknowns_of(f.problem, f.problem.base));
   const std::string said = "the start is no verified trim";
@@ -273,7 +273,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
   f.stability = options.stability && linear;
   f.branch.no_stability = linear.message;
   f.branch.points.push_back(reported(f, at));
-  constexpr int most_changes = 100;  // of the limits held
+  constexpr int most_changes = 100;  // of the held limits
   for (int change = 0;; ++change) {
     stretch(f, at);
     if (!f.pending) break;

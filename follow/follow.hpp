@@ -1,5 +1,5 @@
 /// @file
-/// Follow: a branch of trims along a parameter, through folds and limits, with its events.
+/// Continuation of a branch of trims in a parameter, through folds and limits, with its events.
 #pragma once
 
 #include <complex>
@@ -14,15 +14,15 @@
 
 namespace tiltrim {
 
-/// How follow() goes about it.
+/// Options of follow().
 struct FollowOptions {
-  double max_step = 0.5;         ///< length of a step, every unknown over its nominal size
-  int max_points = 5000;         ///< of the branch
+  double max_step = 0.5;         ///< length of a step, with every unknown over its nominal size
+  int max_points = 5000;         ///< on the branch
   bool stability = true;         ///< eigenvalues along the branch, real and Hopf crossings
   double tolerance = 1e-10;      ///< on every held rate over its nominal size [1/s]
   double step_tolerance = 1e-9;  ///< on the last Newton step over nominal sizes
-  std::stop_token stop{};        ///< asked between points
-  /// After each point: where the parameter is, how many points there are.
+  std::stop_token stop{};        ///< checked between points
+  /// Called after each point with the parameter's value and the number of points.
   std::function<void(double parameter, std::size_t points)> observe{};
 };
 
@@ -30,73 +30,76 @@ struct FollowOptions {
 struct BranchPoint {
   double parameter = 0.0;          ///< its value, in its unit
   OperatingPoint point;            ///< the trim
-  Eigen::VectorXd rates, outputs;  ///< all, at the point
+  Eigen::VectorXd rates, outputs;  ///< all of them, at the point
   double residual = 0.0;           ///< as in TrimResult, evaluated at the point
-  double step = 0.0;               ///< what Newton would still move it, over nominal sizes
-  /// Eigenvalues with positive real part; empty where stability was not asked or the point is no
-  /// equilibrium (rates held at a value).
+  double step = 0.0;               ///< size of a further Newton step, over nominal sizes
+  /// Number of eigenvalues with positive real part; empty if stability was not requested or the
+  /// point is not an equilibrium (rates held at a value).
   std::optional<int> unstable{};
-  /// Where an effort decides: the trim is a least one, not merely a stationary one, as beyond a
+  /// If a cost selects the trim: the trim is a minimum, not merely a stationary point, as after a
   /// fold.
   bool least = true;
 };
 
-/// What happens on a branch.
+/// The kinds of event on a branch.
 enum class EventKind {
-  fold,          ///< the branch turns back in its parameter
+  fold,          ///< the branch reverses its direction in the parameter
   limit,         ///< a limit becomes active
-  limit_left,    ///< a limit that held the optimum lets go
-  zero,          ///< a real eigenvalue crosses zero, and there is no fold
-  hopf,          ///< a complex pair crosses the axis
+  limit_left,    ///< a held limit becomes inactive
+  zero,          ///< a real eigenvalue crosses zero, but not at a fold
+  hopf,          ///< a complex pair crosses the imaginary axis
   branch_point,  ///< another branch crosses this one
-  end,           ///< the last point; `which` says why
+  end,           ///< the last point; `which` gives the reason
 };
-std::string to_string(EventKind kind);  ///< as JSON spells it
+std::string to_string(EventKind kind);  ///< as in JSON
 
-/// Located on the branch as well as the derivatives allow.
+/// Located on the branch as accurately as the derivatives allow.
 struct BranchEvent {
-  EventKind kind = EventKind::end;  ///< what happens
-  BranchPoint at;                   ///< where
-  double error = 0.0;               ///< how far its parameter may be off; infinite: not determined
-  std::size_t after = 0;            ///< points of the branch that lie before it
-  std::string which;             ///< limit: "delta_e lower"; hopf, zero: the mode's name; end: why
-  std::optional<Modes> modes{};  ///< where there is an equilibrium and a linear model
-  /// On the axis: of zero and hopf, and of a fold or branch point with a zero eigenvalue.
+  EventKind kind = EventKind::end;  ///< type of event
+  BranchPoint at;                   ///< its location
+  double error = 0.0;               ///< error bound of its parameter; infinite: unknown
+  std::size_t after = 0;            ///< number of points of the branch before it
+  std::string which;             ///< limit: "delta_e lower"; hopf, zero: the mode's name; end: the
+                                 ///< reason
+  std::optional<Modes> modes{};  ///< if it is an equilibrium with a linear model
+  /// The eigenvalue on the imaginary axis: for zero and hopf, and for a fold or branch point with
+  /// a zero eigenvalue.
   std::optional<std::complex<double>> eigenvalue{};
 };
 
-/// Why a branch goes no further.
+/// Why a branch ends.
 enum class BranchEnd {
-  reached,      ///< the parameter came to where it was to go
-  limit,        ///< a limit, and no free unknown is left to go on along it within the limits
-  closed,       ///< the branch is a loop, wholly followed
-  switched,     ///< the model switches there: the branch does not go on continuously
-  not_implied,  ///< the equations hold, a rate that should follow from them does not vanish
-  stuck,        ///< no next point however short the step: the equations jump, or their slopes lie
-  not_finite,   ///< the model gives no finite numbers ahead
-  singular,     ///< the equations leave more than one direction: a continuum of trims
+  reached,      ///< the parameter reached its target
+  limit,        ///< at a limit, and no free unknown is left to continue along it within the limits
+  closed,       ///< the branch is a closed loop, followed completely
+  switched,     ///< the model switches there: the branch is discontinuous
+  not_implied,  ///< the equations hold, but an implied rate does not vanish
+  stuck,        ///< no next point at any step size: the equations jump, or derivatives are wrong
+  not_finite,   ///< the model returns no finite numbers ahead
+  singular,     ///< the null space has more than one dimension: a continuum of trims
   points,       ///< max_points
-  no_start,     ///< there is no trim to start from
-  interrupted,  ///< the caller asked to stop
+  no_start,     ///< there is no trim at the start
+  interrupted,  ///< stopped by the caller
 };
-std::string to_string(BranchEnd end);  ///< as JSON spells it
+std::string to_string(BranchEnd end);  ///< as in JSON
 
 /// Points, events and end of a branch. Without a start there is one event, the end, and its point
-/// is no trim.
+/// is not a trim.
 struct Branch {
-  std::vector<BranchPoint> points;      ///< from the start on; events are not among them
-  std::vector<BranchEvent> events;      ///< along the way; the last is the end
-  BranchEnd end = BranchEnd::no_start;  ///< why it goes no further
-  std::string message;                  ///< the end in words
-  std::string no_stability;             ///< why no point's eigenvalues are counted, if so
+  std::vector<BranchPoint> points;      ///< from the start; events are not included
+  std::vector<BranchEvent> events;      ///< in order; the last is the end
+  BranchEnd end = BranchEnd::no_start;  ///< why it ends
+  std::string message;                  ///< the end as text
+  std::string no_stability;             ///< why eigenvalues are not counted at any point; otherwise
+                                        ///< empty
   long evaluations = 0;                 ///< of the model's f and derivatives
 };
 
 /// Follows the trims of `spec` from the trim at `start` while `parameter` (a state, input or
-/// parameter of the model that the trim does not move) goes from its value there to `to`, and as it
-/// likes in between: pseudo-arclength continuation with exact derivatives where the model has them.
-/// Where there are more unknowns than equations the branch is that of least effort, and goes on
-/// along a limit that it meets. Throws std::invalid_argument on the caller's mistakes.
+/// parameter of the model that is not free) goes from its value there to `to`; in between it may
+/// reverse. Pseudo-arclength continuation, with exact derivatives if the model has them. If there
+/// are more unknowns than equations, the branch is that of least cost, and continues along any
+/// limit that it meets. Throws std::invalid_argument on invalid arguments.
 [[nodiscard]] Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& start,
                             const std::string& parameter, double to,
                             const FollowOptions& options = {});

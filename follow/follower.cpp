@@ -96,7 +96,7 @@ const VectorXd& real_parts(const Follower& f, const CurvePoint& at) {
   return f.seen_real_parts;
 }
 
-// At this value of the parameter, to second order.
+// The second-order condition at this value of the parameter.
 static bool is_least_at(const Follower& f, const VectorXd& y) {
   const Problem& p = f.problem;
   ActiveSet held = f.path.held;
@@ -163,7 +163,7 @@ void add_crossing(Follower& f, const CurvePoint& at, double slope) {
   BranchEvent& event = add(f, EventKind::zero, at, "");
   const Mode* m = least(event.modes, [](const Mode& k) { return std::abs(k.eigenvalue.real()); });
   if (!m) return;
-  // What the eigenvalue may be off moves the crossing along the way.
+  // The error of the eigenvalue moves the crossing along the branch.
   event.error +=
       f.nominal() * std::abs(at.tangent[f.path.parameter()]) * m->error / std::abs(slope);
   event.eigenvalue = std::complex(m->eigenvalue.real(), std::abs(m->eigenvalue.imag()));
@@ -177,10 +177,10 @@ void end(Follower& f, BranchEnd how, const CurvePoint& at, std::string message) 
   add(f, EventKind::end, at, std::move(message));
 }
 
-// The switch of the model that lies next to the last point, if one does. Next to a jump slopes by
-// differences, and so the tangent, cannot be relied on: every unknown is tried.
+// The switch of the model next to the last point, if any. Near a jump, finite differences and the
+// tangent from them are unreliable: every unknown is tried.
 static std::string switch_next_to(const Follower& f) {
-  constexpr double near = 1e-4;  // where slopes are differences, Newton stops short of it
+  constexpr double near = 1e-4;  // with finite differences, Newton stops at this distance
   for (const Model::Switch& s : f.problem.model.switches) {
     const double here = s.distance(f.point(f.last));
     for (Index k = 0; k < f.problem.n(); ++k)
@@ -193,7 +193,7 @@ static std::string switch_next_to(const Follower& f) {
   return {};
 }
 
-// What the model gives just beyond the last point, where that is no number.
+// The values just beyond the last point, if they are not finite.
 static std::string no_numbers(const Follower& f) {
   if (!f.problem.thrown.empty()) return "; the model threw: " + f.problem.thrown;
   constexpr double ahead = 1e-6;

@@ -1,4 +1,4 @@
-/// What is being followed, and what has been found so far. Internal to follow/.
+/// State and results of a branch while it is followed. Internal to follow/.
 #pragma once
 
 #include "follow/follow.hpp"
@@ -9,14 +9,15 @@ namespace tiltrim {
 struct Follower {
   Problem problem;
   Path path{problem};
-  double to;  ///< of the parameter, scaled
+  double to;  ///< target of the parameter, scaled
   const FollowOptions& options;
   bool stability = false;
-  std::vector<std::string> moving{};  ///< states that are not to be at rest
+  std::vector<std::string> moving{};  ///< states that need not be at rest
   Branch branch{};
-  std::optional<LimitName> pending{};  ///< a limit to hold, or one to let go, before going on
+  std::optional<LimitName> pending{};  ///< the limit to hold or release before continuing
   CurvePoint last{};
-  mutable Eigen::VectorXd seen{}, seen_real_parts{};  ///< where eigenvalues were last asked for
+  mutable Eigen::VectorXd seen{}, seen_real_parts{};  ///< where eigenvalues were last computed, and
+                                                      ///< their real parts
 
   Follower(Problem p, double target, const FollowOptions& o)
       : problem(std::move(p)), to(target), options(o) {}
@@ -27,25 +28,25 @@ struct Follower {
   OperatingPoint point(const CurvePoint& at) const { return point_of(problem, path.z(at.y)); }
 };
 
-/// Real parts of the eigenvalues, largest first; one that is zero to rounding counts as stable. NaN
-/// where there are none.
+/// Real parts of the eigenvalues, in descending order; one that is zero to rounding counts as
+/// stable. NaN if there are no eigenvalues.
 const Eigen::VectorXd& real_parts(const Follower& f, const CurvePoint& at);
 
 BranchPoint reported(const Follower& f, const CurvePoint& at);
-/// How well slopes along the branch are known, relative to their size.
+/// Relative error of the derivatives along the branch.
 double slope_error(const Follower& f);
 
-/// A rate that should follow from the equations and does not vanish, in words; else empty.
+/// An implied rate that does not vanish, as text; otherwise empty.
 std::string not_implied(const Follower& f, const BranchPoint& at);
 
 BranchEvent& add(Follower& f, EventKind kind, const CurvePoint& at, std::string which);
-/// A fold or branch point: where all of the model's equations are singular an eigenvalue is zero.
+/// Adds a fold or branch point. If all equations of the model are singular an eigenvalue is zero.
 BranchEvent& add_singular(Follower& f, EventKind kind, const CurvePoint& at);
-/// An eigenvalue on the axis, whose real part changes by `slope` along the way: zero or hopf.
+/// Adds an eigenvalue on the axis, its real part changing by `slope` per arc length: zero or hopf.
 void add_crossing(Follower& f, const CurvePoint& at, double slope);
 
 void end(Follower& f, BranchEnd how, const CurvePoint& at, std::string message);
-/// The end that the trace came to by itself, in words, at the last point.
+/// Adds the end at which the continuation stopped, as text, at the last point.
 void end(Follower& f, CurveEnd how);
 
 }  // namespace tiltrim

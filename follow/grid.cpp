@@ -13,7 +13,7 @@ using Eigen::Index;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
-constexpr double same_trim = 1e-5;  // scaled distance below which two trims are one
+constexpr double same_trim = 1e-5;  // scaled distance below which two trims are the same
 
 Grid::Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over,
            const OperatingPoint& guess, const EnvelopeAxis& along, const EnvelopeAxis& up,
@@ -83,7 +83,7 @@ bool add(Grid& g, int i, int j, const VectorXd& z, bool within, std::deque<Front
   return true;
 }
 
-// Sheets are not followed farther beyond a limit than this, scaled.
+// Sheets are followed no farther than this beyond a limit, scaled.
 static bool near_limits(const Grid& g, const VectorXd& z) {
   constexpr double margin = 3.0;
   const Values v = values(g.fixed, z);

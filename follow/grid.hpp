@@ -8,15 +8,15 @@
 
 namespace tiltrim {
 
-/// Everything in scaled unknowns: `fixed` at a point of the plane, `moving` over it.
+/// All in scaled unknowns: `fixed` is the problem at a point of the plane, `moving` over the plane.
 struct Grid {
   const EnvelopeAxis &x, &y;
   const EnvelopeOptions& options;
   mutable Problem fixed;
   Problem moving;
   Plane plane;
-  /// (z, x, y) of the trims found at each grid point, x fastest; and of those just beyond a limit,
-  /// over which a sheet may come back within.
+  /// (z, x, y) of the trims found at each grid point, x fastest; and of trims just beyond a limit,
+  /// from which a sheet may return inside.
   std::vector<std::vector<Eigen::VectorXd>> trims, beyond;
 
   Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over, const OperatingPoint& guess,
@@ -30,14 +30,14 @@ struct Grid {
   }
   Eigen::Vector2d place(int i, int j) const;                     ///< of a grid point, scaled
   void put(const Eigen::Vector2d& p) const;                      ///< sets the parameters of `fixed`
-  bool within(const Eigen::VectorXd& z, const Values& v) const;  ///< the limits
+  bool within(const Eigen::VectorXd& z, const Values& v) const;  ///< inside the limits
 };
 
 enum class GridTrim { trim, outside, lost };
-/// Plain Newton from a neighbour's trim, the parameters put by the caller.
+/// Plain Newton from a neighbouring trim; the caller has set the parameters.
 GridTrim settle(const Grid& grid, Eigen::VectorXd& z, int cap);
 
-/// Where a sheet stopped between two grid points: to be looked at more closely.
+/// The end of a sheet between two grid points, to be examined further.
 struct Edge {
   Eigen::VectorXd from;
   int at_i, at_j, i, j;
@@ -49,14 +49,14 @@ struct Front {
   Eigen::VectorXd y;
 };
 
-/// A trim at a grid point, unless it is known: it goes to the front.
+/// Adds a trim at a grid point to the front, unless it is known.
 bool add(Grid& grid, int i, int j, const Eigen::VectorXd& z, bool within, std::deque<Front>& front);
-/// Where trims over a point of the plane may be found: those of the grid points around it.
+/// Starting points for trims at a point of the plane: the trims at the grid points around it.
 std::vector<Eigen::VectorXd> around(const Grid& grid, const Eigen::Vector2d& p);
 /// Newton from many starts at a few grid points.
 void seed(Grid& grid, std::deque<Front>& front);
-/// Spreads every trim of the front to its neighbours until none is new; what stops on the way is an
-/// edge.
+/// Extends every trim of the front to its neighbours until no new trim is found; returns the edges
+/// where sheets end.
 std::vector<Edge> spread(Grid& grid, std::deque<Front>& front);
 
 }  // namespace tiltrim

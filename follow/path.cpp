@@ -26,7 +26,7 @@ bool square_path(const Path& path, const VectorXd& z, VectorXd& G, MatrixXd& J) 
   return true;
 }
 
-// ∇f + c'ᵀλ = 0 (but for the parameter's row),  c = 0.                          [4, eq. 18.2]
+// ∇f + c'ᵀλ = 0 (except the parameter's row),  c = 0.                           [4, eq. 18.2]
 bool optimal_path(const Path& path, const VectorXd& y, VectorXd& G, MatrixXd& J) {
   const Problem& p = path.problem;
   const Index n = p.n(), m = y.size() - n;
@@ -122,8 +122,8 @@ std::vector<LimitName> limit_names(const Path& path) {
   return names;
 }
 
-// ∇f + c'ᵀλ = 0 where the held equations alone fix the trim: λ times the size of their determinant,
-// so that it stays finite where the trim folds.
+// ∇f + c'ᵀλ = 0 where the held equations alone determine the trim: λ times the absolute value of
+// their determinant, which remains finite at a fold.
 static VectorXd multipliers(const Path& path, const VectorXd& z) {
   const Jacobians s = jacobians(path.problem, z);
   const Index n = path.problem.n() - 1;

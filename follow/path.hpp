@@ -1,4 +1,4 @@
-/// A branch of trims as a curve: the trim problem with its parameter set free. Internal to follow/.
+/// A branch of trims as a curve: the trim problem with a free parameter. Internal to follow/.
 #pragma once
 
 #include "follow/curve.hpp"
@@ -7,34 +7,37 @@
 
 namespace tiltrim {
 
-/// A trim problem whose last unknown is the parameter. Where the equations (and the limits held at
-/// present) decide, y = z and G is their residual; where an effort decides, y = (z, λ) and G is its
-/// optimality conditions.
+/// A trim problem whose last unknown is the parameter. If the equations (and the limits held at
+/// present) determine the trim, y = z and G is their residual; if a cost selects it, y = (z, λ) and
+/// G holds its optimality conditions.
 struct Path {
   const Problem& problem;
-  bool optimal = false;  ///< of least effort: more unknowns than equations
+  bool optimal = false;  ///< least cost: more unknowns than equations
   ActiveSet held{};
 
   Eigen::Index parameter() const { return problem.n() - 1; }  ///< its position in y
-  Eigen::Index free() const;  ///< unknowns left over by equations and held limits, parameter apart
-  bool deciding() const { return optimal && free() > 0; }  ///< the effort has a say
-  Eigen::VectorXd start(const Eigen::VectorXd& z) const;   ///< y at z, multipliers by least squares
+  Eigen::Index free() const;  ///< degrees of freedom left by equations and held limits, parameter
+                              ///< excluded
+  bool deciding() const { return optimal && free() > 0; }  ///< the cost matters
+  Eigen::VectorXd start(const Eigen::VectorXd& z) const;   ///< y at z, with least-squares
+                                                           ///< multipliers
   Curve curve() const;                                     ///< refers to this path
   Eigen::VectorXd z(const Eigen::VectorXd& y) const { return y.head(problem.n()); }
 };
 
-/// The spec with `parameter` set free, last, and any equal-ended bounds on it dropped. Throws
-/// std::invalid_argument if the model has no such variable, or the trim itself moves it.
+/// The spec with `parameter` added as the last free variable, and equal bounds on it dropped.
+/// Throws
+/// std::invalid_argument if the model has no such variable, or if the trim already frees it.
 TrimSpec with_parameter(const Model& model, TrimSpec spec, const std::string& parameter);
 
-/// Of every limit, those that are held last: its distance, positive inside; held, its multiplier,
-/// positive while it still holds the optimum back (up to a positive factor).
+/// For every limit, held limits last: its distance, positive inside; for a held limit its
+/// multiplier, positive while the limit is active (up to a positive factor).
 struct LimitName {
   std::string signal;
   bool upper;
   bool held;
   Held as;          ///< the limit as an equation
-  bool of_unknown;  ///< or of a limited row
+  bool of_unknown;  ///< otherwise of a limited row
 };
 std::vector<LimitName> limit_names(const Path& path);
 Eigen::VectorXd limit_distances(const Path& path, const std::vector<LimitName>& limits,

@@ -39,7 +39,7 @@ std::string to_string(SensitivityStatus status) {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double fold_below = 1e-8;  // rcond: half of the digits of a derivative are gone
+constexpr double fold_below = 1e-8;  // rcond: half of a derivative's digits are lost
 
 std::vector<std::string> all_parameters(const Model& model, const TrimSpec& spec) {
   std::vector<std::string> left;
@@ -48,7 +48,7 @@ std::vector<std::string> all_parameters(const Model& model, const TrimSpec& spec
   return left;
 }
 
-// How all variables of the model move with the parameter, and how well that is determined.
+// Derivatives of all model variables with respect to the parameter, and their conditioning.
 struct Shift {
   VectorXd variables;
   double rcond = 0.0;
@@ -71,14 +71,14 @@ Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint
   VectorXd G;
   MatrixXd J;
   if (!path.curve().evaluate(y, G, J)) return shift;
-  // dw/dp = -(∂G/∂w)⁻¹ ∂G/∂p, w all of y but the parameter
+  // dw/dp = -(∂G/∂w)⁻¹ ∂G/∂p, w being y without the parameter
   const Index p = path.parameter(), after = y.size() - p - 1;
   MatrixXd of_unknowns(J.rows(), J.cols() - 1);
   of_unknowns << J.leftCols(p), J.rightCols(after);
   shift.rcond = conditioning(of_unknowns);
   if (shift.rcond < fold_below) return shift;
   shift.variables[problem.unknowns.back()] = 1.0;
-  if (p == 0) return shift;  // nothing is free
+  if (p == 0) return shift;  // no free variables
   const VectorXd dw = -dense::solve(of_unknowns, J.col(p)) / problem.nominal[p];
   for (Index k = 0; k < p; ++k)
     shift.variables[problem.unknowns[std::size_t(k)]] = dw[k] * problem.nominal[k];
@@ -99,16 +99,16 @@ OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
   return to;
 }
 
-// dA along a direction of all variables: central differences of exact Jacobians, and what doubling
-// the step changes.
+// dA along a direction of all variables: central differences of exact Jacobians, and their change
+// when the step is doubled.
 struct Directional {
   MatrixXd value, error;
 };
 
 Directional jacobian_along(const Model& model, const OperatingPoint& at,
                            const VectorXd& direction) {
-  // Of each variable's size: truncation and round-off both small. Jacobians by differences carry
-  // noise that a short step would magnify.
+  // Relative to nominal size: truncation and round-off are both small. Jacobians by finite
+  // differences carry noise that a short step would amplify.
   const double h = model.derivatives ? 1e-5 : 5e-4;
   std::vector<Index> states;
   for (Index i = 0; i < at.x.size(); ++i) states.push_back(i);
@@ -124,7 +124,7 @@ Directional jacobian_along(const Model& model, const OperatingPoint& at,
   return {near, (near - slope(2 * step)).cwiseAbs()};
 }
 
-// dλ = wᴴ dA v, and what follows for damping -Re λ/|λ| and frequency |λ|.           [26, eq. 2.3]
+// dλ = wᴴ dA v, and the changes of damping -Re λ/|λ| and frequency |λ|.             [26, eq. 2.3]
 ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
   const std::complex<double> lambda = mode.eigenvalue;
   const std::complex<double> d = mode.left.dot(dA.value * mode.right);
@@ -135,9 +135,10 @@ ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
   return {d, -d.real() / size + lambda.real() * along / (size * size * size), along / size, error};
 }
 
-// An eigenvalue near another has no derivative of its own.
+// An eigenvalue close to another is not differentiable by itself.
 std::vector<bool> isolated(const Modes& all) {
-  constexpr double apart = 1e-6;  // of its size: the derivative's digits lost to the neighbour
+  constexpr double apart = 1e-6;  // relative to its size: digits of the derivative lost to the
+                                  // neighbour
   std::vector<bool> simple;
   for (const Mode& m : all.modes) {
     double gap = std::numeric_limits<double>::infinity();
@@ -159,8 +160,8 @@ std::string repeated(const Sensitivities& s) {
 
 namespace {
 
-// Why the point is no trim of the spec, in words; else empty. An optimum is returned with its
-// limits.
+// Why the point is not a trim of the spec, as text; otherwise empty. An optimum is returned with
+// its active limits.
 std::string no_trim(const Problem& p, const VectorXd& z, std::optional<Optimum>& optimum) {
   constexpr double far = 1e-6;  // scaled
   const Values v = values(p, z);
@@ -179,8 +180,8 @@ std::string no_trim(const Problem& p, const VectorXd& z, std::optional<Optimum>&
   return {};
 }
 
-// A limit that is touched without holding anything back: to one side it takes hold, to the other
-// it does not, and the trim has a kink.
+// A limit that is touched with a zero multiplier: active on one side, inactive on the other, so
+// that the trim has a kink.
 bool has_kink(const Problem& p, const VectorXd& z, const std::optional<Optimum>& optimum) {
   constexpr double touched = 1e-9;
   if (!optimum) return false;
@@ -195,7 +196,7 @@ bool has_kink(const Problem& p, const VectorXd& z, const std::optional<Optimum>&
   return on != held || (multipliers <= touched).any();
 }
 
-// A rate that is implied must stay at zero along the shift too.
+// An implied rate must also stay zero along the shift.
 std::string not_implied(const Problem& p, const MatrixXd& J, const VectorXd& shift,
                         const std::string& parameter) {
   constexpr double vanishes = 1e-6;

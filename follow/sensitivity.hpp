@@ -1,5 +1,5 @@
 /// @file
-/// Sensitivities: how a trim and its modes move with every parameter, the trim's shift included.
+/// Sensitivities of a trim and its modes to every parameter, including the shift of the trim.
 #pragma once
 
 #include <complex>
@@ -11,57 +11,57 @@
 
 namespace tiltrim {
 
-/// Whether there are sensitivities.
+/// Status of sensitivities().
 enum class SensitivityStatus {
-  found,        ///< of the trim and of its modes
-  not_trim,     ///< the point is no verified trim (of least effort, where an effort decides)
-  not_implied,  ///< along a parameter a rate that should follow from the equations would not vanish
-  singular,     ///< at a fold, or where a limit takes hold: the trim has no derivative
-  no_linear,    ///< trim sensitivities only: the point is no equilibrium, or has no linear model
+  found,        ///< sensitivities of the trim and of its modes
+  not_trim,     ///< the point is not a verified trim (or not of least cost, if a cost selects it)
+  not_implied,  ///< for some parameter an implied rate would not remain zero
+  singular,     ///< at a fold, or where a limit becomes active: the trim is not differentiable
+  no_linear,    ///< only trim sensitivities: not an equilibrium, or no linear model
 };
-std::string to_string(SensitivityStatus status);  ///< as JSON spells it
+std::string to_string(SensitivityStatus status);  ///< as in JSON
 
-/// How one mode moves per unit of a parameter; NaN where it has no derivative.
+/// Derivatives of one mode with respect to a parameter; NaN where not differentiable.
 struct ModeSensitivity {
   std::complex<double> eigenvalue;  ///< dλ/dp
   double damping = 0.0;             ///< d(-Re λ/|λ|)/dp
   double frequency = 0.0;           ///< d|λ|/dp
-  double error = 0.0;               ///< estimated, of dλ/dp
+  double error = 0.0;               ///< estimated error of dλ/dp
 };
 
-/// Derivatives along one parameter, everything per unit of it.
+/// Derivatives with respect to one parameter.
 struct ParameterSensitivity {
-  Signal parameter;                    ///< which
-  double value = 0.0;                  ///< at the trim
+  Signal parameter;                    ///< its name and unit
+  double value = 0.0;                  ///< its value at the trim
   Eigen::VectorXd x, u, outputs;       ///< dx*/dp, du*/dp, dy*/dp
   std::vector<ModeSensitivity> modes;  ///< in the order of Sensitivities::modes
 };
 
-/// What sensitivities() answers.
+/// The result of sensitivities().
 struct Sensitivities {
-  SensitivityStatus status = SensitivityStatus::not_trim;  ///< whether there are some
-  std::string message;       ///< why there are none, or of which modes
+  SensitivityStatus status = SensitivityStatus::not_trim;  ///< whether they exist
+  std::string message;       ///< why there are no sensitivities, or for which modes
   OperatingPoint point;      ///< the trim
-  double rcond = 0.0;        ///< of the equations that the trim solves, in scaled unknowns
-  Modes modes;               ///< at it
-  std::vector<bool> simple;  ///< the mode is isolated: it has derivatives
-  std::vector<ParameterSensitivity> parameters;  ///< in the order asked
+  double rcond = 0.0;        ///< of the trim's equations in scaled unknowns
+  Modes modes;               ///< at the trim
+  std::vector<bool> simple;  ///< the mode is isolated and has derivatives
+  std::vector<ParameterSensitivity> parameters;  ///< in the order requested
 
-  /// Of the trim and its modes.
+  /// True for sensitivities of the trim and its modes.
   explicit operator bool() const { return status == SensitivityStatus::found; }
 };
 
-/// dz*/dp = -(∂G/∂z)⁻¹ ∂G/∂p at a verified trim of `spec` (implicit function theorem, the model's
-/// exact derivatives where it has them), and dλ/dp = wᴴ (dA/dp) v with dA/dp taken along the
-/// trim's own shift. `parameters`: states, inputs or parameters that the trim does not move; empty:
-/// all of the model's parameters that are left. Throws std::invalid_argument on the caller's
-/// mistakes.                                                             [4, thm. A.2; 26, sec. 2]
+/// dz*/dp = -(∂G/∂z)⁻¹ ∂G/∂p at a verified trim of `spec` (implicit function theorem, exact
+/// derivatives if the model has them), and dλ/dp = wᴴ (dA/dp) v with dA/dp including the shift of
+/// the trim. `parameters`: states, inputs or parameters that are not free in the trim; empty: all
+/// remaining parameters of the model. Throws std::invalid_argument on invalid
+/// arguments.                                                            [4, thm. A.2; 26, sec. 2]
 [[nodiscard]] Sensitivities sensitivities(const Model& model, const TrimSpec& spec,
                                           const OperatingPoint& trimmed,
                                           const std::vector<std::string>& parameters = {});
 
-/// What would move mode `mode` most for a change of one percent of each parameter's value: the
-/// parameters' positions, largest change of damping ratio first (of decay rate, for a real mode).
+/// Positions of the parameters by their effect on mode `mode` for a change of one percent of the
+/// parameter's value, largest change of damping ratio first (of decay rate for a real mode).
 std::vector<std::size_t> ranked(const Sensitivities& sensitivities, std::size_t mode);
 
 }  // namespace tiltrim
