@@ -20,7 +20,7 @@ void swap_both(Balanced& b, Index i, Index j) {
   std::swap(b.order[std::size_t(i)], b.order[std::size_t(j)]);
 }
 
-// A row (or column) without off-diagonal entries inside [low, high] isolates an eigenvalue.
+// A row (or column) whose off-diagonal entries inside [low, high] are zero isolates an eigenvalue.
 bool isolate(Balanced& b, Index& low, Index& high) {
   const Index size = high - low + 1;
   for (Index i = low; i <= high; ++i) {
@@ -39,10 +39,10 @@ bool isolate(Balanced& b, Index& low, Index& high) {
   return false;
 }
 
-// Scales state i by the power of two that brings the norms of its row and column together.
+// Scales state i by the power of two that makes the norms of its row and column nearly equal.
 bool scale_one(Balanced& b, Index i, Index low, Index high) {
-  constexpr double worth = 0.95;  // a step that gains less is not taken
-  // Without the diagonal; not by subtracting it, it may be larger than all the rest by 1/ε.
+  constexpr double worth = 0.95;  // a step that gains less is not applied
+  // Sums exclude the diagonal; subtracting it afterwards would lose digits if it dominates.
   double c = 0.0, r = 0.0;
   for (Index j = low; j <= high; ++j) {
     if (j == i) continue;
@@ -50,7 +50,7 @@ bool scale_one(Balanced& b, Index i, Index low, Index high) {
     r += std::abs(b.B(i, j));
   }
   if (!(c > 0 && r > 0)) return false;
-  // f = 2^k nearest to √(r/c), kept where no entry can leave the range of doubles
+  // f = 2^k nearest to √(r/c), limited so that no entry leaves the range of doubles
   constexpr int farthest = 200;
   const int k =
       std::clamp(int(std::lround(0.5 * (std::log2(r) - std::log2(c)))), -farthest, farthest);
@@ -98,7 +98,7 @@ Balanced balance(const MatrixXd& A) {
   Index low = 0, high = n - 1;
   while (low <= high && isolate(b, low, high)) {
   }
-  constexpr int cap = 100;  // sweeps; each scaling lowers the norm, and a few sweeps do
+  constexpr int cap = 100;  // sweeps; each scaling lowers the norm, and a few sweeps suffice
   bool moving = true;
   for (int sweep = 0; moving && sweep < cap; ++sweep) {
     moving = false;

@@ -1,4 +1,5 @@
-/// Balancing: a similarity that brings rows and columns to like size. Internal to linearize/.
+/// Balancing: a similarity transformation that equalizes row and column norms. Internal to
+/// linearize/.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,18 +13,18 @@ struct Balanced {
   std::vector<Eigen::Index> order;
   Eigen::VectorXd scale;  // diagonal of D
 
-  /// The same similarity of the magnitudes of a perturbation of A.
+  /// The same transformation applied to the magnitudes of a perturbation of A.
   Eigen::MatrixXd same(const Eigen::MatrixXd& of) const;
   /// Eigenvectors of B as eigenvectors of A.
   Eigen::MatrixXcd back(const Eigen::MatrixXcd& V) const;
-  /// A row w of the inverse of B's eigenvectors as a left eigenvector of A, up to length.
+  /// A row w of the inverse of B's eigenvectors as a left eigenvector of A, not normalized.
   Eigen::VectorXcd back_left(const Eigen::RowVectorXcd& w) const;
 };
 
 /// Isolated eigenvalues are permuted to the ends (so that a permuted triangular matrix becomes
-/// triangular), the rest is scaled.                                              [8, 9]
+/// triangular), the remaining block is scaled.                                   [8, 9]
 Balanced balance(const Eigen::MatrixXd& A);
-/// A itself, as if balanced.
+/// A itself, with identity scaling and permutation.
 Balanced as_given(const Eigen::MatrixXd& A);
 
 }  // namespace tiltrim

@@ -35,7 +35,7 @@ namespace {
 
 constexpr std::string_view set_names[] = {"scalar", "baseline", "avx2", "avx512"};
 
-// The instruction sets that this processor has, the best one last.
+// The instruction sets supported by this processor, the best one last.
 std::vector<std::string_view> available() {
   std::vector<std::string_view> sets = {"scalar", "baseline"};
 #ifdef TILTRIM_X86
@@ -99,7 +99,7 @@ void check(const MatrixBatch& A) {
         fmt::format("batch of {} matrices of size {}: {} entries", A.count, A.n, A.entries.size()));
 }
 
-// Of one lane by the scalar road: pairs stand together, the positive imaginary part first.
+// Solves one lane with the scalar code: pairs are adjacent, positive imaginary part first.
 void fall_back(const MatrixBatch& A, Index k, const BatchOptions& options,
                BatchEigenvalues& answer) {
   const auto put = [&](Index i, double re, double im) {

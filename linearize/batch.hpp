@@ -1,6 +1,6 @@
 /// @file
-/// Eigenvalues and stability verdicts of many small matrices at once, across SIMD lanes; stability
-/// over two gains at a fixed trim, and where a line through them crosses the boundary.
+/// Eigenvalues and stability verdicts of many small matrices at once, in SIMD lanes; stability over
+/// two gains at a fixed trim, and the crossings of a line through the gains with the boundary.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,106 +13,107 @@
 
 namespace tiltrim {
 
-/// Largest matrix the batch takes.
+/// Largest matrix in a batch.
 inline constexpr Eigen::Index largest_batch_matrix = 16;
 
-/// How one matrix of a batch was answered.
+/// How the eigenvalues of one matrix of a batch were computed.
 enum class LaneStatus : std::uint8_t {
-  converged,      ///< by the kernel across lanes
-  fallback,       ///< by eigenvalues(): the lane met its cap or is badly conditioned
-  not_converged,  ///< neither; its eigenvalues are NaN
-  not_finite,     ///< the matrix has an entry that is not; its eigenvalues are NaN
+  converged,      ///< by the SIMD kernel
+  fallback,       ///< by eigenvalues(): the lane reached its iteration limit or is badly
+                  ///< conditioned
+  not_converged,  ///< by neither; its eigenvalues are NaN
+  not_finite,     ///< the matrix has a non-finite entry; its eigenvalues are NaN
 };
 std::string to_string(LaneStatus status);  ///< "converged", "fallback", ...
 
 /// Matrices of one size, entry by entry: entry (i, j) of matrix k is entries[(i n + j) count + k].
 struct MatrixBatch {
-  Eigen::Index n = 0, count = 0;  ///< rows of each, and how many there are
-  std::vector<double> entries;    ///< n n count of them
+  Eigen::Index n = 0, count = 0;  ///< rows of each, number of matrices
+  std::vector<double> entries;    ///< n * n * count values
 
   MatrixBatch() = default;
-  /// So many, all zero, of so many rows.
+  /// `matrices` zero matrices of `size` rows.
   MatrixBatch(Eigen::Index size, Eigen::Index matrices)
       : n(size), count(matrices), entries(std::size_t(size * size * matrices)) {}
   /// Entry (i, j) of matrix k.
   double& operator()(Eigen::Index i, Eigen::Index j, Eigen::Index k) {
     return entries[std::size_t((i * n + j) * count + k)];
   }
-  /// The same, to read.
+  /// The same, read-only.
   double operator()(Eigen::Index i, Eigen::Index j, Eigen::Index k) const {
     return entries[std::size_t((i * n + j) * count + k)];
   }
-  void set(Eigen::Index k, const Eigen::MatrixXd& A);  ///< matrix k becomes A, n x n
+  void set(Eigen::Index k, const Eigen::MatrixXd& A);  ///< sets matrix k to A, n x n
   Eigen::MatrixXd matrix(Eigen::Index k) const;        ///< matrix k, n x n
 };
 
-/// Eigenvalue i of matrix k: re[i count + k], im[i count + k]. A pair stands together, the
-/// positive imaginary part first; the order is otherwise the kernel's, and a matrix has the same
-/// bits whatever its neighbours.
+/// Eigenvalue i of matrix k: re[i count + k], im[i count + k]. A pair is adjacent, positive
+/// imaginary part first; otherwise the order is that of the kernel. Results for a matrix are
+/// bitwise independent of the other matrices.
 struct BatchEigenvalues {
-  std::vector<double> re, im;      ///< n count of each, 1/s
+  std::vector<double> re, im;      ///< n * count values each, 1/s
   std::vector<LaneStatus> status;  ///< one per matrix
 };
 
-/// How eigenvalues() of a batch goes about it.
+/// Options of eigenvalues() of a batch.
 struct BatchOptions {
-  int max_iterations = 40;       ///< QR steps for each eigenvalue, across lanes
-  int fallback_iterations = 40;  ///< and of the fallback
+  int max_iterations = 40;       ///< QR steps per eigenvalue, in lanes
+  int fallback_iterations = 40;  ///< the same for the fallback
 };
 
-/// Balancing, Hessenberg form and shifted QR with deflation, eigenvalues alone.
+/// Balancing, Hessenberg form and shifted QR with deflation, eigenvalues only.
 /// Throws std::invalid_argument for n outside 0 .. largest_batch_matrix or entries of wrong size.
 void eigenvalues(const MatrixBatch& A, BatchEigenvalues& answer, const BatchOptions& options = {});
 
-/// Stable or not, without eigenvalues where that is certain: characteristic polynomial and Routh's
-/// test with running bounds of their errors; undecided lanes go to the eigenvalues and, within
-/// their bounds, to modes(). A verdict holds for every matrix whose entries are within entry_error,
-/// relative, of those given. Matrices with an entry that is not finite are undecided. Throws as
-/// eigenvalues() does, and for an entry_error that is negative or not a number.
+/// Stability, without eigenvalues if possible: characteristic polynomial and Routh's test with
+/// running error bounds; undecided lanes are decided by the eigenvalues or, within their bounds, by
+/// modes(). A verdict holds for every matrix whose entries differ from the given ones by at most
+/// the relative entry_error. Matrices with a non-finite entry are undecided. Throws as
+/// eigenvalues() does, and for an entry_error that is negative or NaN.
 void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer, double entry_error = 0.0);
 
-/// The instruction set that the kernels use: "scalar", "baseline", "avx2" or "avx512": the best
-/// that the processor has, or the environment's TILTRIM_SIMD if it has that.
+/// The instruction set of the kernels: "scalar", "baseline", "avx2" or "avx512": the best of the
+/// processor, or that of the environment variable TILTRIM_SIMD if available.
 std::string instruction_set();
 
-/// What the bits of a result depend on beside the program and its libraries: "fma" where the
-/// processor has a fused multiply-add, which the kernels and the C library use, else "no fma".
+/// The rounding on which results depend, besides the program and its libraries: "fma" if the
+/// processor has fused multiply-add, used by the kernels and the C library, otherwise "no fma".
 std::string rounding();
 
 /// A(a, b) = A0 + a A1 + b A2 with A1 and A2 of rank one (or zero): then det(sI - A) is bi-affine
 /// in a and b. 16 states at most.
 struct AffineFamily {
-  Eigen::MatrixXd A0, A1, A2;  ///< n x n each
+  Eigen::MatrixXd A0, A1, A2;  ///< each n x n
 };
 
-/// Verdicts at every (a[i], b[j]), number i b.size() + j: coefficients by the affine polynomial,
-/// Routh's test within bounds of their errors, and what that leaves undecided by modes(). Throws
-/// std::invalid_argument if A1 or A2 is not of rank one (to 1e-10 of its size; what is left over
-/// counts as an error), sizes do not fit, or something is not finite.
+/// Verdicts at every (a[i], b[j]), with index i b.size() + j: coefficients by the affine
+/// polynomial, Routh's test within error bounds, and modes() for undecided points. Throws
+/// std::invalid_argument if A1 or A2 is not of rank one (to 1e-10 of its size; the remainder counts
+/// as an error), if sizes do not match, or if a value is not finite.
 [[nodiscard]] std::vector<Verdict> stability_map(const AffineFamily& family,
                                                  const std::vector<double>& a,
                                                  const std::vector<double>& b);
-/// The same into the caller's a.size() b.size() verdicts.
+/// The same, written to the caller's array of a.size() b.size() verdicts.
 void stability_map(const AffineFamily& family, std::span<const double> a, std::span<const double> b,
                    std::span<Verdict> answer);
 
 /// A value of t at which A0 + t A1 has an eigenvalue on the imaginary axis.
 struct LineCrossing {
-  double t = 0.0;          ///< where, of the line
+  double t = 0.0;          ///< position on the line
   double frequency = 0.0;  ///< rad/s; 0: a real eigenvalue
-  double error = 0.0;      ///< of t
+  double error = 0.0;      ///< error bound of t
 };
 
-/// What line_crossings() answers.
+/// The result of line_crossings().
 struct LineCrossings {
-  std::vector<LineCrossing> crossings;  ///< by rising t
-  bool complete = true;                 ///< none is missing
+  std::vector<LineCrossing> crossings;  ///< by ascending t
+  bool complete = true;                 ///< no crossing is missing
 };
-/// Every crossing of the line A0 + t A1 (A1 of rank one) with the stability boundary for t in
-/// [from, to], by rising t: all of them, since with p(s) = p0(s) + t p1(s) they are the positive
-/// real roots of Im(p0(iω) conj p1(iω)) = 0, a polynomial in ω² (D-decomposition). `complete` is
-/// false where rounding leaves doubt whether there are more: where two meet, where a pair touches
-/// the axis without crossing it, where an eigenvalue stays on it for every t. Throws
+/// All crossings of the line A0 + t A1 (A1 of rank one) with the stability boundary for t in [from,
+/// to], by ascending t: with p(s) = p0(s) + t p1(s) they are the positive real roots of Im(p0(iω)
+/// conj p1(iω)) = 0, a polynomial in ω² (D-decomposition). `complete` is false if rounding leaves
+/// doubt whether there are more: where two crossings coincide, where a pair touches the axis
+/// without crossing it, where an eigenvalue is on the axis for every t. Throws
 /// std::invalid_argument as stability_map() does, and unless from < to.
 [[nodiscard]] LineCrossings line_crossings(const Eigen::MatrixXd& A0, const Eigen::MatrixXd& A1,
                                            double from, double to);

@@ -47,8 +47,8 @@ Verdict by_eigenvalues(const MatrixXd& A, double entry_error) {
 
 }  // namespace
 
-// Three steps, each for what the one before left undecided: as the matrix stands, balanced, and by
-// the eigenvalues.
+// Three stages, each for matrices that the previous one left undecided: unbalanced, balanced,
+// eigenvalues.
 void verdicts(const MatrixBatch& A, std::vector<Verdict>& answer, double entry_error) {
   const RoundToNearest environment;
   check_batch(A, entry_error);

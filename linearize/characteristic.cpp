@@ -13,7 +13,8 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr double underflow = 1e-190;  // more than it loses of coefficients of matrices of norm one
+constexpr double underflow = 1e-190;  // bounds the underflow in coefficients of matrices of norm
+                                      // one
 constexpr double rank_tolerance = 1e-10;
 
 }  // namespace
@@ -40,7 +41,7 @@ Frame::Frame(const MatrixXd& sizes) {
   unit = first * second;
 }
 
-// In one step, so that nothing is lost that is not far below rounding of the whole.
+// In one step, so that only values far below rounding of the whole can underflow.
 Sizes Frame::of(const MatrixXd& A) const {
   Sizes B(A.rows(), A.cols());
   const int down = std::ilogb(unit);

@@ -1,4 +1,4 @@
-/// Characteristic polynomials of A + t u vᵀ with bounds of their coefficients' errors, and their
+/// Characteristic polynomials of A + t u vᵀ with error bounds of their coefficients, and their
 /// values on the imaginary axis. Derivations: docs/linearize.md. Internal to linearize/.
 #pragma once
 
@@ -20,24 +20,24 @@ using Sizes = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, largest, 
 
 constexpr double narrow_u = std::numeric_limits<double>::epsilon() / 2;
 constexpr double wide_u = double(std::numeric_limits<Wide>::epsilon()) / 2;
-/// Covers the rounding of the bounds themselves, sums and products of positive numbers.
+/// Covers the rounding of the bounds themselves, which are sums and products of positive numbers.
 constexpr double inflated = 1.01;
 
 /// Throws std::invalid_argument unless A is finite, n x n, and of at most `largest` rows.
 void check_square(const Eigen::MatrixXd& A, Eigen::Index n, const char* name);
 
-/// The similarity and the unit of frequency in which matrices of these sizes are balanced and of
+/// The similarity and the unit of frequency that balance matrices of these sizes and bring their
 /// norm below two. Throws std::invalid_argument if a size is not finite.
 struct Frame {
   Balanced balanced;
   double unit = 1.0;  ///< rad/s, a power of two
 
   explicit Frame(const Eigen::MatrixXd& sizes);
-  /// A in the frame.
+  /// A in these coordinates.
   Sizes of(const Eigen::MatrixXd& A) const;
 };
 
-/// u vᵀ, and what of the matrix it leaves over.
+/// u vᵀ, and the remainder of the matrix.
 struct RankOne {
   WideVector u, v;
   Sizes left_over;
@@ -46,7 +46,7 @@ struct RankOne {
 /// Throws std::invalid_argument if A is not of rank one (or zero) to 1e-10 of its size.
 RankOne rank_one(const Sizes& A, const char* name);
 
-/// A number and a bound of its error.
+/// A number and its error bound.
 struct Bounded {
   Wide value = 0;
   double error = 0;
@@ -55,7 +55,7 @@ struct Bounded {
 /// Coefficients of sⁿ⁻ᵏ, k = 0 .. n.
 using Polynomial = std::array<Bounded, largest + 1>;
 
-/// Of a perturbation of Frobenius norm φ and a matrix of columns at most hⱼ long,
+/// For a perturbation of Frobenius norm φ and a matrix with columns of length at most hⱼ,
 ///   |δcₖ| <= √(n - k + 1) φ eₖ₋₁(h + φ)                                                    [33]
 std::array<double, largest + 1> perturbation(const Sizes& sizes, double phi);
 
@@ -68,18 +68,18 @@ struct Pencil {
 Pencil pencil(const WideMatrix& A, const Sizes& A_error, const WideVector& right,
               const WideVector& left);
 
-/// A real polynomial in x, lowest power first, with bounds of its coefficients' errors.
+/// A real polynomial in x, lowest power first, with error bounds of its coefficients.
 struct Series {
   std::vector<Wide> c;
   std::vector<double> error;
 
   Wide value(Wide x) const;
   Wide slope(Wide x) const;
-  /// Of the value, for x >= 0.
+  /// Error bound of the value, for x >= 0.
   double bound(double x) const;
 };
 
-/// A pencil of degree n at s = iω, by x = ω²: p = E0 + iω O0, q = E1 + iω O1.
+/// A pencil of degree n at s = iω, with x = ω²: p = E0 + iω O0, q = E1 + iω O1.
 struct OnAxis {
   Series E0, O0, E1, O1;
 

@@ -1,6 +1,6 @@
-/// Lanes: as many doubles as a register holds, worked on together. A source that includes this is
-/// compiled once for each instruction set, everything of it in namespace TILTRIM_LANES, and
-/// includes nothing whose inline functions the linker could put into the rest of the program.
+/// Lanes: as many doubles as a register holds, processed together. A source that includes this is
+/// compiled once for each instruction set, with everything in namespace TILTRIM_LANES; it must not
+/// include inline functions that the linker could merge into the rest of the program.
 /// Internal to linearize/.
 #pragma once
 
@@ -24,16 +24,16 @@ using LaneMask = Lanes::mask_type;
 inline constexpr std::size_t lane_count = Lanes::size();
 
 /// a b + c, rounded once wherever the processor can, so that every instruction set gives the same
-/// bits. Not std::experimental::fma: without the instruction it calls the library, lane by lane,
-/// and with it g++ 12 at times does the lanes one by one.
+/// bits. Not std::experimental::fma: without the instruction it calls the library for each lane,
+/// and with it g++ 12 sometimes processes the lanes one by one.
 [[gnu::always_inline]] inline Lanes multiply_add(const Lanes& a, const Lanes& b, const Lanes& c) {
 #if defined __AVX512F__ && !defined TILTRIM_LANES_SCALAR
   return Lanes(_mm512_fmadd_pd(__m512d(a), __m512d(b), __m512d(c)));
 #elif defined __FMA__ && !defined TILTRIM_LANES_SCALAR
   return Lanes(_mm256_fmadd_pd(__m256d(a), __m256d(b), __m256d(c)));
 #elif defined __x86_64__
-  // Compiled for processors without the instruction, which round twice here: to round once by other
-  // means takes them several hundred times as long.
+  // For processors without the instruction, which round twice here: rounding once in software would
+  // take several hundred times as long.
   if (!__builtin_cpu_supports("fma")) return a * b + c;
 #ifdef TILTRIM_LANES_SCALAR
   double sum = a[0];
@@ -51,14 +51,14 @@ inline constexpr std::size_t lane_count = Lanes::size();
 #endif
 }
 
-/// a where the mask is set, else b.
+/// a where the mask is set, otherwise b.
 [[gnu::always_inline]] inline Lanes choose(const LaneMask& mask, const Lanes& a, Lanes b) {
   where(mask, b) = a;
   return b;
 }
 
-/// Several registers in step: while one waits for a square root, the others work. `Pack` takes the
-/// operators that an algorithm needs of a number, `PackMask` those of its truth.
+/// Several registers interleaved: while one waits for a square root, the others work. `Pack` has
+/// the arithmetic operators that an algorithm needs, `PackMask` the logical ones.
 template <int groups>
 struct PackMask {
   LaneMask of[groups];
@@ -153,7 +153,7 @@ struct Pack {
   }
 };
 
-/// a where the mask is set, else b.
+/// a where the mask is set, otherwise b.
 template <int groups>
 [[gnu::always_inline]] inline Pack<groups> choose(const PackMask<groups>& mask,
                                                   const Pack<groups>& a, Pack<groups> b) {

@@ -1,10 +1,9 @@
-// Eigenvalues of small matrices, one in each lane: EISPACK's road of balancing, Householder's
-// reduction to Hessenberg form and Francis' double shift [8; 11, secs 7.4, 7.5], with shifts and
-// exceptional shifts as LAPACK's dlahqr takes them [9]. Where lanes go apart, each has its own
-// window low .. high of rows not yet deflated; the loops run over the union of the windows, and a
-// lane outside of its own is given the identity for its reflector. So what a lane holds, to the
-// bit, depends on its own matrix alone: an identity may change the sign of a zero, and nothing here
-// asks for that sign.
+// Eigenvalues of small matrices, one per lane, as in EISPACK: balancing, Householder reduction to
+// Hessenberg form and Francis' double shift [8; 11, secs 7.4, 7.5], with shifts and exceptional
+// shifts as in LAPACK's dlahqr [9]. Each lane has its own window low .. high of rows not yet
+// deflated; the loops run over the union of the windows, and a lane outside its own window is given
+// the identity as its reflector. The bits of a lane therefore depend only on its own matrix: an
+// identity may change the sign of a zero, but no result here depends on that sign.
 #include <cstddef>
 
 #include "linearize/dispatch.hpp"
@@ -16,12 +15,12 @@ namespace {
 
 constexpr double epsilon = 0x1p-52;
 
-// What LaneStatus says in batch.hpp.
+// The values of LaneStatus in batch.hpp.
 constexpr unsigned char converged = 0, fallback = 1, not_finite = 3;
 
 // --- The QR iteration.
 
-// Subdiagonal entries below rounding of their diagonal neighbours become zero.
+// Sets subdiagonal entries below rounding of their diagonal neighbours to zero.
 template <int N>
 [[gnu::always_inline]] inline void deflate(Matrix<N>& H, int top) {
   for (int k = 1; k <= top; ++k) {
@@ -30,7 +29,7 @@ template <int N>
   }
 }
 
-// Every lane's lowest window of three rows or more; those that have none are done, high < 2.
+// Every lane's lowest window of three or more rows; lanes without such a window are done, high < 2.
 template <int N>
 [[gnu::always_inline]] inline void find_windows(Matrix<N>& H, Lane& lane, int top) {
   Mask done;
@@ -48,7 +47,7 @@ template <int N>
   }
 }
 
-// What a double-shift sweep begins with: the first column of (H - s₁)(H - s₂), up to length.
+// The start of a double-shift sweep: the first column of (H - s₁)(H - s₂), not normalized.
 struct Start {
   Real x, y, z;
 };
@@ -65,7 +64,7 @@ template <int N>
     d = choose(here, H(m, m), d);
     above = choose(here, H(m - 1, m - 2), above);
   }
-  // Eigenvalues of the last two rows; of two real ones, the nearer to the corner, twice.   [9]
+  // Eigenvalues of the last two rows; if they are real, the one nearer to the corner, twice.   [9]
   const Real mean = (a + d) * 0.5, half = (a - d) * 0.5;
   const Real discriminant = multiply_add(half, half, b * c);
   const Real root = sqrt(abs(discriminant));
@@ -96,9 +95,9 @@ template <int N>
           h21 * h32};
 }
 
-// One register's matrices while a sweep goes down through them: the reflector of rows or columns
-// k .. k + 2, I + c u uᵀ with u = (1, y, z), and what the bulge holds of column k beside the
-// Hessenberg form.
+// The state of one register's matrices during a sweep: the reflector of rows or columns k .. k + 2,
+// I + c u uᵀ with u = (1, y, z), and the entries of column k in the bulge outside the Hessenberg
+// form.
 struct Reflector {
   Real c, y, z;
 };
@@ -121,7 +120,7 @@ struct Bulge {
   b = multiply_add(sum, t.y, b);
 }
 
-// The reflector of step k, from the bulge or, where a lane's window begins, from its shifts.
+// The reflector of step k, from the bulge or, at the start of a lane's window, from its shifts.
 template <int N>
 [[gnu::always_inline]] inline Reflector prepare(Matrix<N>& H, const Lane& lane, const Bulge& b,
                                                 int k) {
@@ -134,8 +133,8 @@ template <int N>
   return {t.c, y * t.scale, z * t.scale};
 }
 
-// What the next reflector waits for: the block in which rows and columns of this one meet, and the
-// row below.
+// Updates the entries the next reflector needs: the block where rows and columns of this one meet,
+// and the row below.
 template <int N>
 [[gnu::always_inline]] inline void turn_block(Matrix<N>& H, const Reflector& t, Bulge& b, int k,
                                               int top) {
@@ -146,7 +145,7 @@ template <int N>
   for (int i = k + 2; i >= k; --i) apply(t, H(i, k), H(i, k + 1), H(i, k + 2));
   b.x = H(k + 1, k);
   b.y = H(k + 2, k);
-  if (k + 3 > top) {  // the last reflector is of two rows
+  if (k + 3 > top) {  // the last reflector has two rows
     b.z = b.begin.z = 0.0;
     return;
   }
@@ -163,7 +162,7 @@ template <int N>
   for (int i = 0; i < k; ++i) apply(t, H(i, k), H(i, k + 1), H(i, k + 2));
 }
 
-// The last reflector, of rows k and k + 1.
+// The last reflector, for rows k and k + 1.
 template <int N>
 [[gnu::always_inline]] inline void turn_last(Matrix<N>& H, const Reflector& t, int k) {
 #pragma GCC unroll 2
@@ -172,9 +171,9 @@ template <int N>
   for (int i = 0; i <= k + 1; ++i) apply(t, H(i, k), H(i, k + 1));
 }
 
-// A double-shift sweep over rows 0 .. top, a constant of the program where `fixed` > 0: in straight
-// code registers hold what loops would store. A step waits for its reflector's square root and
-// quotient, so these stand before what can be done meanwhile, and the groups take turns.
+// A double-shift sweep over rows 0 .. top, a compile-time constant if `fixed` > 0: unrolled code
+// keeps in registers what loops would store. The square root and quotient of a reflector are
+// started before independent work, and the groups are interleaved to hide their latency.
 template <int N, int fixed>
 [[gnu::noinline]] void sweep_rows(Matrix<N>* H, const Lane* lane, int rows_to) {
   const int top = fixed > 0 ? fixed : rows_to;
@@ -213,7 +212,7 @@ template <int N, int top = N - 1>
     sweep<N, top - 1>(H, lane, rows_to);
 }
 
-// Deflates, and gives the last row of a window, below 2 if no lane has one of three rows or more.
+// Deflates, and returns the last row of a window, below 2 if no lane has one of three or more rows.
 template <int N>
 [[gnu::always_inline]] inline int settle(Matrix<N>& H, Lane& lane, int top, int max_iterations) {
   deflate(H, top);
@@ -229,7 +228,7 @@ template <int N>
   return top;
 }
 
-// Until every lane's windows are of one row or two, or its cap is met.            [11, alg. 7.5.2]
+// Until every lane's windows have one or two rows, or its iteration limit is met. [11, alg. 7.5.2]
 template <int N>
 [[gnu::noinline]] void iterate(Matrix<N>* H, Lane* lane, int max_iterations) {
   const int n = H[0].n(), cap = max_iterations * n;
@@ -247,13 +246,13 @@ template <int N>
   }
 }
 
-// --- What is left are rows and pairs of rows.
+// --- The remaining 1x1 and 2x2 blocks.
 
 struct Two {
   Real re1, re2, im;
 };
 
-// Eigenvalues of [a b; c d] without cancellation: the smaller of two real ones by the product.
+// Eigenvalues of [a b; c d] without cancellation: the smaller of two real ones from the product.
 [[gnu::always_inline]] inline Two of_two(const Real& a, const Real& b, const Real& c,
                                          const Real& d) {
   const Real half = (a - d) * 0.5, product = b * c;
@@ -286,7 +285,7 @@ template <int N>
     imaginary[i + 1] = choose(pair, -two.im, imaginary[i + 1]);
   }
   const Real nan = __builtin_nan("");
-  for (int i = 0; i < n; ++i) {  // + 0: one zero, whatever sign it had
+  for (int i = 0; i < n; ++i) {  // + 0: removes the sign of a zero
     const std::size_t at = std::size_t(i) * stride;
     choose(lane.finite, values[i] * lane.unit + 0.0, nan).copy_to(re + at, element_aligned);
     choose(lane.finite, imaginary[i] * lane.unit + 0.0, nan).copy_to(im + at, element_aligned);
@@ -315,7 +314,7 @@ template <int N>
   }
 }
 
-// Asks for the next matrices' entries, which lie n² ways apart, while these are at work.
+// Prefetches the entries of the next matrices, n² streams apart, while these are processed.
 void fetch(const EigenvalueTask& task, std::size_t k) {
   constexpr std::size_t line = 8;  // doubles
   if (k + width > task.last) return;

@@ -1,6 +1,6 @@
-/// Small matrices, one in each lane, balanced and brought to Hessenberg form. For
-/// lanes_eigenvalues.cpp alone, and in its unnamed namespace: the compiler inlines more freely what
-/// no other source can call. Internal to linearize/.
+/// Small matrices, one per lane, balanced and reduced to Hessenberg form. Only for
+/// lanes_eigenvalues.cpp, and in its unnamed namespace: the compiler inlines functions more freely
+/// if no other source can call them. Internal to linearize/.
 #pragma once
 
 #include <cstdint>
@@ -18,11 +18,11 @@ constexpr int groups = 2;
 constexpr int width = groups * int(lane_count);
 constexpr int largest = 16;
 
-// Of sums of squares, in matrices of size about one: below, digits are lost, and what they stand
-// for is far below rounding.
+// For sums of squares in matrices of size about one: smaller sums lose digits, but are far below
+// rounding.
 constexpr double least_square = 0x1p-960;
 
-// A matrix in each lane; its size a constant of the program where N > 0.
+// One matrix per lane; its size is a compile-time constant if N > 0.
 template <int N>
 struct Matrix {
   static constexpr int rows = N > 0 ? N : largest;
@@ -33,18 +33,18 @@ struct Matrix {
   [[gnu::always_inline]] Real& operator()(int i, int j) { return a[i][j]; }
 };
 
-// How the lanes stand.
+// The state of the lanes.
 struct Lane {
   Real low, high;   // the window, rows low .. high
   Real iterations;  // since the last deflation
-  Real unit = 1.0;  // power of two that was taken out of the matrix
-  Mask finite;      // the matrix is
-  Mask hard;        // given up: to the fallback
+  Real unit = 1.0;  // power of two factored out of the matrix
+  Mask finite;      // the matrix is finite
+  Mask hard;        // not converged: use the fallback
 };
 
-// --- Powers of two, by the exponents' bits.
+// --- Powers of two, by manipulation of the exponent bits.
 
-// The compiler's own vectors: shifts of the library's are wrong with clang 14.
+// The compiler's vector type: shifts of std::experimental::simd are wrong with clang 14.
 using Bits [[gnu::vector_size(sizeof(Lanes))]] = std::uint64_t;
 static_assert(sizeof(Bits) == sizeof(Lanes) && sizeof(std::uint64_t) == sizeof(double));
 
@@ -55,20 +55,20 @@ constexpr int mantissa = 52;
 constexpr std::uint64_t one = std::uint64_t{1023} << mantissa;
 constexpr std::uint64_t exponent_bits = std::uint64_t{2047} << mantissa;
 
-// 2^k near √(r/c): half the difference of the logarithms, taken as linear between powers of two.
+// 2^k near √(r/c): half the difference of the logarithms, interpolated between powers of two.
 [[gnu::always_inline]] inline Real root_of_ratio(const Real& r, const Real& c) {
   const Bits half = (bits(r) + (2 * one - bits(c))) >> 1;
   return number((half + (std::uint64_t{1} << (mantissa - 1))) & exponent_bits);
 }
 
-// The power of two at or below x > 0, kept where it and its inverse are normal numbers.
+// The largest power of two not above x > 0, limited so that it and its inverse are normal numbers.
 [[gnu::always_inline]] inline Real power_below(const Real& x) {
   const Real p = number(bits(x) & exponent_bits);
   return choose(p < 0x1p-1000, Real(0x1p-1000), choose(Real(0x1p1000) < p, Real(0x1p1000), p));
 }
 
-// Takes out a power of two where squares could overflow or vanish; matrices with entries that are
-// not finite become zero.
+// Factors out a power of two if squares could overflow or underflow; non-finite matrices become
+// zero.
 template <int N>
 [[gnu::noinline]] void scale(Matrix<N>& A, Lane& lane) {
   const int n = A.n();
@@ -102,8 +102,8 @@ template <int N>
 
 // --- Balancing.
 
-// Row i or column i holds nothing beside the diagonal: a(i, i) is an eigenvalue, and to the others
-// neither matters.
+// The off-diagonal part of row i or column i is zero: a(i, i) is an eigenvalue, and the row and
+// column do not affect the others.
 template <int N>
 [[gnu::noinline]] void isolate(Matrix<N>& A, int i, const Mask& alone) {
   for (int j = 0; j < A.n(); ++j) {
@@ -113,10 +113,10 @@ template <int N>
   }
 }
 
-// One state: the lanes that were changed.
+// Scales one state; returns the lanes that were changed.
 template <int N>
 [[gnu::always_inline]] inline Mask balance_one(Matrix<N>& A, int i) {
-  constexpr double worth = 4.0, farthest = 0x1p15;  // sweeps times this: far from overflow
+  constexpr double worth = 4.0, farthest = 0x1p15;  // their sweeps' product: far from overflow
   const int n = A.n();
   Real c = 0.0, r = 0.0;
   for (int j = 0; j < n; ++j) {
@@ -141,7 +141,7 @@ template <int N>
   return isolated || unlike;
 }
 
-// Isolated states to the end, so that no reflector mixes them with others.
+// Moves isolated states to the end, so that no reflector mixes them with others.
 template <int N>
 [[gnu::noinline]] void gather_isolated(Matrix<N>& A, Lane& lane) {
   const int n = A.n();
@@ -168,8 +168,8 @@ template <int N>
     }
 }
 
-// Powers of two bring each state's row and column together, to within a factor of 16 in their
-// sums: steps that gain less cost more than the digit they save.                           [8]
+// Scales each state by a power of two until its row and column sums are within a factor of 16:
+// further steps would cost more than the digit they gain.                                  [8]
 template <int N>
 [[gnu::noinline]] void balance(Matrix<N>& A, Lane& lane) {
   const int n = A.n(), cap = 10 + n;
@@ -185,11 +185,11 @@ template <int N>
 
 // --- Hessenberg form.
 
-// A reflector I + c u uᵀ, u = (1, x₂ scale, x₃ scale, ...), that turns x onto its first component;
-// the identity where x is zero or `where` is not set.                         [11, alg. 5.1.1]
+// A reflector I + c u uᵀ, u = (1, x₂ scale, x₃ scale, ...), that maps x to its first component; the
+// identity if x is zero or `where` is not set.                                [11, alg. 5.1.1]
 struct Turn {
   Real c, scale;
-  Real first;  // what the first component becomes
+  Real first;  // new value of the first component
 };
 [[gnu::always_inline]] inline Turn turn(const Real& first, const Real& squares, const Mask& where) {
   const Real length = sqrt(squares);

@@ -1,5 +1,5 @@
-// Verdicts without eigenvalues: Householder's reduction to Hessenberg form, its characteristic
-// polynomial by La Budde's recursion, Routh's array, each with a bound of its error. The bounds are
+// Verdicts without eigenvalues: Householder reduction to Hessenberg form, its characteristic
+// polynomial by La Budde's recursion, and Routh's array, each with an error bound. The bounds are
 // derived in docs/linearize.md; u = ε/2 throughout.                          [32, 33, 34, 35]
 #include <cstddef>
 #include <cstdint>
@@ -10,23 +10,23 @@
 namespace tiltrim::TILTRIM_LANES {
 namespace {
 
-constexpr int groups = 2;  // in step, so that one works while the other waits for a division
+constexpr int groups = 2;  // interleaved, so that one works while the other waits for a division
 using Real = Pack<groups>;
 using Mask = PackMask<groups>;
 constexpr std::size_t width = groups * lane_count;
 constexpr std::size_t largest = 16;  // largest_batch_matrix
 
 constexpr double u = 0x1p-53;
-// Covers the rounding of the bounds themselves: sums and products of positive numbers, each of
-// which loses at most a few hundred u.
+// Covers the rounding of the bounds themselves: sums and products of positive numbers, each with a
+// relative error of at most a few hundred u.
 constexpr double inflated = 1.01;
-// Columns shorter than the root of this count as zero.
+// Columns whose squared length is below this count as zero.
 constexpr double least_square = 1e-250;
-// More than that and all underflow lose of matrices of about norm one; less than what matters.
+// Bounds all underflow in matrices of about norm one; negligible compared with other errors.
 constexpr double underflow = 1e-120;
 constexpr double underflow_of_step = 1e-290;
 
-// The size of a matrix: known to the compiler, or fixed = 0 and known at run time.
+// The size of a matrix: a compile-time constant, or fixed = 0 and known at run time.
 template <std::size_t fixed>
 struct Size {
   static constexpr std::size_t capacity = fixed > 0 ? fixed : largest;
@@ -44,13 +44,13 @@ struct Square {
   }
 };
 
-// Coefficients of sⁿ + c₁ sⁿ⁻¹ + ... + cₙ, c₀ = 1, and bounds of their errors.
+// Coefficients of sⁿ + c₁ sⁿ⁻¹ + ... + cₙ, c₀ = 1, and their error bounds.
 template <class N>
 struct Polynomial {
   Real c[N::capacity + 1], error[N::capacity + 1];
 };
 
-// Where less than all lanes are left, the last ones repeat the last value.
+// If fewer values than lanes are left, the last lanes repeat the last value.
 [[gnu::always_inline]] inline Real load(const double* from, std::size_t left) {
   Real r;
   if (left >= width) {
@@ -75,9 +75,9 @@ struct Signs {
   for (std::size_t i = 0; i < width && i < left; ++i) to[i] = RouthVerdict(int(verdict[i]));
 }
 
-// --- Balancing, exactly: powers of two, by the exponents' bits.
+// --- Exact balancing with powers of two, by manipulation of the exponent bits.
 
-// The compiler's own vectors: shifts of the library's are wrong with clang 14.
+// The compiler's vector type: shifts of std::experimental::simd are wrong with clang 14.
 using Bits [[gnu::vector_size(sizeof(Lanes))]] = std::int64_t;
 constexpr int mantissa = 52;
 constexpr std::int64_t bias = 1023;
@@ -91,7 +91,7 @@ Real inverse_power(const Real& x) {
   return r;
 }
 
-// The power of two at or below x, for x > 0.
+// The largest power of two not above x, for x > 0.
 Real power(const Real& x) {
   constexpr std::int64_t exponent = std::int64_t{0x7ff} << mantissa;
   Real r;
@@ -110,7 +110,7 @@ Real power_near_root(const Real& x) {
   return r;
 }
 
-// The largest entry brought to [1, 2): the verdict is that of any positive multiple.
+// Scales the largest entry to [1, 2): a positive factor does not change the verdict.
 template <class N>
 void scale(Square<N>& A) {
   const N n = A.n;
@@ -122,7 +122,7 @@ void scale(Square<N>& A) {
   for (std::size_t i = 0; i < n * n; ++i) A.entry[i] = A.entry[i] * factor;
 }
 
-// A sweep of D⁻¹ A D that brings each row's and column's sums together.                  [8]
+// A sweep of D⁻¹ A D that makes each state's row and column sums nearly equal.           [8]
 template <class N>
 void balance(Square<N>& A) {
   const N n = A.n;
@@ -133,7 +133,7 @@ void balance(Square<N>& A) {
       row = row + abs(A(i, j));
       column = column + abs(A(j, i));
     }
-    // No farther than 2^±32, so that no entry can leave the range of doubles.
+    // Limited to 2^±32, so that no entry can leave the range of doubles.
     Real ratio = max(row / column, Real(0x1p-64));
     ratio = choose(ratio < Real(0x1p64), ratio, Real(0x1p64));
     ratio = choose(Real(0.0) < row + column, ratio, Real(1.0));
@@ -148,8 +148,8 @@ void balance(Square<N>& A) {
 
 // --- The characteristic polynomial.
 
-// A -> P A P, P = I - β v vᵀ, with v such that column k becomes zero below k + 1: those zeros are
-// not written.                                                                [11, sec. 7.4.3]
+// A -> P A P, P = I - β v vᵀ, with v such that column k becomes zero below k + 1; the zeros are not
+// stored.                                                                     [11, sec. 7.4.3]
 template <class N>
 [[gnu::always_inline]] inline void reflect(Square<N>& A, std::size_t k) {
   const N n = A.n;
@@ -204,9 +204,9 @@ void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
   for (std::size_t k = 0; k <= n; ++k) c[k] = p[n][k];
 }
 
-// Bounds of the coefficients' errors: H is within distance = relative ‖H‖ of one similar to A, and
+// Error bounds of the coefficients: H is within distance = relative ‖H‖ of a matrix similar to A,
 //   |δcₖ| <= ½ n (n + 3) u eₖ + √(n - k + 1) distance eₖ₋₁
-// where eₖ are the elementary symmetric functions of its columns' sums and `distance`.   [33]
+// where eₖ are the elementary symmetric functions of its column sums and `distance`.     [33]
 template <class N>
 void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[N::capacity + 1]) {
   const N n = H.n;
@@ -238,9 +238,9 @@ void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[
 
 // --- Routh's test.
 
-// Signs of Routh's first column, every entry within its bound: all positive is stable; one negative
-// with positive ones before it is unstable, whatever follows, and so is a negative coefficient,
-// for a polynomial without a root right of the axis has no negative Hurwitz determinant.   [34]
+// Signs of Routh's first column, every entry within its bound: all positive is stable. One negative
+// entry after positive ones is unstable, whatever follows. A negative coefficient is unstable too,
+// as a polynomial without roots right of the axis has no negative Hurwitz determinant.     [34]
 template <class N>
 [[gnu::always_inline]] inline Signs routh(N n, Polynomial<N>& p) {
   const Real u_of_step = inflated * 4 * u, least = underflow_of_step, zero = 0.0;
@@ -249,8 +249,8 @@ template <class N>
   for (std::size_t i = 1; i <= n; ++i) {
     unstable = unstable || (positive && p.c[i] + p.error[i] < zero);
     positive = positive && p.error[i] + p.error[i] < p.c[i];
-    if (i + 1 >= n) continue;  // the last two rows stand as they are
-    // Row i + 1 = row i - 1 less `ratio` times row i; 1/(1 - t) <= 1 + 2t for t <= ½
+    if (i + 1 >= n) continue;  // the last two rows are unchanged
+    // Row i + 1 = row i - 1 minus `ratio` times row i; 1/(1 - t) <= 1 + 2t for t <= ½
     const Real inverse = Real(1.0) / p.c[i], t = p.error[i] * inverse, ratio = p.c[i - 1] * inverse;
     const Real apart = multiply_add(ratio, p.error[i], p.error[i - 1]) * inverse;
     const Real ratio_error = multiply_add(t + t, apart, multiply_add(ratio, u_of_step, apart));
@@ -266,7 +266,7 @@ template <class N>
 }
 
 // Relative backward error of the reduction: each of its n - 2 reflections, of m = 2 .. n - 1
-// entries, commits (14 m + 56) u ‖A‖ at most.
+// entries, contributes at most (14 m + 56) u ‖A‖.
 double reduction_error(std::size_t n) {
   double sum = 0;
   for (std::size_t m = 2; m < n; ++m) sum += 14.0 * double(m) + 56;

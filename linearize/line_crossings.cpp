@@ -1,4 +1,4 @@
-// Where a line of matrices crosses the stability boundary, by D-decomposition: roots of a
+// Crossings of a line of matrices with the stability boundary by D-decomposition: roots of a
 // polynomial in ω². Derivations and bounds: docs/linearize.md.                  [33, 34, 36]
 #include <fmt/core.h>
 
@@ -47,10 +47,11 @@ Series derivative(const Series& s) {
   return d;
 }
 
-// The root of a monotonic stretch from a sign to the other: Newton, halved where it leaves.
+// The root in a monotonic interval with a sign change: Newton, with bisection if it leaves.
 Wide root_between(const Series& s, Wide low, Wide high) {
   const bool rising = s.value(high) > 0;
-  constexpr int cap = 200;  // halvings alone need as many as a Wide and its exponents have bits
+  constexpr int cap = 200;  // bisection needs at most the number of mantissa and exponent bits of a
+                            // Wide
   Wide x = (low + high) / 2;
   for (int i = 0; i < cap; ++i) {
     const Wide value = s.value(x), slope = s.slope(x);
@@ -64,8 +65,8 @@ Wide root_between(const Series& s, Wide low, Wide high) {
   return x;
 }
 
-// Roots in (0, most), and places where one or two may be that rounding hides: between the roots of
-// its derivative a polynomial has one root if its signs there differ, else none.
+// Roots in (0, most), and places where rounding may hide one or two: between the roots of its
+// derivative a polynomial has one root if its signs there differ, otherwise no root.
 struct Roots {
   std::vector<Wide> certain, doubtful;
 };
@@ -88,7 +89,7 @@ Roots roots(const Series& s, Wide most) {
   return found;
 }
 
-// Where on the line iω is an eigenvalue, if it is; |τ| <= 1 is on it.
+// Position on the line at which iω is an eigenvalue; |τ| <= 1 is on the line.
 struct Place {
   Wide tau = 0;
   double error = 0;
@@ -107,7 +108,7 @@ Place place(const OnAxis& axis, Wide x, double x_error) {
   const double p0 = length(E0, O0, x), p1 = length(E1, O1, x);
   const double p0_error = axis.E0.bound(xd) + omega * axis.O0.bound(xd);
   const double p1_error = axis.E1.bound(xd) + omega * axis.O1.bound(xd);
-  constexpr double margin = 1e-6;  // for places known to rounding only
+  constexpr double margin = 1e-6;  // for places known only to rounding
   Place result;
   if (p0 - p0_error > (1 + margin) * (p1 + p1_error)) {
     result.where = Place::off;
@@ -128,7 +129,7 @@ Place place(const OnAxis& axis, Wide x, double x_error) {
   return result;
 }
 
-// A root x of g within error: g has opposite signs on both sides, for certain.
+// Error bound of a root x of g: g has opposite signs on both sides, including its own error.
 std::optional<double> root_error(const Series& g, Wide x) {
   const double error =
       2 * g.bound(double(x)) / double(std::abs(g.slope(x))) + 4 * wide_u * double(x);
@@ -146,7 +147,7 @@ struct Stretch {
   double middle, half, unit;
 };
 
-// What A1 is off rank one by counts at the ends of the stretch, not in its middle.
+// The deviation of A1 from rank one matters at the ends of the segment, not in its middle.
 Stretch stretch(const MatrixXd& A0, const MatrixXd& A1, double from, double to) {
   const double middle = from + 0.5 * (to - from), half = 0.5 * (to - from);
   const double most = std::max(std::abs(from), std::abs(to));
@@ -166,7 +167,7 @@ Series on_axis(const OnAxis& axis) {
   return difference_of_products(axis.O0, axis.E1, axis.E0, axis.O1);
 }
 
-// The crossing at ω² = x if it lies on the line, within what is known of it.
+// The crossing at ω² = x if it lies on the line, within its error.
 std::optional<LineCrossing> crossing(const Stretch& line, const Place& at, Wide x) {
   if (at.where != Place::on || !(double(std::abs(at.tau)) <= 1 + at.error)) return std::nullopt;
   const double t = line.middle + line.half * double(std::clamp(at.tau, Wide(-1), Wide(1)));
@@ -174,13 +175,13 @@ std::optional<LineCrossing> crossing(const Stretch& line, const Place& at, Wide 
                       line.half * at.error + 2 * narrow_u * (std::abs(t) + line.half)};
 }
 
-// The same crossing from a stretch about it that is hardly longer than its error.
+// The same crossing, computed on a segment around it hardly longer than its error.
 LineCrossing refined(const LineCrossing& rough, const MatrixXd& A0, const MatrixXd& A1) {
   const double around = 4 * rough.error;
   const Stretch line = stretch(A0, A1, rough.t - around, rough.t + around);
   const Series g = on_axis(line.axis);
   Wide x = std::pow(Wide(rough.frequency) / Wide(line.unit), Wide(2));
-  constexpr int steps = 4;  // Newton's, from half the digits at least
+  constexpr int steps = 4;  // Newton steps, from at least half the digits
   for (int i = 0; i < steps && x > 0; ++i) x -= g.value(x) / g.slope(x);
   const std::optional<double> x_error = rough.frequency > 0 ? root_error(g, x) : 0.0;
   if (!x_error) return rough;
@@ -194,7 +195,7 @@ bool vanishes(const Series& s) {
   return true;
 }
 
-// The eigenvalues do not move with t: crossings there are none, unless one is on the axis.
+// The eigenvalues do not depend on t: no crossings, unless one is on the axis.
 bool clear_of_axis(const MatrixXd& A) {
   return std::ranges::all_of(modes(A).modes, [](const Mode& mode) {
     return std::abs(mode.eigenvalue.real()) > mode.error;
@@ -229,7 +230,8 @@ LineCrossings line_crossings(const MatrixXd& A0, const MatrixXd& A1, double from
   const Place at_rest = place(axis, 0, 0);
   if (const auto found = crossing(line, at_rest, 0)) keep(*found);
   answer.complete = at_rest.where != Place::unknown && !vanishes(g);
-  constexpr double most = 4.1;  // the frame's matrices have norms below 2, and so eigenvalues
+  constexpr double most = 4.1;  // the scaled matrices have norms below 2, and so have their
+                                // eigenvalues
   const Roots turns = roots(g, most);
   for (const Wide x : turns.certain) {
     const std::optional<double> error = root_error(g, x);

@@ -36,7 +36,7 @@ std::string to_string(LinearizeStatus status) {
 
 namespace {
 
-// The variables of the model that the linear model's states and inputs are.
+// The variables of the model that are the states and inputs of the linear model.
 struct Selection {
   std::vector<Index> variables;  // states first
   Signals inputs;
@@ -68,7 +68,7 @@ std::vector<Range> ranges(const Model& model, const Selection& selection,
   return bounds;
 }
 
-// Fills the residual; what is not at rest but for what may move, in words.
+// Sets the residual; returns the rates that are not zero but must be, as text.
 std::string left_over(const Model& model, const LinearizeOptions& options, LinearModel& linear) {
   std::vector<std::string> moving;
   linear.residual = 0.0;
@@ -83,14 +83,14 @@ std::string left_over(const Model& model, const LinearizeOptions& options, Linea
   return moving.empty() ? "" : fmt::format("not an equilibrium: {}", fmt::join(moving, ", "));
 }
 
-// ∂row/∂variable in words: "V'" along a state's rate, the name of an output.
+// Name of row and variable: "V'" for a state's rate, or the name of an output.
 std::string row_name(const Model& model, Index row) {
   const Index nx = std::ssize(model.states);
   return row < nx ? model.states[std::size_t(row)].name + "'"
                   : model.outputs[std::size_t(row - nx)].name;
 }
 
-// The rates and outputs that are no finite numbers, in words; empty if all are.
+// The rates and outputs that are not finite, as text; empty if all are.
 std::string not_finite(const Model& model, const Evaluation& e) {
   Eigen::VectorXd y(e.rates.size() + e.outputs.size());
   y << e.rates, e.outputs;
@@ -101,10 +101,10 @@ std::string not_finite(const Model& model, const Evaluation& e) {
   return words.empty() ? "" : fmt::format("no finite numbers: {}", fmt::join(words, ", "));
 }
 
-// Exact and difference Jacobians that differ by more than their errors: one of them is wrong.
+// Exact and finite-difference Jacobians that differ by more than their errors: one is wrong.
 void compare(const Estimate& exact, const Estimate& differences, const Model& model,
              const Selection& selection, std::vector<std::string>& remarks) {
-  constexpr double doubt = 10.0;  // error estimates are estimates
+  constexpr double doubt = 10.0;  // error estimates are approximate
   for (Index i = 0; i < exact.value.rows(); ++i)
     for (Index j = 0; j < exact.value.cols(); ++j) {
       if (!std::isfinite(differences.value(i, j)) || !std::isfinite(exact.value(i, j))) continue;
@@ -117,7 +117,7 @@ void compare(const Estimate& exact, const Estimate& differences, const Model& mo
     }
 }
 
-// Derivatives of these rows that are no finite numbers, or not known how near to the truth.
+// Derivatives of these rows that are not finite or have no finite error bound.
 std::vector<std::string> not_determined(const Estimate& e, const Model& model, const Selection& s,
                                         Index first, Index last) {
   std::vector<std::string> words;
@@ -141,8 +141,8 @@ bool same_answer(const Evaluation& a, const Evaluation& b) {
   return dense::same_bits(a.rates, b.rates) && dense::same_bits(a.outputs, b.outputs);
 }
 
-// Newton's step to the nearest equilibrium, in the states' units: of those that are to be at rest.
-// Slopes that may be zero are none.
+// Newton step to the nearest equilibrium in the states that must be at rest, in their units.
+// Derivatives indistinguishable from zero count as zero.
 VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>& still) {
   const VectorXd size = nominals(linear.states);
   MatrixXd J = linear.A(still, Eigen::all) * size.asDiagonal();
@@ -151,8 +151,8 @@ VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>
   return size.cwiseProduct(dense::newton_step(J, linear.rates(still)));
 }
 
-// Rates that are small only because their slopes are: Newton would go far, and the rates are no
-// larger a good way off. In words; empty at an equilibrium.
+// Rates that are small only because their derivatives are: Newton's step is long, and the rates are
+// no larger a good distance away. As text; empty at an equilibrium.
 std::string only_small(const Model& model, const LinearModel& linear,
                        const LinearizeOptions& options) {
   constexpr double far = 0.1;  // nominal sizes
@@ -166,7 +166,7 @@ std::string only_small(const Model& model, const LinearModel& linear,
   if (!(away > far)) return {};
   OperatingPoint there = linear.point;
   there.x += far / away * step;
-  VectorXd rates = VectorXd::Constant(std::ssize(still), INFINITY);  // where the model throws there
+  VectorXd rates = VectorXd::Constant(std::ssize(still), INFINITY);  // the model throws there
   try {
     rates = evaluate(model, there).rates.cwiseQuotient(size)(still);
   } catch (const CallerMistake&) {
@@ -193,7 +193,7 @@ void split(const Estimate& all, LinearModel& linear) {
   linear.D_error = all.error.bottomRightCorner(l, m);
 }
 
-// What moves while other rates depend on it makes the linear model one of an instant.
+// If other rates depend on a moving state, the linear model holds only for an instant.
 void note_moving(const LinearizeOptions& options, LinearModel& linear) {
   for (const std::string& name : options.moving) {
     const Index j = find(linear.states, name);
@@ -208,7 +208,7 @@ void note_moving(const LinearizeOptions& options, LinearModel& linear) {
   }
 }
 
-// A, B, C, D where the point is at rest; calls the model, and so throws what the model throws.
+// Computes A, B, C, D if the point is at rest; calls the model and so may throw its exceptions.
 void fill(const Model& model, const Selection& selection, const std::vector<Range>& bounds,
           const LinearizeOptions& options, LinearModel& linear) {
   const auto refused = [&linear](LinearizeStatus status, const std::string& why) {
@@ -256,7 +256,7 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
 LinearModel linearize(const Model& model, const OperatingPoint& point,
                       const LinearizeOptions& options) {
   const RoundToNearest environment;
-  if (!model.f && model.states.empty()) {  // y = h(u, p): D alone
+  if (!model.f && model.states.empty()) {  // y = h(u, p): only D
     Model stateless = model;
     stateless.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return VectorXd(); };
     return linearize(stateless, point, options);

@@ -14,58 +14,58 @@
 
 namespace tiltrim {
 
-/// How a linearization ended.
+/// Status of a linearization.
 enum class LinearizeStatus {
   linear,           ///< at an equilibrium
-  not_equilibrium,  ///< the rates left over exceed the tolerance: nothing is linearized
+  not_equilibrium,  ///< the remaining rates exceed the tolerance: not linearized
   not_finite,       ///< a rate, an output or a derivative is not finite
-  model_threw,      ///< the model threw an exception; its words are in the message
-  not_repeatable,   ///< the model gives two answers at one point
-  time_limit,       ///< the time allowed was over
+  model_threw,      ///< the model threw an exception; `message` contains its text
+  not_repeatable,   ///< the model returns different values for the same point
+  time_limit,       ///< the time limit passed
 };
-std::string to_string(LinearizeStatus status);  ///< as JSON spells it
+std::string to_string(LinearizeStatus status);  ///< as in JSON
 
-/// Where derivatives come from.
+/// Source of the derivatives.
 enum class Method {
-  exact,        ///< the model's own derivatives where it has them, differences elsewhere
-  differences,  ///< central differences, whatever the model has
+  exact,        ///< the model's own derivatives if it has them, otherwise differences
+  differences,  ///< central differences in every case
 };
 
-/// How linearize() goes about it.
+/// Options of linearize().
 struct LinearizeOptions {
-  Method method = Method::exact;          ///< where derivatives come from
+  Method method = Method::exact;          ///< source of the derivatives
   std::vector<std::string> inputs{};      ///< inputs of the linear model; empty: the model's inputs
-  std::map<std::string, Range> bounds{};  ///< differences do not step outside
-  double tolerance = 1e-6;  ///< largest rate over nominal size at an equilibrium [1/s]
-  /// Rates that need not vanish (ground track, height). The others must.
+  std::map<std::string, Range> bounds{};  ///< finite differences stay inside
+  double tolerance = 1e-6;  ///< largest rate over nominal size accepted at an equilibrium [1/s]
+  /// States whose rates need not vanish (ground track, height). All others must.
   std::vector<std::string> moving{};
-  double time_limit = unlimited;  ///< s of wall clock; a call of the model is not cut short
+  double time_limit = unlimited;  ///< s of wall-clock time; a model call is not interrupted
 };
 
-/// A linear model with its names, its point, and how good each entry is.
+/// A linear model with its signals, its operating point, and an error bound of each entry.
 struct LinearModel {
-  LinearizeStatus status = LinearizeStatus::not_equilibrium;  ///< whether there is one
+  LinearizeStatus status = LinearizeStatus::not_equilibrium;  ///< whether it exists
   Signals states, inputs, outputs;                            ///< of x, u, y
-  OperatingPoint point;                                       ///< where it was asked
-  Eigen::VectorXd rates;                                      ///< left over at the point
-  /// Largest left-over rate over its nominal size [1/s]; NaN where the model gives none.
+  OperatingPoint point;                                       ///< operating point
+  Eigen::VectorXd rates;                                      ///< rates at the point
+  /// Largest remaining rate over its nominal size [1/s]; NaN if the model returns no rates.
   double residual = std::numeric_limits<double>::quiet_NaN();
   Eigen::MatrixXd A, B, C, D;  ///< nx x nx, nx x nu, ny x nx, ny x nu; SI or the signals' units
-  Eigen::MatrixXd A_error, B_error, C_error, D_error;  ///< estimated bounds, entry by entry
-  Method method = Method::exact;                       ///< that A, B, C, D come from
-  /// The differences beside an exact A, and their own error estimates.
+  Eigen::MatrixXd A_error, B_error, C_error, D_error;  ///< estimated error bounds, for each entry
+  Method method = Method::exact;                       ///< source of A, B, C, D
+  /// Finite differences for comparison with an exact A, with their error estimates.
   std::optional<Estimate> A_differences;
-  /// Kinks met, one-sided differences taken, exact and difference Jacobians in disagreement; what
-  /// of C and D is not determined, and not a number there.
+  /// Kinks found, one-sided differences used, differences between exact and finite-difference
+  /// Jacobians, and entries of C and D that could not be determined and are NaN.
   std::vector<std::string> remarks;
   std::string message;   ///< why there is no linear model
-  ModeNames mode_names;  ///< the model's
-  /// There is a linear model.
+  ModeNames mode_names;  ///< from the model
+  /// True if there is a linear model.
   explicit operator bool() const { return status == LinearizeStatus::linear; }
 };
 
-/// Throws std::invalid_argument for names the model does not have, points that do not fit, and
-/// answers of the model that do not fit its own signals.
+/// Throws std::invalid_argument for unknown names, points of the wrong size, and results of the
+/// model whose size does not match its signals.
 [[nodiscard]] LinearModel linearize(const Model& model, const OperatingPoint& point,
                                     const LinearizeOptions& options = {});
 

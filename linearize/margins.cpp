@@ -62,7 +62,7 @@ LoopTransfer inverse_of_one_plus(LoopTransfer g) {
   return inverse(g);
 }
 
-// States in units that bring A, b and c to like size: the same transfer.
+// States scaled so that A, b and c have similar size: the same transfer function.
 LoopTransfer balanced(const LoopTransfer& g) {
   const Index n = g.A.rows();
   MatrixXd M(n + 1, n + 1);
@@ -92,7 +92,7 @@ LoopTransfer combined(const LoopTransfer& g, const Terms& k) {
   return f;
 }
 
-// With c = (γ 0 ... 0) a zero has x₁ = 0, and x₁' = 0 takes the place of the output.         [46]
+// With c = (γ 0 ... 0) a zero has x₁ = 0, and the equation for x₁' becomes the output.       [46]
 LoopTransfer without_output_state(const LoopTransfer& g) {
   const Index rest = g.A.rows() - 1;
   const MatrixXd Q = dense::svd(g.c.transpose()).U;
@@ -101,10 +101,10 @@ LoopTransfer without_output_state(const LoopTransfer& g) {
   return {A.bottomRightCorner(rest, rest), b.tail(rest), A.row(0).tail(rest), b[0]};
 }
 
-// Zeros of G: eigenvalues of A - b c/d where d is not zero. Where rounding leaves that in doubt,
-// both answers, among which all zeros are. False: an eigenvalue iteration met its cap.
+// Zeros of G: eigenvalues of A - b c/d if d is not zero. If rounding leaves that in doubt, the
+// zeros for both cases. Returns false if an eigenvalue iteration reached its limit.
 bool collect_zeros(LoopTransfer g, std::vector<Complex>& found) {
-  constexpr double certainly_zero = epsilon, certainly_not = 1e-3;  // d over that of the rest
+  constexpr double certainly_zero = epsilon, certainly_not = 1e-3;  // d relative to the rest
   bool complete = true;
   for (; g.A.rows() > 0; g = without_output_state(g)) {
     const double dynamic = g.b.norm() * g.c.norm(), direct = std::abs(g.d) * g.A.norm();
@@ -118,17 +118,17 @@ bool collect_zeros(LoopTransfer g, std::vector<Complex>& found) {
   return complete;
 }
 
-/// The imaginary axis, seen from a stable closed loop: S = 1/(1 + L) is finite all along it.
+/// The imaginary axis for a stable closed loop: S = 1/(1 + L) is finite everywhere on it.
 struct Axis {
-  static constexpr double resolved = 1e-7;  // some √ε
+  static constexpr double resolved = 1e-7;  // a few √ε
   LoopTransfer S;
   std::vector<double> poles;  // |λ|, |Im λ| of the closed loop
   double slow = 0.0, fast = infinity;
   bool complete = true;
 
   explicit Axis(const LoopTransfer& closed) : S(balanced(closed)) {
-    // Functions of ω², which is lost where ω is less than √ε of the slowest pole; and so with the
-    // fastest: beyond, it is 0 or infinite.
+    // Functions of ω² lose accuracy below √ε of the slowest pole, and above the fastest by the same
+    // ratio, where they are taken as 0 or infinite.
     const VectorXcd lambda = eigenvalues(S.A);
     complete = lambda.size() == S.A.rows();
     if (lambda.size() == 0) return;
@@ -140,8 +140,8 @@ struct Axis {
   Complex sensitivity(double frequency) const { return S.d + proper(S, frequency); }
   Complex complementary(double frequency) const { return (1 - S.d) - proper(S, frequency); }
 
-  // Rising frequencies, those near which something can happen among them, whether s is on the axis
-  // or beside it; and the ends. Two that are one to half of the digits are one.
+  // Ascending frequencies of roots on or near the axis, and the ends of the range. Those that agree
+  // to half the digits are merged.
   std::vector<double> stops(const std::vector<Complex>& places) const {
     std::vector<double> found{slow, fast};
     for (const Complex s : places)
@@ -153,7 +153,7 @@ struct Axis {
     return found;
   }
 
-  // The same, and a frequency between each two.
+  // The same, with a frequency between each two.
   std::vector<double> samples(const LoopTransfer& g, const Terms& terms) {
     if (S.A.rows() == 0) return {};
     std::vector<Complex> zeros;
@@ -177,15 +177,15 @@ double root_between(const Function& f, double low, double high) {
   return std::abs(f(a)) < std::abs(f(b)) ? a : b;
 }
 
-// The least value of f between two samples, to half of the digits of where it is.
+// The minimum of f between two samples, located to half the digits.
 std::pair<double, double> turning(const Function& f, double low, double high) {
   constexpr int half_of_the_digits = 26;
   std::uintmax_t steps = 100;
   return boost::math::tools::brent_find_minima(f, low, high, half_of_the_digits, steps);
 }
 
-// Roots of f, by its signs at rising samples. Where f comes near zero without another sign, it is
-// followed to its turn: two roots close together, one that only touches, or none.
+// Roots of f from its signs at ascending samples. If f comes close to zero without a sign change,
+// its minimum is located: two roots close together, a double root, or no root.
 std::vector<double> roots(const Function& f, const std::vector<double>& at) {
   constexpr double near = 1e-6, touching = 1e-13;
   std::vector<double> value, found;
@@ -201,7 +201,7 @@ std::vector<double> roots(const Function& f, const std::vector<double>& at) {
     } else if (least < touching) {
       found.push_back(turn);
     }
-    value[k] = before;  // done with
+    value[k] = before;  // processed
   }
   for (std::size_t k = 1; k < at.size(); ++k)
     if ((value[k] > 0) != (value[k - 1] > 0)) found.push_back(root_between(f, at[k - 1], at[k]));
@@ -213,7 +213,7 @@ struct Peak {
   double value, frequency;
 };
 
-// The highest of f at the samples, and uphill from there.
+// The largest value of f at the samples, refined by local maximization.
 Peak highest(const Function& f, const std::vector<double>& at, Peak best) {
   std::size_t top = at.size();
   for (std::size_t k = 0; k < at.size(); ++k)
@@ -223,7 +223,7 @@ Peak highest(const Function& f, const std::vector<double>& at, Peak best) {
   return -least > best.value ? Peak{-least, w} : best;
 }
 
-// ‖S - m‖∞: above the highest value seen, level by level, until nothing reaches the level. [44, 45]
+// ‖S - m‖∞: from the highest value found, level by level, until no frequency reaches it. [44, 45]
 Peak peak(Axis& axis, double m, int max_levels) {
   constexpr double above = 1e-9;  // relative
   LoopTransfer g = axis.S;
@@ -241,8 +241,8 @@ Peak peak(Axis& axis, double m, int max_levels) {
   return best;
 }
 
-// L < 0 real: S > 1 or S < 0, and real. Where S or 1 - S is small beyond measure, rounding leaves
-// nothing of its phase (about ε^⅔ near a double integrator).
+// L < 0 real: S > 1 or S < 0, and real. Where S or 1 - S is extremely small, rounding destroys its
+// phase (about ε^⅔ near a double integrator).
 std::vector<Crossing> phase_crossings(Axis& axis) {
   constexpr double farthest = 1e9;
   const Function f = [&](double w) {
@@ -285,7 +285,7 @@ void take_gains(Margins& m) {
   }
 }
 
-// A delay τ is the lag ωτ. Where |d| >= 1 any delay destabilises at high frequency.          [47]
+// A delay τ is a phase lag ωτ. For |d| >= 1 any delay destabilizes at high frequency.        [47]
 void take_phases(Margins& m, double d) {
   m.phase = m.delay = infinity;
   for (const Crossing& at : m.gain_crossovers) {
@@ -307,7 +307,7 @@ double residual(const Margins& m, const LoopTransfer& loop) {
   return largest;
 }
 
-// Poles and zeros of L, and perhaps some that are not.
+// Poles and zeros of L, possibly with spurious ones.
 std::vector<Complex> poles_and_zeros(const LoopTransfer& loop) {
   std::vector<Complex> found;
   collect_zeros(balanced(loop), found);
@@ -316,8 +316,8 @@ std::vector<Complex> poles_and_zeros(const LoopTransfer& loop) {
   return found;
 }
 
-// Turn of the phase between two frequencies: no more than by what poles and zeros turn, each seen
-// from the axis. Steps are halved until that is less than half a turn.
+// Change of phase between two frequencies, bounded by the angles that the poles and zeros subtend.
+// Steps are halved until the bound is less than half a turn.
 double turn(const LoopTransfer& loop, const std::vector<Complex>& places, double from, double to,
             int halvings) {
   constexpr double certain = 2.0;  // rad, well below π
@@ -383,7 +383,7 @@ Bode bode(const LoopTransfer& loop, double from, double to, int points) {
     throw std::invalid_argument(fmt::format("bode: no {} points from {} to {}", points, from, to));
   const std::vector<Complex> places = poles_and_zeros(loop);
   constexpr double rounding = 1e-3;
-  constexpr int halvings = 60;  // then the step is one of rounding
+  constexpr int halvings = 60;  // then the step is at rounding level
   Bode answer;
   for (int k = 0; k < points; ++k) {
     const double w = k + 1 == points ? to : from * std::pow(to / from, double(k) / (points - 1));

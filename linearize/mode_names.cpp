@@ -1,4 +1,4 @@
-// Names of modes from the states that take part in them.
+// Names of modes from the states that participate in them.
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -12,8 +12,8 @@ using Eigen::Index;
 
 namespace {
 
-constexpr double most_of_it = 0.7;  // of the share, to be called by its states alone
-constexpr double some = 0.15;       // of the share, for a state to take part
+constexpr double most_of_it = 0.7;  // of the participation, for a name from these states alone
+constexpr double some = 0.15;       // of the participation, for a state to take part
 
 double share_of(const std::string& state, const Eigen::VectorXd& share,
                 const std::vector<std::string>& names) {

@@ -46,10 +46,10 @@ using spectrum::infinity;
 namespace {
 
 constexpr double denormal = std::numeric_limits<double>::denorm_min();
-constexpr double tiny = 1e-280;         // of a matrix whose results may round as denormals
-constexpr double ill_determined = 1e8;  // condition above which half of the digits are gone
+constexpr double tiny = 1e-280;         // for a matrix whose results may become denormal
+constexpr double ill_determined = 1e8;  // condition above which half the digits are lost
 
-// ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, on A as given.                       [12]
+// ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, for A as given.                      [12]
 double scaled_residual(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
   const double norm = A.cwiseAbs().colwise().sum().maxCoeff();
   const double size = double(A.rows()) * norm * epsilon * v.lpNorm<1>();
@@ -57,10 +57,10 @@ double scaled_residual(const MatrixXd& A, const VectorXcd& v, std::complex<doubl
   return residual == 0 ? 0.0 : residual / size;
 }
 
-// The same for the better of two vectors: v, and the one that A - λI shrinks most. Balancing gives
-// v's components the accuracy of the balanced vector's, not that of v's largest.
+// The smaller one of two vectors: v, and the singular vector of A - λI for its smallest singular
+// value. After balancing, components of v are accurate relative to the balanced vector only.
 double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
-  constexpr double good = 1.0;  // of the rounding of one product: no better vector needed
+  constexpr double good = 1.0;  // the rounding of one product: no better vector needed
   const double own = scaled_residual(A, v, lambda);
   if (own <= good) return own;
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(A.rows(), A.cols());
@@ -84,13 +84,13 @@ void check_matrix(const MatrixXd& A, const MatrixXd& error, const std::vector<st
         fmt::format("modes: {} names for {} states", names.size(), A.rows()));
 }
 
-// Power of two that brings the matrix's norm near one, so that no square overflows or vanishes.
+// Power of two that scales the norm to about one, so that no square overflows or underflows.
 double unit(const MatrixXd& A) {
   const double largest = A.cwiseAbs().maxCoeff();
   return largest > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(largest), -1000, 1000)) : 1.0;
 }
 
-// Bound of what A/scale and balancing lost, in B: entries that fell below the normal doubles.
+// Bound of the underflow in B caused by A/scale and balancing.
 MatrixXd lost(const MatrixXd& A, double scale, const Balanced& b) {
   constexpr double least = std::numeric_limits<double>::min();
   MatrixXd lost = MatrixXd::Zero(A.rows(), A.cols());
@@ -103,7 +103,7 @@ MatrixXd lost(const MatrixXd& A, double scale, const Balanced& b) {
   return lost;
 }
 
-// Length one, and the largest component real and positive: one vector of all the multiples.
+// Unit length, and the largest component real and positive, which makes the vector unique.
 void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
   Index largest = 0;
   right.cwiseAbs().maxCoeff(&largest);
@@ -113,7 +113,7 @@ void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
   if (left.size() > 0) mode.left = left / std::conj(left.dot(right));
 }
 
-// A matrix in units of `scale` and balanced coordinates B, with its eigensystem and what bounds it.
+// A matrix in units of `scale` and balanced coordinates B, with its eigensystem and error bounds.
 struct Decomposed {
   double scale = 1.0;
   Balanced balanced;
@@ -147,7 +147,7 @@ Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, Balanced balanc
   return d;
 }
 
-// Balanced, unless that makes an eigenvalue that is ill-conditioned worse.       [67]
+// Balanced, unless that worsens an ill-conditioned eigenvalue.                   [67]
 Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, int max_iterations) {
   constexpr double ill_conditioned = 1e6;
   const double scale = unit(A);
@@ -158,8 +158,8 @@ Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, int max_iterati
   return better || !d.converged ? plain : d;
 }
 
-// The whole spectrum of a matrix that exact zeros make block triangular is that of its blocks, each
-// of which is bounded alone: a block of one zero is zero to the last bit.
+// If exact zeros make a matrix block triangular, its spectrum is that of its blocks, each bounded
+// separately: a 1x1 zero block gives an exact zero.
 struct Blocks {
   VectorXcd values;  // 1/s
   VectorXd error;
@@ -191,7 +191,7 @@ Blocks by_blocks(const MatrixXd& A, const MatrixXd& A_error,
   return all;
 }
 
-// Which eigenvalue of the blocks each of the whole matrix's is: the nearest pairs first.
+// Matches each eigenvalue of the whole matrix to one of the blocks, the nearest pairs first.
 std::vector<Index> matched(const VectorXcd& whole, const VectorXcd& of_blocks) {
   const Index n = whole.size();
   struct Pair {

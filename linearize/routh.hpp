@@ -1,4 +1,4 @@
-/// Kernels of Routh's test across lanes, compiled once for each instruction set.
+/// SIMD kernels of Routh's test, compiled once for each instruction set.
 /// Internal to linearize/.
 #pragma once
 
@@ -6,15 +6,15 @@
 
 namespace tiltrim {
 
-/// What a kernel says of one matrix or point; a Verdict in one byte.
+/// A kernel's result for one matrix or point; a Verdict in one byte.
 enum class RouthVerdict : unsigned char { stable, unstable, undecided };
 
 /// Matrices first .. last - 1 of a batch, entries as in MatrixBatch.
 struct MatrixTask {
   const double* entries;
   std::size_t n, count, first, last;
-  double entry_error;     ///< relative, of every entry
-  bool balanced;          ///< scale and balance first; without, norms must be near one
+  double entry_error;     ///< relative, for every entry
+  bool balanced;          ///< scale and balance first; otherwise norms must be near one
   RouthVerdict* verdict;  ///< of matrix first, first + 1, ...
 };
 
@@ -45,6 +45,6 @@ namespace lanes_avx512 {
 void routh_of_matrices(const MatrixTask& task);
 void routh_of_line(const LineTask& task);
 }  // namespace lanes_avx512
-#endif  // elsewhere dispatch.hpp makes these names of lanes_baseline
+#endif  // elsewhere dispatch.hpp maps these names to lanes_baseline
 
 }  // namespace tiltrim

@@ -27,9 +27,9 @@ Inverse inverse(const MatrixXcd& V) {
 
 namespace {
 
-// Radii of Gershgorin's discs of V⁻¹ (B + E) V = Λ + V⁻¹ (R + E V), R = B V - V Λ, for all |E| <=
-// the error given; every rounding of this computation included. Infinite if V is too near singular.
-// Isolated discs hold one eigenvalue each, k joined ones hold k.                  [10, ch. 2 secs
+// Radii of the Gershgorin disks of V⁻¹ (B + E) V = Λ + V⁻¹ (R + E V), R = B V - V Λ, for all |E| <=
+// the given error; rounding of this computation is included. Infinite if V is nearly singular.
+// Isolated disks contain one eigenvalue each, k joined ones contain k.            [10, ch. 2 secs
 // 13, 47]
 VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error, const MatrixXcd& V,
                           const VectorXcd& lambda, const Inverse& inv) {
@@ -42,7 +42,7 @@ VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error, const Matrix
   return (rows.array() + inv.defect / (1 - inv.defect) * rows.maxCoeff()) * (1 + 1e-6);
 }
 
-// Every matrix within the error of B is orthogonally similar to one within this of T.
+// Every matrix within the error of B is orthogonally similar to one within this distance of T.
 double schur_error(const MatrixXd& B, const MatrixXd& error, const dense::Schur& schur) {
   const Index n = B.rows();
   const MatrixXd &U = schur.U, &T = schur.T;
@@ -52,16 +52,16 @@ double schur_error(const MatrixXd& B, const MatrixXd& error, const dense::Schur&
   return (B * U - U * T).norm() + orthogonality * size + rounding + error.norm();
 }
 
-// One radius for all eigenvalues, defective or not: the least δ with
+// One radius for all eigenvalues, defective or not: the smallest δ with
 //   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
-// where N is the strict upper triangle of the Schur form and E its backward error and the error
-// given.                                                                       [11, thm 7.2.3]
+// where N is the strict upper triangle of the Schur form and E its backward error plus the given
+// error.                                                                       [11, thm 7.2.3]
 double schur_radius(const MatrixXd& B, const MatrixXd& error, const dense::Schur& schur) {
   const Index n = B.rows();
   const MatrixXd& T = schur.T;
   const double E = schur_error(B, error, schur);
   MatrixXd N = T.triangularView<Eigen::StrictlyUpper>();
-  for (Index i = 0; i + 1 < n; ++i) {  // a 2x2 block made triangular keeps its Frobenius norm
+  for (Index i = 0; i + 1 < n; ++i) {  // making a 2x2 block triangular keeps its Frobenius norm
     const auto block = T.block<2, 2>(i, i);
     const double determinant = block(0, 0) * block(1, 1) - block(1, 0) * block(0, 1);
     if (block(1, 0) != 0)
@@ -84,9 +84,9 @@ double schur_radius(const MatrixXd& B, const MatrixXd& error, const dense::Schur
   return high;
 }
 
-// Stability from a vertical line that no eigenvalue of any matrix within the error can cross: where
-// σ_min(c + iω - T) > ‖E‖ for every ω, as many lie right of the line as of T's own. σ_min changes
-// by no more than ω does, so that each value clears a stretch.                   [11, sec. 7.9]
+// Stability from a vertical line that no eigenvalue of any matrix within the error can cross: if
+// σ_min(c + iω - T) > ‖E‖ for every ω, all of them have as many eigenvalues right of the line as T.
+// σ_min is 1-Lipschitz in ω, so each value clears an interval.                   [11, sec. 7.9]
 std::optional<Index> right_of(double c, const dense::Schur& schur, const VectorXcd& lambda,
                               double E) {
   constexpr int most_stretches = 100;
@@ -101,7 +101,7 @@ std::optional<Index> right_of(double c, const dense::Schur& schur, const VectorX
     shifted << real, -turn, turn, real;
     return dense::singular_values(shifted)[2 * n - 1] - rounding - E;
   };
-  // The nearest eigenvalue to the line says most often at once that it is not clear.
+  // Test first next to the nearest eigenvalue, where the line is most likely to fail.
   Index nearest = 0;
   (lambda.real().array() - c).abs().minCoeff(&nearest);
   if (!(clear_at(std::abs(lambda[nearest].imag())) > 0)) return {};
@@ -121,7 +121,7 @@ std::optional<Index> right_of(double c, const dense::Schur& schur, const VectorX
   return count;
 }
 
-// Discs that touch share their eigenvalues: the group each disc belongs to.
+// Overlapping disks share their eigenvalues: the group of each disk.
 std::vector<Index> groups(const VectorXcd& lambda, const VectorXd& radius) {
   const Index n = lambda.size();
   std::vector<Index> group(static_cast<std::size_t>(n));
@@ -135,8 +135,8 @@ std::vector<Index> groups(const VectorXcd& lambda, const VectorXd& radius) {
   return group;
 }
 
-// What the discs say of each eigenvalue and of stability: all groups left of the axis, or one
-// wholly to its right.
+// Error of each eigenvalue and stability from the disks: stable if all groups are left of the axis,
+// unstable if one is entirely right of it.
 Bounds of_discs(const VectorXcd& lambda, const VectorXd& radius) {
   const Index n = lambda.size();
   const std::vector<Index> group = groups(lambda, radius);
@@ -157,15 +157,15 @@ Bounds of_discs(const VectorXcd& lambda, const VectorXd& radius) {
 
 Verdict axis_verdict(const MatrixXd& B, const MatrixXd& error, const VectorXcd& lambda,
                      const dense::Schur& schur) {
-  constexpr Index largest = 200;  // of which a singular value decomposition is still quick
+  constexpr Index largest = 200;  // for which a singular value decomposition is fast
   const double E = schur_error(B, error, schur);
-  // The eigenvalues' sum is the trace: where that is positive, so is one of them.
+  // The sum of the eigenvalues is the trace: if it is positive, so is an eigenvalue's real part.
   const double trace = B.trace(), rounding = double(B.rows()) * epsilon * B.diagonal().lpNorm<1>();
   if (trace > error.trace() + rounding) return Verdict::unstable;
   if (B.rows() > largest || !std::isfinite(E)) return Verdict::undecided;
   if (const auto unstable = right_of(0.0, schur, lambda, E))
     return *unstable > 0 ? Verdict::unstable : Verdict::stable;
-  const double most = schur.T.diagonal().maxCoeff();  // of a pair the real part
+  const double most = schur.T.diagonal().maxCoeff();  // for a pair, the real part
   if (most > 0)
     if (const auto unstable = right_of(0.5 * most, schur, lambda, E); unstable && *unstable > 0)
       return Verdict::unstable;

@@ -1,5 +1,6 @@
-// Verdicts over two gains by polynomials that are affine in each, Routh's test within bounds.
-// Derivations and bounds: docs/linearize.md.                                  [32, 33, 34]
+// Verdicts over two gains by polynomials that are affine in each gain, and Routh's test within
+// error
+// bounds. Derivations and bounds: docs/linearize.md.                          [32, 33, 34]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -21,12 +22,13 @@ using namespace characteristic;
 
 namespace {
 
-// Polynomials at a = 0 and a = reach, between and beyond which both coefficients are linear in a.
+// Polynomials at a = 0 and a = reach; both coefficients are linear in a.
 struct Plane {
   Index n;
   Pencil near, far;
   double reach;
-  std::array<double, largest + 1> left_over;  // errors of coefficients, anywhere on the map
+  std::array<double, largest + 1> left_over;  // error bounds of the coefficients, anywhere on the
+                                              // map
 };
 
 double reach(std::span<const double> gains) {
