@@ -43,7 +43,7 @@ class Comparison {
     m.message = flown.message;
     m.linear = linear_motion(A_, offset, options_.sample, samples);
     m.nonlinear = MatrixXd::Zero(A_.rows(), samples);
-    // Samples on the grid alone: at events there are two more.
+    // Samples on the grid only: at events there are two more.
     Index k = 0;
     for (std::size_t i = 0; i < flown.t.size() && k < samples; ++i) {
       if (std::abs(flown.t[i] - double(k) * options_.sample) > 1e-9 * options_.sample) continue;
@@ -59,7 +59,7 @@ class Comparison {
     return m;
   }
 
-  // A nonlinear motion that ends early is as far apart as can be.
+  // A nonlinear motion that ends early counts as infinitely different.
   bool together(const VectorXd& offset) const {
     const Motions m = from(offset);
     return m.whole && m.apart <= options_.tolerated;
@@ -72,7 +72,7 @@ class Comparison {
   const ResponseOptions& options_;
 };
 
-// The offset's multiple from which on the two are further apart than tolerated.
+// The multiple of the offset from which the two differ by more than the tolerance.
 double reach(const Comparison& comparison, const VectorXd& offset, const ResponseOptions& options) {
   double near = 0.0, far = options.most;
   if (comparison.together(far * offset)) return far;

@@ -1,4 +1,5 @@
-/// Linear motions beside nonlinear ones from the same offset. Internal to simulate/ and flight/.
+/// Comparison of linear and nonlinear motions from the same offset. Internal to simulate/ and
+/// flight/.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,12 +15,12 @@ namespace tiltrim::comparing {
 struct Nonlinear {
   std::vector<double> t;
   Eigen::MatrixXd x;
-  bool whole = false;   ///< to the end of its time
-  std::string message;  ///< why not
+  bool whole = false;   ///< reached its end time
+  std::string message;  ///< why it did not
 };
 
-/// Fills in the response from its offset: both motions, how far apart, how far they go together.
-/// `moved` may have no samples where there is no motion from an offset.
+/// Completes the response from its offset: both motions, their difference, and the offset up to
+/// which they agree. `moved` may return no samples if there is no motion from an offset.
 void compare(const std::function<Nonlinear(const Eigen::VectorXd& offset)>& moved,
              const Eigen::MatrixXd& A, const ResponseOptions& options, Response& response);
 

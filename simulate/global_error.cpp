@@ -13,8 +13,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-// The samples that two runs share, the largest differences on them, and from which sample on they
-// are no answer: a state's difference exceeds a tenth of its largest value.
+// The samples common to two runs, the largest differences on them, and the first sample that is
+// unreliable: a state's difference exceeds a tenth of its largest value.
 struct Agreement {
   VectorXd error;
   std::size_t good = 0;
@@ -31,7 +31,7 @@ Agreement agreement(const Signals& states, const Trajectory& run, const Trajecto
     largest = largest.cwiseMax(state(run, k).cwiseAbs());
   Agreement a{VectorXd::Zero(n)};
   const double same_time = 1e-6 * run.end();
-  // What only one has, a step or an event, is passed over.
+  // Samples of one run only, at a step or an event, are skipped.
   for (std::size_t i = 0, k = 0; i < run.samples() && k < other.samples();) {
     const double later = run.t[i] - other.t[k];
     if (std::abs(later) > same_time) {

@@ -43,7 +43,7 @@ void check(const Motion& motion, const State& x0, double from, double to,
                         motion.states[i].nominal));
 }
 
-// A step under way: everything that goes on from one to the next.
+// The state of an integration, kept from step to step.
 class Integration {
  public:
   Integration(const Motion& motion, const State& x0, int mode, double from, double to,
@@ -89,18 +89,18 @@ class Integration {
   double start_, to_, t_;
   State x_, rates_, next_, next_rates_, error_, trial_, trial_rates_;
   std::vector<double> g_;
-  std::vector<char> above_;  // side of zero that each watched function is on; zero is below
+  std::vector<char> above_;  // side of zero of each event function; zero counts as below
   Stepper stepper_;
   Trajectory result_;
   double h_ = 0.0;
   double target_ = 0.0;  // the next break, or the end
-  double inside_ = 0.0;  // the last time on the near side of a break
+  double inside_ = 0.0;  // the last time before a break
   long sampled_ = 1;     // samples on the grid so far
-  long at_once_ = 0;     // crossings at this instant
+  long at_once_ = 0;     // crossings at this time
   double instant_ = -std::numeric_limits<double>::infinity();
   bool finished_ = false;
 
-  // A step that ends at a break stays on its near side.
+  // A step that ends at a break is evaluated on its left side.
   auto system() {
     return [this](const State& x, State& dxdt, double t) {
       ++result_.evaluations;
@@ -128,8 +128,9 @@ class Integration {
     if (result_.t.back() != t_) sample(t_, x_);
   }
 
-  // An event is located to the spacing of times; what comes nearer than that is told from the last
-  // one by sixteen of them, and within `instant` functions cross at once.
+  // An event is located to the spacing of floating-point times; two events are distinct if they are
+  // at
+  // least sixteen spacings apart, and functions that cross within `instant` cross simultaneously.
   double spacing() const {
     return 2 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_), h_);
   }
@@ -146,7 +147,7 @@ class Integration {
     settle();
   }
 
-  // Rates and the next break from a point where they may have changed.
+  // Computes rates and the next break at a point where they may have changed.
   void onward() {
     const auto next = std::ranges::upper_bound(motion_.breaks, t_);
     const bool breaks = next != motion_.breaks.end() && *next <= to_;
@@ -170,7 +171,7 @@ class Integration {
              fmt::format("the watched '{}' is nan", motion_.watched[k].name));
   }
 
-  // A hundredth of the time in which the fastest state moves by its size.
+  // A hundredth of the time in which the fastest state changes by its size.
   double first_step() const {
     double fastest = 1.0 / options_.longest_step;
     for (std::size_t i = 0; i < n_; ++i)
@@ -179,7 +180,7 @@ class Integration {
     return std::min({options_.longest_step, 0.01 / fastest, to_ - t_});
   }
 
-  // The step from here to t_ + h; its error over the tolerance, infinite where it is not finite.
+  // The step from t_ to t_ + h; returns its error over the tolerance, infinite if not finite.
   double tried(double h, State& x, State& rates) {
     stepper_.do_step(system(), x_, rates_, t_, x, rates, h, error_);
     double worst = 0.0;
@@ -196,11 +197,11 @@ class Integration {
     const double rest = target_ - t_;
     const double longest = options_.fixed_step > 0 ? options_.fixed_step : options_.longest_step;
     double h = std::min(h_, longest);
-    h = (t_ + h) - t_;                       // as times can tell
-    if (!(h < (1 - 1e-9) * rest)) h = rest;  // no crumbs
+    h = (t_ + h) - t_;                       // as representable in time
+    if (!(h < (1 - 1e-9) * rest)) h = rest;  // no tiny last step
     if (!(h > 0)) return too_small();
     const double error = tried(h, next_, next_rates_);
-    // The usual controller of a fifth-order pair: [52, sec. II.4].
+    // The usual step-size controller for a fifth-order pair: [52, sec. II.4].
     const double factor = std::isfinite(error)
                               ? std::clamp(0.9 * std::pow(std::max(error, 1e-10), -0.2), 0.2, 5.0)
                               : 0.1;
@@ -222,7 +223,7 @@ class Integration {
     if (!finished_) stop(MotionStatus::step_too_small, "no step is short enough for the tolerance");
   }
 
-  // The step of length h as far as the first event in it.
+  // Accepts the step of length h up to the first event in it.
   void accept(double h, bool to_target) {
     const std::optional<std::size_t> crossed = first_crossing(h);
     const double t = to_target && !crossed ? target_ : std::min(t_ + h, target_);
@@ -245,8 +246,9 @@ class Integration {
     settle();
   }
 
-  // The watched function that changes its side first within the step of length h, if one does: then
-  // the step is cut to end just behind it. Of a function that changes it twice nothing is seen.
+  // The event function that changes sign first within the step of length h, if any; the step is
+  // then
+  // cut to end just after it. Two sign changes of one function within a step are not detected.
   std::optional<std::size_t> first_crossing(double& h) {
     std::optional<std::size_t> first;
     watch(t_ + h, next_);
@@ -260,7 +262,7 @@ class Integration {
     return first;
   }
 
-  // The length of a step that ends just behind the change of side of a watched function.
+  // The length of a step that ends just after the sign change of an event function.
   double located(std::size_t which, double h) {
     if (h <= nearest()) return h;
     constexpr double least = std::numeric_limits<double>::min(), most = 1e300;
@@ -277,7 +279,7 @@ class Integration {
     watch(t_, x_);
     double from = 0.0, at_start = side();
     if ((at_start > 0) != bool(above_[which])) at_start = value(from = nearest());
-    if ((at_start > 0) == (at_end > 0)) return from;  // back at once
+    if ((at_start > 0) == (at_end > 0)) return from;  // changes back at once
     std::uintmax_t steps = 100;
     return boost::math::tools::toms748_solve(
                value, from, h, at_start, at_end,
@@ -289,13 +291,13 @@ class Integration {
   void samples_between(double from, double to) {
     if (options_.sample == 0) return sample(to, next_);
     for (double t; (t = start_ + double(sampled_) * options_.sample) <= to; ++sampled_) {
-      if (t >= to_) return;  // the end has a sample of its own
+      if (t >= to_) return;  // the end has its own sample
       stepper_.calc_state(t, trial_, x_, rates_, from, next_, next_rates_, to);
       sample(t, trial_);
     }
   }
 
-  // A watched function has changed its side: the caller's change.
+  // An event function has changed sign: calls the user's function.
   void happened(std::size_t which) {
     if (t_ - instant_ > instant()) at_once_ = 0;
     instant_ = t_;
@@ -310,7 +312,7 @@ class Integration {
       sample(t_, x_);
       if (watched.ends) return stop(MotionStatus::ended_by_event, watched.name);
     }
-    const long at_most = 20 * long(above_.size());  // at once, 20 of each: to and fro
+    const long at_most = 20 * long(above_.size());  // simultaneous, 20 of each: chattering
     if (long(result_.events.size()) >= options_.max_events || ++at_once_ > at_most)
       stop(MotionStatus::event_limit,
            fmt::format("'{}' to and fro, {} events", watched.name, result_.events.size()));
@@ -318,8 +320,9 @@ class Integration {
       onward();
   }
 
-  // Behind a start, an event or a break: each function that is about to be on its other side
-  // crosses at this instant, one after the other. So a bounce is seen however short it is.
+  // After a start, an event or a break: each function about to change sign crosses at this time,
+  // one
+  // after the other, so that even the shortest bounce is detected.
   void settle() {
     while (!finished_) {
       for (std::size_t i = 0; i < n_; ++i) trial_[i] = x_[i] + instant() * rates_[i];

@@ -11,100 +11,102 @@
 
 namespace tiltrim {
 
-/// A function whose change of sign is an event. Zero counts as below it: at the start what rises
-/// from zero has an event, what falls from it has none.
+/// A function whose sign change is an event. Zero counts as negative: a function that rises from
+/// zero at the start has an event, one that falls from zero does not.
 struct EventFunction {
   std::string name;  ///< in messages
-  /// Which changes of sign count.
+  /// The sign changes that count.
   enum class Direction {
     both,                         ///< either
-    rising,                       ///< from below zero
-    falling,                      ///< from above zero
-  } direction = Direction::both;  ///< which
-  bool ends = false;              ///< the motion, where it happens
+    rising,                       ///< from negative to positive
+    falling,                      ///< from positive to negative
+  } direction = Direction::both;  ///< direction of the change
+  bool ends = false;              ///< the event ends the motion
 };
 
 /// An event that happened.
 struct MotionEvent {
-  std::size_t which = 0;  ///< of the watched
-  bool rising = false;    ///< else falling
+  std::size_t which = 0;  ///< index of the event function
+  bool rising = false;    ///< otherwise falling
   double t = 0.0;         ///< s
 };
 
-/// Rates [states] or watched functions [watched] at a time and state, on one side of all jumps:
-/// `mode` is the caller's own number for it.
+/// Rates [states] or event functions [watched] at a time and state, on one side of all jumps,
+/// identified by the caller's number `mode`.
 using Evaluate = std::function<void(double t, const double* x, int mode, double* values)>;
 
-/// A motion, smooth but at its breaks and events.
+/// A motion, smooth except at its breaks and events.
 struct Motion {
   Signals states;                        ///< of x
   Evaluate f;                            ///< their rates
-  std::vector<EventFunction> watched{};  ///< what has events
-  Evaluate g{};                          ///< its values; needed if anything is watched
-  /// Times at which f or g has a kink or a jump, rising; at them both have their value behind.
+  std::vector<EventFunction> watched{};  ///< the event functions
+  Evaluate g{};                          ///< their values; required if `watched` is not empty
+  /// Times at which f or g has a kink or a jump, ascending; f and g have their right-hand values
+  /// there.
   std::vector<double> breaks{};
-  /// Called at each event, just behind it; may move the state, returns the mode from there on.
+  /// Called just after each event; may change the state, returns the mode from there on.
   /// Empty: events change nothing.
   std::function<int(const MotionEvent&, double* x, int mode)> at{};
 };
 
-/// How integrate() goes about it.
+/// Options of integrate().
 struct IntegrateOptions {
-  /// Of each step's error in each state: times the larger of the state and its nominal size.
+  /// On the error per step of each state, relative to the larger of the state and its nominal size.
   double tolerance = 1e-9;
-  double sample = 0.1;         ///< between samples; 0: at the steps; infinite: at the ends, events
-  double fixed_step = 0.0;     ///< no error control, to measure the order; 0: controlled
-  double longest_step = 0.5;   ///< what changes its sign twice within a step is missed
-  long max_steps = 2'000'000;  ///< tried
-  long max_events = 10'000;    ///< in all
+  double sample = 0.1;           ///< s between samples; 0: at steps; infinite: only at ends and
+                                 ///< events
+  double fixed_step = 0.0;       ///< s; disables error control, to measure the order; 0: controlled
+  double longest_step = 0.5;     ///< s; two sign changes within a step are missed
+  long max_steps = 2'000'000;    ///< attempted
+  long max_events = 10'000;      ///< in all
   double diverged_beyond = 1e9;  ///< nominal sizes
-  std::stop_token stop{};        ///< asked between steps
-  /// simulate(): whether a second, finer run says how far the motion may be off. Twice the work.
+  std::stop_token stop{};        ///< checked between steps
+  /// simulate(): estimate the global error by a second, finer run. Doubles the cost.
   bool global_error = true;
 };
 
-/// How a motion ended.
+/// Status of a motion.
 enum class MotionStatus {
-  completed,       ///< the end time is reached
-  ended_by_event,  ///< by one that ends the motion
-  diverged,        ///< a state is beyond all sizes
-  not_finite,      ///< f at or just behind the last state; a watched function that is NaN
-  step_too_small,  ///< no step that times can tell is short enough for the tolerance: a pole
-  step_limit,      ///< max_steps used up: stiff, or a tolerance out of reach
-  event_limit,     ///< max_events, or 20 per watched one at once: to and fro
-  interrupted,     ///< the caller asked to stop
-  inaccurate,      ///< simulate(): beyond there the estimated error has eaten the answer
+  completed,       ///< reached the end time
+  ended_by_event,  ///< by an event that ends the motion
+  diverged,        ///< a state exceeds diverged_beyond
+  not_finite,      ///< f at or just after the last state; an event function that is NaN
+  step_too_small,  ///< the tolerance needs a step below the resolution of time: a pole
+  step_limit,      ///< max_steps reached: stiff, or the tolerance is too small
+  event_limit,     ///< max_events, or 20 simultaneous per event function: chattering
+  interrupted,     ///< stopped by the caller
+  inaccurate,      ///< simulate(): from there on the estimated error is too large
 };
-std::string to_string(MotionStatus status);  ///< as JSON spells it
+std::string to_string(MotionStatus status);  ///< as in JSON
 
-/// What integrate() answers.
+/// The result of integrate().
 struct Trajectory {
   MotionStatus status = MotionStatus::completed;  ///< how it ended
-  std::string message;              ///< where and why it ended early, in words; else empty
-  std::vector<double> t;            ///< samples; at an event one before and one behind it
+  std::string message;                            ///< where and why it ended early; otherwise empty
+  std::vector<double> t;            ///< s, of the samples; at an event one before and one after it
   std::vector<double> x;            ///< [sample][state]
   std::vector<int> modes;           ///< [sample]
-  std::vector<MotionEvent> events;  ///< in their order
-  long steps = 0, rejected = 0, evaluations = 0;  ///< taken, tried in vain, calls of f
+  std::vector<MotionEvent> events;  ///< in order of time
+  long steps = 0, rejected = 0, evaluations = 0;  ///< accepted, rejected, calls of f
 
-  /// How many.
+  /// Number of samples.
   std::size_t samples() const { return t.size(); }
   /// The states of one sample.
   const double* state(std::size_t sample) const {
     return x.data() + sample * (t.empty() ? 0 : x.size() / t.size());
   }
-  /// The last time, s.
+  /// Time of the last sample, s.
   double end() const { return t.back(); }
-  /// The end time is reached.
+  /// True if the end time was reached.
   explicit operator bool() const { return status == MotionStatus::completed; }
 };
 
-/// From x0 at `from` to `to` > from: Dormand and Prince's pair of orders 5 and 4 with its dense
-/// output [52]. An event is located to rounding on steps of its own, not on the dense output, and
-/// no step goes across one; what crosses within 1e-13 of the time or the step happens at once. f
-/// and g must go on smoothly a step beyond an event. Every cap has its status. Throws
-/// std::invalid_argument where sizes do not fit, a start is not finite, an option is NaN or out of
-/// range, or `to` is not behind `from`.
+/// Integrates from x0 at `from` to `to` > from by the Dormand-Prince pair of orders 5 and 4 with
+/// its dense output [52]. An event is located to rounding on steps of their own, not on the dense
+/// output, and no step crosses an event; crossings within 1e-13 of the time or the step are
+/// simultaneous. f and g must be smooth for one step beyond an event. Every limit has its status.
+/// Throws std::invalid_argument if sizes do not match, a start is not finite, an option is NaN or
+/// out of range, or `to` is not after `from`.
 [[nodiscard]] Trajectory integrate(const Motion& motion, const std::vector<double>& x0, int mode,
                                    double from, double to, const IntegrateOptions& options = {});
 

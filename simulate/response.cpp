@@ -36,7 +36,7 @@ Response response(const Model& model, const OperatingPoint& trim,
     IntegrateOptions integrate;
     integrate.tolerance = options.tolerance;
     integrate.sample = options.sample;
-    integrate.global_error = false;  // the linear response beside it says how far they agree
+    integrate.global_error = false;  // the difference from the linear response matters here
     OperatingPoint from = trim;
     from.x += by;
     const Simulation s = simulate(model, from, options.duration, {}, integrate);

@@ -1,4 +1,4 @@
-// Compiled as C++17: uBLAS of Boost 1.74 uses what C++20 took out of std::allocator.
+// Compiled as C++17: uBLAS of Boost 1.74 uses members that C++20 removed from std::allocator.
 #include "simulate/rosenbrock.hpp"
 
 #include <algorithm>

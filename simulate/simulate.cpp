@@ -27,7 +27,7 @@ struct Change {
   SignalChange what;
 };
 
-// Which variable each change moves: none that is a state.
+// The variable that each change applies to; states are not allowed.
 std::vector<Change> checked(const Model& model, const std::vector<SignalChange>& changes) {
   std::vector<Change> all;
   for (const SignalChange& c : changes) {
@@ -45,13 +45,13 @@ std::vector<Change> checked(const Model& model, const std::vector<SignalChange>&
   return all;
 }
 
-// The model along time, its exceptions kept as words.
+// The model as a function of time; the text of its exceptions is kept.
 class Moving {
  public:
   Moving(const Model& model, const OperatingPoint& start, std::vector<Change> changes)
       : model_(model), start_(start), changes_(std::move(changes)) {}
 
-  // At a break the changes are those behind it, unless the interval ends there.
+  // At a break the changes after it apply, unless the interval ends there.
   OperatingPoint at(double t, const double* x) const {
     OperatingPoint point = start_;
     point.x = Eigen::Map<const VectorXd>(x, point.x.size());
@@ -92,7 +92,7 @@ class Moving {
     return y;
   }
 
-  // The model's words, where it threw last; empty if it did not.
+  // The text of the model's last exception; empty if it did not throw.
   const std::string& thrown() const { return thrown_; }
   void forget() { thrown_.clear(); }
 
@@ -102,7 +102,7 @@ class Moving {
   std::vector<Change> changes_;
   std::string thrown_;
 
-  // The caller's mistakes pass; what the model throws is told in the answer.
+  // The caller's errors propagate; exceptions of the model are reported in the result.
   template <class Call>
   void guarded(const Call& call) {
     try {
@@ -131,7 +131,7 @@ void say(Simulation& s, const std::string& words) {
   s.message += (s.message.empty() ? "" : ": ") + words;
 }
 
-// ∂rates/∂states; no numbers where the model throws.
+// ∂rates/∂states; not finite if the model throws.
 Eigen::MatrixXd rate_slopes(const Model& model, const OperatingPoint& at) {
   const Index n = std::ssize(model.states);
   std::vector<Index> states(model.states.size());
@@ -145,8 +145,8 @@ Eigen::MatrixXd rate_slopes(const Model& model, const OperatingPoint& at) {
   }
 }
 
-// Whether the explicit method's steps, on the average this long, are held by stability and not by
-// accuracy: Dormand and Prince's is stable to -3.3 along the negative axis.   [70, sec. IV.2]
+// True if explicit steps of this average length are limited by stability and not by accuracy:
+// Dormand-Prince is stable to -3.3 along the negative real axis.              [70, sec. IV.2]
 bool held_by_stability(const Model& model, const OperatingPoint& at, double step) {
   constexpr double near = 2.0;
   const Eigen::MatrixXd A = rate_slopes(model, at);
@@ -155,7 +155,7 @@ bool held_by_stability(const Model& model, const OperatingPoint& at, double step
   return lambda.size() > 0 && -lambda.real().minCoeff() * step > near;
 }
 
-// One run: explicit, or implicit where the explicit one does not get on.
+// One run: explicit, or implicit if the explicit method is too slow.
 struct Run {
   Trajectory trajectory;
   bool stiff = false;
@@ -164,7 +164,7 @@ struct Run {
 Run run(const Model& model, const Motion& motion, const Moving& moving,
         const std::vector<double>& x0, double duration, const IntegrateOptions& options,
         bool known_stiff) {
-  constexpr long patience = 10'000;  // steps, before the question is asked
+  constexpr long patience = 10'000;  // steps, before stiffness is tested
   if (options.fixed_step > 0) return {integrate(motion, x0, 0, 0.0, duration, options), false};
   const RateSlopes slopes = [&](double t, const double* x) {
     return rate_slopes(model, moving.at(t, x));
@@ -205,7 +205,7 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
     s.error = with_error(
         model.states, run(model, motion, moving, x0, found.end(), finer(options), stiff).trajectory,
         found);
-  if (found) moving.forget();  // thrown beside the way, by a step that was refused
+  if (found) moving.forget();  // thrown in a rejected step
 
   s.status = found.status;
   s.message = found.message;

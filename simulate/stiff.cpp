@@ -12,9 +12,9 @@ namespace tiltrim {
 
 namespace {
 
-struct NotFinite {};  // the rates, somewhere within a step
+struct NotFinite {};  // the rates are not finite within a step
 
-// The motion over its states' nominal sizes, so that one tolerance fits all.
+// The motion in its states' nominal sizes, so that one tolerance applies to all.
 class StiffIntegration {
  public:
   StiffIntegration(const Motion& motion, const RateSlopes& slopes, const std::vector<double>& x0,
@@ -53,11 +53,11 @@ class StiffIntegration {
   const IntegrateOptions& options_;
   std::size_t n_;
   double from_, to_;
-  double before_ = std::numeric_limits<double>::infinity();  // a step ends behind the next break,
-                                                             // but sees only what is before it
+  double before_ = std::numeric_limits<double>::infinity();  // a step ends after the next break,
+                                                             // but sees only values before it
   std::vector<double> z_, x_, g_;
   std::vector<char> above_;
-  std::size_t sampled_ = 1;  // of the grid
+  std::size_t sampled_ = 1;  // on the grid
   Trajectory result_{};
 
   double nominal(std::size_t i) const { return motion_.states[i].nominal; }
@@ -96,9 +96,9 @@ class StiffIntegration {
     return false;
   }
 
-  // From a break to the next one; returns whether the motion goes on.
+  // From one break to the next; returns whether the motion continues.
   bool stretch(double t, double until) {
-    constexpr double shortest = 1e-15;  // of the time
+    constexpr double shortest = 1e-15;  // relative to the time
     before_ = std::nextafter(until, from_);
     const RosenbrockSystem system{
         [this](double at, const double* z, double* f) { rates(at, z, f); },
@@ -140,7 +140,7 @@ class StiffIntegration {
     return true;
   }
 
-  // Watched functions that change their side between two times, by halving.
+  // Locates sign changes of event functions between two times by bisection.
   template <class At>
   void events(double low, double high, const At& at) {
     constexpr int halvings = 60;
