@@ -41,8 +41,8 @@ Kinds kinds(Spectrum lambda) {
   return k;
 }
 
-// The permutation p of least Σ cost(i, p(i)). Rows join one by one, each along the shortest path of
-// reduced costs cᵢⱼ - uᵢ - vⱼ >= 0 to a free column. Of equals the first is taken.          [37]
+// The permutation p that minimizes Σ cost(i, p(i)). Rows are added one by one, each along the
+// shortest path of reduced costs cᵢⱼ - uᵢ - vⱼ >= 0 to a free column. Ties: the first.      [37]
 std::vector<int> assign(const MatrixXd& cost) {
   const int n = int(cost.rows());
   std::vector<double> u(n, 0.0), v(n + 1, 0.0);
@@ -103,8 +103,8 @@ Basis basis(const MatrixXd& balanced, Spectrum lambda) {
   return b;
 }
 
-// tr(Pᵢ Qⱼ) of the spectral projectors Pᵢ = vᵢ wᵢᴴ of a and Qⱼ of b: no scaling of eigenvectors or
-// states enters, rows and columns sum to one.                                    [38, 39]
+// tr(Pᵢ Qⱼ) of the spectral projectors Pᵢ = vᵢ wᵢᴴ of a and Qⱼ of b: independent of the scaling of
+// eigenvectors and states; rows and columns sum to one.                          [38, 39]
 MatrixXcd correlation(const Basis& a, const Basis& b) {
   const Index n = Index(a.lambda.size());
   if (a.V.size() == 0 || b.V.size() == 0) return MatrixXcd::Ones(n, n);
@@ -114,7 +114,7 @@ MatrixXcd correlation(const Basis& a, const Basis& b) {
 
 namespace {
 
-// Distance of each eigenvalue to the nearest that is not its conjugate.
+// Distance of each eigenvalue to the nearest other one that is not its conjugate.
 std::vector<double> gaps(const Basis& a) {
   const int n = int(a.lambda.size());
   std::vector<double> gap(n, infinity);
@@ -125,7 +125,7 @@ std::vector<double> gaps(const Basis& a) {
   return gap;
 }
 
-// Half of the two least costs of a pair's becoming two real eigenvalues.
+// Half the sum of the two smallest costs at which a pair becomes two real eigenvalues.
 double cost_of_split(const MatrixXd& cost, int member, const std::vector<int>& reals) {
   double least = infinity, second = infinity;
   for (const int j : reals) {
@@ -138,8 +138,9 @@ double cost_of_split(const MatrixXd& cost, int member, const std::vector<int>& r
 
 }  // namespace
 
-// 1 - (correlation, 0 .. 1) + d/(d + gap) with d the way from the predicted place. A pair takes
-// part whole: its projector stays where those of its members grow without bound, near the axis.
+// 1 - (correlation, 0 .. 1) + d/(d + gap) with d the distance from the predicted place. A pair
+// counts as a whole: its projector stays bounded near the real axis, where those of its members
+// grow without bound.
 MatrixXd costs(const MatrixXcd& M, const Basis& a, Spectrum predicted, const Basis& b) {
   const int n = int(a.lambda.size());
   const std::vector<double> gap = gaps(a);
@@ -158,11 +159,12 @@ MatrixXd costs(const MatrixXcd& M, const Basis& a, Spectrum predicted, const Bas
   return cost;
 }
 
-// Pairs to pairs and reals to reals; as many pairs split as b has fewer. Which do is decided with
-// the pairs, each at its least cost of splitting; which reals they become, with the reals.
+// Pairs to pairs and reals to reals; as many pairs split as b has fewer. The pairs that split are
+// chosen with the pairs, each at its smallest cost of splitting; the reals they become, with the
+// reals.
 std::vector<int> assign_kinds(const MatrixXd& cost, const Basis& a, const Basis& b) {
   const auto &pairs = a.kind.pairs, &next = b.kind.pairs;
-  if (pairs.size() < next.size()) {  // reals join: backwards, pairs split
+  if (pairs.size() < next.size()) {  // reals join: in reverse, pairs split
     const std::vector<int> from = assign_kinds(cost.transpose(), b, a);
     std::vector<int> to(from.size());
     for (std::size_t j = 0; j < from.size(); ++j) to[from[j]] = int(j);
@@ -184,7 +186,7 @@ std::vector<int> assign_kinds(const MatrixXd& cost, const Basis& a, const Basis&
   }
   const std::vector<int> alone = assign(cost(rows, b.kind.reals));
   for (std::size_t i = 0; i < rows.size(); ++i) to[rows[i]] = b.kind.reals[alone[i]];
-  for (const auto& [plus, minus] : split)  // the convention
+  for (const auto& [plus, minus] : split)  // by convention
     if (b.lambda[to[plus]].real() < b.lambda[to[minus]].real()) std::swap(to[plus], to[minus]);
   return to;
 }

@@ -1,4 +1,4 @@
-// Where eigenvalues cross the imaginary axis on a line of matrices.
+// Crossings of eigenvalues with the imaginary axis on a line of matrices.
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
@@ -16,13 +16,15 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double safety = 4.0;      // on what a second difference says of the curve between
-constexpr double jump_size = 1e-6;  // nominal sizes that no step as short as `least` explains
+constexpr double safety = 4.0;      // on the second difference as a bound of the curve between
+                                    // samples
+constexpr double jump_size = 1e-6;  // nominal sizes: a larger change over a step of `least` is a
+                                    // jump
 constexpr int most_pieces = 4000;   // of one step of the grid
 
-// A(t) in the eigenvectors of the middle, at the piece's ends, less the middle's eigenvalues.
+// A(t) in the eigenvectors at the middle, at the ends of the piece, minus the middle's eigenvalues.
 struct Piece {
-  Eigen::VectorXcd lambda;  // of the middle
+  Eigen::VectorXcd lambda;  // at the middle
   MatrixXcd at_a, at_b;     // X⁻¹ (A(a) - A(m)) X, the same at b
   double rounding;          // of an eigenvalue, in the matrix's own norm
 };
@@ -42,24 +44,24 @@ std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sam
   if (!middle.converged) return {};
   const MatrixXcd& X = middle.V;
   const dense::LU<MatrixXcd> lu = dense::lu(X);
-  constexpr double units = 64;  // of rounding, that an eigenvalue of a balanced matrix may be off
+  constexpr double units = 64;  // rounding units that an eigenvalue of a balanced matrix may be off
   Piece piece{middle.values, dense::solve(lu, alike(a.A - m.A) * X),
               dense::solve(lu, alike(b.A - m.A) * X),
               units * std::numeric_limits<double>::epsilon() * balanced.B.norm()};
-  if (!piece.at_a.allFinite() || !piece.at_b.allFinite()) return {};  // defective in the middle
+  if (!piece.at_a.allFinite() || !piece.at_b.allFinite()) return {};  // defective at the middle
   return piece;
 }
 
 struct Judged {
-  std::vector<Index> unclear;  // eigenvalues of the middle whose discs may reach the axis
-  bool monotone = false;       // the unclear ones are one, or one pair, with a monotone real part
-  bool rounding = false;       // what they do in the piece is no more than rounding
+  std::vector<Index> unclear;  // eigenvalues of the middle whose disks may reach the axis
+  bool monotone = false;       // only one unclear eigenvalue or pair, with monotone real part
+  bool rounding = false;       // its motion within the piece is at rounding level
 };
 
 Judged judge(const Piece& p) {
   const Index n = p.lambda.size();
   const MatrixXcd bend = p.at_a + p.at_b;  // A(a) - 2 A(m) + A(b)
-  // A smooth curve leaves the polygon's halves by bend/8 at most.
+  // A smooth curve deviates from the halves of the polygon by at most bend/8.
   const VectorXd off = safety / 8 * bend.cwiseAbs().rowwise().sum();
   const auto reach = [&](const MatrixXcd& E, Index i) {
     const VectorXd row = E.row(i).cwiseAbs();
@@ -92,16 +94,17 @@ Judged judge(const Piece& p) {
   return j;
 }
 
-// Whether the three may lie on one curve: a jump between two of them is all of the bend.
+// True if the three may lie on one curve: at a jump between two of them, it makes up all of the
+// bend.
 bool continuous(const MatrixLine& line, const Sample& a, const Sample& m, const Sample& b) {
   const double left = line.apart(a, m), right = line.apart(m, b), whole = line.apart(a, b);
   const double most = std::max(left, right);
   if (most <= jump_size) return true;
-  constexpr double all = 0.9;  // a parabola from its vertex bends by two thirds
+  constexpr double all = 0.9;  // a parabola from its vertex has two thirds
   return std::min(left, right) >= (1 - all) * most || whole <= most * (1 - all);
 }
 
-// The real part that changes sign where the count goes from one number to another.
+// The real part that changes sign when the number of unstable eigenvalues changes as given.
 double watched(const Sample& s, int before, int after) {
   const Index k = s.eigenvalues.size() - 1 - std::min(before, after);
   return s.eigenvalues[k].real();
@@ -134,7 +137,7 @@ class Search {
   }
 
  private:
-  // What is left when a piece can be halved no more. Such pieces that touch are one event.
+  // Records a piece that cannot be bisected further. Adjacent pieces of this kind are one event.
   void ended(double from, const std::optional<Sample>& a, double to,
              const std::optional<Sample>& b) {
     const bool goes_on = ended_at_ && *ended_at_ == from;
@@ -158,12 +161,12 @@ class Search {
     e.frequency = e.kind == CrossingKind::hopf ? frequency : 0.0;
   }
 
-  // The equilibrium or the matrix is another, as far as so short a piece can tell.
+  // The equilibrium or the matrix differs by more than so short a piece can explain.
   bool jumps(const Sample& a, const Sample& b) const {
     return line_.apart(a, b) > jump_size || (a.A - b.A).norm() > jump_size * size_;
   }
 
-  // The one crossing between a and b; false if it cannot be bracketed.
+  // Locates the only crossing between a and b; false if it cannot be bracketed.
   bool locate(const Sample& a, const Sample& b) {
     const int before = a.unstable(), after = b.unstable();
     std::optional<Sample> at;
@@ -186,7 +189,7 @@ class Search {
     seen_.push_back(*at);
     const Index k = at->eigenvalues.size() - 1 - std::min(before, after);
     const double frequency = std::abs(at->eigenvalues[k].imag());
-    // Round-off of the eigenvalue over its slope, beside the bracket.
+    // Round-off of the eigenvalue over its derivative, added to the bracket.
     const double slope = std::abs((at_b - at_a) / (b.t - a.t));
     const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm() / slope;
     const double error = (high - low) + rounding;
@@ -197,12 +200,12 @@ class Search {
   }
 
   const MatrixLine& line_;
-  double least_, size_;  // the shortest piece; of the matrices at the ends
+  double least_, size_;  // the shortest piece; size of the matrices at the ends
   std::vector<LineEvent>& events_;
   std::vector<Sample>& seen_;
   int pieces_ = 0;
-  std::optional<double> ended_at_;  // the right end of the last piece that was halved no more
-  std::optional<Sample> begin_;     // what is at the left end of those that touch it
+  std::optional<double> ended_at_;  // right end of the last piece that could not be bisected
+  std::optional<Sample> begin_;     // sample at the left end of the adjacent ones
 };
 
 }  // namespace

@@ -14,9 +14,9 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr double trusted = 0.5;  // of a link, to say which mode it is that crosses
+constexpr double trusted = 0.5;  // confidence of a link required to name the mode that crosses
 
-// Which mode of the map it is that crosses at an event, by the grid's point before it.
+// Names the mode of the map that crosses at an event, from the grid point before it.
 void name_mode(const GridLine& line, const LineEvent& event, AxisCrossing& crossing) {
   if (event.kind == CrossingKind::jump || event.before < 0 || event.after < 0) return;
   std::size_t k = std::min(std::size_t(event.at()), line.size() - 2);
@@ -71,14 +71,14 @@ AxisCrossing crossing_at(const GridLine& line, const LineEvent& event) {
   return crossing;
 }
 
-// The largest real part between two places, and where; refined about the largest seen.
+// The largest real part between two positions, and where; refined around the largest sample.
 void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, double from, double to,
                       AxisInterval& interval) {
   std::vector<const Sample*> inside;
   for (const Sample& s : seen)
     if (s.t >= from && s.t <= to) inside.push_back(&s);
   std::ranges::stable_sort(inside, {}, [](const Sample* s) { return s->t; });
-  std::optional<Sample> middle;  // of an interval between two points of the grid
+  std::optional<Sample> middle;  // of an interval between two grid points
   if (inside.empty() && !seen.empty()) {
     const auto nearest =
         std::ranges::min_element(seen, {}, [&](const Sample& s) { return std::abs(s.t - from); });
@@ -98,7 +98,7 @@ void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, dou
       return s ? -s->abscissa() : std::numeric_limits<double>::max();
     };
     boost::uintmax_t steps = 50;
-    constexpr int bits = 26;  // a smooth maximum is no better known
+    constexpr int bits = 26;  // accuracy to which a smooth maximum can be located
     const auto [best, value] =
         boost::math::tools::brent_find_minima(negative, left, right, bits, steps);
     if (-value > abscissa) {
@@ -107,7 +107,7 @@ void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, dou
     }
   }
   const double rounding = 64 * std::numeric_limits<double>::epsilon() * (*most)->A.norm();
-  interval.abscissa = std::abs(abscissa) <= rounding ? 0.0 : abscissa;  // at a crossing itself
+  interval.abscissa = std::abs(abscissa) <= rounding ? 0.0 : abscissa;  // at a crossing
   interval.abscissa_at = coordinate(line.sweep.axes[line.axis], t);
 }
 
@@ -123,8 +123,7 @@ bool any_trim(const GridLine& line, double from, double to) {
   return false;
 }
 
-// From event to event; one that could not be told from a crossing is an interval of its own if
-// wide.
+// Intervals from event to event; a wide event that could not be resolved is an interval of its own.
 std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<LineEvent>& events,
                                     const std::vector<Sample>& seen) {
   std::vector<AxisInterval> all;
@@ -136,7 +135,8 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
     i.at = coordinates(line, from);
     i.from = coordinate(axis, from);
     i.to = coordinate(axis, to);
-    const bool known = unstable >= 0 || !any_trim(line, from, to);  // else trims without a model
+    const bool known = unstable >= 0 || !any_trim(line, from, to);  // otherwise trims without a
+                                                                    // model
     i.verdict = decided && known ? verdict_of(unstable) : IntervalVerdict::undecided;
     i.unstable = std::max(unstable, 0);
     i.abscissa = i.abscissa_at = std::numeric_limits<double>::quiet_NaN();
@@ -148,7 +148,7 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
   if (events.empty() && line.valid(0))
     unstable = grid_sample(line, 0) ? grid_sample(line, 0)->unstable() : -1;
   double from = 0.0;
-  for (const LineEvent& e : events) {  // what holds before it, at it, after it
+  for (const LineEvent& e : events) {  // the state before, at and after it
     const bool jump = e.kind == CrossingKind::jump || e.kind == CrossingKind::end;
     const bool wide = e.kind == CrossingKind::touch && std::abs(e.right - e.left) > 2 * finest;
     add(from, jump || wide ? e.left : e.at(), e.before, true);
@@ -161,12 +161,11 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
   return all;
 }
 
-// Events nearer to each other than `cluster` are one: a crossing at a point of the grid is seen
-// from both sides, a curve that touches the axis crosses it at every rounding, and where a real
-// eigenvalue crosses zero in the trim's own equations there is no trim to be had at the place
-// itself.
+// Events closer than `cluster` are merged: a crossing at a grid point is found from both sides, a
+// curve that touches the axis crosses it at every rounding, and where a real eigenvalue crosses
+// zero in the trim's own equations no trim can be found at the crossing.
 std::vector<LineEvent> in_clusters(const std::vector<LineEvent>& events) {
-  constexpr double cluster = 1e-6;  // of a step of the grid
+  constexpr double cluster = 1e-6;  // of a grid step
   std::vector<LineEvent> all;
   for (const LineEvent& e : events) {
     if (all.empty() || e.left - all.back().right > cluster) {
@@ -189,8 +188,9 @@ std::vector<LineEvent> in_clusters(const std::vector<LineEvent>& events) {
   return all;
 }
 
-// Where more unknowns than equations leave an optimum to be found at each point, neighbours do not
-// settle from one another.
+// If there are more unknowns than equations, each point needs an optimization, and equilibria do
+// not
+// follow from their neighbours by Newton.
 AxisInterval not_looked_at(const GridLine& line) {
   const std::vector<double>& v = line.sweep.axes[line.axis].columns.front().values;
   AxisInterval i;

@@ -1,5 +1,6 @@
-/// Between the grid's points: where eigenvalues cross the imaginary axis along a line, and what
-/// holds on the intervals between. Internal to sweep/.
+/// Between the grid points: where eigenvalues cross the imaginary axis along a line, and the
+/// verdicts
+/// of the intervals between. Internal to sweep/.
 #pragma once
 
 #include <functional>
@@ -11,50 +12,51 @@
 
 namespace tiltrim {
 
-/// An equilibrium at position t of a line, its matrix and eigenvalues by rising real part.
+/// An equilibrium at position t of a line, with its matrix and eigenvalues by ascending real part.
 struct Sample {
   double t = 0.0;
   OperatingPoint at;
   Eigen::MatrixXd A;
   Eigen::VectorXcd eigenvalues;
 
-  int unstable() const;  ///< eigenvalues right of the axis
+  int unstable() const;  ///< number of eigenvalues right of the axis
   double abscissa() const;
 };
 
-/// A line of matrices: what is at t, starting from what is near; nothing where there is none.
+/// A line of matrices: the sample at t, starting from a nearby sample; empty if there is no
+/// equilibrium.
 struct MatrixLine {
   std::function<std::optional<Sample>(double t, const Sample& near)> sample;
-  /// How far apart two samples' equilibria are, in nominal sizes.
+  /// Distance between the equilibria of two samples, in nominal sizes.
   std::function<double(const Sample&, const Sample&)> apart;
 };
 
-/// Something that happens between two places of a line, as near as they could be brought.
+/// An event between two positions of a line, bracketed as closely as possible.
 struct LineEvent {
   double left = 0.0, right = 0.0;
   CrossingKind kind = CrossingKind::zero;
-  int before = 0, after = 0;  ///< unstable eigenvalues; -1: no equilibrium
+  int before = 0, after = 0;  ///< number of unstable eigenvalues; -1: no equilibrium
   double frequency = 0.0;
 
   double at() const { return left + 0.5 * (right - left); }
 };
 
-/// Finds all that happens between two places of a line, either of which may be without equilibrium,
-/// and adds every sample taken to `seen`.
+/// Finds all events between two positions of a line, either of which may have no equilibrium, and
+/// appends every sample taken to `seen`.
 ///
-/// A piece [a, b] with middle m is clear when no eigenvalue can cross in it: in the eigenvectors of
-/// A(m), B(t) = X⁻¹ A(t) X, every Gershgorin disc of B stays off the axis on the polygon A(a),
-/// A(m), A(b) (disc by disc, a convex condition, so its ends decide), by more than four times what
-/// the second difference says that A(t) may leave the polygon. It holds one crossing at most when
-/// one eigenvalue (or pair) alone can reach the axis and its real part is monotone there by the
-/// same measure. Every other piece is halved, down to `least`.        [10, ch. 2 sec. 13]
+/// A piece [a, b] with middle m is clear if no eigenvalue can cross in it: in the eigenvectors of
+/// A(m), B(t) = X⁻¹ A(t) X, every Gershgorin disk of B stays off the axis on the polygon A(a),
+/// A(m), A(b) (for each disk a convex condition, so its ends decide), by more than four times the
+/// deviation of A(t) from the polygon estimated from the second difference. It has at most one
+/// crossing if only one eigenvalue (or pair) can reach the axis and its real part is monotone there
+/// with the same margin. Every other piece is bisected, down to `least`.  [10, ch. 2 sec. 13]
 ///
-/// What this rests on: that the second difference over a piece bounds A'' within a factor of four.
+/// Assumption: the second difference over a piece bounds A'' within a factor of four.
 void events_between(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
                     const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
                     std::vector<Sample>& seen);
 
-/// Crossings and intervals of one line of the map's grid along `axis`; `place` is its first point.
+/// Crossings and intervals of one grid line of the map along `axis`; `place` is its first point.
 struct LineVerdicts {
   std::vector<AxisCrossing> crossings;
   std::vector<AxisInterval> intervals;

@@ -70,8 +70,8 @@ void compare_points(const SweepMap& before, const SweepMap& after, MapDifference
   }
 }
 
-/// What two crossings must share to be one: the kind and the line, which is the condition, the axis
-/// and the coordinates along the others.
+/// Two crossings can only match if they have the same kind and the same line: condition, axis and
+/// coordinates along the other axes.
 using Line = std::tuple<int, int, CrossingKind, std::vector<double>>;
 
 Line line_of(const AxisCrossing& crossing) {
@@ -84,7 +84,7 @@ double place(const AxisCrossing& crossing) { return crossing.at[std::size_t(cros
 
 using Numbers = std::vector<std::size_t>;
 
-// For each crossing of `from` the one of `to` that it is, or none: the nearest pair first.
+// The matching crossing of `to` for each crossing of `from`, if any: nearest pairs first.
 std::map<std::size_t, std::size_t> nearest_pairs(const std::vector<AxisCrossing>& before,
                                                  const Numbers& from,
                                                  const std::vector<AxisCrossing>& after,

@@ -23,8 +23,8 @@ std::optional<Sample> as_sample(double t, const OperatingPoint& at, const Matrix
   return s;
 }
 
-// Where an eigenvalue is zero the trim's own equations may be singular, and nothing settles. An
-// equilibrium that stays where it is while the line's numbers move is there all the same.
+// At a zero eigenvalue the trim's own equations may be singular, and Newton does not converge. An
+// equilibrium that stays constant while the line's parameters change exists there nevertheless.
 std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoint& near) {
   Problem problem = line.sweep.problem;
   problem.base = numbers_at(line.sweep, line.at(t));
@@ -36,7 +36,7 @@ std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoi
     return equilibrium_at(line.sweep, problem.base);
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (const std::exception&) {  // settle() has been refused, too
+  } catch (const std::exception&) {  // settle() has failed, too
     return {};
   }
 }
@@ -53,7 +53,7 @@ OperatingPoint operating_point(const GridLine& line, std::size_t k) {
   return at;
 }
 
-// GridTrim again, since the map need not keep all that the trim is free to move.
+// Computes GridTrim again, since the map need not store all free variables of the trim.
 std::optional<GridTrim> settled_at(const GridLine& line, std::size_t k) {
   if (!line.valid(k)) return {};
   return settle(line.sweep, line.at(double(k)), operating_point(line, k));
@@ -77,7 +77,7 @@ MatrixLine matrices_of(const GridLine& line) {
 
 namespace {
 
-// Where a switch of the model lies between two points of the grid: two places as near as can be,
+// Location of a switch of the model between two grid points: two positions as close as possible,
 // one on each side.
 struct SwitchPlace {
   double before, after;
@@ -102,7 +102,8 @@ std::vector<SwitchPlace> switches_between(const GridLine& line, std::size_t k) {
   return places;
 }
 
-// From a switch on, the trim starts anew: from nothing where its neighbours' does not settle.
+// After a switch, a new trim is computed without a starting point if Newton from the neighbour
+// fails.
 std::optional<Sample> beyond_switch(const GridLine& line, const MatrixLine& matrices, double t,
                                     const std::optional<Sample>& near) {
   if (near)
@@ -143,7 +144,7 @@ void search_events(const GridLine& line, std::vector<LineEvent>& events,
 
 namespace {
 
-// Where φ has the value, on a line along which it is monotone.
+// Position at which φ has the given value, on a line along which it is monotone.
 double position_of(const GridLine& line, const Model::Affine& structure, double phi) {
   const auto miss = [&](double t) {
     return structure.phi(numbers_at(line.sweep, line.at(t)).p).value() - phi;
@@ -165,8 +166,8 @@ struct AffineStretch {
   int unstable(double x) const { return Sample{x, {}, {}, eigenvalues(at(x))}.unstable(); }
 };
 
-// All crossings at once, the roots of one polynomial; false if rounding leaves doubt, or the slope
-// is not of rank one.
+// All crossings at once, as the roots of one polynomial; false if rounding leaves doubt, or if the
+// slope is not of rank one.
 bool roots(const AffineStretch& stretch, std::vector<LineEvent>& events) {
   const double length = stretch.length;
   LineCrossings found;
@@ -198,7 +199,7 @@ bool roots(const AffineStretch& stretch, std::vector<LineEvent>& events) {
   return true;
 }
 
-// The same by halving: pieces of a straight line have no bend, however long they are.
+// The same by bisection: pieces of a straight line have no curvature, however long they are.
 void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
   std::vector<Sample> seen;
   const MatrixLine matrices{
@@ -210,7 +211,7 @@ void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
                  seen);
 }
 
-// φ at every point of the line, rising or falling throughout.
+// True if φ is ascending or descending along the whole line.
 bool monotone(const GridLine& line, const Model::Affine& structure) {
   std::optional<double> before;
   int way = 0;
@@ -249,7 +250,7 @@ bool solve_events(const GridLine& line, std::vector<LineEvent>& events) {
       e.left = position_of(line, *structure, affine->phi + e.left);
       e.right = position_of(line, *structure, affine->phi + e.right);
     }
-  } catch (const std::bad_optional_access&) {  // between two points there is no φ
+  } catch (const std::bad_optional_access&) {  // φ does not exist between two points
     events.clear();
     return false;
   }

@@ -1,4 +1,5 @@
-/// A line of the map's grid, between whose points is looked, and all that happens on it. Internal
+/// A grid line of the map, between whose points crossings are searched for, and its events.
+/// Internal
 /// to sweep/.
 #pragma once
 
@@ -9,7 +10,7 @@
 
 namespace tiltrim {
 
-inline constexpr double finest = 1e-10;  ///< of a step: where crossings are told apart no more
+inline constexpr double finest = 1e-10;  ///< of a step: closer crossings are not separated
 
 /// One line of the map along an axis.
 struct GridLine {
@@ -17,7 +18,7 @@ struct GridLine {
   const SweepMap& map;
   int condition;
   std::size_t axis;
-  GridPlace place;  ///< of its first point
+  GridPlace place;  ///< of the first point
 
   std::size_t size() const { return sweep.axes[axis].size(); }
   std::size_t point(std::size_t k) const {
@@ -34,17 +35,17 @@ struct GridLine {
   bool valid(std::size_t k) const { return map.verdict[point(k)] >= 0; }
 };
 
-/// The equilibrium that the map has at the line's point k.
+/// The map's equilibrium at point k of the line.
 OperatingPoint operating_point(const GridLine& line, std::size_t k);
-/// The same, settled again.
+/// The same, converged again.
 std::optional<GridTrim> settled_at(const GridLine& line, std::size_t k);
 std::optional<Sample> grid_sample(const GridLine& line, std::size_t k);
-/// `line` must outlive the answer.
+/// `line` must outlive the result.
 MatrixLine matrices_of(const GridLine& line);
 
-/// All that happens on the line, found by halving the steps of the grid.
+/// All events on the line, by bisection of the grid steps.
 void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen);
-/// The same along an axis in whose φ the matrices are affine. False if the line has no such
+/// The same along an axis with matrices affine in its φ. False if the line does not have this
 /// structure.
 bool solve_events(const GridLine& line, std::vector<LineEvent>& events);
 

@@ -14,13 +14,14 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr double other_branch = 1e-6;  // unknowns apart by more, scaled, are another equilibrium
+constexpr double other_branch = 1e-6;  // scaled: unknowns that differ by more are another
+                                       // equilibrium
 
-// What a thread needs for a line, and for its next one again.
+// A thread's memory for one line, reused for the next.
 struct Room {
   std::vector<char> valid;       // there is an equilibrium
   std::vector<double> unknowns;  // of each point
-  std::vector<double> shares;    // of an affine line's slope
+  std::vector<double> shares;    // multiples of an affine line's slope
   MatrixBatch A;
   BatchEigenvalues eigenvalues;
   std::vector<Verdict> verdicts;
@@ -28,7 +29,7 @@ struct Room {
 
 std::int16_t reason_number(LinePoints& points, const std::string& reason) {
   const auto known = std::ranges::find(points.reasons, reason);
-  constexpr std::size_t most = 1000;  // of one line; then one that stands for the others
+  constexpr std::size_t most = 1000;  // messages of one line; then a common one
   if (known == points.reasons.end() && points.reasons.size() >= most)
     return reason_number(points, points.reasons[1]);
   if (known == points.reasons.end()) points.reasons.push_back(reason);
@@ -83,7 +84,7 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
           p,     room.valid,  room.unknowns, room.A};
 }
 
-// Unknowns at point k from those at up to four points next to it, by the polynomial through them.
+// Extrapolates the unknowns at point k from up to four adjacent points by a polynomial.
 void extrapolate(const LineTracker& w, std::size_t k, std::array<std::size_t, 4> near, int count,
                  OperatingPoint& at) {
   const std::vector<double>& v = w.coordinates();
@@ -102,7 +103,7 @@ void extrapolate(const LineTracker& w, std::size_t k, std::array<std::size_t, 4>
   }
 }
 
-// The equilibria next to k on the side where the walk comes from (-1: before it), nearest first.
+// The equilibria next to k on the side already tracked (-1: before it), nearest first.
 int known_beside(const LineTracker& w, std::size_t k, int side, std::array<std::size_t, 4>& near) {
   int count = 0;
   for (std::ptrdiff_t j = std::ptrdiff_t(k) + side;
@@ -111,7 +112,7 @@ int known_beside(const LineTracker& w, std::size_t k, int side, std::array<std::
   return count;
 }
 
-// From the equilibria before by Newton, from nothing where that fails.
+// From the preceding equilibria by Newton; if that fails, without a starting point.
 GridTrim next_forward(const LineTracker& w, std::size_t k) {
   GridPlace place = w.place;
   place[w.axis] = double(k);
@@ -141,7 +142,7 @@ void walk_forward(LineTracker& w, const LineStart& start) {
   }
 }
 
-// The matrices of points whose shares of the line's slope these are.
+// Stores the matrices of the points with these multiples of the line's slope.
 void keep_matrices(LineTracker& w, const AffineLine& line, const std::vector<double>& shares) {
   for (Index i = 0; i < w.A.n; ++i)
     for (Index j = 0; j < w.A.n; ++j) {
@@ -154,7 +155,7 @@ void keep_matrices(LineTracker& w, const AffineLine& line, const std::vector<dou
     }
 }
 
-// Of a steady line every point is the first.
+// On a steady line every point equals the first.
 void keep_steady(LineTracker& w, const GridTrim& e) {
   keep(w, 0, e);
   const auto repeat = [&](auto& values) {
@@ -168,7 +169,7 @@ void keep_steady(LineTracker& w, const GridTrim& e) {
   repeat(w.valid), repeat(w.unknowns);
 }
 
-// From the point before, a Newton step or none. False as soon as it is no equilibrium.
+// From the previous point, with at most one Newton step. False if it is not an equilibrium.
 bool next_affine(LineTracker& w, const AffineLine& line, std::size_t k, GridTrim& e) {
   extrapolate(w, k, {k - 1, k < 2 ? 0 : k - 2}, k < 2 ? 1 : 2, e.at);
   if (settle(w.sweep, line, e)) return true;
@@ -179,7 +180,7 @@ bool next_affine(LineTracker& w, const AffineLine& line, std::size_t k, GridTrim
   return beside.has_value();
 }
 
-// Along an axis that leaves the airframe's equilibrium alone.
+// Tracks a line along an axis that does not change the airframe's equilibrium.
 bool walk_affine(LineTracker& w, const LineStart& start, const AffineLine& line,
                  std::vector<double>& shares) {
   GridTrim e = start.first;
@@ -229,7 +230,7 @@ bool near_point(const LineTracker& w, std::size_t k, const OperatingPoint& at, d
   return true;
 }
 
-// Two equilibria of one point: the one of less effort stays, the other is its second branch.
+// Two equilibria at one point: the one of lower cost is kept, the other is the second branch.
 void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   const bool first = !w.valid[k];
   const OperatingPoint here = first ? other.at : w.at(k);
@@ -242,12 +243,12 @@ void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   if (!first) add_second(w, k, less ? here : other.at);
 }
 
-// The line walked from its other end. Where Newton comes to the same equilibrium at both ends of a
-// steady line there is nothing to walk. What the first walk found is this walk's too where it lies
-// as near to the continuation of the points behind it as Newton needs; else Newton decides.
+// Tracks the line from its other end. If Newton finds the same equilibrium at both ends of a steady
+// line, nothing needs tracking. A point of the forward pass is accepted if it is close enough to
+// the extrapolation of the points already tracked; otherwise Newton decides.
 void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
   constexpr double near_enough = 1e-2;              // nominal sizes
-  std::optional<OperatingPoint> last = start.last;  // set while this walk is on another branch
+  std::optional<OperatingPoint> last = start.last;  // set while on another branch
   if (last && w.valid[w.count - 1] && apart(w.sweep, *last, w.at(w.count - 1)) <= other_branch)
     last.reset();
   if (steady && !last) return;
@@ -276,7 +277,8 @@ void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
   }
 }
 
-// What a point has not got: without an equilibrium nothing, without eigenvalues none of theirs.
+// Sets missing values to NaN: all of them without an equilibrium, eigenvalue results without
+// eigenvalues.
 void clear(LineTracker& w, std::size_t k) {
   LinePoints& p = w.points;
   const std::size_t n = std::size_t(w.sweep.states()), m = w.sweep.inputs.size();
@@ -291,15 +293,15 @@ void clear(LineTracker& w, std::size_t k) {
   if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
 }
 
-// How far errors of differences may move an eigenvalue, whatever the matrix: Elsner's bound
+// Bound of the effect of differentiation errors on an eigenvalue of any matrix, by Elsner:
 // (2 |A| + |E|)^(1-1/n) |E|^(1/n) [31].
 double reach_of_differences(const MatrixXd& A) {
-  constexpr double relative = 1e-9;  // of the matrix's norm, or of 1/s: well above what they leave
+  constexpr double relative = 1e-9;  // of the matrix's norm, or of 1/s: well above their errors
   const double size = A.norm(), error = relative * std::max(1.0, size);
   return (2 * size + error) * std::pow(error / (2 * size + error), 1.0 / double(A.rows()));
 }
 
-// Nearer to the axis than that linearize() and its bounds decide.
+// Closer to the axis than that, linearize() and its bounds decide.
 void judge_differences(LineTracker& w) {
   for (std::size_t k = 0; k < w.count; ++k) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;

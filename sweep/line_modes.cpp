@@ -19,7 +19,8 @@ std::uint8_t as_byte(double confidence) {
   return std::uint8_t(std::lround(255 * std::clamp(confidence, 0.0, 1.0)));
 }
 
-// Modes of `length` points from k on, mode by mode: largest real part and least damping with them.
+// Stores the modes of `length` points from k, mode by mode, with their largest real part and
+// smallest damping.
 void keep_modes(LineTracker& w, std::size_t k, std::size_t length, const double* const* re,
                 const double* const* im) {
   const std::size_t n = std::size_t(w.sweep.states());
@@ -39,7 +40,7 @@ void keep_modes(LineTracker& w, std::size_t k, std::size_t length, const double*
   }
   for (std::size_t m = 0; m < length; ++m) {
     w.points.spectral_abscissa[k + m] = abscissa[m];
-    // What is least is ζ |ζ|, which rises with ζ.
+    // The minimum is of ζ |ζ|, which increases with ζ.
     w.points.damping[k + m] = std::copysign(std::sqrt(std::abs(damping[m])), damping[m]);
   }
 }
@@ -58,14 +59,14 @@ void keep_modes(LineTracker& w, std::size_t k, const Eigenvalues& modes,
   std::ranges::copy(confidence, w.points.confidence.begin() + std::ptrdiff_t(k * modes.size()));
 }
 
-// The modes' order carried along the line from its first equilibrium.
+// Propagates the order of the modes along the line from its first equilibrium.
 struct Following {
   LineTracker& w;
   const BatchEigenvalues& all;
-  std::optional<Reference> from;  // the point before
-  Eigenvalues before{};           // and the modes of the one before that
+  std::optional<Reference> from;  // the previous point
+  Eigenvalues before{};           // and the modes of the one before it
   Eigenvalues lambda, predicted, ordered;
-  std::vector<int> to{}, to_before{};  // mode i is lambda[to[i]]; empty: linked by vectors
+  std::vector<int> to{}, to_before{};  // mode i is lambda[to[i]]; empty: linked by eigenvectors
   std::vector<double> sure;
   std::vector<std::uint8_t> confidence;
   IsolatedModes isolated{};
@@ -94,7 +95,8 @@ struct Following {
     if (before.empty()) return;
     const double ratio = (v[k] - v[last]) / (v[last] - v[last_but_one]);
     for (std::size_t i = 0; i < lambda.size(); ++i)
-      if (side(before[i]) == side(from->modes[i]))  // where a pair has parted the way is no line
+      if (side(before[i]) == side(from->modes[i]))  // where a pair has split the path is not a
+                                                    // straight line
         predicted[i] += ratio * (from->modes[i] - before[i]);
   }
   bool by_position() {
@@ -112,7 +114,8 @@ struct Following {
     GridPlace here = w.place, there = w.place;
     here[w.axis] = double(last);
     there[w.axis] = double(k);
-    const bool within = w.valid[last] && last < k;  // else the reference is another line's
+    const bool within = w.valid[last] && last < k;  // otherwise the reference belongs to another
+                                                    // line
     if (within) from->A = w.A.matrix(Index(last));
     const Ordered linked =
         in_order(*from, predicted, w.A.matrix(Index(k)), lambda,
@@ -128,7 +131,7 @@ struct Following {
     last_but_one = std::exchange(last, k);
   }
 
-  // Many points at once, whose modes stay by themselves; how many.
+  // Handles many points at once while modes are well separated; returns their number.
   std::size_t run(std::size_t k, std::size_t most) {
     const bool straight =
         k >= 2 && last == k - 1 && last_but_one == k - 2 && !to.empty() && to == to_before;
@@ -177,7 +180,7 @@ void follow_modes(LineTracker& w, const LineStart& start, const BatchEigenvalues
     if (k == w.count) break;
     if (!f.known(k)) continue;
     for (std::size_t i = 0; i < f.lambda.size(); ++i) f.lambda[i] = f.eigenvalue(i, k);
-    if (!f.from) {  // nothing before it: its own order, named by nothing
+    if (!f.from) {  // no previous point: its own order
       f.from = Reference{w.A.matrix(Index(k)), f.lambda};
       keep_modes(w, k, f.lambda, f.confidence);
       f.last = k;
@@ -202,7 +205,7 @@ Ordered in_order(const Reference& from, const Eigenvalues& predicted, const Matr
                  const Eigenvalues& lambda,
                  const std::function<std::optional<MatrixXd>(double)>& between) {
   Link found{std::vector<int>(lambda.size()), std::vector<double>(lambda.size())};
-  const bool first = predicted == from.modes;  // nothing says where a mode goes
+  const bool first = predicted == from.modes;  // no prediction yet
   if (first || !link_by_position(from.modes, predicted, lambda, found.to, found.confidence))
     found = link(from.A, from.modes, predicted, B, lambda, between);
   Ordered ordered;

@@ -1,4 +1,4 @@
-/// A line of the grid while it is walked, and the order of its modes. Internal to sweep/.
+/// A grid line during tracking, and the order of its modes. Internal to sweep/.
 #pragma once
 
 #include <limits>
@@ -11,12 +11,12 @@ namespace tiltrim {
 
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// A line while it is walked.
+/// State of a line during tracking.
 struct LineTracker {
   const Prepared& sweep;
   GridPlace place;
   std::size_t axis, count;
-  OperatingPoint base;  ///< the line's numbers, but for the axis's own
+  OperatingPoint base;  ///< the line's parameters, except the axis's own
   LinePoints& points;
   std::vector<char>& valid;
   std::vector<double>& unknowns;
@@ -33,8 +33,8 @@ struct LineTracker {
   }
 };
 
-/// Carries the order of the modes along the line from its first equilibrium, and keeps each point's
-/// eigenvalues in that order; `all` has them in none.
+/// Propagates the mode order along the line from its first equilibrium, and stores each point's
+/// eigenvalues in that order; `all` has them unordered.
 void follow_modes(LineTracker& w, const LineStart& start, const BatchEigenvalues& all);
 
 }  // namespace tiltrim

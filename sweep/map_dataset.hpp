@@ -1,5 +1,5 @@
-/// An open NetCDF file, its dimensions, and how arrays over them are stored; the library's own
-/// header stays in one source. Internal to sweep/.
+/// An open NetCDF file, its dimensions, and how arrays over them are stored. The NetCDF header is
+/// included in one source only. Internal to sweep/.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace tiltrim::filing {
 
-/// Dimensions one after the other.
+/// A sequence of dimensions.
 struct Shape {
   std::vector<int> ids;
   std::vector<std::size_t> sizes;
@@ -30,13 +30,13 @@ inline void append(Shape& shape, const Shape& further) {
   shape.sizes.insert(shape.sizes.end(), further.sizes.begin(), further.sizes.end());
 }
 
-/// An open NetCDF file; `name` stands in messages.
+/// An open NetCDF file; `name` is used in messages.
 struct Dataset {
   std::filesystem::path name;
   int id = -1;
-  bool owner = false;                         ///< of the memory it is in
+  bool owner = false;                         ///< owns the memory image
   std::map<std::string, Shape> dimensions{};  ///< and "point"
-  std::string at_points{};                    ///< coordinates of everything over "point"
+  std::string at_points{};                    ///< coordinates of all variables over "point"
 
   explicit Dataset(const std::filesystem::path& file) : name(file) {}
   Dataset(const Dataset&) = delete;
@@ -45,7 +45,7 @@ struct Dataset {
   void check(int status, const std::string& what) const;
 };
 
-/// Nothing if one of the dimensions does not exist.
+/// Empty if one of the dimensions does not exist.
 inline std::optional<Shape> shape_of(const Dataset& set, const Field& field) {
   Shape shape;
   for (const std::string& over : field.over) {
@@ -56,8 +56,8 @@ inline std::optional<Shape> shape_of(const Dataset& set, const Field& field) {
   return shape;
 }
 
-/// Whether most rows are those before them, bit for bit: only then is deflating worth its time.
-/// Doubles that vary lose a third of their size and take ten times as long.
+/// True if most rows equal the previous row bit for bit: only then is compression worth its time.
+/// Varying doubles shrink by a third and take ten times as long.
 template <class T>
 bool repeats(const std::vector<T>& array, std::size_t width) {
   if (sizeof(T) <= 2) return true;

@@ -11,7 +11,7 @@
 
 namespace tiltrim::filing {
 
-// ---- Between a map and its lists ---------------------------------------------------------------
+// ---- Conversion between a map and its lists ----------------------------------------------------
 
 namespace {
 
@@ -70,8 +70,8 @@ namespace {
   throw std::runtime_error(fmt::format("{}: {}", name, what));
 }
 
-// Lengths of the dimensions; that of all points is checked against one array over them, for the
-// product of forged lengths may be anything.
+// Lengths of the dimensions. That of "point" is checked against an array over it, because the
+// product of forged lengths could be anything.
 std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) {
   double points = double(map.conditions.size());
   for (const SweepAxis& axis : map.axes) {
@@ -94,7 +94,7 @@ std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) 
           {"interval", l.interval.condition.size()}};
 }
 
-// Positions in a list of `size`, or from `least` on where that is -1 for none.
+// Indices into a list of `size`; `least` is -1 if -1 stands for no entry.
 template <class T>
 void check_positions(const std::string& name, const std::vector<T>& all, std::size_t size,
                      int least = 0) {
@@ -154,7 +154,7 @@ void put_back(const Lists& l, SweepMap& map) {
 
 namespace {
 
-// A NetCDF name out of anything: letters, digits and _ stay, the rest becomes _.
+// Converts text to a NetCDF name: letters, digits and _ are kept, others become _.
 std::string netcdf_name(const std::string& text) {
   std::string name;
   for (const char c : text) {
@@ -168,7 +168,7 @@ std::string netcdf_name(const std::string& text) {
 
 std::string last_part(const std::string& name) { return name.substr(name.rfind('.') + 1); }
 
-// `text` as a name, with _2, _3, ... behind it where that is taken.
+// `text` as a name, with _2, _3, ... appended if it is taken.
 std::string give(std::set<std::string>& taken, const std::string& text) {
   const std::string first = netcdf_name(text);
   std::string name = first;
@@ -181,7 +181,7 @@ std::string give(std::set<std::string>& taken, const std::string& text) {
 std::string udunits(const std::string& unit) {
   if (unit.empty()) return "1";
   std::string answer;
-  bool below = false;  // behind the stroke
+  bool below = false;  // in the denominator
   for (std::size_t i = 0; i < unit.size();) {
     const std::size_t end = std::min(unit.find_first_of(" /*", i), unit.size());
     std::string word = unit.substr(i, end - i);

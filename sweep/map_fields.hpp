@@ -1,5 +1,5 @@
-/// What a map's file holds: each variable's name, dimensions and description, once for writing and
-/// reading. Internal to sweep/.
+/// The contents of a map file: each variable's name, dimensions and description, defined once for
+/// writing and reading. Internal to sweep/.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@ namespace tiltrim::filing {
 
 using Strings = std::vector<std::string>;
 
-/// One variable. "point" in `over` stands for condition and every axis.
+/// One variable. "point" in `over` stands for condition and all axes.
 struct Field {
   std::string name;
   std::vector<std::string> over;
   std::string long_name;
-  std::string units{};                   ///< UDUNITS; empty for names and numbers of things
+  std::string units{};                   ///< UDUNITS; empty for names and counts
   Strings flags{};                       ///< meanings of 0, 1, ...
   std::optional<std::int8_t> nothing{};  ///< _FillValue
   std::optional<double> scale{};         ///< scale_factor
 };
 
-/// What a map holds in lists of structs, as arrays.
+/// The map's lists of structs as arrays.
 struct Lists {
   Strings axis_name, mode_name, state_name, state_unit, input_name, input_unit;
   std::vector<double> state_nominal, input_nominal;
@@ -44,25 +44,25 @@ struct Lists {
 
 Lists lists_of(const SweepMap& map);
 /// Throws std::runtime_error "what is wrong" unless every array has the length of its dimensions
-/// and every position and enumerator exists.
+/// and every index and enumerator is valid.
 void check_parts(const SweepMap& map, const Lists& lists);
-/// The other way; the map has its axes and conditions, and all of it is checked.
+/// The inverse; the map must have its axes and conditions, and everything is checked.
 void put_back(const Lists& lists, SweepMap& map);
 
-/// The file's own variables and dimensions.
+/// Names of the file's own variables and dimensions.
 std::set<std::string> reserved_names();
 
 struct ColumnNames {
   std::string own;
-  std::string si;  ///< empty where the values are SI already
+  std::string si;  ///< empty if the values are SI
 };
-/// [axis][column]; the first column's is the dimension's, too.
+/// [axis][column]; the first column's name is also the dimension's.
 std::vector<std::vector<ColumnNames>> column_names(const std::vector<SweepAxis>& axes);
 
-/// Units as UDUNITS spells them: "m/s" -> "m s-1", "rad/s²" -> "rad s-2", "degrees" -> "degree".
+/// Units in UDUNITS notation: "m/s" -> "m s-1", "rad/s²" -> "rad s-2", "degrees" -> "degree".
 std::string udunits(const std::string& unit);
 
-/// Words of the first `count` enumerators.
+/// Names of the first `count` enumerators.
 template <class Enum>
 Strings meanings(int count) {
   Strings words;
@@ -163,7 +163,7 @@ void each_of_intervals(L& lists, const Visit& visit) {
   visit(Field{"interval_abscissa_at", one, "where, in the unit of its axis"}, i.abscissa_at);
 }
 
-/// visit(field, array) for everything but the axes, in the file's order.
+/// visit(field, array) for everything except the axes, in file order.
 template <class Map, class L, class Visit>
 void each_field(Map& map, L& lists, const Visit& visit) {
   visit(Field{"condition_name", {"condition"}, "flight condition"}, map.conditions);

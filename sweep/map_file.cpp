@@ -17,9 +17,9 @@
 
 namespace tiltrim {
 
-// The file is built in memory and written by us: HDF5 does not survive a full disk, cannot say that
-// it was one, and gives wrong numbers or crashes on a damaged file. So a checksum of all of it
-// stands behind the NetCDF part, where its readers do not look.
+// The file is built in memory and written by tiltrim: HDF5 fails on a full disk without reporting
+// it, and returns wrong numbers or crashes on a damaged file. A checksum of the whole file follows
+// the NetCDF part, where NetCDF readers do not look.
 
 namespace {
 
@@ -27,10 +27,10 @@ using namespace filing;
 
 constexpr std::string_view seal = "tiltmap\n";  // then the checksum, at the end of the file
 
-// Throws unless there is memory for a copy of the map: neither library below survives the lack of
-// it half way.
+// Throws unless there is memory for a copy of the map: the NetCDF and HDF5 libraries do not survive
+// running out of it.
 void check_memory(const SweepMap& map, const std::filesystem::path& file) {
-  constexpr std::size_t others = std::size_t(16) << 20;  // caches, what belongs to no point
+  constexpr std::size_t others = std::size_t(16) << 20;  // caches, data not per point
   std::size_t bytes = others;
   each_over_points(
       map, [&](const Field&, const auto& array) { bytes += array.size() * sizeof(array[0]); });
@@ -40,7 +40,7 @@ void check_memory(const SweepMap& map, const std::filesystem::path& file) {
   ::munmap(room, bytes);
 }
 
-// The NetCDF part of the file, once the checksum behind it has been found and holds.
+// The NetCDF part of the file, after its checksum has been verified.
 std::span<std::byte> unsealed(std::vector<std::byte>& bytes, const std::filesystem::path& file) {
   constexpr std::array<unsigned char, 8> hdf5{0x89, 'H', 'D', 'F', '\r', '\n', 0x1A, '\n'};
   if (bytes.size() < hdf5.size() || std::memcmp(bytes.data(), hdf5.data(), hdf5.size()) != 0)

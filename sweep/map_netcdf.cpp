@@ -20,7 +20,7 @@ namespace tiltrim::filing {
 
 Dataset::~Dataset() {
   NC_memio memory{};
-  // Not nc_abort(): that deletes a file of the name that was given for what is in memory.
+  // Not nc_abort(): that deletes any file with the name given to the memory image.
   if (id >= 0 && nc_close_memio(id, &memory) == NC_NOERR && owner) std::free(memory.memory);
 }
 
@@ -31,7 +31,7 @@ void Dataset::check(int status, const std::string& what) const {
 namespace {
 
 constexpr int map_format = 1;
-constexpr const char* in_memory = "map";  // a name, where the library asks for a file's
+constexpr const char* in_memory = "map";  // placeholder for the file name
 
 template <class T>
 constexpr nc_type type_of() {
@@ -49,7 +49,7 @@ void put_text(const Dataset& set, int variable, const std::string& name, const s
   set.check(nc_put_att_text(set.id, variable, name.c_str(), text.size(), text.data()), name);
 }
 
-// A dimension of no length does not exist: what lies over it is not written.
+// A dimension of length zero is not created: variables over it are not written.
 void add_dimension(Dataset& set, const std::string& name, std::size_t size) {
   if (size == 0) return;
   int id = -1;
@@ -154,10 +154,10 @@ void put(const Dataset& set, int variable, const Field& field, const Strings& te
   set.check(nc_put_var(set.id, variable, padded.data()), field.name);
 }
 
-/// What is left to do when all is defined.
+/// Deferred writes, run after all definitions.
 using Puts = std::vector<std::function<void()>>;
 
-// Defines the variable and leaves its values to be put.
+// Defines the variable and defers writing its values.
 template <class T>
 int add(Dataset& set, Puts& puts, const Field& field, const std::vector<T>& array) {
   const auto shape = shape_of(set, field);
@@ -170,7 +170,7 @@ int add(Dataset& set, Puts& puts, const Field& field, const std::vector<T>& arra
   return variable;
 }
 
-// The axis's coordinate, the columns that move with it, and their values in SI where those differ.
+// The axis's coordinate, the columns that change with it, and their SI values if different.
 void add_axis(Dataset& set, Puts& puts, const SweepAxis& axis,
               const std::vector<ColumnNames>& names) {
   const Strings over{names.front().own};
@@ -188,7 +188,7 @@ void add_axis(Dataset& set, Puts& puts, const SweepAxis& axis,
   }
 }
 
-// HDF5 takes attributes of up to 64 KiB: a longer study is a variable.
+// HDF5 attributes are limited to 64 KiB: a longer study is stored as a variable.
 constexpr std::size_t longest_attribute = 60'000;
 
 void add_study(const Dataset& set, Puts& puts, const std::string& study) {
@@ -274,7 +274,7 @@ Shape dimension(const Dataset& set, int id) {
   return {{id}, {size}};
 }
 
-// The dimensions of the file; those of the axes are what lies between condition and the end in
+// Finds the dimensions of the file; the axes are those between condition and the last dimension of
 // status. Returns their names.
 Strings find_dimensions(Dataset& set) {
   for (const std::string& name : reserved_names())
@@ -297,7 +297,7 @@ Strings find_dimensions(Dataset& set) {
   return axes;
 }
 
-// The variable, when it is of the type and over the dimensions that are expected.
+// The variable, if it has the expected type and dimensions.
 int find_variable(const Dataset& set, const Field& field, nc_type type, const Shape& shape,
                   Shape& text) {
   int id = -1, count = 0;

@@ -18,26 +18,26 @@
 #include "sweep/map_fields.hpp"
 #include "sweep/map_netcdf.hpp"
 
-// HDF5 trusts what a file says about itself: forged, its checksums included, it makes the library
-// crash, loop or overwrite memory. So a child process reads it and hands the arrays over through a
-// pipe; what arrives is checked before it is believed.
+// HDF5 trusts the contents of a file: a forged file, checksums included, makes it crash, loop or
+// overwrite memory. A child process therefore reads the file and sends the arrays through a pipe;
+// the parent checks them before use.
 
 namespace tiltrim::filing {
 
 namespace {
 
-// Bytes that the child may have beyond what the process has, and that it may send: what deflate can
-// make of the file, but not more than the machine has.
+// Memory limit of the child above that of this process, and limit of what it may send: the largest
+// result of decompressing the file, but no more than the machine's memory.
 std::size_t memory_for(std::size_t file_size) {
   constexpr std::size_t libraries = std::size_t(64) << 20, deflated = 1032;
   const auto physical = std::size_t(::sysconf(_SC_PHYS_PAGES)) * std::size_t(::getpagesize());
   return libraries + std::min(deflated * file_size, physical);
 }
 
-// Seconds of a processor: a hundred times what a map of this size takes.
+// CPU seconds: a hundred times what a map of this size takes.
 unsigned time_for(std::size_t file_size) { return 1 + 10 * unsigned(file_size >> 20); }
 
-// visit(part) for all that goes through the pipe.
+// visit(part) for everything sent through the pipe.
 template <class Map, class L, class Visit>
 void each_part(Map& map, L& lists, Visit& visit) {
   visit(map.program);
@@ -80,11 +80,11 @@ struct Sink {
   void operator()(const SweepAxis::Column& column) const { each_of_column(column, *this); }
 };
 
-struct CutOff {};  // the child ended before it had sent everything
+struct CutOff {};  // the child ended before sending everything
 
 struct Source {
   int fd;
-  std::size_t left;  // bytes that may still come
+  std::size_t left;  // bytes still allowed
 
   void bytes(void* to, std::size_t size) {
     if (size > left) throw std::bad_alloc();
@@ -96,7 +96,7 @@ struct Source {
       done += std::size_t(n);
     }
   }
-  // Of a list whose elements take at least so many bytes of the pipe each.
+  // Reads the length of a list with at least `each` bytes per element.
   std::size_t size_of_list(std::size_t each) {
     std::size_t size = 0;
     bytes(&size, sizeof size);
@@ -130,7 +130,7 @@ void limit(__rlimit_resource_t resource, rlim_t most) {
   ::setrlimit(resource, &now);
 }
 
-// Bytes of the process's address space, which its limit counts; 0 where that is not known.
+// Size of the process's address space, to which its limit applies; 0 if unknown.
 std::size_t address_space() {
   std::size_t pages = 0;
   std::FILE* const file = std::fopen("/proc/self/statm", "re");
@@ -147,12 +147,12 @@ void limit_child(std::size_t file_size) {
   limit(RLIMIT_CPU, seconds);
   if (const std::size_t now = address_space(); now > 0)
     limit(RLIMIT_AS, now + memory_for(file_size));
-  // The caller's handlers of a crash are not for this one.
+  // The caller's crash handlers must not run in the child.
   for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) std::signal(crash, SIG_DFL);
-  // Where it waits instead, for a lock that another thread of the parent held.
+  // Ends a wait for a lock that another thread of the parent held at the fork.
   std::signal(SIGALRM, SIG_DFL);
   ::alarm(10 * seconds);
-  // The C library reports memory that was overwritten; the parent says so itself.
+  // The C library prints a message if memory was overwritten; the parent reports the error itself.
   if (const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC); nowhere >= 0)
     ::dup2(nowhere, STDERR_FILENO);
 }
@@ -177,7 +177,7 @@ void limit_child(std::size_t file_size) {
 
 // ---- The parent ---------------------------------------------------------------------------------
 
-// How a child ended that did not send everything.
+// How the child ended if it did not send everything.
 std::string end_of(pid_t child) {
   int status = 0;
   pid_t ended = 0;
@@ -228,7 +228,7 @@ SweepMap map_in(std::span<std::byte> content, const std::filesystem::path& file)
   } catch (...) {
     failure = std::current_exception();
   }
-  ::close(pipe[0]);  // a child that is still writing ends
+  ::close(pipe[0]);  // ends a child that is writing
   if (child < 0) refuse(file, error);
   const std::string end = end_of(child);
   if (failure) std::rethrow_exception(failure);

@@ -19,12 +19,12 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr int max_steps = 40;       // of Newton: quadratic, but next to a fold
-constexpr double at_rest = 1e-12;   // of a step, scaled: round-off is reached
-constexpr double diverging = 1e6;   // nominal sizes: an integral of a small gain is far, not lost
-constexpr double same_trim = 1e-6;  // unknowns apart by less, scaled, are one equilibrium
+constexpr int max_steps = 40;       // of Newton: quadratic convergence except near a fold
+constexpr double at_rest = 1e-12;   // of a step, scaled: at round-off
+constexpr double diverging = 1e6;   // nominal sizes: the integral of a small gain may be large
+constexpr double same_trim = 1e-6;  // scaled: unknowns that differ by less are one equilibrium
 
-// Residuals of the trim's equations, scaled; `outputs` are filled where an equation has one.
+// Residuals of the trim's equations, scaled; `outputs` is filled if an equation needs one.
 template <class Vector = VectorXd>
 Vector residuals(const Prepared& s, const VectorXd& rates, const VectorXd& outputs) {
   const Problem& p = s.problem;
@@ -37,8 +37,8 @@ Vector residuals(const Prepared& s, const VectorXd& rates, const VectorXd& outpu
   return r;
 }
 
-// The equations' Jacobian in nominal sizes, factored, from the slopes along states and unknowns;
-// nothing if it is singular.
+// The equations' Jacobian in nominal sizes, factorized, from the derivatives along states and
+// unknowns; empty if it is singular.
 template <class Matrix>
 std::optional<dense::LU<Matrix>> factored(const Prepared& s, const MatrixXd& slopes) {
   const Problem& p = s.problem;
@@ -50,7 +50,7 @@ std::optional<dense::LU<Matrix>> factored(const Prepared& s, const MatrixXd& slo
     }
   std::optional<dense::LU<Matrix>> lu = dense::lu(J);
   const auto pivots = lu->pivots().cwiseAbs();
-  constexpr double singular = 1e-11;  // left to the trim from nothing, which judges it
+  constexpr double singular = 1e-11;  // left to a full trim, which diagnoses it
   if (!(pivots.minCoeff() > singular * pivots.maxCoeff())) return {};
   return lu;
 }
@@ -81,7 +81,7 @@ std::string outside_in_words(const std::string& name, const std::string& unit, d
                      unit);
 }
 
-// Limits and implied rates at a point whose equations hold.
+// Checks limits and implied rates at a point that satisfies the equations.
 bool keeps_limits(const Prepared& s, const VectorXd& rates, GridTrim& e) {
   const Problem& p = s.problem;
   for (Index k = 0; k < p.n(); ++k) {
@@ -115,7 +115,7 @@ VectorXd outputs_of(const Model& m, const OperatingPoint& at) {
   return m.h ? m.h(at.x, at.u, at.p) : VectorXd();
 }
 
-// A Jacobian serves for further steps while they are small and shrink a hundredfold.
+// A Jacobian is reused while steps are small and decrease by a factor of a hundred.
 template <class Matrix, class Vector>
 bool newton(const Prepared& s, GridTrim& e) {
   constexpr double fast = 0.01, near = 1e-3;
@@ -157,7 +157,7 @@ bool newton(const Prepared& s, GridTrim& e) {
 
 }  // namespace
 
-// What to say of an equilibrium that has no linear model, as the rest in body axes.
+// Message for an equilibrium without a linear model, such as rest in body axes.
 static std::string missing_model(const Prepared& s, const GridTrim& e) {
   const bool finite = e.slopes.topLeftCorner(s.states(), s.states()).allFinite();
   return finite ? "" : "an equilibrium without a linear model: a derivative is not finite there";
@@ -171,7 +171,7 @@ bool settle(const Prepared& s, GridTrim& e) {
                                        ? newton<dense::SmallMatrix, dense::SmallVector>(s, e)
                                        : newton<MatrixXd, VectorXd>(s, e));
   } catch (const std::bad_alloc&) {
-    throw;  // no answer of the model's
+    throw;  // not an exception of the model
   } catch (const std::exception& thrown) {
     e.message = thrown.what();
   }
@@ -185,8 +185,8 @@ bool settle(const Prepared& s, GridTrim& e) {
 
 namespace {
 
-// Moves the unknowns so that the outputs are again what they were: actuators know less of a gain
-// than integrals do. Least squares in nominal sizes; false where that cannot be had.
+// Moves the unknowns to restore the outputs: actuator positions depend less on a gain than the
+// integrals do. Least squares in nominal sizes; false on failure.
 bool keep_outputs(const Prepared& s, const VectorXd& outputs, OperatingPoint& at) {
   const Index ny = outputs.size(), nx = s.states();
   if (ny == 0) return false;
@@ -218,7 +218,7 @@ std::optional<GridTrim> settle(const Prepared& s, const OperatingPoint& numbers,
     if (!keep_outputs(s, outputs_of(s.model(), from), e.at)) return {};
   } catch (const std::bad_alloc&) {
     throw;
-  } catch (const std::exception&) {  // settle() has kept its words
+  } catch (const std::exception&) {  // settle() has stored the message
     return {};
   }
   if (!settle(s, e)) return {};
@@ -239,8 +239,8 @@ GridTrim equilibrium_at(const Prepared& s, const OperatingPoint& at) {
   return e;
 }
 
-// Thousands of points have no equilibrium for one reason: the words without the point's own
-// numbers, which trim() has.
+// Thousands of points fail for the same reason: the message without the point's own numbers, which
+// trim() gives.
 static std::string in_short(const Prepared& s, const TrimResult& found) {
   if (found.status == TrimStatus::infeasible) return "shown: no equilibrium within the limits";
   if (found.status == TrimStatus::time_limit) return out_of_time_in_words(s.trimming.time_limit);
@@ -293,7 +293,7 @@ double input_at(const Prepared& s, const GridTrim& e, std::size_t i) {
   return at < nu ? e.at.u[at] : e.outputs[at - nu];
 }
 
-// Longest Newton step, in nominal sizes, that residuals of one can ask for.
+// Longest Newton step, in nominal sizes, for residuals of size one.
 static double inverse_size(const Prepared& s, const MatrixXd& A) {
   const Index m = s.problem.m();
   VectorXd sum = VectorXd::Zero(s.problem.n());
@@ -312,7 +312,8 @@ double outputs_apart(const Prepared& s, const GridTrim& a, const GridTrim& b) {
   return size.size() ? (a.outputs - b.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() : 0.0;
 }
 
-// Whether A at a point of the line is what the line says, to the round-off of the trims.
+// True if A at a point of the line agrees with the line's prediction, to the round-off of the
+// trims.
 bool predicted(const Prepared& s, const AffineLine& line, const GridTrim& e) {
   constexpr double same_matrix = 1e-9;
   const MatrixXd A = e.A(s);
@@ -343,7 +344,7 @@ std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place,
         outputs_apart(s, *middle, start) <= same_trim))
     return {};
   const MatrixXd A = start.A(s), A_end = end->A(s);
-  constexpr double margin = 10;  // for what lies between the ends
+  constexpr double margin = 10;  // for points between the ends
   AffineLine line{structure, *phi, A, (A_end - A) / (*phi_end - *phi)};
   line.inverse = margin * std::max(inverse_size(s, A), inverse_size(s, A_end));
   line.residual = std::max({start.residual, middle->residual, end->residual});
@@ -354,7 +355,7 @@ std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place,
 }
 
 bool settle(const Prepared& s, const AffineLine& line, GridTrim& e) {
-  constexpr int few = 4;  // the integrals are linear in the law's gains, or nearly
+  constexpr int few = 4;  // the integrals are (almost) linear in the law's gains
   const auto share = line.share(e.at.p);
   if (!share) return false;
   for (int i = 0; i < few; ++i) {

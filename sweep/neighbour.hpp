@@ -1,4 +1,4 @@
-/// A trim moved from point to point of the grid by Newton. Internal to sweep/ and tune/.
+/// Newton from one grid point's trim to the next. Internal to sweep/ and tune/.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 
 namespace tiltrim {
 
-/// A verified equilibrium, or why there is none.
+/// A verified equilibrium, or the reason why there is none.
 struct GridTrim {
   TrimStatus status = TrimStatus::not_found;
   std::string message;
@@ -24,45 +24,45 @@ struct GridTrim {
   }
 };
 
-/// Newton from the unknowns that `e.at` has, its other numbers given. Without damping: what
-/// does not come to rest within limits is not this neighbour's. False: no equilibrium reached, and
-/// `e.message` says in short why.
+/// Newton from the unknowns of `e.at`, with its other values given. Undamped: if it does not
+/// converge within the limits, the neighbour's equilibrium does not continue here. False: no
+/// equilibrium, and `e.message` gives a short reason.
 bool settle(const Prepared& sweep, GridTrim& e);
 
-/// The same at the numbers of `place`, or at those given, from the unknowns of `from`; if that
-/// fails, from unknowns that give the outputs of `from` there.
+/// The same at the parameters of `place`, or at those given, starting from the unknowns of `from`;
+/// if that fails, from unknowns that give the outputs of `from` there.
 std::optional<GridTrim> settle(const Prepared& sweep, const GridPlace& place,
                                const OperatingPoint& from);
 std::optional<GridTrim> settle(const Prepared& sweep, const OperatingPoint& numbers,
                                const OperatingPoint& from);
 
-/// From nothing: the request's own trim, one at a time in this process (Ipopt's MUMPS keeps
+/// A full trim without a starting point, one at a time in this process (Ipopt's MUMPS keeps
 /// global state).
 GridTrim from_nothing(const Prepared& sweep, const GridPlace& place);
 GridTrim from_nothing(const Prepared& sweep, const OperatingPoint& numbers);
 
-/// Derivatives and outputs at an equilibrium known before.
+/// Derivatives and outputs at a known equilibrium.
 GridTrim equilibrium_at(const Prepared& sweep, const OperatingPoint& at);
 
 /// Largest difference of the unknowns over their nominal sizes.
 double apart(const Prepared& sweep, const OperatingPoint& a, const OperatingPoint& b);
 
-/// The control effort at a point, by which the point's own equilibrium is chosen.
+/// The cost at a point, by which one of several equilibria is chosen.
 double effort_at(const Prepared& sweep, const OperatingPoint& at);
 
-/// Value i of those kept beside the state.
+/// Value i of those stored with the state.
 double input_at(const Prepared& sweep, const GridTrim& e, std::size_t i);
 
-/// A line along an axis on which ∂f/∂x is affine in φ: from two points of it, all others.
+/// A line along an axis on which ∂f/∂x is affine in φ: two points determine all others.
 struct AffineLine {
   const Model::Affine* structure = nullptr;
   double phi = 0.0;              ///< at the first point
   Eigen::MatrixXd first, slope;  ///< A = first + (φ - phi) slope
-  double inverse = 0.0;          ///< bound of a Newton step over its residual, both scaled
-  bool steady = false;           ///< every point has the unknowns of the first
-  double residual = 0.0;         ///< scaled, the largest met
+  double inverse = 0.0;          ///< bound of the ratio of Newton step to residual, both scaled
+  bool steady = false;           ///< every point has the same unknowns
+  double residual = 0.0;         ///< scaled, the largest found
 
-  /// φ - phi at these numbers; nothing where the structure does not hold.
+  /// φ - phi at these parameters; empty where the structure does not hold.
   std::optional<double> share(const Eigen::VectorXd& p) const {
     const auto there = structure->phi(p);
     return there ? std::optional(*there - phi) : std::nullopt;
@@ -70,12 +70,12 @@ struct AffineLine {
 };
 
 /// The structure of the line through `start` along `axis`, if it has one: the equilibria at its
-/// ends and in its middle are settled and differentiated, their outputs agree, and the middle's A
-/// is the one that the ends give it.
+/// ends and in its middle are computed and differentiated, their outputs must agree, and A in the
+/// middle must equal the interpolation of the ends.
 std::optional<AffineLine> affine_line(const Prepared& sweep, const GridPlace& place,
                                       std::size_t axis, const GridTrim& start);
 
-/// Newton with the line's Jacobian: true if the equilibrium is there, with the outputs kept.
+/// Newton with the line's Jacobian: true if an equilibrium with the same outputs is found.
 bool settle(const Prepared& sweep, const AffineLine& line, GridTrim& e);
 
 }  // namespace tiltrim

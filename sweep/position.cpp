@@ -1,4 +1,4 @@
-// Modes linked by position alone.
+// Links between modes by position only.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,8 +16,9 @@ bool link_by_position(Spectrum predicted, Spectrum next, std::span<int> to,
   const std::size_t n = predicted.size();
   if (next.size() != n || to.size() != n || confidence.size() != n)
     throw std::invalid_argument("link_by_position: the spans are not of one size");
-  // Each within a third of its row's next nearest, and no column twice: then each is nearest to its
-  // column's mode as well, by 1.5.
+  // Each is closer than a third of its distance to the next nearest, and no column occurs twice:
+  // then
+  // each is also the nearest to its column's mode, by a factor of 1.5.
   for (std::size_t i = 0; i < n; ++i) {
     double least = infinity, other = infinity;
     std::size_t nearest = 0;
@@ -63,14 +64,14 @@ void IsolatedModes::assign(Spectrum at) {
 
 // With cᵢ the modes here, gᵢ their gaps and |zᵢ - cᵢ| <= gᵢ/8 for all i, before and after a step:
 //   |zᵢ - zⱼ| >= |cᵢ - cⱼ| - (gᵢ + gⱼ)/8 >= 3/4 max(gᵢ, gⱼ)
-// of which zᵢ - zⱼ changes by (gᵢ + gⱼ)/4 at most, by two thirds of itself: an angle of 42°. From a
-// prediction d away from zᵢ every other is at least 3/4 gᵢ - d away.
+// The change of zᵢ - zⱼ is at most (gᵢ + gⱼ)/4, two thirds of its length: an angle of 42°. From a
+// prediction at distance d from zᵢ every other mode is at least 3/4 gᵢ - d away.
 std::size_t IsolatedModes::stay(const double* const* re, const double* const* im,
                                 std::span<const double> step_ratio) {
   constexpr double radius = 1.0 / 8;
   const std::size_t length = std::min(longest, step_ratio.size());
-  std::array<double, longest> left{};             // 1: a disc; NaN too has left it
-  for (std::size_t i = 0; i < modes.size(); ++i)  // a pair has just parted or joined
+  std::array<double, longest> left{};             // 1: left its disk; also for NaN
+  for (std::size_t i = 0; i < modes.size(); ++i)  // a pair has just split or joined
     if (side({0.0, im[i][-1]}) != side({0.0, im[i][-2]})) return 0;
   off.resize(modes.size() * longest);
   worst.fill(0.0);
@@ -103,15 +104,15 @@ bool IsolatedModes::certain(std::size_t m) const { return worst[m] <= square(4e-
 
 namespace {
 
-// Two eigenvalues that are a pair, or both real: which goes on as the other's first, their middle
-// and half their distance.
+// Two eigenvalues that are a pair, or both real: the one that continues as the first of the other
+// two, their middle and half their distance.
 struct Two {
   std::size_t first = 0, second = 0;
   bool real = false;
   double middle = 0, half = infinity;
 };
 
-// The two nearest to a place on the real axis, if they can be a pair or the ends of one.
+// The two nearest to a point of the real axis, if they can be a pair or the ends of one.
 std::optional<Two> two_at(Spectrum lambda, double middle) {
   std::size_t a = 0, b = 1;
   const auto nearer_than = [&](std::size_t i, std::size_t k) {
@@ -133,10 +134,10 @@ struct Step {
   std::span<int> to;
   std::span<double> confidence;
 
-  // All but the two by position, the two as one.
+  // Links all but the two by position, and the two as one.
   bool meet(const Two& a, const Two& b) const {
     const double foreseen = 0.5 * (predicted[a.first] + predicted[a.second]).real();
-    double others = infinity;  // from the two's middle, before, foreseen and after
+    double others = infinity;  // distance from the pair's middle, before, predicted and after
     for (std::size_t i = 0; i < last.size(); ++i) {
       if (i != b.first && i != b.second) others = std::min(others, std::abs(next[i] - b.middle));
       if (i == a.first || i == a.second) continue;
@@ -159,7 +160,7 @@ struct Step {
     return confidence[a.first] >= 0.5;
   }
 
-  // Which is nearest, and its distance over that of the next nearest.
+  // The nearest eigenvalue, and the ratio of its distance to that of the second nearest.
   std::pair<std::size_t, double> nearest_to(Complex place) const {
     double least = infinity, other = infinity;
     std::size_t nearest = 0;

@@ -32,7 +32,9 @@ const Model::Affine* structure_of(const Model& model, const SweepAxis& axis) {
   for (const SweepAxis::Column& column : axis.columns) {
     if (column.signal.empty()) continue;
     const auto at = std::ranges::find(model.affine, column.signal, &Model::Affine::parameter);
-    if (found || at == model.affine.end()) return nullptr;  // one parameter, and that one affine
+    if (found || at == model.affine.end())
+      return nullptr;  // exactly one parameter, in which the
+                       // model is affine
     found = &*at;
   }
   return found;

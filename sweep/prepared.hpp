@@ -1,4 +1,4 @@
-/// A sweep's request made ready, and the places of its grid. Internal to sweep/ and tune/.
+/// A preprocessed sweep request, and the places of its grid. Internal to sweep/ and tune/.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace tiltrim {
 
-/// A request made ready: positions instead of names.
+/// A preprocessed request: indices instead of names.
 struct Prepared {
   Prepared(const SweepRequest& request, const std::vector<SweepAxis>& axes,
            const TrimOptions& trimming);
@@ -18,31 +18,31 @@ struct Prepared {
   const std::vector<SweepAxis>& axes;
   TrimOptions trimming;
   Problem problem;                     ///< its structure; each caller of its functions has a copy
-  std::vector<Eigen::Index> along;     ///< variables to differentiate along: states, other unknowns
+  std::vector<Eigen::Index> along;     ///< variables to differentiate by: states, other unknowns
   std::vector<Eigen::Index> unknowns;  ///< positions in `along`
-  std::vector<std::vector<Eigen::Index>> moved;  ///< [axis][column]: variable, -1: none
-  std::vector<const Model::Affine*> affine;      ///< [axis]: its structure, if that is all it moves
-  std::vector<Eigen::Index> inputs;  ///< kept beside the state: input i, or inputs + output i
+  std::vector<std::vector<Eigen::Index>> moved;  ///< [axis][column]: variable, or -1
+  std::vector<const Model::Affine*> affine;      ///< [axis]: its structure, if the axis sets
+                                                 ///< nothing else
+  std::vector<Eigen::Index> inputs;  ///< stored with the state: input i, or inputs + output i
 
-  bool output_equations = false;  ///< some equation is an output's
+  bool output_equations = false;  ///< some equation involves an output
 
   const Model& model() const { return request.model; }
   Eigen::Index states() const { return std::ssize(request.model.states); }
 };
 
-/// A place in the grid: along each axis a position from 0 to size - 1, whole at the grid's points.
+/// A position in the grid: along each axis from 0 to size - 1, integer at grid points.
 using GridPlace = std::vector<double>;
 
-/// The coordinate of the axis itself at a position, in its own unit.
+/// The coordinate of an axis at a position, in the axis's unit.
 double coordinate(const SweepAxis& axis, double position);
-/// Sets the variables that the axis moves: between two points of the grid as SweepAxis::between
-/// says.
+/// Sets the variables of the axis; between two grid points as SweepAxis::between defines.
 void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at);
-/// The guess with all axes' numbers set.
+/// The guess with the values of all axes set.
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place);
 
-/// The spec without bounds that have equal ends on variables that an axis moves: they say only what
-/// the guess has said. Throws std::invalid_argument if one of the variables is free.
+/// The spec without equal bounds on variables that an axis sets: the guess already contains them.
+/// Throws std::invalid_argument if one of these variables is free.
 TrimSpec free_of(TrimSpec spec, const Model& model, const std::vector<SweepAxis>& axes);
 
 }  // namespace tiltrim

@@ -10,7 +10,7 @@ namespace tiltrim {
 
 namespace {
 
-// One description of each kind of line serves writing and reading.
+// One description of each record serves both writing and reading.
 void visit(LinePoints& p, auto&& field) {
   field(p.status), field(p.verdict), field(p.second_branch), field(p.reason), field(p.reasons);
   field(p.residual), field(p.spectral_abscissa), field(p.damping), field(p.state), field(p.input);
@@ -112,7 +112,7 @@ void check_that(bool fits) {
   if (!fits) throw std::runtime_error("is damaged: a line of it does not fit the sweep");
 }
 
-// first, ..., last - 1, and nothing else.
+// Throws unless all numbers are in first, ..., last - 1.
 void check_within(const auto& numbers, int first, std::size_t last) {
   for (const auto number : numbers)
     check_that(std::cmp_greater_equal(number, first) &&
@@ -141,7 +141,7 @@ void check(const LinePoints& line, const LineSizes& sizes) {
   check_within(line.second, 0, points);
 }
 
-// A crossing or an interval lies on a line along one of the axes.
+// Checks that a crossing or an interval lies on a line along one of the axes.
 void check_place(const auto& one, const LineSizes& sizes) {
   check_within(std::array{one.condition}, 0, sizes.conditions);
   check_within(std::array{one.axis}, 0, sizes.axes);

@@ -1,4 +1,4 @@
-/// Finished lines as bytes, for the log and for other ranks. Internal to sweep/.
+/// Serialization of finished lines, for the log and for other ranks. Internal to sweep/.
 #pragma once
 
 #include "runtime/ranks.hpp"
@@ -10,12 +10,13 @@ namespace tiltrim {
 Bytes as_bytes(const LinePoints& line);
 Bytes as_bytes(const LineVerdicts& line);
 
-/// What the lines of a sweep have in common.
+/// The sizes common to all lines of a sweep.
 struct LineSizes {
   std::size_t conditions, axes, points, states, inputs;
 };
-/// Throw std::runtime_error for bytes that are no line of this sweep: positions and enumerators are
-/// in range, lists as long as they must be.
+/// Throw std::runtime_error for bytes that are not a line of this sweep: indices and enumerators
+/// must
+/// be in range, and lists of the required length.
 LinePoints points_from(const Bytes& bytes, const LineSizes& sizes);
 LineVerdicts verdicts_from(const Bytes& bytes, const LineSizes& sizes);
 

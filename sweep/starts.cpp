@@ -16,7 +16,7 @@ struct Named {
   std::vector<std::string> names;
 };
 
-// The modes in the order and by the names of modes(), at the first equilibrium of a condition.
+// The modes in the order and with the names of modes(), at the first equilibrium of a condition.
 Named named_modes(const Prepared& sweep, const GridTrim& e) {
   Named named;
   named.reference.A = e.A(sweep);
@@ -28,7 +28,7 @@ Named named_modes(const Prepared& sweep, const GridTrim& e) {
   return named;
 }
 
-// The modes at the first point of a line, straight on from the two before it.
+// The modes at the first point of a line, extrapolated linearly from the two lines before it.
 Eigenvalues foreseen(const Lines& lines, const std::vector<LineStart>& starts, std::size_t line,
                      std::size_t before) {
   const Eigenvalues& modes = starts[before].reference->modes;
@@ -100,8 +100,7 @@ void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<Li
     }
     if (e) {
       starts[l].last = e->at;
-    } else if (after &&
-               starts[*after].last) {  // its numbers are this line's, its unknowns the other's
+    } else if (after && starts[*after].last) {  // parameters of this line, unknowns of the other
       OperatingPoint at = numbers_at(sweep, place);
       for (const Index j : sweep.problem.unknowns)
         set_value(at, j, value_of(*starts[*after].last, j));

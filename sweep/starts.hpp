@@ -1,5 +1,5 @@
-/// What the lines of a condition start from, settled along the slower axes before any line is
-/// walked. Internal to sweep/.
+/// Starting points of the lines of a condition, computed along the slower axes before any line is
+/// tracked. Internal to sweep/.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace tiltrim {
 
-/// Numbers of lines along the last axis, and the lines next to one along the slower axes.
+/// Numbering of the lines along the last axis, and of their neighbours along the slower axes.
 struct Lines {
   const std::vector<SweepAxis>& axes;
 
@@ -25,7 +25,7 @@ struct Lines {
       place[a] = double(line % axes[a].size());
     return place;
   }
-  /// The line before (or after), along the fastest of the slower axes that has one.
+  /// The line before (or after), along the fastest slower axis that has one.
   std::optional<std::size_t> next_to(std::size_t line, bool before) const {
     std::size_t stride = 1;
     for (std::size_t a = axes.size() - 1; a-- > 0; stride *= axes[a].size()) {
@@ -37,14 +37,14 @@ struct Lines {
   }
 };
 
-/// The first points of all lines, each from the line before it; and the names of the modes, at the
+/// The first points of all lines, each from the previous line; and the names of the modes, from the
 /// first equilibrium.
 void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,
                         std::vector<std::string>& mode_names);
-/// The last points, each from the line after it.
+/// The last points, each from the next line.
 void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts);
 
-/// Names of a condition whose lines all begin without an equilibrium: those at its first.
+/// Mode names of a condition whose lines all begin without an equilibrium, from its first one.
 void name_late(const Prepared& sweep, std::size_t condition, SweepMap& map);
 
 }  // namespace tiltrim

@@ -20,7 +20,7 @@ using Eigen::Index;
 
 namespace {
 
-// What the log's lines are lines of.
+// Identity of the work that the log's lines belong to.
 std::string identity_of(const SweepOptions& options,
                         const std::vector<std::unique_ptr<Prepared>>& conditions,
                         const std::vector<SweepAxis>& axes) {
@@ -45,7 +45,7 @@ void check_alike(const std::vector<std::unique_ptr<Prepared>>& conditions) {
           c->request.name, first.request.name));
 }
 
-// Hundreds of megabytes, which the system clears page by page: in large ones where it has them.
+// Hundreds of megabytes that the system clears page by page: uses large pages if available.
 void resize(std::vector<double>& numbers, std::size_t size) {
   numbers.reserve(size);
 #ifdef __linux__
@@ -106,7 +106,7 @@ void place(const LinePoints& line, std::size_t first, SweepMap& map) {
   copy(line.confidence, map.confidence, first * n);
 }
 
-// Second branches and reasons, whose places depend on all lines before.
+// Appends second branches and reasons, whose indices depend on all previous lines.
 void append(const LinePoints& line, std::size_t first, SweepMap& map) {
   SecondBranch& all = map.second;
   std::vector<std::size_t> order(line.second.size());
@@ -124,7 +124,7 @@ void append(const LinePoints& line, std::size_t first, SweepMap& map) {
     part(line.second_im, i, map.modes(), all.eigenvalue_im);
     part(line.second_verdict, i, 1, all.verdict);
   }
-  constexpr std::size_t most = 30'000;  // what a short counts
+  constexpr std::size_t most = 30'000;  // limit for a short index
   std::vector<std::int16_t> number;
   for (const std::string& reason : line.reasons) {
     auto known = std::ranges::find(map.reasons, reason);
@@ -175,7 +175,7 @@ std::vector<AxisLine> lines_along_axes(std::size_t conditions, const std::vector
   return all;
 }
 
-// A line out of the log, which the message names.
+// Reads a line from the log; errors name the log.
 auto in_log(const Work& work, const auto& line_from, const Bytes& bytes, const LineSizes& sizes) {
   try {
     return line_from(bytes, sizes);

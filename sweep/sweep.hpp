@@ -1,5 +1,5 @@
 /// @file
-/// Sweeps: trim, linearize and modes at every point of a grid, and what lies between the points.
+/// Sweeps: trim, linear model and modes at every point of a grid, and crossings between the points.
 #pragma once
 
 #include <filesystem>
@@ -14,55 +14,56 @@
 
 namespace tiltrim {
 
-/// What is swept: a trim problem, and axes whose columns name variables that the trim does not
-/// move.
+/// A trim problem, and axes whose columns name variables that the trim does not solve for.
 struct SweepRequest {
   std::string name;                 ///< of the condition
-  Model model;                      ///< of the same signals for all conditions
+  Model model;                      ///< signals must be the same for all conditions
   TrimSpec spec;                    ///< of each point
-  OperatingPoint guess;             ///< and its numbers but for the axes'
-  std::vector<std::string> inputs;  ///< to be kept beside the state: inputs or outputs of the model
-  /// The point's trim from nothing, at these numbers; empty: trim() from the guess's unknowns.
+  OperatingPoint guess;             ///< and all values that no axis sets
+  std::vector<std::string> inputs;  ///< stored with the state: inputs or outputs of the model
+  /// Trim without a starting point, at these parameters; empty: trim() from the guess.
   std::function<TrimResult(const OperatingPoint& at, const TrimOptions& options)> cold{};
 };
 
-/// How far a sweep is.
+/// Progress of a sweep.
 struct SweepProgress {
-  const char* what = "points";      ///< "points", then "lines" between which crossings lie
-  std::size_t done = 0, total = 0;  ///< of them
+  const char* what = "points";      ///< "points", then "lines" searched for crossings
+  std::size_t done = 0, total = 0;  ///< number completed, number in all
   std::size_t stable = 0, unstable = 0, undecided = 0, no_trim = 0;  ///< points so far
 };
 
-/// How sweep() goes about it.
+/// Options of sweep().
 struct SweepOptions {
-  int threads = 0;        ///< 0: as many as the machine has
-  bool crossings = true;  ///< look between the grid's points
-  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< from nothing
-  std::filesystem::path log{};  ///< where it can be taken up again; empty: nowhere
+  int threads = 0;        ///< 0: one per hardware thread
+  bool crossings = true;  ///< search for crossings between grid points
+  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of trims without a
+                                                                           ///< starting point
+  std::filesystem::path log{};  ///< file from which an interrupted sweep resumes; empty: no log
   double checkpoint = 1.0;      ///< s between writes to the log
-  std::string identity{};       ///< of the work, for the log: study, program
-  std::stop_token stop{};       ///< asked between points
-  std::function<void(const SweepProgress&)> observe{};  ///< from one thread at a time
+  std::string identity{};       ///< identity of the work, for the log: study, program
+  std::stop_token stop{};       ///< checked between points
+  std::function<void(const SweepProgress&)> observe{};  ///< called by one thread at a time
 };
 
-/// The sweep was stopped; what is done is in the log.
+/// The sweep was stopped; finished work is in the log.
 struct SweepInterrupted : std::runtime_error {
-  /// With what() and where.
+  /// With a message; `elsewhere`: on another rank.
   explicit SweepInterrupted(const char* what, bool elsewhere = false)
       : std::runtime_error(what), failed_elsewhere(elsewhere) {}
-  bool failed_elsewhere;  ///< another rank of the run failed, and has said so
+  bool failed_elsewhere;  ///< another rank of the run failed, and has reported the error
 };
 
-/// Whether this process is the one that writes: always, but for the other ranks of an MPI run.
+/// True if this process writes the results: always, except on ranks > 0 of an MPI run.
 [[nodiscard]] bool first_of_ranks();
 
 /// The map of all conditions, which share axes, states and inputs. Each point is trimmed by Newton
-/// from its neighbour with exact derivatives, from nothing where that fails, verified, linearized;
-/// eigenvalues come in batches (linearize/batch.hpp), verdicts with bounds, names along the grid
-///. Every line is walked from both ends: where they meet different equilibria
-/// the one of less effort is the point's and the other its second branch. The same bits for any
-/// number of threads, taken up again or not. Throws std::invalid_argument for names the model does
-/// not have, std::runtime_error "path: why" for a log that cannot be used, SweepInterrupted.
+/// from its neighbour with exact derivatives (a full trim if that fails), verified and linearized;
+/// eigenvalues are computed in batches (linearize/batch.hpp), verdicts with error bounds, and mode
+/// names are tracked along the grid. Every line is tracked from both ends: where they find
+/// different equilibria the one of lower cost is the point's, the other its second branch. Results
+/// are bitwise identical for any number of threads, and after resuming. Throws
+/// std::invalid_argument for unknown names, std::runtime_error "path: reason" for an unusable log,
+/// SweepInterrupted.
 [[nodiscard]] SweepMap sweep(const std::vector<SweepRequest>& conditions,
                              const std::vector<SweepAxis>& axes, const SweepOptions& options = {});
 

@@ -21,17 +21,17 @@ using Eigen::MatrixXd;
 
 namespace {
 
-// Two modes that change places are said to cross, not to veer, where they mix by less than this:
-// their gap is then below what twelve halvings of the step would resolve.
+// Two modes that exchange places cross, and do not veer, if their mixing is below this: the gap is
+// then smaller than twelve bisections of the step can resolve.
 constexpr double crossing_mix = 1.0 / 4096;
 
-// Modes that are linked as one: a pair, what splits or joins, and what is told apart neither in a
-// nor in b. The number of the group each mode belongs to.
+// Modes that are linked together: a pair, modes that split or join, and modes that cannot be
+// separated in a or in b. Returns the group number of each mode.
 std::vector<int> grouped(const Basis& a, const Basis& b, const std::vector<int>& to) {
   const int n = int(to.size());
   double size = 0.0;
   for (int i = 0; i < n; ++i) size = std::max({size, std::abs(a.lambda[i]), std::abs(b.lambda[i])});
-  // a double eigenvalue, defective, is computed as two this far apart
+  // a defective double eigenvalue is computed as two this far apart
   const double same = std::sqrt(std::numeric_limits<double>::epsilon()) * size;
   std::vector<int> group(n);
   for (int i = 0; i < n; ++i) group[i] = i;
@@ -45,14 +45,14 @@ std::vector<int> grouped(const Basis& a, const Basis& b, const std::vector<int>&
   return group;
 }
 
-// How surely each group goes where its modes are linked to.
+// Confidence of the link of each group.
 struct Judge {
   const Basis &a, &b;
   const std::vector<int>&to, &group;
-  MatrixXcd trace;           // [group, group it should meet alone], of their projectors
-  std::vector<double> rank;  // modes of a group
+  MatrixXcd trace;           // [group, group it is linked to], of their projectors
+  std::vector<double> rank;  // number of modes of a group
 
-  // 1 - 2 (what it shares with other groups): 1 - 2 sin²θ where two modes mix by the angle θ.
+  // 1 - 2 (overlap with other groups): 1 - 2 sin²θ if two modes mix by the angle θ.
   double character(int g) const {
     const double row = trace.row(g).cwiseAbs().sum(), column = trace.col(g).cwiseAbs().sum();
     const double others = std::max(row, column) - std::abs(trace(g, g));
@@ -63,8 +63,8 @@ struct Judge {
     return std::max(std::abs(trace(g, h)), std::abs(trace(h, g))) / std::min(rank[g], rank[h]);
   }
 
-  // 1 - 3 d/s, as link_by_position(), a group's own members apart; of the worst, as there: one that
-  // is out of place leaves its place to another.
+  // 1 - 3 d/s, as in link_by_position(), ignoring members of the group; for the worst member, since
+  // one that is out of place takes the place of another.
   double position(Spectrum from) const {
     double worst = 1.0;
     for (std::size_t i = 0; i < to.size(); ++i) {
@@ -77,8 +77,8 @@ struct Judge {
     return worst;
   }
 
-  // Modes that change places cross if they do not mix, else they may as well veer: 1 - √mixing
-  // against the share of the step below which a gap is taken for none, one half at that share.
+  // Modes that exchange places cross if they do not mix, otherwise they may veer: 1 - √mixing,
+  // weighted so that it is one half at the mixing below which a gap cannot be resolved.
   double exchange(int g) const {
     double worst = 1.0;
     for (std::size_t i = 0; i < to.size(); ++i)
@@ -109,7 +109,8 @@ std::vector<double> confidence(const MatrixXcd& M, const Basis& a, Spectrum pred
     sure[i] =
         std::clamp(std::min(std::max(place, judge.character(g)), judge.exchange(g)), 0.0, 1.0);
   }
-  // Who is linked wrongly has another's place: doubt of one is doubt of those it mixes with.
+  // A wrong link also takes another mode's place: doubt about one is doubt about those it mixes
+  // with.
   std::vector<double> together = sure;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < n; ++k)
@@ -129,7 +130,7 @@ double weakest(const Link& link) {
   return link.to.empty() ? 1.0 : *std::ranges::min_element(link.confidence);
 }
 
-// The weakest confidence first, then their sum.
+// The lowest confidence first, then the sum.
 std::pair<double, double> strength(const Link& link) {
   return {weakest(link), std::accumulate(link.confidence.begin(), link.confidence.end(), 0.0)};
 }
@@ -144,7 +145,7 @@ Link joined(const Link& first, const Link& second) {
   return link;
 }
 
-// Straight on from `mid`, in the order of its eigenvalues; from `mid` itself what changed its kind.
+// Linear extrapolation from `mid`, in the order of its eigenvalues; modes that changed kind stay.
 std::vector<Complex> onward(Spectrum last, const Basis& mid, const std::vector<int>& to) {
   std::vector<Complex> predicted = mid.lambda;
   for (std::size_t i = 0; i < to.size(); ++i)
@@ -158,7 +159,7 @@ struct Path {
   const std::function<std::optional<MatrixXd>(double)>& between;
   const Balanced& balanced;
   double trusted;
-  int left;  // matrices that may still be asked for
+  int left;  // matrices that may still be evaluated
 
   std::optional<Basis> at(double share) {
     if (!between || left-- <= 0) return {};

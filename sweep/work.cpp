@@ -11,7 +11,7 @@ double seconds_since(Clock::time_point then) {
 
 namespace {
 
-// What one rank has not, it is told: numbers and bytes of finished units.
+// Numbers and bytes of finished units, to send to ranks that do not have them.
 Bytes packed(const std::vector<std::pair<std::uint64_t, Bytes>>& units) {
   Bytes all;
   const auto add = [&all](const void* from, std::size_t size) {

@@ -1,4 +1,4 @@
-/// A sweep's work in units that threads and ranks share, logged as they are finished.
+/// A sweep's work in units that threads and ranks share, logged when they are finished.
 /// Internal to sweep/.
 #pragma once
 
@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point then);
 
-/// The work at hand, finished units by number.
+/// The current work, with finished units by number.
 struct Work {
   const SweepOptions& options;
   Log* log;  // rank 0's, if any
@@ -29,24 +29,23 @@ struct Work {
   SweepProgress progress{};
   std::vector<std::pair<std::uint64_t, Bytes>> unwritten{};
   Clock::time_point written = Clock::now();
-  std::exception_ptr failure{};  // of this rank, until the others know
+  std::exception_ptr failure{};  // of this rank, until it is reported to the others
 
   bool known(std::uint64_t unit) const { return recovered.contains(unit); }
 };
 
-/// Takes over what an earlier run has left in rank 0's log.
+/// Reads the units that an earlier run left in rank 0's log.
 void recover(Work& work);
-/// Writes what is finished and not in the log yet. A disk that is full is said to all ranks by
-/// agree().
+/// Writes finished units to the log. A full disk is reported on all ranks by agree().
 void write(Work& work);
-/// All ranks go on, or all end; a stop that comes after the last unit is none. Throws what rank 0
-/// failed with, or SweepInterrupted.
+/// All ranks continue, or all end; a stop after the last unit is ignored. Throws rank 0's error, or
+/// SweepInterrupted.
 void agree(Work& work, bool last = false);
-/// What the other ranks have computed of the units from `from` on.
+/// Receives the units from `from` on that other ranks have computed.
 void exchange(std::size_t from, std::vector<Bytes>& bytes);
 
-/// Each rank's units from `from` on, by its threads; `bytes` are left empty where another rank has
-/// it.
+/// This rank's units from `from` on, computed by its threads; `bytes` stay empty for those of
+/// another rank.
 template <class Result>
 void compute_block(const Work& work, std::uint64_t first, std::size_t from, const auto& compute,
                    const auto& store, std::vector<Result>& results, std::vector<Bytes>& bytes) {
@@ -62,13 +61,13 @@ void compute_block(const Work& work, std::uint64_t first, std::size_t from, cons
 }
 
 /// Computes units first .. first + count - 1 in blocks that grow until one takes long enough to be
-/// shared out: compute(i, result) and store(i, result), spread over ranks and threads; append(i,
-/// result) in the units' order. A result's memory is used again by the next block's.
+/// distributed: compute(i, result) and store(i, result) run on ranks and threads; append(i, result)
+/// runs in the order of the units. The memory of a result is reused by the next block.
 template <class Result>
 void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute,
          const auto& as_result, const auto& store, const auto& append) {
   constexpr double long_enough = 0.02;         // s
-  constexpr std::size_t most_of_a_rank = 256;  // units: what ranks exchange at once
+  constexpr std::size_t most_of_a_rank = 256;  // units: exchanged between ranks at once
   std::size_t block = 1;
   std::vector<Result> results;
   for (std::size_t from = 0; from < count;) {
