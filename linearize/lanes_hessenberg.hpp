@@ -116,7 +116,7 @@ template <int N>
 // Scales one state; returns the lanes that were changed.
 template <int N>
 [[gnu::always_inline]] inline Mask balance_one(Matrix<N>& A, int i) {
-  constexpr double worth = 4.0, farthest = 0x1p15;  // their sweeps' product: far from overflow
+  constexpr double worth = 4.0, farthest = 0x1p15;  // farthest per sweep: far from overflow
   const int n = A.n();
   Real c = 0.0, r = 0.0;
   for (int j = 0; j < n; ++j) {
