@@ -82,7 +82,7 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
     throw std::invalid_argument("sensitivity to nothing; expected uncertain numbers");
 }
 
-// Inputs apart, the loops are the points' models.
+// The loops must be the points' models, except for their inputs.
 void check_loops(const TuneProblem& problem) {
   for (std::size_t i = 0; i < problem.loops.size(); ++i) {
     const Model &loop = problem.loops[i], &own = problem.points[i].model;
@@ -92,7 +92,7 @@ void check_loops(const TuneProblem& problem) {
   }
 }
 
-// Every corner of the uncertain numbers, then samples between.
+// The nominal case, every corner of the uncertain parameters, and random samples between.
 struct Scatter {
   std::string words;
   VectorXd values;
@@ -134,7 +134,7 @@ std::vector<Scatter> scatter_of(const TuneProblem& problem) {
   return all;
 }
 
-// Hat functions of the schedule's places.
+// Hat functions of the schedule's breakpoints at a point.
 VectorXd shares_at(const TuneProblem& problem, const SweepRequest& request) {
   const std::vector<double>& s = problem.schedule;
   if (s.empty()) return VectorXd::Ones(1);
@@ -149,7 +149,7 @@ VectorXd shares_at(const TuneProblem& problem, const SweepRequest& request) {
   return shares;
 }
 
-// The model's variable, which must be one that the trim is given.
+// The model's variable; it must not be free in the trim.
 Index given(const Place& place, const std::string& name) {
   const Index found = variable(place.request.model, name);
   const std::vector<Index>& unknowns = place.prepared->problem.unknowns;
@@ -225,7 +225,7 @@ GridTrim Candidates::settled(const Place& place, const VectorXd& gains, const Ve
   return from_nothing(sweep, numbers);
 }
 
-// Scores of what no single eigenvalue decides, and by central differences their slopes.
+// Scores of requirements on the whole system, and their derivatives by central differences.
 void Candidates::describe(const Place& place, const GridTrim& e, bool slopes,
                           PlaceModes& result) const {
   const auto scores = [&](const GridTrim& there, const Eigen::VectorXcd& eigenvalues) {
@@ -265,7 +265,7 @@ PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, bool
                              const VectorXd& uncertain) const {
   try {
     return computed(place, variables, slopes, from, uncertain);
-  } catch (const std::exception& thrown) {  // the model's own, between trims
+  } catch (const std::exception& thrown) {  // an exception of the model, between trims
     PlaceModes nothing;
     nothing.status = TrimStatus::model_threw;
     nothing.message = thrown.what();
@@ -291,7 +291,7 @@ PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, b
   result.eigenvalues = spectrum.eigenvalues;
   describe(place, e, slopes, result);
   if (!slopes) return result;
-  // of a gain, to each place of its schedule
+  // derivative by a gain, distributed to the breakpoints of its schedule
   const Index gains = std::ssize(place.gains), places = place.shares.size();
   MatrixXd onto = MatrixXd::Zero(gains, gains * places);
   for (Index j = 0; j < gains; ++j)

@@ -1,5 +1,5 @@
-/// One choice of gains at all places: trims, eigenvalues, what is asked of them, and how all of it
-/// moves with the gains. Internal to tune/.
+/// One set of gains at all places: trims, eigenvalues, scores of the requirements, and their
+/// derivatives with respect to the gains. Internal to tune/.
 #pragma once
 
 #include <memory>
@@ -11,44 +11,46 @@
 
 namespace tiltrim {
 
-/// An operating point somewhere in the scatter, made ready.
+/// An operating point with one set of uncertain parameters, preprocessed.
 struct Place {
   TunePlace where;
   SweepRequest request;
   std::unique_ptr<Prepared> prepared;
-  const Model* loops = nullptr;           // the point's, if margins are asked for
+  const Model* loops = nullptr;           // the point's model with inputs, if margins are required
   std::vector<Eigen::Index> gains;        // variables of the model
-  std::vector<Eigen::Index> uncertain;    // the same
-  Eigen::VectorXd shares;                 // of each place of the schedule, summing to one
+  std::vector<Eigen::Index> uncertain;    // variables of the model
+  Eigen::VectorXd shares;                 // weight of each breakpoint of the schedule, summing to
+                                          // one
   std::optional<OperatingPoint> nearest;  // an equilibrium at other gains
 };
 
-/// What is known of a candidate at one place.
+/// The results of a candidate at one place.
 struct PlaceModes {
   TrimStatus status = TrimStatus::not_found;
   std::string message;
   OperatingPoint at;
   Eigen::MatrixXd A;
   Eigen::VectorXcd eigenvalues;
-  Eigen::MatrixXcd slopes;  ///< dλ/dvariable, [eigenvalue, variable], the trim's shift included
-  Eigen::VectorXd scores;   ///< [asked] of those that no single eigenvalue decides; else NaN
+  Eigen::MatrixXcd slopes;  ///< dλ/dvariable, [eigenvalue, variable], including the shift of the
+                            ///< trim
+  Eigen::VectorXd scores;   ///< [asked] for requirements on the whole system; otherwise NaN
   Eigen::MatrixXd score_slopes;  ///< [asked, variable]
 
   bool valid() const { return eigenvalues.size() > 0; }
 };
 
-/// The problem's points at every corner and sample, each with the equilibrium it was last at.
+/// The problem's points at every corner and sample, each with its most recent equilibrium.
 class Candidates {
  public:
   Candidates(const TuneProblem& problem, const TrimOptions& trimming);
 
   const std::vector<Requirement>& asked() const { return asked_; }
   const std::vector<Place>& places() const { return places_; }
-  /// At tuned numbers in SI units, by all threads.
+  /// Results for tuned values in SI units, computed in parallel.
   std::vector<PlaceModes> at(const Eigen::VectorXd& variables, bool slopes);
-  /// The same from trims of their own, not from a neighbour's.
+  /// The same with every trim computed anew, not from a neighbour's.
   std::vector<PlaceModes> anew(const Eigen::VectorXd& variables);
-  /// A point with its uncertain numbers elsewhere, from the equilibrium that its place has.
+  /// A point with other uncertain parameters, starting from the equilibrium of its place.
   PlaceModes scattered(std::size_t place, const Eigen::VectorXd& variables,
                        const Eigen::VectorXd& uncertain) const;
 
@@ -67,7 +69,7 @@ class Candidates {
   std::vector<Place> places_;
 };
 
-/// The gains at a place whose shares of the schedule are these; variables gain by gain.
+/// The gains at a place with these schedule weights; `variables` are ordered gain by gain.
 Eigen::VectorXd gains_of(const Eigen::VectorXd& variables, const Eigen::VectorXd& shares);
 
 }  // namespace tiltrim

@@ -13,7 +13,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Of two that meet, the middle m and D = ((λ₁ - λ₂)/2)² are smooth where they themselves are not.
+// For two eigenvalues that coalesce, the mean m and D = ((λ₁ - λ₂)/2)² are smooth; λ₁ and λ₂ are
+// not.
 struct Twin {
   Index first, second;
   Complex middle, D;
@@ -42,10 +43,11 @@ Twin twin_at(const PlaceModes& place, const Meeting& meeting, bool slopes) {
   return twin;
 }
 
-// Unknowns (y, t). Constraints, none positive where all is well: for each place and eigenvalue the
-// goal's, then each limit's, then what is asked of the whole. Of a pair the upper member alone is
-// asked; of two that meet, their middle, and that on the real axis they stay a pair (D < 0), off it
-// that they are one (D = 0).
+// Unknowns (y, t). Constraints, feasible if <= 0: for each place and eigenvalue the goal's, then
+// each
+// limit's, then those on the whole system. A pair is represented by its upper member; two
+// eigenvalues that coalesce by their mean, with a constraint that on the real axis they stay a pair
+// (D < 0), and off it that they are equal (D = 0).
 struct Epigraph {
   Search& search;
   std::vector<Meeting> meetings{};
@@ -53,12 +55,12 @@ struct Epigraph {
   Eigen::RowVectorXd none{};
 
   static constexpr double kept = -1.0, hopeless = 1e3;
-  static constexpr double apart = 1e-5;  // rad/s, of a pair that is to stay one
+  static constexpr double apart = 1e-5;  // rad/s, separation of a pair that must stay complex
 
   Index states(std::size_t place) const {
     return std::ssize(search.candidates.places()[place].request.model.states);
   }
-  // Requirements asked of every eigenvalue, and those asked of the whole.
+  // Number of requirements on every eigenvalue, and of those on the whole system.
   Index per_eigenvalue() const {
     return std::ranges::count_if(search.asked(), spectral, &Requirement::measure);
   }
@@ -72,7 +74,7 @@ struct Epigraph {
   }
   Index equalities() const { return 2 * std::ranges::count(meetings, false, &Meeting::real); }
 
-  // What comes in: constraints row by row, and their slopes if J is given.
+  // The constraints row by row, and their derivatives if J is given.
   struct Rows {
     const VectorXd& x;
     VectorXd& c;
@@ -80,7 +82,7 @@ struct Epigraph {
     Index next = 0;
   };
 
-  // Requirement i, whose score is `own` and moves with the variables by `slope`.
+  // Adds requirement i, with score `own` and derivative `slope` with respect to the variables.
   void put(Rows& rows, std::size_t i, double own, const Eigen::RowVectorXd& slope) const {
     const Requirement& r = search.asked()[i];
     const double size = i == 0 ? 1.0 : size_of(r);
@@ -105,7 +107,7 @@ struct Epigraph {
   void ask_as_a_whole(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       if (spectral(search.asked()[i].measure)) continue;
-      if (std::isnan(place.scores[Index(i)])) {  // it does not apply here
+      if (std::isnan(place.scores[Index(i)])) {  // not applicable here
         skip(rows, 1, kept);
         continue;
       }
@@ -184,7 +186,7 @@ struct Epigraph {
     }
   }
 
-  // Within `radius` of y.
+  // Searches within `radius` of y.
   void run(VectorXd y, double t, Optimizer algorithm, double radius, int evaluations) const {
     constexpr double far = 1e3;
     Optimization o;

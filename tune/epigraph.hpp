@@ -1,4 +1,4 @@
-/// The epigraph form: max t, every eigenvalue of every point keeping t and the limits.
+/// The epigraph form: max t, subject to t and the limits for every eigenvalue of every point.
 /// Internal to tune/.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tiltrim {
 
-/// From y and t, no farther than `radius` from y; eigenvalues that meet are held together.
+/// Starts from y and t, within `radius` of y; eigenvalues that coalesce are kept together.
 void search_epigraph(Search& search, const std::vector<Meeting>& meetings, const Eigen::VectorXd& y,
                      double t, Optimizer algorithm, double radius, int evaluations);
 

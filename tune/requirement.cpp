@@ -25,9 +25,9 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double most = 1e6;  // of a score: an infinite margin is no more than that
+constexpr double most = 1e6;  // of a score: larger margins, and infinite ones, are cut to this
 
-// Where margins are asked of a loop that is not stable, what it lacks.
+// Score of a margin for an unstable loop: minus the largest real part.
 double lacking(const VectorXcd& eigenvalues) { return -eigenvalues.real().maxCoeff(); }
 
 double margin(Measure what, const Margins& m) {
@@ -44,7 +44,7 @@ double margin(Measure what, const Margins& m) {
   }
 }
 
-// The least margin of the loops broken at one actuator each.
+// The smallest margin of the loops broken at one actuator each.
 double margin_score(const Requirement& r, const Place& place, const GridTrim& e,
                     const VectorXcd& eigenvalues) {
   const Model& model = *place.loops;
@@ -63,7 +63,7 @@ double margin_score(const Requirement& r, const Place& place, const GridTrim& e,
     const VectorXd b = J.col(n + j).head(n);
     const Eigen::RowVectorXd c = J.row(k).head(n);
     const double d = J(k, n + j);
-    if ((b.isZero(0.0) || c.isZero(0.0)) && d == 0) continue;  // it does not act here
+    if ((b.isZero(0.0) || c.isZero(0.0)) && d == 0) continue;  // no effect on this loop
     const Margins m = margins(opened(J.topLeftCorner(n, n), b, c, d));
     const double score = m.stable() ? margin(r.measure, m) : std::min(0.0, lacking(eigenvalues));
     if (!(score >= least)) least = std::min(score, most);
@@ -71,7 +71,7 @@ double margin_score(const Requirement& r, const Place& place, const GridTrim& e,
   return least;
 }
 
-// The slowest of the modes of that name: its decay rate.
+// The decay rate of the slowest of the modes with that name.
 double half_time_score(const Requirement& r, const Place& place, const MatrixXd& A) {
   double least = not_a_number;
   const Model& model = place.request.model;
@@ -80,7 +80,7 @@ double half_time_score(const Requirement& r, const Place& place, const MatrixXd&
   return least;
 }
 
-// Actuators with a range, and where they stand in it: 0 in the middle, 1 at an end.
+// The actuators that have a range, and their position in it: 0 in the middle, 1 at an end.
 struct Actuator {
   Index output;
   double middle, half;
@@ -112,8 +112,8 @@ double use_score(const Requirement& r, const Place& place, const GridTrim& e) {
 }
 
 // The largest of |y(t) - middle| for y(t) = y0 + Re Σ wᵢ exp(λᵢ t), all λᵢ left of the axis: ten
-// samples to the radian of the fastest that is still there, a parabola through the largest of each
-// and its neighbours; at rest in the end.
+// samples per radian of the fastest mode not yet decayed, with a parabola through each maximum and
+// its neighbours, and the final value.
 double largest_response(double y0, double middle, VectorXcd w, const VectorXcd& lambda) {
   constexpr double fine = 0.1, gone = 1e-9;
   constexpr int stages = 2000, samples = 64;
@@ -263,7 +263,7 @@ Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>
     }
     for (std::size_t i = 0; i < asked.size(); ++i) {
       const double own = worst(i, asked[i], place).score;
-      if (std::isnan(own)) continue;  // it does not apply there
+      if (std::isnan(own)) continue;  // not applicable there
       if (i == 0)
         m.goal = std::min(m.goal, own);
       else

@@ -1,4 +1,4 @@
-// How gains fare between the corners.
+// Robustness of gains to random parameters between the corners.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ namespace {
 struct Sample {
   VectorXd uncertain;
   Merit merit;
-  std::size_t worst = 0;  // the place whose goal is worst
+  std::size_t worst = 0;  // the place with the worst goal
   bool stable = true;
 };
 
@@ -71,7 +71,8 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
   nominal.samples = 0;
   Candidates candidates(nominal, options.trimming);
   const std::vector<PlaceModes> here = candidates.at(gains, false);
-  const bool nowhere = !applies_nowhere(candidates, here).empty();  // what is not met, ever
+  const bool nowhere = !applies_nowhere(candidates, here).empty();  // requirements that are never
+                                                                    // met
   Robustness result;
   double worst_score = std::numeric_limits<double>::infinity();
   constexpr long block = 256;

@@ -108,7 +108,7 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   last = {y, {}, {}};
   if (y.allFinite())
     last.places = candidates.at(numbers_at(y), slopes);
-  else  // no solver's word is taken
+  else  // the solver's status is not used
     last.places.resize(candidates.places().size());
   last.merit = merit(asked(), last.places);
   last_has_slopes_ = slopes;
@@ -123,7 +123,7 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   return last;
 }
 
-// The limit that is missed most, else the goal.
+// The limit with the largest violation, otherwise the goal.
 std::string deciding(const Search& search) {
   const Search::Seen& best = search.best;
   if (!best.merit.trimmed())
@@ -144,9 +144,9 @@ std::string deciding(const Search& search) {
                      where.where.scatter.empty() ? "" : ", ", where.where.scatter);
 }
 
-// One candidate for each neighbourhood, a dozen in all.
+// Keeps the best candidate of each neighbourhood, up to twelve.
 void Search::keep() {
-  constexpr double wide = 0.25;  // of each gain's range
+  constexpr double wide = 0.25;  // relative to each gain's range
   constexpr std::size_t most = 12;
   if (kept.size() == most && !(kept.back().merit < last.merit)) return;
   const auto near = [&](const Seen& other) {
@@ -195,7 +195,7 @@ VectorXd random_point(std::mt19937_64& random, Index n) {
   return y;
 }
 
-// Local searches from the best of many random points, while the budget lasts.
+// Local searches from the best of many random points, within the budget.
 void from_many_starts(Search& search) {
   constexpr int samples = 20, steps = 60;
   std::mt19937_64 random(search.options.seed);
@@ -250,7 +250,7 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
                   radius, evaluations);
 }
 
-// Eigenvalues that decide, or nearly, and are near to each other.
+// Eigenvalues that are decisive, or nearly, and close to each other.
 std::vector<Meeting> meetings_at(const Search& search, double within) {
   std::vector<Meeting> found;
   const Search::Seen& best = search.best;
@@ -276,8 +276,8 @@ std::vector<Meeting> meetings_at(const Search& search, double within) {
   return found;
 }
 
-// Held together off the axis, two eigenvalues take two of the variables: the nearest, while there
-// are variables left.
+// Keeping two eigenvalues together off the axis takes two degrees of freedom: the closest are kept
+// together while variables are left.
 static std::vector<Meeting> held_together(std::vector<Meeting> meetings, Index variables) {
   Index left = (variables - 1) / 2;
   std::erase_if(meetings, [&](const Meeting& m) { return !m.real && left-- <= 0; });

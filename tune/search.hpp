@@ -1,4 +1,4 @@
-/// The search for gains: candidates counted, the best one remembered, local searches from it.
+/// The search for gains: counts candidates, stores the best one, and searches locally from it.
 /// Internal to tune/.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tiltrim {
 
-/// A candidate as the searches see it: y in [0, 1]ⁿ, each tuned number linear or logarithmic
+/// Candidates in normalized coordinates: y in [0, 1]ⁿ, each tuned value linear or logarithmic
 /// between its bounds.
 class Search {
  public:
@@ -17,11 +17,11 @@ class Search {
 
   Eigen::Index variables() const { return Eigen::Index(problem.variables()); }
   const std::vector<Requirement>& asked() const { return candidates.asked(); }
-  /// In SI units.
+  /// Tuned values in SI units.
   Eigen::VectorXd numbers_at(const Eigen::VectorXd& y) const;
-  /// The y of such numbers, each cut to its bounds.
+  /// The y of given values, each limited to its bounds.
   Eigen::VectorXd place_of(const Eigen::VectorXd& numbers) const;
-  /// Their slopes in y.
+  /// Derivatives of the values with respect to y.
   Eigen::VectorXd scales_at(const Eigen::VectorXd& y) const;
 
   struct Seen {
@@ -29,15 +29,16 @@ class Search {
     std::vector<PlaceModes> places;
     Merit merit;
   };
-  /// Counted; the last one is remembered, since a solver asks for a point's functions one by one.
-  /// Throws EndSearch when the budget or the time is used up or a stop is asked for.
+  /// Evaluates and counts a candidate. The last one is cached, as solvers request the functions of
+  /// a
+  /// point one by one. Throws EndSearch when the budget or time is used up or a stop is requested.
   const Seen& evaluate(const Eigen::VectorXd& y, bool slopes);
 
   const TuneProblem& problem;
   const TuneOptions& options;
   Candidates candidates;
   Seen last, best;
-  std::vector<Seen> kept;  ///< the best of each neighbourhood, best first
+  std::vector<Seen> kept;  ///< best of each neighbourhood, best first
   long evaluations = 0;
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 
@@ -46,30 +47,30 @@ class Search {
   void keep();
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
   bool last_has_slopes_ = false;
-  std::string decides_;  // deciding(), of the best
+  std::string decides_;  // deciding() for the best
 };
 
-/// What holds the best where it is, in words: requirement, point, where in the scatter.
+/// What limits the best candidate, as text: requirement, point, uncertain parameters.
 std::string deciding(const Search& search);
 
-/// Two eigenvalues of a place that meet where they decide, on the real axis or (two upper members
-/// of pairs) off it.
+/// Two decisive eigenvalues of a place that coalesce, on the real axis or (two upper members of
+/// pairs) off it.
 struct Meeting {
   std::size_t place;
   std::complex<double> middle;
   double apart;
   bool real;
 };
-/// Those of the best that decide, or nearly, and are near to each other; nearest first.
+/// Those of the best candidate that are decisive, or nearly, and close together; closest first.
 std::vector<Meeting> meetings_at(const Search& search, double within);
 
-/// From anywhere.
+/// Global search.
 void search_globally(Search& search);
-/// From y and no farther than `radius`: the epigraph form with slopes, or without (`local`). At
-/// most `evaluations` more.
+/// From y, within `radius`: the epigraph form with derivatives, or a method without (`local`). At
+/// most `evaluations` further evaluations.
 void search_locally(Search& search, Eigen::VectorXd y, LocalSearch local, double radius,
                     int evaluations);
-/// From the best, where eigenvalues that decide coalesce: they are held together. True if better.
+/// From the best, where decisive eigenvalues coalesce: they are kept together. True if better.
 bool search_coalesced(Search& search, double within, double radius, int evaluations);
 
 }  // namespace tiltrim

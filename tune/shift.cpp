@@ -26,7 +26,7 @@ OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
 
 }  // namespace
 
-// dz = -(∂r/∂z)⁻¹ ∂r/∂p with z the trim's unknowns and r its equations.
+// dz = -(∂r/∂z)⁻¹ ∂r/∂p with z the unknowns and r the equations of the trim.
 MatrixXd shifts(const Prepared& sweep, const GridTrim& e, const std::vector<Index>& parameters) {
   const Problem& p = sweep.problem;
   std::vector<Index> along = sweep.along;
@@ -47,7 +47,7 @@ MatrixXd shifts(const Prepared& sweep, const GridTrim& e, const std::vector<Inde
   return by;
 }
 
-// dλ = (V⁻¹ dA V)ᵢᵢ, dA along the parameter and the trim's own shift.                [26, eq. 2.3]
+// dλ = (V⁻¹ dA V)ᵢᵢ, dA along the parameter and the shift of the trim.               [26, eq. 2.3]
 Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
                      const std::vector<Index>& parameters) {
   Spectrum spectrum;

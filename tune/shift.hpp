@@ -1,4 +1,5 @@
-/// How eigenvalues move with parameters when the trim moves with them too. Internal to tune/.
+/// Derivatives of eigenvalues with respect to parameters, with the shift of the trim. Internal to
+/// tune/.
 #pragma once
 
 #include <vector>
@@ -7,8 +8,8 @@
 
 namespace tiltrim {
 
-/// Eigenvalues at an equilibrium, and dλ/dp, [eigenvalue, parameter], the trim's shift included.
-/// Empty if there are none to be had.
+/// Eigenvalues at an equilibrium, and dλ/dp, [eigenvalue, parameter], including the shift of the
+/// trim. Empty if they cannot be computed.
 struct Spectrum {
   Eigen::VectorXcd eigenvalues;
   Eigen::MatrixXcd slopes;
@@ -16,7 +17,7 @@ struct Spectrum {
 Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
                      const std::vector<Eigen::Index>& parameters);
 
-/// How all variables of the model move with each of the parameters, in columns.
+/// Derivatives of all model variables with respect to each of the parameters, in columns.
 Eigen::MatrixXd shifts(const Prepared& sweep, const GridTrim& e,
                        const std::vector<Eigen::Index>& parameters);
 

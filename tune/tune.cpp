@@ -22,11 +22,11 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double settled = 1e-7;  // of the goal
+constexpr double settled = 1e-7;  // relative change of the goal
 constexpr int local_steps = 60;
 
-// Local searches from the best, with and without the eigenvalues that meet held together, until
-// they gain nothing.
+// Local searches from the best, with and without coalescing eigenvalues kept together, until there
+// is no further gain.
 void polish(Search& search) {
   constexpr int rounds = 12, steps = 100;
   for (int round = 0; round < rounds; ++round) {
@@ -38,9 +38,9 @@ void polish(Search& search) {
   }
 }
 
-// Where eigenvalues meet, a search without slopes may go on where those with slopes have ended.
+// At coalescing eigenvalues, a derivative-free search may continue where gradient methods stop.
 void go_on_without_slopes(Search& search) {
-  constexpr int steps = 30;  // for each variable, and once more
+  constexpr int steps = 30;  // for each variable, and one extra
   if (meetings_at(search, 0.1).empty()) return;
   const double before = search.best.merit.value();
   search_locally(search, search.best.y, LocalSearch::sbplx, 0.05,
@@ -48,9 +48,10 @@ void go_on_without_slopes(Search& search) {
   if (search.best.merit.value() > before + settled) polish(search);
 }
 
-// From the best with one gain at its other end, then from random places about it: other basins.
+// From the best with one gain at its opposite bound, then from random points around it: other
+// basins.
 void hop(Search& search) {
-  constexpr double far = 0.3;  // of each gain's range
+  constexpr double far = 0.3;  // relative to each gain's range
   std::mt19937_64 random(search.options.seed);
   std::normal_distribution<double> normal(0.0, far);
   for (Eigen::Index next = 0;;) {
@@ -70,10 +71,10 @@ void hop(Search& search) {
   }
 }
 
-constexpr double active = 1e-4;  // of the limit's size
-constexpr double near = 0.01;    // eigenvalues that meet, of the goal
+constexpr double active = 1e-4;  // relative to the limit's size
+constexpr double near = 0.01;    // coalescing eigenvalues, relative to the goal
 
-// What every requirement comes to at every place.
+// The value of every requirement at every place.
 std::vector<Achieved> achieved(const Search& search, const std::vector<PlaceModes>& places,
                                const Merit& found) {
   std::vector<Achieved> all;
@@ -112,7 +113,7 @@ std::string missed_in_words(const TuneProblem& problem, const std::vector<Achiev
                      most.requirement.limit, of_unit.empty() ? "" : " ", of_unit);
 }
 
-// The first place whose modes are not stable by more than their bounds.
+// The first place whose modes are not stable by more than their error bounds.
 std::string not_stable(const Search& search, const std::vector<PlaceModes>& places) {
   for (std::size_t p = 0; p < places.size(); ++p) {
     const Verdict verdict = modes(places[p].A).verdict;
@@ -138,7 +139,7 @@ std::string name_of(const TuneProblem& problem, std::size_t variable) {
                      angle ? " deg" : "");
 }
 
-// Jacobians of what decides, and the answer with each number a tenth less and more.
+// Derivatives of the decisive values, and the results with each tuned value 10 % less and more.
 std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
   const std::vector<PlaceModes> here = search.candidates.at(numbers, true);
   const auto slope = [&](std::size_t i, Index j) {
@@ -149,7 +150,7 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
       return std::isnan(score) ? std::numeric_limits<double>::infinity() : score;
     };
     const PlaceModes& place = *std::ranges::min_element(here, {}, own);
-    if (!place.valid()) return std::numeric_limits<double>::quiet_NaN();  // none has slopes
+    if (!place.valid()) return std::numeric_limits<double>::quiet_NaN();  // no derivatives
     const Worst w = worst(i, r, place);
     const double of_score =
         w.eigenvalue < 0 ? place.score_slopes(Index(i), j)
@@ -183,7 +184,7 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
   return all;
 }
 
-// The answer again, from trims of its own.
+// Evaluates the result again, with new trims.
 TuneResult verified(Search& search) {
   const TuneProblem& problem = search.problem;
   TuneResult result;

@@ -1,5 +1,5 @@
 /// @file
-/// Tuning: gains whose worst case over operating points is as good as it can be.
+/// Tuning: gains optimized for the worst case over all operating points.
 #pragma once
 
 #include <complex>
@@ -16,201 +16,206 @@
 
 namespace tiltrim {
 
-/// What a number says of the closed loop at an operating point.
+/// The measures of the closed loop at an operating point.
 enum class Measure {
-  decay,             ///< least -Re λ, 1/s: the spectral abscissa, negated
-  damping,           ///< least -Re λ/|λ|
+  decay,             ///< smallest -Re λ, 1/s: the spectral abscissa, negated
+  damping,           ///< smallest -Re λ/|λ|
   frequency,         ///< largest |λ|, rad/s
-  half_time,         ///< ln 2/(-Re λ) of the slowest mode of a name, s
-  gain_margin_db,    ///< least factor up or down that destabilises a broken loop, dB
-  phase_margin_deg,  ///< least lag or lead, degrees
-  delay_margin,      ///< least delay, s
+  half_time,         ///< ln 2/(-Re λ) of the slowest mode with a given name, s
+  gain_margin_db,    ///< smallest destabilizing factor, up or down, of a broken loop, dB
+  phase_margin_deg,  ///< smallest destabilizing lag or lead, degrees
+  delay_margin,      ///< smallest destabilizing delay, s
   disk_margin,       ///< symmetric disk margin
-  use,               ///< an actuator's distance from the middle of its range over half the range
-  response_use,      ///< the largest of it after a disturbance, linear response
-  figure,            ///< a number of the caller's own: TuneProblem::figures
-  sensitivity,       ///< largest move of an eigenvalue, rad/s, by an uncertain number's own scatter
+  use,               ///< actuator's distance from the middle of its range over half the range
+  response_use,      ///< its maximum after a disturbance, linear response
+  figure,            ///< a user-defined figure: TuneProblem::figures
+  sensitivity,       ///< largest move of an eigenvalue, rad/s, over an uncertain parameter's range
 };
 
-/// As in a study: "decay", "phase_margin_deg", ...
+/// As in a study file: "decay", "phase_margin_deg", ...
 std::string to_string(Measure measure);
 /// "1/s", "rad/s", "dB", "degrees", "s" or "".
 std::string_view unit(Measure measure);
-/// Whether more is better: its limit is then a least value, else a largest.
+/// True if larger is better: the limit is then a minimum, otherwise a maximum.
 bool more_is_better(Measure measure);
-/// All of them, in order.
+/// All measures, in order.
 const std::vector<Measure>& measures();
 
-/// The worst value over all operating points is to be at least `limit`, or at most; in the
-/// measure's unit. NaN: nothing is asked, as of a goal.
+/// The worst value over all operating points must be at least `limit` (or at most), in the
+/// measure's unit. NaN: no limit, as for a goal.
 struct Requirement {
   Measure measure = Measure::damping;                       ///< what is measured
-  double limit = std::numeric_limits<double>::quiet_NaN();  ///< least or largest; or NaN
-  /// half_time: the mode's name. Margins and uses: the actuator; if empty the worst of those
-  /// that act.
+  double limit = std::numeric_limits<double>::quiet_NaN();  ///< minimum or maximum; or NaN
+  /// half_time: the mode's name. Margins and uses: the actuator; empty: the worst of those that
+  /// have an effect.
   std::string of{};
-  std::string figure{};  ///< of Measure::figure: which
+  std::string figure{};  ///< name of the figure for Measure::figure
 };
-/// Its name: the measure's, or the figure's.
+/// Name of the requirement: the measure's, or the figure's.
 std::string name_of(const Requirement& requirement);
 
-/// A parameter of all the models that may be chosen within bounds, in SI units.
+/// A tunable parameter of all models with its bounds, in SI units.
 struct FreeGain {
-  std::string name;                 ///< the models' signal, "gains.K_Lp"
-  double lower = 0.0, upper = 0.0;  ///< both are allowed
-  bool logarithmic = true;          ///< the search moves in its logarithm; needs lower > 0
+  std::string name;                 ///< name in the models, "gains.K_Lp"
+  double lower = 0.0, upper = 0.0;  ///< bounds, included
+  bool logarithmic = true;          ///< search in its logarithm; needs lower > 0
 };
 
-/// A number of the caller's own to ask for, of which less is better, at a model's parameters.
+/// A user-defined figure, of which smaller is better, as a function of a model's parameters.
 using FigureOfMerit = std::function<double(const Eigen::VectorXd& parameters)>;
 
-/// What is to be tuned.
+/// A tuning problem.
 struct TuneProblem {
   std::vector<SweepRequest> points;  ///< each trimmed again for every candidate
-  /// Each point's model with inputs added behind its actuators, "theta0_added" for the output
-  /// theta0 and so on (closed_loop_with_inputs()); needed for margins alone, else empty.
+  /// Each point's model with inputs added after its control law, "theta0_added" for the output
+  /// theta0 and so on (closed_loop_with_inputs()); needed only for margins, otherwise empty.
   std::vector<Model> loops{};
   std::vector<FreeGain> gains{};  ///< at least one
-  /// Gains linear between their values at these (rising) of a parameter that the points have;
-  /// empty: constant. Tuned are the values at each, first all of the first gain.
+  /// Gains are linear between their values at these (ascending) values of a parameter of the
+  /// points; empty: constant. The values at each are tuned, first all of the first gain.
   std::vector<double> schedule{};
-  std::string schedule_over{};         ///< that parameter
-  std::vector<Uncertain> uncertain{};  ///< empty: none
-  bool corners = true;            ///< each point again at every corner of the uncertain numbers
-  int samples = 0;                ///< and at as many random places between, the same at each point
-  std::uint64_t sample_seed = 1;  ///< of these places
-  /// By state, in its unit: where the closed loop starts from, beside its trim (response_use).
+  std::string schedule_over{};         ///< name of that parameter
+  std::vector<Uncertain> uncertain{};  ///< empty: no uncertain parameters
+  bool corners = true;                 ///< evaluate each point at every corner of the uncertain
+                                       ///< parameters
+  int samples = 0;                ///< and at this many random samples between, the same at each
+                                  ///< point
+  std::uint64_t sample_seed = 1;  ///< of these samples
+  /// Initial deviation of the closed loop from its trim (response_use), by state, in its unit.
   std::map<std::string, double> disturbance{};
-  /// By name, for Measure::figure. They count once for each scatter, at the first point.
+  /// By name, for Measure::figure. Evaluated once per parameter set, at the first point.
   std::map<std::string, FigureOfMerit> figures{};
-  Requirement goal{Measure::decay};   ///< its worst value is to be as good as it can be
-  std::vector<Requirement> limits{};  ///< that hold at all places
+  Requirement goal{Measure::decay};   ///< its worst value is optimized
+  std::vector<Requirement> limits{};  ///< required at all places
 
-  /// Numbers tuned: gains, times places of the schedule.
+  /// Number of tuned values: gains, times breakpoints of the schedule.
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
-/// All that is asked: the goal, the limits, and stability (decay of 0) where neither speaks of
-/// decay or damping.
+/// All requirements: the goal, the limits, and stability (decay of 0) if neither the goal nor a
+/// limit is on decay or damping.
 [[nodiscard]] std::vector<Requirement> asked_of(const TuneProblem& problem);
 
-/// Where the search begins: NLopt's algorithms, or local searches from many starts.
+/// Global search: NLopt's algorithms, or local searches from many starts.
 enum class GlobalSearch {
   crs2,        ///< controlled random search
-  isres,       ///< evolution with stochastic ranking
-  esch,        ///< evolution
+  isres,       ///< evolution strategy with stochastic ranking
+  esch,        ///< evolutionary algorithm
   direct,      ///< dividing rectangles
   mlsl,        ///< multi-level single linkage
-  multistart,  ///< local searches from the best of random points
+  multistart,  ///< local searches from the best of many random points
 };
-/// How it goes on: NLopt's algorithms.
+/// Local search: NLopt's algorithms.
 enum class LocalSearch {
   slsqp,   ///< sequential quadratic programming
   mma,     ///< moving asymptotes
-  bobyqa,  ///< quadratic models, no slopes
-  cobyla,  ///< linear models, no slopes
-  sbplx,   ///< subspaces and simplexes, no slopes
+  bobyqa,  ///< quadratic models, derivative-free
+  cobyla,  ///< linear models, derivative-free
+  sbplx,   ///< subspaces and simplexes, derivative-free
 };
-std::string to_string(GlobalSearch algorithm);  ///< as a study spells it
-std::string to_string(LocalSearch algorithm);   ///< as a study spells it
-/// From its name; throws std::invalid_argument with all of them if there is none.
+std::string to_string(GlobalSearch algorithm);  ///< as in a study file
+std::string to_string(LocalSearch algorithm);   ///< as in a study file
+/// From its name; throws std::invalid_argument with all names if it is unknown.
 GlobalSearch global_search(const std::string& name);
 /// The same.
 LocalSearch local_search(const std::string& name);
 
-/// How far a search is.
+/// Progress of a search.
 struct TuneProgress {
-  long evaluations = 0, of = 0;  ///< candidates
-  double seconds = 0.0;          ///< since it began
-  double best = 0.0;             ///< of the goal, where `feasible`
-  bool feasible = false;         ///< the best meets all limits
-  std::string decides;  ///< what holds the best where it is: requirement and point, in words
+  long evaluations = 0, of = 0;  ///< candidates: evaluated, allowed
+  double seconds = 0.0;          ///< since the start
+  double best = 0.0;             ///< of the goal, if `feasible`
+  bool feasible = false;         ///< the best candidate meets all limits
+  std::string decides;           ///< what limits the best: requirement and point, as text
 };
 
-/// How tune() goes about it.
+/// Options of tune().
 struct TuneOptions {
-  GlobalSearch global = GlobalSearch::multistart;  ///< first
-  LocalSearch local = LocalSearch::slsqp;          ///< then
-  std::uint64_t seed = 1;                          ///< of all that is random
-  Eigen::VectorXd start{};  ///< tried first, SI, each cut to its bounds; empty: the middle alone
+  GlobalSearch global = GlobalSearch::multistart;  ///< used first
+  LocalSearch local = LocalSearch::slsqp;          ///< used next
+  std::uint64_t seed = 1;                          ///< of all random numbers
+  Eigen::VectorXd start{};  ///< tried first, SI, limited to the bounds; empty: the middle only
   long evaluations = 4000;  ///< candidates, each at all points
   double seconds = 0.0;     ///< 0: no limit
-  int threads = 0;          ///< 0: as many as the machine has; the answer is the same for any
+  int threads = 0;          ///< 0: one per hardware thread; the result does not depend on it
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of each place
-  std::stop_token stop{};                              ///< asked between candidates
-  std::function<void(const TuneProgress&)> observe{};  ///< from one thread at a time
+  std::stop_token stop{};                              ///< checked between candidates
+  std::function<void(const TuneProgress&)> observe{};  ///< called by one thread at a time
 };
 
-/// How a tuning ended.
+/// Status of a tuning.
 enum class TuneStatus {
   tuned,         ///< the best point found meets all limits, verified
-  limits_unmet,  ///< no point found does; the one that misses them least is given
-  unstable,      ///< limits are met, yet some eigenvalue is not left of the axis by its bound
-  no_trim,       ///< at no candidate were all points in equilibrium
+  limits_unmet,  ///< no point found meets all limits; the one with the smallest violation is given
+  unstable,      ///< limits are met, but an eigenvalue is not left of the axis by its error bound
+  no_trim,       ///< no candidate had an equilibrium at every point
 };
-std::string to_string(TuneStatus status);  ///< as JSON spells it
+std::string to_string(TuneStatus status);  ///< as in JSON
 
-/// A place at which gains are tried: an operating point, and where in the scatter.
+/// An operating point with a set of uncertain parameters.
 struct TunePlace {
-  std::size_t point = 0;  ///< of the problem's
+  std::size_t point = 0;  ///< index in the problem
   std::string scatter;    ///< "mass +15 %, CM_de -15 %"; empty: nominal
 };
 
-/// One requirement at one place, or the goal (limit NaN).
+/// The value of one requirement at one place, or of the goal (limit NaN).
 struct Achieved {
-  TunePlace place;                  ///< where
-  std::size_t asked = 0;            ///< position in asked_of()
-  Requirement requirement;          ///< that one
-  double value = 0.0;               ///< NaN: it does not apply here (no mode of that name)
-  std::complex<double> eigenvalue;  ///< which decides, where an eigenvalue does; else NaN
-  bool active = false;              ///< it holds the answer where it is, to 1e-4
-  /// How far the limit is met, over its size; negative: missed. The goal: NaN.
+  TunePlace place;                  ///< its place
+  std::size_t asked = 0;            ///< index in asked_of()
+  Requirement requirement;          ///< the requirement
+  double value = 0.0;               ///< NaN: not applicable (no mode of that name)
+  std::complex<double> eigenvalue;  ///< the decisive eigenvalue, if there is one; otherwise NaN
+  bool active = false;              ///< active at the solution, to 1e-4
+  /// Margin to the limit, relative to its size; negative: not met. NaN for the goal.
   double reserve() const;
 };
 
-/// What one of the tuned numbers does at the answer.
+/// The effect of one tuned value at the solution.
 struct GainEffect {
   std::string name;                         ///< "gains.K_Lp", or "gains.K_Lp at eta = 30 deg"
   double value = 0.0;                       ///< SI
-  std::vector<double> slopes;               ///< [asked]: d(worst value)/d(ln gain) of what decides
-  double goal_less = 0.0, goal_more = 0.0;  ///< worst goal, trimmed again, gain 10 % less and more
-  bool limits_less = false, limits_more = false;  ///< the limits are met there
+  std::vector<double> slopes;               ///< [asked]: d(worst value)/d(ln gain) of the decisive
+                                            ///< place
+  double goal_less = 0.0, goal_more = 0.0;  ///< worst goal with new trims, for a gain 10 % less and
+                                            ///< more
+  bool limits_less = false, limits_more = false;  ///< all limits are met there
 };
 
-/// What tune() answers.
+/// The result of tune().
 struct TuneResult {
-  TuneStatus status = TuneStatus::no_trim;  ///< the verdict
-  std::string message;                      ///< why not tuned: which requirement at which point
-  Eigen::VectorXd gains;                    ///< SI, TuneProblem::variables() of them
-  double goal = 0.0;                        ///< the worst over all places
+  TuneStatus status = TuneStatus::no_trim;  ///< outcome
+  std::string message;                      ///< if not tuned: which requirement at which point
+  Eigen::VectorXd gains;                    ///< SI, TuneProblem::variables() values
+  double goal = 0.0;                        ///< the worst value over all places
   std::vector<Achieved> achieved;           ///< [place][asked]
   std::vector<GainEffect> effects;          ///< largest first
-  bool coalescing = false;  ///< two eigenvalues that decide, or nearly (1 %), meet at the answer
-  long evaluations = 0;     ///< candidates tried
+  bool coalescing = false;  ///< two decisive eigenvalues (to 1 %) coalesce at the solution
+  long evaluations = 0;     ///< candidates evaluated
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;  ///< why it stopped
 
-  /// The best point found meets all limits.
+  /// True if the best point found meets all limits.
   explicit operator bool() const { return status == TuneStatus::tuned; }
 };
 
-/// Global search, then local search from what it found, then, where eigenvalues that decide
-/// coalesce, on the manifold where they do. Every number of the answer is evaluated again at the
-/// answer, from trims of their own. Throws std::invalid_argument for names the models do not have,
-/// bounds reversed or not finite, nothing free, no point, a requirement that cannot be evaluated.
+/// Global search, then local search from its result, then, if decisive eigenvalues coalesce, search
+/// on the manifold where they do. Every value of the result is evaluated again with new trims.
+/// Throws std::invalid_argument for unknown names, bounds that are reversed or not finite, no
+/// gains,
+/// no points, or a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
 
-/// How gains fare between the corners.
+/// Robustness of gains to random parameters between the corners.
 struct Robustness {
-  long samples = 0, met = 0;        ///< met: at every point in trim, stable, all limits met
-  long no_trim = 0, unstable = 0;   ///< of those not met; the rest miss a limit
-  double fraction = 0.0;            ///< met of samples
+  long samples = 0, met = 0;        ///< met: all points are trimmed and stable, and all limits met
+  long no_trim = 0, unstable = 0;   ///< of those not met; the others violate a limit
+  double fraction = 0.0;            ///< met / samples
   double lower = 0.0, upper = 0.0;  ///< Clopper-Pearson interval of the fraction, 95 %
-  double worst_goal = std::numeric_limits<double>::quiet_NaN();  ///< over the samples in trim
-  std::string worst;                                             ///< where: point and numbers
-  bool interrupted = false;                                      ///< fewer samples than asked
+  double worst_goal = std::numeric_limits<double>::quiet_NaN();  ///< over the samples with trim
+  std::string worst;                                             ///< its point and parameters
+  bool interrupted = false;                                      ///< fewer samples than requested
 };
-/// Uniform random numbers between the uncertain ones' bounds; sample i depends on the seed and i
-/// alone. Throws std::invalid_argument as tune() does, and without uncertain numbers.
+/// Uniform random values between the bounds of the uncertain parameters; sample i depends only on
+/// the seed and i. Throws std::invalid_argument as tune() does, and without uncertain parameters.
 [[nodiscard]] Robustness robustness(const TuneProblem& problem, const Eigen::VectorXd& gains,
                                     long samples, const TuneOptions& options = {});
 
