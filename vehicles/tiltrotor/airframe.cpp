@@ -1,4 +1,4 @@
-// The airframe alone: (2) in wind axes, (1) in body axes.
+// The bare airframe: (2) in wind axes, (1) in body axes.
 #include <stdexcept>
 
 #include "model/differentiable.hpp"

@@ -25,7 +25,7 @@ Signals closed_loop_parameters_signals() {
   return all;
 }
 
-// Where the hand-over between cyclic and elevator has a jump (no blend) or a kink's end.
+// Switches at the handover between cyclic and elevator: a jump (no blend), or no switch (blend).
 std::vector<Model::Switch> hand_over(const Vehicle& vehicle, const Model& model) {
   if (vehicle.aircraft.cyclic_blend > 0) return {};  // a smoothstep has no kink
   const Eigen::Index eta = find(model.parameters, "eta");
@@ -34,8 +34,8 @@ std::vector<Model::Switch> hand_over(const Vehicle& vehicle, const Model& model)
            [eta, off](const OperatingPoint& at) { return at.p[eta] - at.p[off]; }}};
 }
 
-// Where one actuator alone controls pitch, the airframe's trim does not depend on the gains: the
-// integrals make up for them. The law then enters ∂f/∂x through
+// If one actuator alone controls pitch, the airframe's trim does not depend on the gains, because
+// the integrals compensate for them. The control law then enters ∂f/∂x through
 //   theta0 = (1 - w)/Ep (common + ...) + w K_Ei x1,  w = 1/(1 + Ep K_Ep)                     (13)
 //   a1s = (1 - w)(common - ...) + w K_Li x2 + k_pa theta + k_da q,  w = 1/(1 + K_Lp)    (12), (13)
 //   delta_e = K_Lp Le + K_Li x2 + k_pe theta + k_de q                                          (9)

@@ -11,7 +11,7 @@
 
 namespace tiltrim::physics {
 
-/// With inputs: what is added behind the law to theta0, a1s and delta_e, where the loops open.
+/// Inputs added to theta0, a1s and delta_e after the control law, where loops are broken.
 enum class LoopInputs { nothing, inputs };
 
 constexpr Sizes closed_loop_sizes(LoopInputs added) {
@@ -38,7 +38,7 @@ Numbers<P> numbers(const P* p) {
           unpack<GainsOf<P>, gain_fields<P>>(p + nc + na)};
 }
 
-/// What arrives behind the law at actuator i.
+/// The total command at actuator i.
 template <LoopInputs added, class S>
 S behind(const S& command, const S* added_to, std::size_t i) {
   if constexpr (added == LoopInputs::inputs)
@@ -85,7 +85,7 @@ struct WindLoop {
     const S commanded_e = elevator_command(sensed, Le, s, k);
     const S delta_e = behind<added>(commanded_e, added_to, 2);
     if (rates) {
-      // As printed, (14) puts the commanded acceleration into the state equation itself.
+      // As printed, (14) uses the commanded acceleration in the state equation.
       const double commanded = equations == Equations::printed ? 1.0 : 0.0;
       rates[0] = commanded * k.k_V * V_err - V_rate;
       rates[1] = -path_rate(air, V, path.cos, delta_e, a, equations);

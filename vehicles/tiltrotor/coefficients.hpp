@@ -1,4 +1,4 @@
-/// The polar's coefficients on every scalar the physics is evaluated on.
+/// The polar's coefficients for every scalar of the physics.
 /// Internal to vehicles/tiltrotor/.
 #pragma once
 

@@ -16,7 +16,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Where a range of x maps to under the affine y = slope x + offset, offset in a range too.
+// The range of y = slope x + offset for ranges of x and offset.
 Range affine(const Range& x, double slope, const Range& offset) {
   const double a = slope * x.lower, b = slope * x.upper;
   return {std::min(a, b) + offset.lower, std::max(a, b) + offset.upper};
@@ -27,8 +27,8 @@ Range cut(const Range& a, const Range& b) {
   return both.lower <= both.upper ? both : a;
 }
 
-// The steady integrals that (13), (12) and (9) allow while theta and the actuators keep within
-// their limits. An integral whose gain is zero is unbounded: it has no say.
+// The steady integrals that (13), (12) and (9) allow while theta and the actuators are within their
+// limits. An integral whose gain is zero has no effect and is unbounded.
 struct Integrals {
   Range x1, x2;
 };
@@ -64,13 +64,13 @@ double middle(const Range& r) {
   return std::isfinite(r.lower) && std::isfinite(r.upper) ? 0.5 * (r.lower + r.upper) : 0.0;
 }
 
-// Where to start: an attitude, and the thrust that balances drag and weight along the path at it.
+// The starting point: an attitude, and the thrust that balances drag and weight along the path.
 struct FirstGuess {
   double theta, theta0, drag_over_weight;
 };
 
 FirstGuess first_guess(const Vehicle& v, double V, double gamma, double eta) {
-  // On the wing the nose follows the path, on the rotors it stays near level.
+  // In airplane mode the nose follows the path, in helicopter mode it stays nearly level.
   constexpr double incidence = 0.1;  // rad
   const Aircraft& a = v.aircraft;
   const double on_rotors = std::clamp(eta / (std::numbers::pi / 2), 0.0, 1.0);
@@ -84,7 +84,7 @@ FirstGuess first_guess(const Vehicle& v, double V, double gamma, double eta) {
           drag / (a.mass * a.gravity)};
 }
 
-// The integrals with which (13), (12) and (9) give a thrust and no cyclic or elevator.
+// The integrals for which (13), (12) and (9) give this thrust, and zero cyclic and elevator.
 Eigen::Vector2d first_integrals(const Vehicle& v, const Command& d, const FirstGuess& first) {
   const Gains& k = v.gains;
   const double common = std::sin(d.gamma) + first.drag_over_weight;
@@ -103,7 +103,7 @@ void bound_actuators(TrimSpec& spec, const Limits& limits) {
   spec.bounds["theta"] = limits.theta;
 }
 
-// theta0² + (a1s/0.35)² + (delta_e/0.53)², each over the largest it may be.
+// theta0² + (a1s/0.35)² + (delta_e/0.53)², each over its limit.
 std::vector<CostTerm> control_effort(const Limits& limits) {
   const auto most = [](const Range& r) {
     const double size = std::max(std::abs(r.lower), std::abs(r.upper));
@@ -160,8 +160,9 @@ TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, 
 
 namespace {
 
-// The closed loop at any speed but rest. The command alone says how fast: that the energy errors
-// vanish holds speed and path to it, so neither is held a second time.
+// The closed loop at any nonzero speed. The command alone sets the speed: zero energy errors
+// already
+// imply speed and path, so neither is constrained a second time.
 TrimProblem body_axes_problem(const Vehicle& vehicle, const Command& command) {
   TrimProblem problem = closed_loop_problem(vehicle, command, Axes::body);
   problem.spec.bounds.erase("airspeed");
@@ -174,8 +175,8 @@ TrimProblem body_axes_problem(const Vehicle& vehicle, const Command& command) {
 
 }  // namespace
 
-// The integrals' bounds follow from the actuators' at the condition's own speed and path, and are
-// there for its starts: along a branch they hold no longer, and limit nothing.
+// The integrals' bounds follow from those of the actuators at the condition's speed and path, and
+// serve its starts; along a branch they do not hold and must not limit it.
 TrimProblem without_integral_bounds(TrimProblem problem) {
   const RoundToNearest environment;
   problem.spec.bounds.erase("energy_integral");
@@ -202,8 +203,8 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
   TrimResult result = trim(problem.model, problem.spec, problem.guess, options);
   if (result.status != TrimStatus::not_found) return result;
 
-  // No control law can hold what the airframe cannot: ask it alone, with the inputs the tilt
-  // leaves.
+  // No control law can hold what the airframe cannot: test the bare airframe, with the inputs
+  // available at this tilt.
   const double s = authority(vehicle.aircraft, command.eta);
   AirframeCondition alone;
   alone.values = {{"V", {command.V, command.V}},
@@ -211,7 +212,7 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
                   {"eta", {command.eta, command.eta}}};
   if (s == 0) alone.values["a1s"] = {0, 0};
   if (s == 1) alone.values["delta_e"] = {0, 0};
-  // Wind axes, wherever there is a wind: only they have an enclosure.
+  // Wind axes unless at rest: only they have an enclosure.
   const Axes axes = command.V > 0 ? Axes::wind : Axes::body;
   const TrimProblem airframe = airframe_problem(vehicle, alone, axes);
   const TrimResult open = trim(airframe.model, airframe.spec, airframe.guess, options);
@@ -230,7 +231,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
 
 namespace {
 
-// The condition's ranges, with what it leaves unsaid: level path, no pitch rate, the limits.
+// The condition's ranges with defaults: level path, no pitch rate, the limits.
 std::map<std::string, Range> all_values(const Vehicle& vehicle,
                                         const AirframeCondition& condition) {
   static const std::vector<std::string> known = {"V",   "gamma",  "alpha", "theta",  "q",
@@ -315,7 +316,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
     return at == condition.rates.end() ? 0.0 : at->second;
   };
   spec.rates = {{along, rate("V")}, {across, rate("gamma")}, {"q", rate("q")}};
-  // theta' = q by kinematics: an equation only where q is free
+  // theta' = q by kinematics: an equation only if q is free
   const Range& q = values.at("q");
   if (q.lower < q.upper)
     spec.rates["theta"] = rate("theta");
@@ -326,7 +327,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   return problem;
 }
 
-// As printed, lift and thrust push the path down.
+// As printed, lift and thrust accelerate the path downwards.
 Model table_model(const TableCondition& c, double Ep) {
   const RoundToNearest environment;
   Model model;

@@ -12,59 +12,59 @@
 
 namespace tiltrim {
 
-/// Formulation 1, (15): the closed loop at V, gamma, eta. Unknown theta and the two integrals;
+/// Formulation 1, (15): the closed loop at V, gamma, eta. Unknowns are theta and the two integrals;
 /// theta0, a1s and delta_e follow from the control law and are bounded. Body axes below
 /// body_axes_below.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command);
-/// The same in these axes.
+/// The same in given axes.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, Axes axes);
 
-/// The same as it can be followed and swept: in body axes if it is to fly slower than
+/// The same for continuation and sweeps: in body axes if the slowest speed is below
 /// body_axes_below, and without_integral_bounds(). Throws std::invalid_argument at rest.
 TrimProblem closed_loop_along(const Vehicle& vehicle, const Command& command, double slowest);
-/// Without the bounds on the integrals, which hold for one condition alone: its starts are spread
+/// Removes the bounds on the integrals, which hold only for one condition: its starts are spread
 /// over them.
 TrimProblem without_integral_bounds(TrimProblem problem);
 
-/// trim() of formulation 1. Where no equilibrium is found, the airframe alone is asked whether
-/// any inputs within the limits could hold the condition; if that is shown not to be, the status is
+/// trim() of formulation 1. If no equilibrium is found, tests whether the bare airframe could hold
+/// the condition with any inputs within the limits; if this is proved impossible, the status is
 /// infeasible.
 [[nodiscard]] TrimResult trim_closed_loop(const Vehicle& vehicle, const Command& command,
                                           const TrimOptions& options = {});
-/// The same of a closed_loop_problem() that is at hand.
+/// The same for an existing closed_loop_problem().
 [[nodiscard]] TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
                                           const Command& command, const TrimOptions& options = {});
 
-/// Formulation 2: the airframe alone. Each of V, gamma, theta, q, eta, theta0, a1s, delta_e, and
-/// alpha in place of theta, is a Range: zero width fixes it. Not named: V and eta must be given;
-/// gamma, q are 0; the others are free within the vehicle's limits.
+/// Formulation 2: the bare airframe. Each of V, gamma, theta, q, eta, theta0, a1s, delta_e, and
+/// alpha in place of theta, is a Range: zero width fixes it. Defaults: V and eta are required;
+/// gamma and q are 0; the others are free within the vehicle's limits.
 struct AirframeCondition {
   std::map<std::string, Range> values{};  ///< SI, rad
-  std::map<std::string, double> rates{};  ///< V, gamma, theta, q: held rates, 0 if not named
+  std::map<std::string, double> rates{};  ///< V, gamma, theta, q: held rates, 0 if not listed
   std::vector<CostTerm> effort{};         ///< empty: theta0² + (a1s/0.35)² + (delta_e/0.53)²
 };
 /// The airframe's problem, in body axes below body_axes_below. Throws std::invalid_argument for
-/// other names and where V or eta is missing.
+/// other names and if V or eta is missing.
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition);
-/// The same in these axes.
+/// The same in given axes.
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition, Axes axes);
 
-/// Formulation 3: coefficients given as in Table 2. theta0, a1s and the dynamic pressure's share k
-/// of the weight solve the first two rows of (15) as printed; the third leaves the moment
-/// increment that an elevator must supply.
+/// Formulation 3: given coefficients as in Table 2. theta0, a1s and the dynamic pressure as a
+/// fraction k of the weight solve the first two rows of (15) as printed; the third gives the moment
+/// increment required from an elevator.
 struct TableCondition {
   double gamma, alpha, eta;  ///< rad
   double CL, CD, CM;         ///< CL positive down, as printed
   double k;                  ///< ½ρ(V + vi)²S / (m g)
 };
-/// What trim_table() answers.
+/// The result of trim_table().
 struct TableTrim {
   TrimResult trim;     ///< of table_model()
-  double theta0, a1s;  ///< of full thrust, rad
-  double CM_required;  ///< that balances the thrust's moment about the centre of gravity
-  double CM_elevator;  ///< CM_required - CM: what the elevator has to add
+  double theta0, a1s;  ///< theta0: fraction of full thrust; a1s: rad
+  double CM_required;  ///< balances the thrust's moment about the centre of gravity
+  double CM_elevator;  ///< CM_required - CM: required from the elevator
 };
-/// Rows one and two of (15) as printed, over the weight: inputs theta0, a1s.
+/// Rows one and two of (15) as printed, divided by the weight: inputs theta0, a1s.
 Model table_model(const TableCondition& condition, double thrust_excess);
 /// Solves formulation 3.
 [[nodiscard]] TableTrim trim_table(const Vehicle& vehicle, const TableCondition& condition,

@@ -1,4 +1,4 @@
-/// The vehicle's numbers by position: one table for names, units, sizes and members.
+/// The vehicle's parameters by position: one table of names, units, nominal sizes and members.
 /// Internal to vehicles/tiltrotor/.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace tiltrim::physics {
 
-/// Far beyond any aircraft, far from overflow.
+/// Accepted magnitudes: beyond any aircraft, yet far from overflow.
 inline constexpr double least = 1e-6, most = 1e6;
 inline constexpr AcceptedNumber any{-most, most}, positive{least, most}, not_negative{0, most};
 
@@ -85,7 +85,7 @@ Struct unpack(const S* p, std::index_sequence<i...>) {
   return filled;
 }
 
-/// Fills a struct from consecutive parameters. The table of `fields` is a constant: no look-up.
+/// Fills a struct from consecutive parameters. `fields` is a compile-time table: no look-up.
 template <class Struct, auto fields, class S>
 Struct unpack(const S* p) {
   return unpack<Struct, fields>(p, std::make_index_sequence<fields().size()>());

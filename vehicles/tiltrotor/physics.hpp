@@ -1,9 +1,9 @@
-/// The flight mechanics, written once for every scalar: numbers, numbers with derivatives, ranges.
+/// The flight mechanics, written once for every scalar: numbers, dual numbers, ranges.
 /// Internal to vehicles/tiltrotor/. Equation numbers are the paper's [1]; docs/theory.md derives
 /// each line.
 ///
-/// S is the scalar of states, inputs and results; P that of parameters: S, or double where no
-/// derivative along a parameter is asked.
+/// S is the scalar of states, inputs and results; P that of parameters: S, or double if no
+/// derivative with respect to a parameter is needed.
 #pragma once
 
 #include <cmath>
@@ -15,7 +15,7 @@
 
 namespace tiltrim::physics {
 
-// Velocity induced by the rotors (3), odd in theta0, with a slope at zero:
+// Velocity induced by the rotors (3), odd in theta0, differentiable at zero:
 //   (ΩR c₁/16) (√(1 + 32|x|/c₁) - 1) sgn x  =  2 ΩR x / (√(1 + 32|x|/c₁) + 1)
 template <class S, class P>
 S induced_velocity(const S& theta0, const AircraftOf<P>& a) {
@@ -27,12 +27,12 @@ S induced_velocity(const S& theta0, const AircraftOf<P>& a) {
   return 2.0 * tip_speed * x / (root + 1.0);
 }
 
-// All that acts on the airframe but the elevator: dynamic pressure, coefficients, thrust.
+// The forces on the airframe without elevator: dynamic pressure, coefficients, thrust.
 template <class S>
 struct Flow {
   S Q, Q_qh;  // ½ρW²S and Q q c̄/(2W), the latter finite at W = 0
   SinCos<S> alpha, disc, a1s,
-      phi;  // disc = η - a1s: from body x to the disc's normal; φ = α + disc
+      phi;  // disc = η - a1s: from body x to the disc normal; φ = α + disc
   CoefficientsOf<S> C;
   S thrust;
 };
@@ -58,7 +58,7 @@ S lift(const Flow<S>& air, const S& delta_e, const AircraftOf<P>& a) {
   return air.Q * (air.C.CL + a.CL_de * delta_e * air.alpha.cos) + a.CL_q * air.Q_qh;
 }
 
-// q' from the hub's offset and the aerodynamic moment about the centre of gravity (14).
+// q' from the hub offset and the aerodynamic moment about the centre of gravity (14).
 template <class S, class P>
 S pitch_acceleration(const Flow<S>& air, const S& delta_e, const AircraftOf<P>& a) {
   const S hub = a.rotor_x * air.disc.sin - a.rotor_z * air.a1s.sin;
@@ -72,7 +72,8 @@ S speed_rate(const Flow<S>& air, const S& sin_gamma, const AircraftOf<P>& a) {
   return (air.thrust * air.phi.cos - drag(air)) / a.mass - a.gravity * sin_gamma;
 }
 
-// (2), second row:  γ' = (T sin φ + L - m g cos γ)/(m V); as printed, lift and thrust push down.
+// (2), second row:  γ' = (T sin φ + L - m g cos γ)/(m V); as printed, lift and thrust act
+// downwards.
 template <class S, class P>
 S path_rate(const Flow<S>& air, const S& V, const S& cos_gamma, const S& delta_e,
             const AircraftOf<P>& a, Equations equations) {
@@ -86,7 +87,7 @@ struct BodyAcceleration {
   S u, w;
 };
 
-// (1) in its consistent form: gravity once, lift and thrust up.
+// (1) in its consistent form: gravity once, lift and thrust upwards.
 template <class S, class P>
 BodyAcceleration<S> body_acceleration(const Flow<S>& air, const S& u, const S& w,
                                       const SinCos<S>& theta, const S& q, const S& delta_e,
@@ -98,8 +99,9 @@ BodyAcceleration<S> body_acceleration(const Flow<S>& air, const S& u, const S& w
   return {X / a.mass - a.gravity * theta.sin - q * w, Z / a.mass + a.gravity * theta.cos + q * u};
 }
 
-// Airspeed and angle of attack from body velocities. At rest there is no angle of attack: it is
-// taken as zero, and has no derivative.
+// Airspeed and angle of attack from body velocities. At rest the angle of attack is undefined: it
+// is
+// taken as zero, without derivative.
 template <class S>
 struct Airspeed {
   S V, alpha;
@@ -122,7 +124,7 @@ P authority_at(const P& eta, const AircraftOf<P>& a) {
   return t * t * (3.0 - 2.0 * t);
 }
 
-// What the control law senses.
+// The measurements of the control law.
 template <class S>
 struct Sensed {
   const S &V, &V_err, &sin_gamma, &sin_gamma_err, &theta, &q, &x1, &x2;
@@ -133,11 +135,11 @@ struct RotorCommand {
   S theta0, a1s;
 };
 
-// Thrust and cyclic from errors and attitude, V' having been put in by (10): (11)-(13).
+// Thrust and cyclic from errors and attitude, with V' substituted from (10): (11)-(13).
 template <class S, class P>
 RotorCommand<S> rotor_command(const Sensed<S>& at, const S& CD, const P& s, const AircraftOf<P>& a,
                               const GainsOf<P>& k) {
-  // The law's own drag estimate: the polar at V, no wake.
+  // The control law's own drag estimate: the polar at V, without wake.
   const S drag_estimate = 0.5 * a.air_density * a.wing_area * at.V * at.V * CD;
   const S common =
       k.k_V / a.gravity * at.V_err + at.sin_gamma + drag_estimate / (a.mass * a.gravity);
@@ -152,7 +154,7 @@ struct EnergyErrors {
   S He, Le;
 };
 
-// Errors of the rates of total energy and of its distribution (7).
+// Errors of the total energy rate and of the energy distribution rate (7).
 template <class S, class P>
 EnergyErrors<S> energy_errors(const Sensed<S>& at, const S& V_rate, const AircraftOf<P>& a,
                               const GainsOf<P>& k) {
@@ -160,7 +162,7 @@ EnergyErrors<S> energy_errors(const Sensed<S>& at, const S& V_rate, const Aircra
   return {speeding + at.sin_gamma_err, speeding - at.sin_gamma_err};
 }
 
-// Elevator (9): with the cyclic's share gone. V' does not depend on it, so nothing is implicit.
+// Elevator (9), active when the cyclic fades out. V' does not depend on it, so it is explicit.
 template <class S, class P>
 S elevator_command(const Sensed<S>& at, const S& Le, const P& s, const GainsOf<P>& k) {
   return (1.0 - s) * (k.K_Lp * Le + k.K_Li * at.x2 + k.k_pe * at.theta + k.k_de * at.q);

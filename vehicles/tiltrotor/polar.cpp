@@ -18,7 +18,7 @@ namespace tiltrim {
 
 using std::numbers::pi;
 
-// Extremes of a cubic over [a, b]: its ends and the roots of its slope in between.
+// Extremes of a cubic over [a, b]: at the ends and at the roots of its derivative.
 Range Polar::Cubic::extremes(double a, double b) const {
   Range r{std::min(at(a), at(b)), std::max(at(a), at(b))};
   const auto include = [&](double t) {
@@ -26,7 +26,7 @@ Range Polar::Cubic::extremes(double a, double b) const {
     r.lower = std::min(r.lower, at(t));
     r.upper = std::max(r.upper, at(t));
   };
-  // 3 c3 t² + 2 c2 t + c1 = 0, by the form that does not cancel
+  // 3 c3 t² + 2 c2 t + c1 = 0, by the form without cancellation
   const double discriminant = c2 * c2 - 3 * c3 * c1;
   if (discriminant >= 0) {
     const double s = -(c2 + std::copysign(std::sqrt(discriminant), c2));
@@ -66,7 +66,7 @@ static void check_table(const std::vector<double>& alpha, const std::vector<Coef
       refuse(i, "a value is not finite");
     if (i > 0 && !(alpha[i] > alpha[i - 1])) refuse(i, "alpha does not rise");
   }
-  constexpr double slack = 1e-9;  // π printed with ten digits still closes the circle
+  constexpr double slack = 1e-9;  // π printed with ten digits is accepted as the end
   if (std::abs(alpha.front() + pi) > slack || std::abs(alpha.back() - pi) > slack)
     throw std::invalid_argument("a polar must run from -180 to 180 degrees");
   const Coefficients& a = rows.front();
@@ -108,7 +108,7 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
 
 double Polar::wrapped(double turned) {
   const double rest = turned - 2 * pi * std::floor(turned / (2 * pi));
-  return std::clamp(rest, 0.0, 2 * pi);  // round-off may have left the circle
+  return std::clamp(rest, 0.0, 2 * pi);  // round-off may leave the circle
 }
 
 std::size_t Polar::piece_below(double alpha) const {
@@ -142,7 +142,7 @@ std::array<Range, 3> Polar::range(double lower, double upper) const {
 }
 
 Polar load_polar(const std::filesystem::path& file) {
-  constexpr std::uintmax_t largest = 4 << 20;  // a polar has hundreds of rows, not millions
+  constexpr std::uintmax_t largest = 4 << 20;  // bytes; a polar has hundreds of rows, not millions
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw std::runtime_error(fmt::format("{}: {}", file.string(), error.message()));

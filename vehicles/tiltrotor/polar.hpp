@@ -21,23 +21,23 @@ struct Coefficients {
 
 /// CL, CD, CM over the angle of attack with period 2π, twice continuously differentiable.
 ///
-/// The spline is the periodic cubic one (three conditions join the ends: value, slope and
-/// curvature), as SciPy's CubicSpline(bc_type="periodic"). Knots may be unevenly spaced.
+/// A periodic cubic spline (value, slope and curvature match at the ends), as SciPy's
+/// CubicSpline(bc_type="periodic"). Knots may be unevenly spaced.
 class Polar {
  public:
-  /// `alpha` rising, from -π to π, first and last coefficients equal; at least 4 rows.
-  /// Throws std::invalid_argument that names the row otherwise.
+  /// `alpha` ascending, from -π to π, first and last coefficients equal; at least 4 rows.
+  /// Otherwise throws std::invalid_argument, naming the row.
   Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& rows);
 
   Coefficients at(double alpha) const;  ///< any alpha, rad; NaN if it is not finite
 
-  /// Values and slopes [1/rad] in one look-up.
+  /// Values and derivatives [1/rad] in one look-up.
   struct Slope {
-    Coefficients value, slope;  ///< the latter per rad
+    Coefficients value, slope;  ///< slope in 1/rad
   };
-  Slope slope_at(double alpha) const;  ///< of at()
+  Slope slope_at(double alpha) const;  ///< derivative of at()
 
-  /// Ranges of CL, CD, CM over alpha in [lower, upper]: exact extremes of the cubics.
+  /// Ranges of CL, CD, CM over alpha in [lower, upper]: the exact extremes of the cubics.
   std::array<Range, 3> range(double lower, double upper) const;
 
  private:
@@ -59,11 +59,11 @@ class Polar {
   };
   Place place(double alpha) const;
   static double wrapped(double turned);         // into [0, 2π]
-  std::size_t piece_below(double alpha) const;  // by search, where knots are uneven
+  std::size_t piece_below(double alpha) const;  // by search if knots are uneven
 
   std::vector<Piece> pieces_;
   double first_ = 0.0;
-  double per_radian_ = 0.0;  // pieces per radian if evenly spaced, else 0
+  double per_radian_ = 0.0;  // pieces per radian if evenly spaced, otherwise 0
 };
 
 inline Polar::Place Polar::place(double alpha) const {
@@ -89,8 +89,8 @@ inline Polar::Slope Polar::slope_at(double alpha) const {
   return {{CL.at(t), CD.at(t), CM.at(t)}, {CL.slope_at(t), CD.slope_at(t), CM.slope_at(t)}};
 }
 
-/// Reads `alpha_deg,CL,CD,CM` rows below a header line of that form; lines starting with # are
-/// comments. Throws std::runtime_error "file:line: what is wrong".
+/// Reads `alpha_deg,CL,CD,CM` rows after a header line of that form; lines starting with # are
+/// comments. Throws std::runtime_error "file:line: reason".
 Polar load_polar(const std::filesystem::path& file);
 
 }  // namespace tiltrim

@@ -80,7 +80,7 @@ Gains gains_at(const GainSchedule& schedule, double eta) {
 double authority(const Aircraft& aircraft, double eta) { return authority_at(eta, aircraft); }
 
 Command corridor(double h) {
-  constexpr double top = 120.0;                             // m, where the transition ends
+  constexpr double top = 120.0;                             // m, end of the transition
   constexpr double climb_speed = 2.0, cruise_speed = 15.0;  // m/s
   const double at = std::clamp(h, 0.0, top);
   const double angle =

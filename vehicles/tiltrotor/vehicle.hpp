@@ -1,5 +1,5 @@
 /// @file
-/// The tiltrotor's numbers, and the models built from them.
+/// The tiltrotor's parameters, and the models built from them.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,9 @@
 
 namespace tiltrim {
 
-/// The airframe's parameters; defaults are the reference aircraft (docs/model.md gives each
-/// one's source). Templated on its scalar only inside model/; use Aircraft.
+/// The airframe's parameters; defaults are the reference aircraft (docs/model.md gives the source
+/// of
+/// each). Templated on its scalar for internal use; use Aircraft.
 template <class S>
 struct AircraftOf {
   S mass = 4.0;                         ///< kg
@@ -32,24 +33,25 @@ struct AircraftOf {
   S blade_chord = 0.05;                 ///< m
   S blade_lift_slope = 5.7;             ///< 1/rad
   S pitch_scale = 0.12;                 ///< rad of blade pitch per unit of theta0
-  S wake_immersion = 0.05;              ///< share of the induced velocity that the wing sees
+  S wake_immersion = 0.05;              ///< fraction of the induced velocity that acts on the wing
   S CL_q = 2.3;                         ///< per q chord/(2 W)
   S CL_de = 0.23;                       ///< 1/rad
   S CM_q = -7.0;                        ///< per q chord/(2 W)
   S CM_de = -0.64;                      ///< 1/rad
-  S cyclic_off = std::numbers::pi / 3;  ///< rad, tilt at which cyclic hands over to the elevator
-  S cyclic_blend = 0.0;                 ///< rad, width of the hand-over; 0: a switch
+  S cyclic_off = std::numbers::pi / 3;  ///< rad, tilt at which pitch control passes from cyclic to
+                                        ///< elevator
+  S cyclic_blend = 0.0;                 ///< rad, width of the handover; 0: a switch
 };
 using Aircraft = AircraftOf<double>;  ///< the airframe's parameters
 
 /// Gains of the total-energy control law (8)-(13); defaults are the reference gains.
 template <class S>
 struct GainsOf {
-  S k_V = 10.0;    ///< 1/s, commanded acceleration per speed error
+  S k_V = 10.0;    ///< 1/s, speed error to commanded acceleration
   S K_Ep = 8.0;    ///< energy rate error to theta0
-  S K_Ei = 1.25;   ///< its integral, 1/s
+  S K_Ei = 1.25;   ///< energy rate error integral to theta0, 1/s
   S K_Lp = 0.75;   ///< distribution rate error to a1s and delta_e
-  S K_Li = 0.085;  ///< its integral, 1/s
+  S K_Li = 0.085;  ///< distribution rate error integral, 1/s
   S k_pa = 6.3;    ///< pitch to a1s
   S k_da = 0.03;   ///< pitch rate to a1s, s
   S k_pe = 0.03;   ///< pitch to delta_e
@@ -57,15 +59,15 @@ struct GainsOf {
 };
 using Gains = GainsOf<double>;  ///< of the control law
 
-/// Gains that are linear between their values at rising tilts [rad], and stay beyond the ends.
+/// Gains linear between their values at ascending tilts [rad], and constant beyond the ends.
 struct GainSchedule {
-  std::vector<double> eta;   ///< empty: the gains do not depend on the tilt
-  std::vector<Gains> gains;  ///< at each
+  std::vector<double> eta;   ///< rad; empty: the gains do not depend on the tilt
+  std::vector<Gains> gains;  ///< one set per tilt
 };
-/// Those at a tilt; the schedule must have some.
+/// The gains at a tilt; the schedule must not be empty.
 Gains gains_at(const GainSchedule& schedule, double eta);
 
-/// A flight condition asked of the closed loop.
+/// A commanded flight condition of the closed loop.
 template <class S>
 struct CommandOf {
   S V = 15.0;     ///< m/s, airspeed
@@ -76,23 +78,23 @@ using Command = CommandOf<double>;  ///< a flight condition
 
 /// Actuator and attitude limits.
 struct Limits {
-  Range theta0{0.0, 1.0};      ///< collective, of full thrust
+  Range theta0{0.0, 1.0};      ///< collective, fraction of full thrust
   Range a1s{-0.35, 0.35};      ///< rad, cyclic
   Range delta_e{-0.53, 0.53};  ///< rad, elevator
   Range theta{-1.3, 1.3};      ///< rad, attitude
 };
 
-/// Which equations: the consistent ones (docs/theory.md), or the paper's as printed, for studying
-/// the paper and nothing else. The printed forms hold only in wind axes.
+/// The consistent equations (docs/theory.md), or those printed in the paper, only for studying the
+/// paper. The printed forms hold only in wind axes.
 enum class Equations { consistent, printed };
 
-/// Wind axes (V, gamma, theta, q) divide by V; body axes (u, w, theta, q) hold at any speed.
+/// Wind axes (V, gamma, theta, q) divide by V; body axes (u, w, theta, q) are valid at any speed.
 enum class Axes { wind, body };
 
 /// Below this airspeed [m/s] the command line uses body axes.
 inline constexpr double body_axes_below = 0.5;
 
-/// All that a tiltrotor's models are made from.
+/// All data of a tiltrotor's models.
 struct Vehicle {
   Aircraft aircraft;                            ///< airframe
   Gains gains;                                  ///< control law
@@ -109,41 +111,42 @@ Model airframe(const Vehicle& vehicle, Axes axes = Axes::wind);
 /// The closed loop (14): states V_err, gamma_err, theta, q, energy_integral,
 /// distribution_integral (wind), or u, w in place of the first two (body); no inputs; parameters
 /// V, gamma, eta (the command), "aircraft.*" and "gains.*"; outputs theta0, a1s, delta_e, airspeed,
-/// flight_path, alpha. At rest, in body axes, the path is taken to point where it is commanded.
+/// flight_path, alpha. At rest, in body axes, the path angle is taken to be the commanded one.
 Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
 
-/// The same with three inputs, theta0_added, a1s_added and delta_e_added: what is added to each
-/// actuator behind the law. The outputs are what the law commands, before it is added: where a loop
-/// is broken for its margins (linearize/margins.hpp).
+/// The same with three inputs, theta0_added, a1s_added and delta_e_added, added to the actuator
+/// commands after the control law. The outputs are the law's commands before the addition, where
+/// a loop is broken for its margins (linearize/margins.hpp).
 Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes = Axes::wind);
 
-/// The vehicle's numbers as the parameter vector of airframe().
+/// The vehicle's parameters as the parameter vector of airframe().
 Eigen::VectorXd airframe_parameters(const Vehicle& vehicle);
-/// The same, with the command in front, of closed_loop().
+/// The parameter vector of closed_loop(): the command, then the vehicle's parameters.
 Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& command);
-/// What the parameters of a closed loop hold.
+/// The contents of a closed loop's parameter vector.
 struct VehicleAndCommand {
-  Vehicle vehicle;  ///< with these aircraft numbers and gains
-  Command command;  ///< asked of it
+  Vehicle vehicle;  ///< with these aircraft parameters and gains
+  Command command;  ///< commanded flight condition
 };
-/// The inverse of closed_loop_parameters(); what is no parameter is as in `like`.
+/// The inverse of closed_loop_parameters(); data that are not parameters are copied from `like`.
 VehicleAndCommand vehicle_from(const Vehicle& like, const Eigen::VectorXd& parameters);
-/// Names, units and sizes of those numbers, in order: "aircraft.mass", ...; "gains.k_V", ...
+/// Names, units and nominal sizes of the parameters, in order: "aircraft.mass", ...; "gains.k_V",
+/// ...
 Signals aircraft_signals();
 Signals gain_signals();  ///< of the gains
-/// What a number of the vehicle may be.
+/// The accepted range of a vehicle parameter.
 struct AcceptedNumber {
   double lower, upper;   ///< SI, or in degrees
-  bool degrees = false;  ///< an angle that people write in degrees
+  bool degrees = false;  ///< an angle given in degrees in files
 };
-/// Of these names. Throws std::invalid_argument with the real ones.
+/// The range for a name. Throws std::invalid_argument with the valid names.
 AcceptedNumber accepted_number(std::string_view name);
-/// The number behind a name of aircraft_signals(), for reading and writing by position.
+/// The parameter at a position of aircraft_signals(), for reading and writing.
 double& aircraft_value(Aircraft& aircraft, std::size_t position);
-/// The same of gain_signals().
+/// The same for gain_signals().
 double& gain_value(Gains& gains, std::size_t position);
 
-/// Share of the cyclic in pitch control at a tilt: 1 helicopter, 0 airplane (12).
+/// Cyclic's share of pitch control at a tilt: 1 helicopter, 0 airplane (12).
 double authority(const Aircraft& aircraft, double eta);
 
 /// Corridor (16): tilt and path angle, and the speed schedule of docs/model.md, at height h [m].
