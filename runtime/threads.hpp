@@ -22,7 +22,7 @@ void spread(std::size_t count, const std::function<void(std::size_t)>& work);
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
 #if defined(__SANITIZE_THREAD__)
-  static char begun, done;  // static: a capture would be read before the annotation takes effect
+  static char begun, done;  // static: reading a captured reference would precede the acquire
   const std::function<void(std::size_t)> told = [&](std::size_t i) {
     __tsan_acquire(&begun);
     work(i);
