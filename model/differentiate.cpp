@@ -121,8 +121,7 @@ struct Neighbours {
   }
 };
 
-// The fourth difference, h⁴ times the fourth derivative, is pure noise: √70 ≈ 8 times that of one
-// sample.
+// The fourth difference (h⁴ f⁗ is negligible) is pure noise: √70 ≈ 8 times that of one sample.
 Column central(const Line& line, const Neighbours& n) {
   const VectorXd scale = n.ahead.cwiseAbs().cwiseMax(n.behind.cwiseAbs());
   const VectorXd fourth = n.far_ahead - 4 * n.ahead + 6 * n.y0 - 4 * n.behind + n.far_behind;

@@ -37,8 +37,7 @@ struct DualOf {
   DualOf(T v) : value(v), slopes(Slopes::Zero()) {}      ///< a constant
   DualOf(T v, const Slopes& d) : value(v), slopes(d) {}  ///< a value and its derivatives
 
-  /// A function given by its value g and its derivative at a.value: a table, a spline, or a
-  /// function
+  /// A function by its value g and its derivative at a.value: a table, a spline, or any function
   /// not listed above.
   friend DualOf chain(const DualOf& a, T g, T slope) { return {g, along(slope, a)}; }
 

@@ -160,7 +160,7 @@ Sides split(const Loop& loop, const VectorXd& x, const VectorXd& u, const Vector
   return at;
 }
 
-// depends(i, j): the source of input i depends on the fed input j of the same side.
+// depends(i, j): the source of input i depends on input j, fed to the side of that source.
 MatrixXd dependence(const Loop& loop, Sides at) {
   const Index n = std::ssize(loop.feeds);
   MatrixXd depends = MatrixXd::Zero(n, n);

@@ -108,9 +108,7 @@ struct Model {
 
   /// Optional structure: at equilibria that differ only in these parameters, the outputs are equal,
   /// ∂f/∂x is affine in each φ(p) with the others held constant, and a state that is an equilibrium
-  /// for two values of φ is one for all values between. A sweep then needs derivatives at only
-  /// three
-  /// points of a line.
+  /// for two values of φ is one for all between. A sweep then differentiates at only three points.
   struct Affine {
     std::string parameter;  ///< its name
     /// φ at these parameters; empty where the structure does not hold.
