@@ -207,8 +207,7 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
   check(model, closest);
   Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};
 
-  TrimOptions unproved = quiet(options);  // no proof is needed that removing all limits would not
-                                          // help
+  TrimOptions unproved = quiet(options);  // not worth proving that no limit at all would help
   unproved.max_boxes = 0;
   const auto limit = [&](const Signal& signal, double lower, double upper) {
     for (const bool up : {false, true})

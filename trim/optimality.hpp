@@ -18,8 +18,7 @@ struct ActiveSet {
   std::vector<Held> unknowns, limited;
 };
 
-/// The constraints active at an optimum, c(z) = 0: residuals, then active unknowns, then limited
-/// rows.
+/// The active constraints of an optimum, c(z) = 0: residuals, then unknowns, then limited rows.
 Eigen::VectorXd active_residual(const ActiveSet& active, const Eigen::VectorXd& z,
                                 const Values& values);
 Eigen::MatrixXd active_slopes(const ActiveSet& active, const Jacobians& slopes);
@@ -39,8 +38,7 @@ bool is_least(const Problem& problem, const ActiveSet& active, const Eigen::Vect
 /// held, and those whose multiplier has the wrong sign released.
 struct Optimum {
   Eigen::VectorXd z;
-  bool verified = false;   ///< residual, bounds and the projected gradient of the cost are all
-                           ///< within tolerance
+  bool verified = false;   ///< residual, bounds and projected gradient are within tolerance
   ActiveSet active;        ///< if verified, with
   Eigen::VectorXd lambda;  ///< the multipliers of c(z) = 0
 };

@@ -53,8 +53,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double same_point = 1e-6;       // scaled distance below which two solutions are the same
-constexpr int further_optimizations = 4;  // Ipopt from further starts, at 1000 times the cost of
-                                          // Newton
+constexpr int further_optimizations = 4;  // Ipopt from further starts: 1000 Newton runs each
 
 // ---- the two optimization problems solved by Ipopt ----
 

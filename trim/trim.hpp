@@ -21,8 +21,7 @@ struct TrimSpec {
   std::map<std::string, double> rates{};  ///< states whose rates are held at a value [unit/s]
   std::map<std::string, Range> bounds{};  ///< on any variable or output; equal bounds fix it
   std::vector<std::string> implied{};     ///< rates that must vanish as a consequence; verified
-  std::vector<std::string> moving{};      ///< states whose rates are unconstrained, such as
-                                          ///< positions
+  std::vector<std::string> moving{};      ///< states with unconstrained rates, such as positions
   std::vector<CostTerm> effort{};         ///< empty: every free input over its nominal size
 };
 
@@ -102,8 +101,7 @@ struct TrimResult {
   int starts = 0;                          ///< starts tried
   long evaluations = 0;                    ///< calls of the model's f and derivatives
   std::string message;                     ///< empty when converged without remark
-  std::string thrown;                      ///< message of the model's first exception; empty: no
-                                           ///< exception
+  std::string thrown;                      ///< message of the model's first exception, or empty
 
   /// True for a verified equilibrium.
   explicit operator bool() const { return status == TrimStatus::converged; }
