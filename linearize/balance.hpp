@@ -1,5 +1,4 @@
-/// Balancing: a similarity transformation that equalizes row and column norms. Internal to
-/// linearize/.
+/// Balancing: a similarity that equalizes row and column norms. Internal to linearize/.
 #pragma once
 
 #include <Eigen/Core>

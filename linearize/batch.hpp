@@ -19,8 +19,7 @@ inline constexpr Eigen::Index largest_batch_matrix = 16;
 /// How the eigenvalues of one matrix of a batch were computed.
 enum class LaneStatus : std::uint8_t {
   converged,      ///< by the SIMD kernel
-  fallback,       ///< by eigenvalues(): the lane reached its iteration limit or is badly
-                  ///< conditioned
+  fallback,       ///< by eigenvalues(): iteration limit reached, or badly conditioned
   not_converged,  ///< by neither; its eigenvalues are NaN
   not_finite,     ///< the matrix has a non-finite entry; its eigenvalues are NaN
 };

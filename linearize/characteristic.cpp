@@ -13,8 +13,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr double underflow = 1e-190;  // bounds the underflow in coefficients of matrices of norm
-                                      // one
+constexpr double underflow = 1e-190;  // bounds underflow in coefficients of matrices of norm one
 constexpr double rank_tolerance = 1e-10;
 
 }  // namespace

@@ -50,8 +50,7 @@ Series derivative(const Series& s) {
 // The root in a monotonic interval with a sign change: Newton, with bisection if it leaves.
 Wide root_between(const Series& s, Wide low, Wide high) {
   const bool rising = s.value(high) > 0;
-  constexpr int cap = 200;  // bisection needs at most the number of mantissa and exponent bits of a
-                            // Wide
+  constexpr int cap = 200;  // bisection needs at most the mantissa and exponent bits of a Wide
   Wide x = (low + high) / 2;
   for (int i = 0; i < cap; ++i) {
     const Wide value = s.value(x), slope = s.slope(x);
@@ -230,8 +229,7 @@ LineCrossings line_crossings(const MatrixXd& A0, const MatrixXd& A1, double from
   const Place at_rest = place(axis, 0, 0);
   if (const auto found = crossing(line, at_rest, 0)) keep(*found);
   answer.complete = at_rest.where != Place::unknown && !vanishes(g);
-  constexpr double most = 4.1;  // the scaled matrices have norms below 2, and so have their
-                                // eigenvalues
+  constexpr double most = 4.1;  // the scaled matrices, and so their eigenvalues, are below 2
   const Roots turns = roots(g, most);
   for (const Wide x : turns.certain) {
     const std::optional<double> error = root_error(g, x);

@@ -127,8 +127,7 @@ struct Axis {
   bool complete = true;
 
   explicit Axis(const LoopTransfer& closed) : S(balanced(closed)) {
-    // Functions of ω² lose accuracy below √ε of the slowest pole, and above the fastest by the same
-    // ratio, where they are taken as 0 or infinite.
+    // ω² loses accuracy below √ε of the slowest pole, and by the same ratio above the fastest.
     const VectorXcd lambda = eigenvalues(S.A);
     complete = lambda.size() == S.A.rows();
     if (lambda.size() == 0) return;
@@ -140,8 +139,7 @@ struct Axis {
   Complex sensitivity(double frequency) const { return S.d + proper(S, frequency); }
   Complex complementary(double frequency) const { return (1 - S.d) - proper(S, frequency); }
 
-  // Ascending frequencies of roots on or near the axis, and the ends of the range. Those that agree
-  // to half the digits are merged.
+  // Ascending frequencies of roots on or near the axis, and the range's ends, without duplicates.
   std::vector<double> stops(const std::vector<Complex>& places) const {
     std::vector<double> found{slow, fast};
     for (const Complex s : places)
@@ -184,8 +182,8 @@ std::pair<double, double> turning(const Function& f, double low, double high) {
   return boost::math::tools::brent_find_minima(f, low, high, half_of_the_digits, steps);
 }
 
-// Roots of f from its signs at ascending samples. If f comes close to zero without a sign change,
-// its minimum is located: two roots close together, a double root, or no root.
+// Roots of f from its signs at ascending samples. Where f comes close to zero with no sign change,
+// its minimum is located: two close roots, a double root, or no root.
 std::vector<double> roots(const Function& f, const std::vector<double>& at) {
   constexpr double near = 1e-6, touching = 1e-13;
   std::vector<double> value, found;

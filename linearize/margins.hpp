@@ -27,8 +27,7 @@ struct LoopTransfer {
 
 /// The open loop from the closed one: with all loops closed, a signal added at the break point
 /// appears after it as S(s) = 1 + c (sI - A)⁻¹ b + d; then L = 1/S - 1. Throws
-/// std::invalid_argument if 1 + d = 0 (no such loop), if sizes do not match or a value is not
-/// finite.
+/// std::invalid_argument if 1 + d = 0 (no such loop), sizes do not match or a value is not finite.
 [[nodiscard]] LoopTransfer opened(const Eigen::MatrixXd& A_closed, const Eigen::VectorXd& b,
                                   const Eigen::RowVectorXd& c, double d = 0.0);
 
@@ -39,18 +38,15 @@ struct Crossing {
 };
 
 /// Distance to instability for each change alone. Frequencies "at" are in rad/s, infinite if the
-/// margin is not reached at a finite frequency. The defaults are those of an unstable loop, which
-/// has no margin.
+/// margin is not reached at a finite one. The defaults are those of an unstable loop: no margin.
 struct Margins {
   static constexpr double none = std::numeric_limits<double>::infinity();  ///< no margin reached
 
   Verdict closed_loop = Verdict::undecided;     ///< from modes() of A - b c/(1 + d)
-  double gain_up = 1.0, gain_up_at = none;      ///< smallest destabilizing factor > 1; inf: no
-                                                ///< limit
+  double gain_up = 1.0, gain_up_at = none;      ///< smallest destabilizing factor > 1; inf: none
   double gain_down = 1.0, gain_down_at = none;  ///< largest destabilizing factor < 1; 0: no limit
   double phase = 0.0, phase_at = none;          ///< rad, smallest lag or lead; inf: |L| is never 1
-  double delay = 0.0, delay_at = none;          ///< s, smallest delay; inf: no limit; 0 for |d| >=
-                                                ///< 1
+  double delay = 0.0, delay_at = none;          ///< s, smallest; inf: no limit; 0 for |d| >= 1
   double disk = 0.0, disk_at = none;            ///< symmetric disk margin, 2/‖S - T‖∞ [43]
   double sensitivity_peak = none, sensitivity_peak_at = none;  ///< max |S|, S = 1/(1 + L)
 
@@ -58,15 +54,13 @@ struct Margins {
   std::vector<Crossing> gain_crossovers;  ///< all with |L| = 1; change: the lag, in [-π, π]
   /// Largest |1 + change L(iω)| over all of these, for the loop as given: zero to rounding.
   double residual = 0.0;
-  /// False: an iteration reached its limit and a crossing may be missing, or the residual exceeds
-  /// 1e-6.
+  /// False: an iteration limit was reached (crossings may be missing), or the residual is > 1e-6.
   bool complete = true;
 
   /// True if the closed loop is stable.
   bool stable() const { return closed_loop == Verdict::stable; }
   /// Guaranteed by the disk margin: every gain factor from this to disk_gain_up(), every lag or
-  /// lead
-  /// less than disk_phase(), and both together within (1 + z)/(1 - z), |z| < disk/2.
+  /// lead less than disk_phase(), and both together within (1 + z)/(1 - z), |z| < disk/2.
   double disk_gain_down() const;
   double disk_gain_up() const;  ///< see disk_gain_down()
   double disk_phase() const;    ///< rad; see disk_gain_down()

@@ -24,8 +24,7 @@ struct Mode {
 
   double frequency() const { return std::abs(eigenvalue); }  ///< rad/s
   double damping() const;       ///< -Re λ/|λ|: 1 on the negative real axis; 0 for λ = 0
-  double time_to_half() const;  ///< s, ln 2/|Re λ|; infinite on the axis. Time to double if
-                                ///< unstable
+  double time_to_half() const;  ///< s, ln 2/|Re λ|; infinite on the axis. To double if unstable
 };
 
 /// Stability of a matrix.
@@ -66,8 +65,7 @@ struct ModesOptions {
 [[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& A,
                                            const ModesOptions& options = {});
 
-/// Modes of a linear model, named after its states. Throws std::invalid_argument if there is no
-/// linear model.
+/// Modes of a linear model, named after its states. Throws std::invalid_argument without a model.
 [[nodiscard]] Modes modes(const LinearModel& linear);
 
 /// A name for a mode from the participation of its states: the first of `known` whose states have

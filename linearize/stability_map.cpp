@@ -1,6 +1,6 @@
-// Verdicts over two gains by polynomials that are affine in each gain, and Routh's test within
-// error
-// bounds. Derivations and bounds: docs/linearize.md.                          [32, 33, 34]
+// Verdicts over two gains by polynomials that are affine in each, and Routh's test with error
+// bounds.
+// Derivations and bounds: docs/linearize.md.                                  [32, 33, 34]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -27,8 +27,7 @@ struct Plane {
   Index n;
   Pencil near, far;
   double reach;
-  std::array<double, largest + 1> left_over;  // error bounds of the coefficients, anywhere on the
-                                              // map
+  std::array<double, largest + 1> left_over;  // error bounds of coefficients, for the whole map
 };
 
 double reach(std::span<const double> gains) {
