@@ -181,9 +181,7 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
         way.met = Met{{limits[std::size_t(worst)]}, from};
       return false;
     }
-    if (c.watch == OnWay::fold && way.met)
-      return false;  // a second fold: do not return to the
-                     // start
+    if (c.watch == OnWay::fold && way.met) return false;  // a second fold: do not go back
     if (c.watch == OnWay::fold) way.met = Met{{}, c.at.y};
     if (c.watch == OnWay::origin && !c.rising) way.back = c.at.y;
     if (c.watch == OnWay::limit && !c.rising && !way.met)

@@ -21,10 +21,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int newton_cap = 10;
 constexpr double rank_below = 1e-12;  // pivot ratio at which the plane's system counts as singular
-constexpr double smooth = 2e-3;       // of a step: allowed deviation of its chord from the mean
-                                      // tangent
-constexpr double nearby = 0.3;        // of a step: allowed distance of Newton's solution from the
-                                      // prediction
+constexpr double smooth = 2e-3;       // of a step: deviation of its chord from the mean tangent
+constexpr double nearby = 0.3;        // of a step: from the prediction to Newton's solution
 
 enum class Failure { none, not_finite, singular, no_convergence };
 
@@ -92,9 +90,7 @@ VectorXd between(const CurvePoint& a, const CurvePoint& b, double h, double s) {
 
 // True if a parabola through the last three values crosses zero twice between the last two.
 bool may_dip(double s0, double g0, double s1, double g1, double s2, double g2) {
-  if (!((g1 > 0 && g2 > 0) || (g1 < 0 && g2 < 0)))
-    return false;  // a sign change, or a zero at an
-                   // end
+  if (!((g1 > 0 && g2 > 0) || (g1 < 0 && g2 < 0))) return false;  // sign change, or zero at an end
   const double d01 = (g1 - g0) / (s1 - s0), d12 = (g2 - g1) / (s2 - s1);
   const double curvature = (d12 - d01) / (s2 - s0);
   if (!(curvature * g1 > 0)) return false;
@@ -158,9 +154,7 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
     const double slope = (g(s + d) - g(s - d)) / (2 * d);
     return LocatedEvent{w, i, rising, event, slope};
   }
-  // At a zero the values on both sides are of equal size and opposite sign; at a jump they are not.
-  // The interval in which Newton fails is the rounding error of G over its derivative, which
-  // vanishes.
+  // Newton fails within the rounding error of G over its derivative, which vanishes there.
   const double at = lost;
   for (const double next_to : {1e-6, 1e-5, 1e-4}) {
     const double low = g(std::max(at - 0.5 * next_to, 0.0)),
@@ -243,8 +237,8 @@ struct Step {
   int iterations = 0;
 };
 
-// On a circle the chord is parallel to the mean tangent; where the curvature changes, or the curve
-// jumps, it is not.
+// On a circle the chord is parallel to the mean tangent; with varying curvature or a jump it is
+// not.
 Step step(const Curve& curve, const CurvePoint& at, double h, const TraceOptions& options) {
   constexpr double sharp = 1e-6;  // below this step any turn is accepted: a kink
   Step s;

@@ -30,8 +30,7 @@ struct Seed {
   bool on_fold = false;  // where a limit meets a fold: the limits of two sheets begin here
 };
 
-// A point lies on a known piece if its distance to a chord is less than the piece's curvature
-// allows.
+// A point lies on a known piece if its distance to a chord is within the piece's curvature.
 bool on(const BorderPiece& piece, const std::vector<VectorXd>& way, const Seed& seed) {
   constexpr double least = 2e-3, bend = 0.05;  // scaled; of the chord
   if (piece.name != seed.stop.name()) return false;
@@ -49,8 +48,7 @@ struct Followed {
   std::vector<VectorXd> way;
 };
 
-// One direction along the border from a seed, until it leaves the plane, meets another stop or
-// closes.
+// One direction along the border from a seed, until it leaves the plane, meets a stop or closes.
 struct HalfWay {
   std::vector<VectorXd> way;
   std::string end;
@@ -365,8 +363,7 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
   seed(g, front);
   std::vector<Followed> border;
   std::deque<Seed> seeds;
-  while (!front.empty() && !options.stop.stop_requested()) {  // terminates: the number of trims at
-                                                              // a grid point is finite
+  while (!front.empty() && !options.stop.stop_requested()) {  // ends: finitely many trims
     for (const Edge& edge : spread(g, front)) {
       if (options.stop.stop_requested()) break;
       const Way way = go(g.plane, edge.from, g.place(edge.i, edge.j));

@@ -104,9 +104,8 @@ struct AllEquilibria {
 };
 
 /// Newton from many starts, then the branches in `parameters` from every equilibrium found, in both
-/// directions up to `reach` nominal sizes: where a branch returns to the original parameter value
-/// there is another equilibrium. Repeated until nothing new is found. Throws as trim() and
-/// follow().
+/// directions up to `reach` nominal sizes: a branch that returns to the original parameter value
+/// gives another equilibrium. Repeated until nothing new is found. Throws as trim() and follow().
 [[nodiscard]] AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec,
                                            const OperatingPoint& guess,
                                            const std::vector<std::string>& parameters, double reach,

@@ -36,8 +36,7 @@ struct BranchPoint {
   /// Number of eigenvalues with positive real part; empty if stability was not requested or the
   /// point is not an equilibrium (rates held at a value).
   std::optional<int> unstable{};
-  /// If a cost selects the trim: the trim is a minimum, not merely a stationary point, as after a
-  /// fold.
+  /// If a cost selects the trim: it is a minimum, not only a stationary point, as after a fold.
   bool least = true;
 };
 
@@ -59,9 +58,8 @@ struct BranchEvent {
   BranchPoint at;                   ///< its location
   double error = 0.0;               ///< error bound of its parameter; infinite: unknown
   std::size_t after = 0;            ///< number of points of the branch before it
-  std::string which;             ///< limit: "delta_e lower"; hopf, zero: the mode's name; end: the
-                                 ///< reason
-  std::optional<Modes> modes{};  ///< if it is an equilibrium with a linear model
+  std::string which;                ///< limit: "delta_e lower"; hopf, zero: mode name; end: reason
+  std::optional<Modes> modes{};     ///< if it is an equilibrium with a linear model
   /// The eigenvalue on the imaginary axis: for zero and hopf, and for a fold or branch point with
   /// a zero eigenvalue.
   std::optional<std::complex<double>> eigenvalue{};
@@ -90,8 +88,7 @@ struct Branch {
   std::vector<BranchEvent> events;      ///< in order; the last is the end
   BranchEnd end = BranchEnd::no_start;  ///< why it ends
   std::string message;                  ///< the end as text
-  std::string no_stability;             ///< why eigenvalues are not counted at any point; otherwise
-                                        ///< empty
+  std::string no_stability;             ///< why no point has eigenvalues; otherwise empty
   long evaluations = 0;                 ///< of the model's f and derivatives
 };
 

@@ -16,8 +16,7 @@ struct Follower {
   Branch branch{};
   std::optional<LimitName> pending{};  ///< the limit to hold or release before continuing
   CurvePoint last{};
-  mutable Eigen::VectorXd seen{}, seen_real_parts{};  ///< where eigenvalues were last computed, and
-                                                      ///< their real parts
+  mutable Eigen::VectorXd seen{}, seen_real_parts{};  ///< point and eigenvalues last computed
 
   Follower(Problem p, double target, const FollowOptions& o)
       : problem(std::move(p)), to(target), options(o) {}

@@ -16,11 +16,9 @@ struct Path {
   ActiveSet held{};
 
   Eigen::Index parameter() const { return problem.n() - 1; }  ///< its position in y
-  Eigen::Index free() const;  ///< degrees of freedom left by equations and held limits, parameter
-                              ///< excluded
+  Eigen::Index free() const;  ///< degrees of freedom left, parameter excluded
   bool deciding() const { return optimal && free() > 0; }  ///< the cost matters
-  Eigen::VectorXd start(const Eigen::VectorXd& z) const;   ///< y at z, with least-squares
-                                                           ///< multipliers
+  Eigen::VectorXd start(const Eigen::VectorXd& z) const;   ///< multipliers by least squares
   Curve curve() const;                                     ///< refers to this path
   Eigen::VectorXd z(const Eigen::VectorXd& y) const { return y.head(problem.n()); }
 };

@@ -137,8 +137,7 @@ ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
 
 // An eigenvalue close to another is not differentiable by itself.
 std::vector<bool> isolated(const Modes& all) {
-  constexpr double apart = 1e-6;  // relative to its size: digits of the derivative lost to the
-                                  // neighbour
+  constexpr double apart = 1e-6;  // relative: digits of the derivative lost to the neighbour
   std::vector<bool> simple;
   for (const Mode& m : all.modes) {
     double gap = std::numeric_limits<double>::infinity();
