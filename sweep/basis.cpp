@@ -139,8 +139,7 @@ double cost_of_split(const MatrixXd& cost, int member, const std::vector<int>& r
 }  // namespace
 
 // 1 - (correlation, 0 .. 1) + d/(d + gap) with d the distance from the predicted place. A pair
-// counts as a whole: its projector stays bounded near the real axis, where those of its members
-// grow without bound.
+// counts as a whole: near the real axis its projector stays bounded, those of its members do not.
 MatrixXd costs(const MatrixXcd& M, const Basis& a, Spectrum predicted, const Basis& b) {
   const int n = int(a.lambda.size());
   const std::vector<double> gap = gaps(a);
@@ -159,9 +158,8 @@ MatrixXd costs(const MatrixXcd& M, const Basis& a, Spectrum predicted, const Bas
   return cost;
 }
 
-// Pairs to pairs and reals to reals; as many pairs split as b has fewer. The pairs that split are
-// chosen with the pairs, each at its smallest cost of splitting; the reals they become, with the
-// reals.
+// Pairs to pairs and reals to reals; as many pairs split as b has fewer. Which pairs split is
+// decided with the pairs, at their smallest cost of splitting; into which reals, with the reals.
 std::vector<int> assign_kinds(const MatrixXd& cost, const Basis& a, const Basis& b) {
   const auto &pairs = a.kind.pairs, &next = b.kind.pairs;
   if (pairs.size() < next.size()) {  // reals join: in reverse, pairs split

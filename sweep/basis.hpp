@@ -1,6 +1,5 @@
-/// Eigenvalues with their eigenvectors, and the assignment of the modes of one matrix to those of
-/// the
-/// next. Internal to sweep/.
+/// Eigenvalues with eigenvectors, and the assignment of one matrix's modes to those of the next.
+/// Internal to sweep/.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,8 +25,7 @@ struct Basis {
 };
 
 /// For a matrix in balanced coordinates; `lambda` empty: the eigenvalues in the solver's order.
-/// If the QR iteration reaches its limit the eigenvectors are empty, and so are the eigenvalues if
-/// not given.
+/// If the iteration limit is reached, the eigenvectors and any computed eigenvalues are empty.
 Basis basis(const Eigen::MatrixXd& balanced, Spectrum lambda);
 
 /// Between every mode of a and every mode of b, by their spectral projectors. All ones (no
@@ -38,9 +36,7 @@ Eigen::MatrixXcd correlation(const Basis& a, const Basis& b);
 Eigen::MatrixXd costs(const Eigen::MatrixXcd& M, const Basis& a, Spectrum predicted,
                       const Basis& b);
 
-/// Assignment of minimum total cost: pairs to pairs and reals to reals; as many pairs split as b
-/// has
-/// fewer.
+/// Minimum total cost: pairs to pairs and reals to reals; as many pairs split as b has fewer.
 std::vector<int> assign_kinds(const Eigen::MatrixXd& cost, const Basis& a, const Basis& b);
 
 }  // namespace tiltrim

@@ -16,10 +16,8 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double safety = 4.0;      // on the second difference as a bound of the curve between
-                                    // samples
-constexpr double jump_size = 1e-6;  // nominal sizes: a larger change over a step of `least` is a
-                                    // jump
+constexpr double safety = 4.0;      // on the second difference as a bound between samples
+constexpr double jump_size = 1e-6;  // nominal sizes: a larger change over `least` is a jump
 constexpr int most_pieces = 4000;   // of one step of the grid
 
 // A(t) in the eigenvectors at the middle, at the ends of the piece, minus the middle's eigenvalues.
@@ -94,8 +92,7 @@ Judged judge(const Piece& p) {
   return j;
 }
 
-// True if the three may lie on one curve: at a jump between two of them, it makes up all of the
-// bend.
+// True if the three may lie on one curve: a jump between two of them makes up all of the bend.
 bool continuous(const MatrixLine& line, const Sample& a, const Sample& m, const Sample& b) {
   const double left = line.apart(a, m), right = line.apart(m, b), whole = line.apart(a, b);
   const double most = std::max(left, right);

@@ -135,8 +135,7 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
     i.at = coordinates(line, from);
     i.from = coordinate(axis, from);
     i.to = coordinate(axis, to);
-    const bool known = unstable >= 0 || !any_trim(line, from, to);  // otherwise trims without a
-                                                                    // model
+    const bool known = unstable >= 0 || !any_trim(line, from, to);  // otherwise without a model
     i.verdict = decided && known ? verdict_of(unstable) : IntervalVerdict::undecided;
     i.unstable = std::max(unstable, 0);
     i.abscissa = i.abscissa_at = std::numeric_limits<double>::quiet_NaN();

@@ -1,6 +1,5 @@
-/// Between the grid points: where eigenvalues cross the imaginary axis along a line, and the
-/// verdicts
-/// of the intervals between. Internal to sweep/.
+/// Between the grid points: crossings of eigenvalues with the imaginary axis along a line, and the
+/// verdicts of the intervals between. Internal to sweep/.
 #pragma once
 
 #include <functional>
@@ -23,8 +22,7 @@ struct Sample {
   double abscissa() const;
 };
 
-/// A line of matrices: the sample at t, starting from a nearby sample; empty if there is no
-/// equilibrium.
+/// A line of matrices: the sample at t from a nearby sample; empty if there is no equilibrium.
 struct MatrixLine {
   std::function<std::optional<Sample>(double t, const Sample& near)> sample;
   /// Distance between the equilibria of two samples, in nominal sizes.

@@ -102,8 +102,7 @@ std::vector<SwitchPlace> switches_between(const GridLine& line, std::size_t k) {
   return places;
 }
 
-// After a switch, a new trim is computed without a starting point if Newton from the neighbour
-// fails.
+// After a switch: if Newton from the neighbour fails, a full trim without a starting point.
 std::optional<Sample> beyond_switch(const GridLine& line, const MatrixLine& matrices, double t,
                                     const std::optional<Sample>& near) {
   if (near)

@@ -1,6 +1,4 @@
-/// A grid line of the map, between whose points crossings are searched for, and its events.
-/// Internal
-/// to sweep/.
+/// A grid line of the map, and the events on it, also between its points. Internal to sweep/.
 #pragma once
 
 #include <optional>
@@ -45,8 +43,7 @@ MatrixLine matrices_of(const GridLine& line);
 
 /// All events on the line, by bisection of the grid steps.
 void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen);
-/// The same along an axis with matrices affine in its φ. False if the line does not have this
-/// structure.
+/// The same along an axis with matrices affine in its φ. False without this structure.
 bool solve_events(const GridLine& line, std::vector<LineEvent>& events);
 
 }  // namespace tiltrim

@@ -14,8 +14,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr double other_branch = 1e-6;  // scaled: unknowns that differ by more are another
-                                       // equilibrium
+constexpr double other_branch = 1e-6;  // scaled: unknowns farther apart are another equilibrium
 
 // A thread's memory for one line, reused for the next.
 struct Room {
@@ -277,8 +276,7 @@ void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
   }
 }
 
-// Sets missing values to NaN: all of them without an equilibrium, eigenvalue results without
-// eigenvalues.
+// NaN for everything without an equilibrium; for eigenvalue results without eigenvalues.
 void clear(LineTracker& w, std::size_t k) {
   LinePoints& p = w.points;
   const std::size_t n = std::size_t(w.sweep.states()), m = w.sweep.inputs.size();

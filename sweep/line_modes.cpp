@@ -19,8 +19,7 @@ std::uint8_t as_byte(double confidence) {
   return std::uint8_t(std::lround(255 * std::clamp(confidence, 0.0, 1.0)));
 }
 
-// Stores the modes of `length` points from k, mode by mode, with their largest real part and
-// smallest damping.
+// Stores the modes of `length` points from k, with their largest real part and smallest damping.
 void keep_modes(LineTracker& w, std::size_t k, std::size_t length, const double* const* re,
                 const double* const* im) {
   const std::size_t n = std::size_t(w.sweep.states());
@@ -95,8 +94,7 @@ struct Following {
     if (before.empty()) return;
     const double ratio = (v[k] - v[last]) / (v[last] - v[last_but_one]);
     for (std::size_t i = 0; i < lambda.size(); ++i)
-      if (side(before[i]) == side(from->modes[i]))  // where a pair has split the path is not a
-                                                    // straight line
+      if (side(before[i]) == side(from->modes[i]))  // after a split the path is not straight
         predicted[i] += ratio * (from->modes[i] - before[i]);
   }
   bool by_position() {
@@ -114,8 +112,7 @@ struct Following {
     GridPlace here = w.place, there = w.place;
     here[w.axis] = double(last);
     there[w.axis] = double(k);
-    const bool within = w.valid[last] && last < k;  // otherwise the reference belongs to another
-                                                    // line
+    const bool within = w.valid[last] && last < k;  // otherwise it belongs to another line
     if (within) from->A = w.A.matrix(Index(last));
     const Ordered linked =
         in_order(*from, predicted, w.A.matrix(Index(k)), lambda,

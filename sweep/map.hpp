@@ -59,8 +59,7 @@ struct AxisCrossing {
   std::vector<double> at;                  ///< one coordinate per axis, in the study's units
   double error = 0.0;                      ///< error bound of the located coordinate, in its unit
   CrossingKind kind = CrossingKind::zero;  ///< type of crossing
-  int unstable_before = 0, unstable_after = 0;  ///< number of unstable eigenvalues; -1: no
-                                                ///< equilibrium
+  int unstable_before = 0, unstable_after = 0;  ///< unstable eigenvalues; -1: no equilibrium
   double frequency = 0.0;                       ///< rad/s; 0 for a real eigenvalue
   int mode = -1;                                ///< the mode that crosses; -1 if unknown
   std::string mode_name{};                      ///< empty if unknown
@@ -81,8 +80,7 @@ struct AxisInterval {
   std::vector<double> at;       ///< the line's coordinates; on the axis itself equal to `from`
   double from = 0.0, to = 0.0;  ///< in the study's unit
   IntervalVerdict verdict = IntervalVerdict::undecided;  ///< verdict
-  int unstable = 0;                                      ///< number of eigenvalues right of the
-                                                         ///< axis
+  int unstable = 0;                                      ///< eigenvalues right of the axis
   double abscissa = 0.0;                                 ///< largest real part found in it, 1/s
   double abscissa_at = 0.0;                              ///< its coordinate
 };
@@ -122,9 +120,9 @@ struct SweepMap {
   std::vector<std::size_t> position(std::size_t point) const;
 };
 
-/// Writes the map to a file next to `file`, syncs and renames it: the file is always complete.
-/// Equal
-/// maps give identical bytes. Throws std::runtime_error "path: reason" (disk full, no permission).
+/// Writes the map to a file next to `file`, syncs and renames it, so that `file` is always
+/// complete.
+/// Equal maps give identical bytes. Throws std::runtime_error "path: reason" (disk full, ...).
 void write_netcdf(const SweepMap& map, const std::filesystem::path& file);
 
 /// Reads a file of write_netcdf(); throws std::runtime_error "path: reason" for any other file.
@@ -155,8 +153,7 @@ struct MapDifference {
 };
 
 /// Compares point by point and crossing by crossing. Equal maps give empty lists and 0. Throws
-/// std::invalid_argument, naming the difference, unless both have the same conditions, axes and
-/// states.
+/// std::invalid_argument, naming the difference, unless conditions, axes and states are the same.
 [[nodiscard]] MapDifference difference(const SweepMap& before, const SweepMap& after);
 
 }  // namespace tiltrim

@@ -239,8 +239,7 @@ GridTrim equilibrium_at(const Prepared& s, const OperatingPoint& at) {
   return e;
 }
 
-// Thousands of points fail for the same reason: the message without the point's own numbers, which
-// trim() gives.
+// Thousands of points fail for the same reason: the message without numbers, which trim() gives.
 static std::string in_short(const Prepared& s, const TrimResult& found) {
   if (found.status == TrimStatus::infeasible) return "shown: no equilibrium within the limits";
   if (found.status == TrimStatus::time_limit) return out_of_time_in_words(s.trimming.time_limit);
@@ -312,8 +311,7 @@ double outputs_apart(const Prepared& s, const GridTrim& a, const GridTrim& b) {
   return size.size() ? (a.outputs - b.outputs).cwiseQuotient(size).lpNorm<Eigen::Infinity>() : 0.0;
 }
 
-// True if A at a point of the line agrees with the line's prediction, to the round-off of the
-// trims.
+// True if A at a point agrees with the line's prediction, to the round-off of the trims.
 bool predicted(const Prepared& s, const AffineLine& line, const GridTrim& e) {
   constexpr double same_matrix = 1e-9;
   const MatrixXd A = e.A(s);

@@ -17,8 +17,7 @@ bool link_by_position(Spectrum predicted, Spectrum next, std::span<int> to,
   if (next.size() != n || to.size() != n || confidence.size() != n)
     throw std::invalid_argument("link_by_position: the spans are not of one size");
   // Each is closer than a third of its distance to the next nearest, and no column occurs twice:
-  // then
-  // each is also the nearest to its column's mode, by a factor of 1.5.
+  // then each is also the nearest to its column's mode, by a factor of 1.5.
   for (std::size_t i = 0; i < n; ++i) {
     double least = infinity, other = infinity;
     std::size_t nearest = 0;

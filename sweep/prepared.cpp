@@ -32,9 +32,7 @@ const Model::Affine* structure_of(const Model& model, const SweepAxis& axis) {
   for (const SweepAxis::Column& column : axis.columns) {
     if (column.signal.empty()) continue;
     const auto at = std::ranges::find(model.affine, column.signal, &Model::Affine::parameter);
-    if (found || at == model.affine.end())
-      return nullptr;  // exactly one parameter, in which the
-                       // model is affine
+    if (found || at == model.affine.end()) return nullptr;  // exactly one parameter, an affine one
     found = &*at;
   }
   return found;

@@ -21,8 +21,7 @@ struct Prepared {
   std::vector<Eigen::Index> along;     ///< variables to differentiate by: states, other unknowns
   std::vector<Eigen::Index> unknowns;  ///< positions in `along`
   std::vector<std::vector<Eigen::Index>> moved;  ///< [axis][column]: variable, or -1
-  std::vector<const Model::Affine*> affine;      ///< [axis]: its structure, if the axis sets
-                                                 ///< nothing else
+  std::vector<const Model::Affine*> affine;      ///< [axis]: its structure, if it sets no others
   std::vector<Eigen::Index> inputs;  ///< stored with the state: input i, or inputs + output i
 
   bool output_equations = false;  ///< some equation involves an output

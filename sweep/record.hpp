@@ -15,8 +15,7 @@ struct LineSizes {
   std::size_t conditions, axes, points, states, inputs;
 };
 /// Throw std::runtime_error for bytes that are not a line of this sweep: indices and enumerators
-/// must
-/// be in range, and lists of the required length.
+/// must be in range, and lists have the required length.
 LinePoints points_from(const Bytes& bytes, const LineSizes& sizes);
 LineVerdicts verdicts_from(const Bytes& bytes, const LineSizes& sizes);
 

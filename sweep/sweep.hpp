@@ -36,8 +36,7 @@ struct SweepProgress {
 struct SweepOptions {
   int threads = 0;        ///< 0: one per hardware thread
   bool crossings = true;  ///< search for crossings between grid points
-  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of trims without a
-                                                                           ///< starting point
+  TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of full trims
   std::filesystem::path log{};  ///< file from which an interrupted sweep resumes; empty: no log
   double checkpoint = 1.0;      ///< s between writes to the log
   std::string identity{};       ///< identity of the work, for the log: study, program

@@ -109,8 +109,7 @@ std::vector<double> confidence(const MatrixXcd& M, const Basis& a, Spectrum pred
     sure[i] =
         std::clamp(std::min(std::max(place, judge.character(g)), judge.exchange(g)), 0.0, 1.0);
   }
-  // A wrong link also takes another mode's place: doubt about one is doubt about those it mixes
-  // with.
+  // A wrong link takes another mode's place: doubt about one is doubt about those it mixes with.
   std::vector<double> together = sure;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < n; ++k)
