@@ -1,5 +1,4 @@
-/// Comparison of linear and nonlinear motions from the same offset. Internal to simulate/ and
-/// flight/.
+/// Linear compared with nonlinear motions from the same offset. Internal to simulate/ and flight/.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,4 @@
-/// Global error estimate of a motion, by a second run at a tenth of the tolerance. Internal to
-/// tiltrim.
+/// Global error of a motion, from a second run at a tenth of the tolerance. Internal to tiltrim.
 #pragma once
 
 #include "simulate/integrate.hpp"

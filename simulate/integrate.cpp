@@ -128,9 +128,8 @@ class Integration {
     if (result_.t.back() != t_) sample(t_, x_);
   }
 
-  // An event is located to the spacing of floating-point times; two events are distinct if they are
-  // at
-  // least sixteen spacings apart, and functions that cross within `instant` cross simultaneously.
+  // Events are located to the spacing of floating-point times and are distinct if at least sixteen
+  // spacings apart; functions that cross within `instant` cross simultaneously.
   double spacing() const {
     return 2 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_), h_);
   }
@@ -321,8 +320,7 @@ class Integration {
   }
 
   // After a start, an event or a break: each function about to change sign crosses at this time,
-  // one
-  // after the other, so that even the shortest bounce is detected.
+  // one after the other, so that even the shortest bounce is detected.
   void settle() {
     while (!finished_) {
       for (std::size_t i = 0; i < n_; ++i) trial_[i] = x_[i] + instant() * rates_[i];

@@ -41,8 +41,7 @@ struct Motion {
   Evaluate f;                            ///< their rates
   std::vector<EventFunction> watched{};  ///< the event functions
   Evaluate g{};                          ///< their values; required if `watched` is not empty
-  /// Times at which f or g has a kink or a jump, ascending; f and g have their right-hand values
-  /// there.
+  /// Ascending times at which f or g has a kink or a jump; there both have right-hand values.
   std::vector<double> breaks{};
   /// Called just after each event; may change the state, returns the mode from there on.
   /// Empty: events change nothing.
@@ -53,8 +52,7 @@ struct Motion {
 struct IntegrateOptions {
   /// On the error per step of each state, relative to the larger of the state and its nominal size.
   double tolerance = 1e-9;
-  double sample = 0.1;           ///< s between samples; 0: at steps; infinite: only at ends and
-                                 ///< events
+  double sample = 0.1;           ///< s; 0: at steps; infinite: only at ends and events
   double fixed_step = 0.0;       ///< s; disables error control, to measure the order; 0: controlled
   double longest_step = 0.5;     ///< s; two sign changes within a step are missed
   long max_steps = 2'000'000;    ///< attempted

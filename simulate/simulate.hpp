@@ -17,8 +17,7 @@ namespace tiltrim {
 
 /// `size` is added to an input or parameter from `from` to `to`.
 struct SignalChange {
-  std::string signal;                                               ///< name of the input or
-                                                                    ///< parameter
+  std::string signal;                                               ///< input or parameter
   double size = 0.0;                                                ///< in its unit
   double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< s
 };
@@ -90,8 +89,7 @@ struct ResponseOptions {
   TrimOptions trimming{};                 ///< for the start
 };
 
-/// An offset by state name as a vector. Throws std::invalid_argument for names that are not states
-/// and for a zero offset.
+/// An offset by state name as a vector. Throws std::invalid_argument for other names and if zero.
 Eigen::VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset);
 
 /// Linear and nonlinear motion of the model from an offset of states, by name, at a trim.

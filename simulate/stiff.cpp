@@ -53,8 +53,8 @@ class StiffIntegration {
   const IntegrateOptions& options_;
   std::size_t n_;
   double from_, to_;
-  double before_ = std::numeric_limits<double>::infinity();  // a step ends after the next break,
-                                                             // but sees only values before it
+  double before_ = std::numeric_limits<double>::infinity();  // steps end after the next break, but
+                                                             // see only values before it
   std::vector<double> z_, x_, g_;
   std::vector<char> above_;
   std::size_t sampled_ = 1;  // on the grid
