@@ -125,8 +125,7 @@ void optimize(const Optimization& problem) {
     optimizer.optimize(x, value);
   } catch (const std::invalid_argument&) {
     throw;
-  } catch (const std::exception&) {  // rounding, a forced stop: the caller's functions keep the
-                                     // best point
+  } catch (const std::exception&) {  // rounding, a forced stop: the caller has the best point
   }
   if (!calls.thrown) return;
   try {
