@@ -19,8 +19,7 @@ struct Place {
   const Model* loops = nullptr;           // the point's model with inputs, if margins are required
   std::vector<Eigen::Index> gains;        // variables of the model
   std::vector<Eigen::Index> uncertain;    // variables of the model
-  Eigen::VectorXd shares;                 // weight of each breakpoint of the schedule, summing to
-                                          // one
+  Eigen::VectorXd shares;                 // weight of each schedule breakpoint, summing to one
   std::optional<OperatingPoint> nearest;  // an equilibrium at other gains
 };
 
@@ -31,9 +30,8 @@ struct PlaceModes {
   OperatingPoint at;
   Eigen::MatrixXd A;
   Eigen::VectorXcd eigenvalues;
-  Eigen::MatrixXcd slopes;  ///< dλ/dvariable, [eigenvalue, variable], including the shift of the
-                            ///< trim
-  Eigen::VectorXd scores;   ///< [asked] for requirements on the whole system; otherwise NaN
+  Eigen::MatrixXcd slopes;       ///< dλ/dvariable, [eigenvalue, variable], with the trim's shift
+  Eigen::VectorXd scores;        ///< [asked] for requirements on the whole system; otherwise NaN
   Eigen::MatrixXd score_slopes;  ///< [asked, variable]
 
   bool valid() const { return eigenvalues.size() > 0; }

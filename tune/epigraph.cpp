@@ -13,8 +13,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// For two eigenvalues that coalesce, the mean m and D = ((λ₁ - λ₂)/2)² are smooth; λ₁ and λ₂ are
-// not.
+// For two eigenvalues that coalesce, the mean m and D = ((λ₁ - λ₂)/2)² remain smooth.
 struct Twin {
   Index first, second;
   Complex middle, D;
@@ -44,8 +43,7 @@ Twin twin_at(const PlaceModes& place, const Meeting& meeting, bool slopes) {
 }
 
 // Unknowns (y, t). Constraints, feasible if <= 0: for each place and eigenvalue the goal's, then
-// each
-// limit's, then those on the whole system. A pair is represented by its upper member; two
+// each limit's, then those on the whole system. A pair is represented by its upper member; two
 // eigenvalues that coalesce by their mean, with a constraint that on the real axis they stay a pair
 // (D < 0), and off it that they are equal (D = 0).
 struct Epigraph {

@@ -6,8 +6,7 @@
 
 namespace tiltrim {
 
-/// Converts a measure to a score and back: negated if smaller is better; a half-time becomes the
-/// decay rate.
+/// Converts a measure to a score and back: negated if smaller is better; half-time as decay rate.
 double score_of(Measure what, double value);
 double value_of(Measure what, double score);
 /// d(value)/d(score).

@@ -71,8 +71,7 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
   nominal.samples = 0;
   Candidates candidates(nominal, options.trimming);
   const std::vector<PlaceModes> here = candidates.at(gains, false);
-  const bool nowhere = !applies_nowhere(candidates, here).empty();  // requirements that are never
-                                                                    // met
+  const bool nowhere = !applies_nowhere(candidates, here).empty();  // never met
   Robustness result;
   double worst_score = std::numeric_limits<double>::infinity();
   constexpr long block = 256;

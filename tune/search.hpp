@@ -29,9 +29,8 @@ class Search {
     std::vector<PlaceModes> places;
     Merit merit;
   };
-  /// Evaluates and counts a candidate. The last one is cached, as solvers request the functions of
-  /// a
-  /// point one by one. Throws EndSearch when the budget or time is used up or a stop is requested.
+  /// Evaluates and counts a candidate. The last one is cached, as solvers call a point's functions
+  /// separately. Throws EndSearch when the budget or time is used up or a stop is requested.
   const Seen& evaluate(const Eigen::VectorXd& y, bool slopes);
 
   const TuneProblem& problem;

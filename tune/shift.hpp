@@ -1,5 +1,4 @@
-/// Derivatives of eigenvalues with respect to parameters, with the shift of the trim. Internal to
-/// tune/.
+/// Derivatives of eigenvalues by parameters, with the shift of the trim. Internal to tune/.
 #pragma once
 
 #include <vector>

@@ -48,8 +48,7 @@ void go_on_without_slopes(Search& search) {
   if (search.best.merit.value() > before + settled) polish(search);
 }
 
-// From the best with one gain at its opposite bound, then from random points around it: other
-// basins.
+// From the best with one gain at its opposite bound, then from random points around it.
 void hop(Search& search) {
   constexpr double far = 0.3;  // relative to each gain's range
   std::mt19937_64 random(search.options.seed);

@@ -46,8 +46,7 @@ const std::vector<Measure>& measures();
 struct Requirement {
   Measure measure = Measure::damping;                       ///< what is measured
   double limit = std::numeric_limits<double>::quiet_NaN();  ///< minimum or maximum; or NaN
-  /// half_time: the mode's name. Margins and uses: the actuator; empty: the worst of those that
-  /// have an effect.
+  /// half_time: mode name. Margins and uses: actuator; empty: the worst of those with an effect.
   std::string of{};
   std::string figure{};  ///< name of the figure for Measure::figure
 };
@@ -76,11 +75,9 @@ struct TuneProblem {
   std::vector<double> schedule{};
   std::string schedule_over{};         ///< name of that parameter
   std::vector<Uncertain> uncertain{};  ///< empty: no uncertain parameters
-  bool corners = true;                 ///< evaluate each point at every corner of the uncertain
-                                       ///< parameters
-  int samples = 0;                ///< and at this many random samples between, the same at each
-                                  ///< point
-  std::uint64_t sample_seed = 1;  ///< of these samples
+  bool corners = true;                 ///< at every corner of the uncertain parameters
+  int samples = 0;                     ///< and at random samples between, the same for each point
+  std::uint64_t sample_seed = 1;       ///< of these samples
   /// Initial deviation of the closed loop from its trim (response_use), by state, in its unit.
   std::map<std::string, double> disturbance{};
   /// By name, for Measure::figure. Evaluated once per parameter set, at the first point.
@@ -174,10 +171,8 @@ struct Achieved {
 struct GainEffect {
   std::string name;                         ///< "gains.K_Lp", or "gains.K_Lp at eta = 30 deg"
   double value = 0.0;                       ///< SI
-  std::vector<double> slopes;               ///< [asked]: d(worst value)/d(ln gain) of the decisive
-                                            ///< place
-  double goal_less = 0.0, goal_more = 0.0;  ///< worst goal with new trims, for a gain 10 % less and
-                                            ///< more
+  std::vector<double> slopes;               ///< [asked]: d(worst value)/d(ln gain) where decisive
+  double goal_less = 0.0, goal_more = 0.0;  ///< worst goal, trimmed again, gain 10 % less and more
   bool limits_less = false, limits_more = false;  ///< all limits are met there
 };
 
