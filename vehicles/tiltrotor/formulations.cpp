@@ -161,8 +161,7 @@ TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, 
 namespace {
 
 // The closed loop at any nonzero speed. The command alone sets the speed: zero energy errors
-// already
-// imply speed and path, so neither is constrained a second time.
+// already imply speed and path, so neither is constrained a second time.
 TrimProblem body_axes_problem(const Vehicle& vehicle, const Command& command) {
   TrimProblem problem = closed_loop_problem(vehicle, command, Axes::body);
   problem.spec.bounds.erase("airspeed");

@@ -72,8 +72,7 @@ S speed_rate(const Flow<S>& air, const S& sin_gamma, const AircraftOf<P>& a) {
   return (air.thrust * air.phi.cos - drag(air)) / a.mass - a.gravity * sin_gamma;
 }
 
-// (2), second row:  γ' = (T sin φ + L - m g cos γ)/(m V); as printed, lift and thrust act
-// downwards.
+// (2), second row:  γ' = (T sin φ + L - m g cos γ)/(m V); as printed, lift and thrust act down.
 template <class S, class P>
 S path_rate(const Flow<S>& air, const S& V, const S& cos_gamma, const S& delta_e,
             const AircraftOf<P>& a, Equations equations) {
@@ -99,9 +98,8 @@ BodyAcceleration<S> body_acceleration(const Flow<S>& air, const S& u, const S& w
   return {X / a.mass - a.gravity * theta.sin - q * w, Z / a.mass + a.gravity * theta.cos + q * u};
 }
 
-// Airspeed and angle of attack from body velocities. At rest the angle of attack is undefined: it
-// is
-// taken as zero, without derivative.
+// Airspeed and angle of attack from body velocities. At rest the angle of attack is undefined:
+// it is taken as zero, without derivative.
 template <class S>
 struct Airspeed {
   S V, alpha;
@@ -162,7 +160,7 @@ EnergyErrors<S> energy_errors(const Sensed<S>& at, const S& V_rate, const Aircra
   return {speeding + at.sin_gamma_err, speeding - at.sin_gamma_err};
 }
 
-// Elevator (9), active when the cyclic fades out. V' does not depend on it, so it is explicit.
+// Elevator (9), with the share that the cyclic leaves. It does not affect V': nothing is implicit.
 template <class S, class P>
 S elevator_command(const Sensed<S>& at, const S& Le, const P& s, const GainsOf<P>& k) {
   return (1.0 - s) * (k.K_Lp * Le + k.K_Li * at.x2 + k.k_pe * at.theta + k.k_de * at.q);

@@ -13,9 +13,9 @@
 
 namespace tiltrim {
 
-/// The airframe's parameters; defaults are the reference aircraft (docs/model.md gives the source
-/// of
-/// each). Templated on its scalar for internal use; use Aircraft.
+/// The airframe's parameters; defaults are the reference aircraft (docs/model.md gives the
+/// sources).
+/// Templated on its scalar for internal use; use Aircraft.
 template <class S>
 struct AircraftOf {
   S mass = 4.0;                         ///< kg
@@ -38,8 +38,7 @@ struct AircraftOf {
   S CL_de = 0.23;                       ///< 1/rad
   S CM_q = -7.0;                        ///< per q chord/(2 W)
   S CM_de = -0.64;                      ///< 1/rad
-  S cyclic_off = std::numbers::pi / 3;  ///< rad, tilt at which pitch control passes from cyclic to
-                                        ///< elevator
+  S cyclic_off = std::numbers::pi / 3;  ///< rad, tilt of the handover from cyclic to elevator
   S cyclic_blend = 0.0;                 ///< rad, width of the handover; 0: a switch
 };
 using Aircraft = AircraftOf<double>;  ///< the airframe's parameters
@@ -130,8 +129,7 @@ struct VehicleAndCommand {
 };
 /// The inverse of closed_loop_parameters(); data that are not parameters are copied from `like`.
 VehicleAndCommand vehicle_from(const Vehicle& like, const Eigen::VectorXd& parameters);
-/// Names, units and nominal sizes of the parameters, in order: "aircraft.mass", ...; "gains.k_V",
-/// ...
+/// Names, units and nominal sizes of these, in order: "aircraft.mass", ...; "gains.k_V", ...
 Signals aircraft_signals();
 Signals gain_signals();  ///< of the gains
 /// The accepted range of a vehicle parameter.
