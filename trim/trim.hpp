@@ -59,7 +59,7 @@ constexpr bool is_equilibrium(TrimStatus status) { return status <= TrimStatus::
 /// A bound that the point lies on.
 struct ActiveLimit {
   std::string signal;  ///< its variable or output
-  bool upper = false;  ///< upper or lower
+  bool upper = false;  ///< true: upper bound, false: lower bound
   double value = 0.0;  ///< value of the bound
 };
 
@@ -103,7 +103,7 @@ struct TrimResult {
   std::string message;                     ///< empty when converged without remark
   std::string thrown;                      ///< message of the model's first exception, or empty
 
-  /// True for a verified equilibrium.
+  /// True if a verified equilibrium was found without remark.
   explicit operator bool() const { return status == TrimStatus::converged; }
 };
 
