@@ -259,7 +259,7 @@ std::map<std::string, Range> all_values(const Vehicle& vehicle,
   return values;
 }
 
-// V and gamma are states in wind axes, outputs in body axes.
+// The signal for V or gamma: a state in wind axes, an output in body axes.
 std::string signal_behind(const Model& model, const std::string& name) {
   if (find(model.states, name) >= 0) return name;
   return name == "V" ? "airspeed" : name == "gamma" ? "flight_path" : name;
