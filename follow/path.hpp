@@ -23,8 +23,7 @@ struct Path {
   Eigen::VectorXd z(const Eigen::VectorXd& y) const { return y.head(problem.n()); }
 };
 
-/// The spec with `parameter` added as the last free variable, and equal bounds on it dropped.
-/// Throws
+/// The spec with `parameter` as its last free variable, and equal bounds on it dropped. Throws
 /// std::invalid_argument if the model has no such variable, or if the trim already frees it.
 TrimSpec with_parameter(const Model& model, TrimSpec spec, const std::string& parameter);
 
