@@ -1,5 +1,4 @@
-// Verdicts over two gains by polynomials that are affine in each, and Routh's test with error
-// bounds.
+// Verdicts over two gains: polynomials affine in each gain, and Routh's test with error bounds.
 // Derivations and bounds: docs/linearize.md.                                  [32, 33, 34]
 #include <fmt/core.h>
 
