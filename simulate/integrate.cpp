@@ -245,9 +245,8 @@ class Integration {
     settle();
   }
 
-  // The event function that changes sign first within the step of length h, if any; the step is
-  // then
-  // cut to end just after it. Two sign changes of one function within a step are not detected.
+  // The event function that changes sign first within the step of length h, if any; the step is cut
+  // to end just after it. Two sign changes of one function within a step are not detected.
   std::optional<std::size_t> first_crossing(double& h) {
     std::optional<std::size_t> first;
     watch(t_ + h, next_);
