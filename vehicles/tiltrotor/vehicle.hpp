@@ -13,8 +13,7 @@
 
 namespace tiltrim {
 
-/// The airframe's parameters; defaults are the reference aircraft (docs/model.md gives the
-/// sources).
+/// The airframe's parameters; defaults are the reference aircraft (sources: docs/model.md).
 /// Templated on its scalar for internal use; use Aircraft.
 template <class S>
 struct AircraftOf {
