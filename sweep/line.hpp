@@ -46,8 +46,7 @@ struct LinePoints {
 /// Overwrites every number of `points`; their memory is reused.
 void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points);
 
-/// The eigenvalues of B in mode order and their confidences, 255 for certain; `between` as in
-/// link().
+/// The eigenvalues of B in mode order, confidences (255: certain); `between` as in link().
 struct Ordered {
   Eigenvalues modes;
   std::vector<std::uint8_t> confidence;
