@@ -120,9 +120,8 @@ struct SweepMap {
   std::vector<std::size_t> position(std::size_t point) const;
 };
 
-/// Writes the map to a file next to `file`, syncs and renames it, so that `file` is always
-/// complete.
-/// Equal maps give identical bytes. Throws std::runtime_error "path: reason" (disk full, ...).
+/// Writes the map to a file next to `file`, syncs and renames it: `file` is always complete. Equal
+/// maps give identical bytes. Throws std::runtime_error "path: reason" (full disk, no permission).
 void write_netcdf(const SweepMap& map, const std::filesystem::path& file);
 
 /// Reads a file of write_netcdf(); throws std::runtime_error "path: reason" for any other file.
