@@ -9,7 +9,7 @@ namespace tiltrim {
 
 namespace {
 
-// The slowest speed asked of the condition.
+// The lowest speed of the command over the axes.
 double slowest(const Command& command, const std::vector<SweepAxis>& axes) {
   double V = command.V;
   for (const SweepAxis& axis : axes)
@@ -25,7 +25,7 @@ bool moves_V(const std::vector<SweepAxis>& axes) {
   return false;
 }
 
-// In hover, which no axis leaves: without the bounds that hold for one set of gains alone.
+// Hover at every grid point: without bounds that hold for one set of gains only.
 TrimProblem problem_at_rest(const Vehicle& vehicle, const Command& command) {
   TrimProblem problem = closed_loop_problem(vehicle, command, Axes::body);
   problem.spec.bounds.erase("energy_integral");

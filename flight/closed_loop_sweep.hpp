@@ -1,5 +1,5 @@
 /// @file
-/// The tiltrotor's closed loop as it is swept.
+/// The tiltrotor's closed loop as a sweep request.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace tiltrim {
 
-/// The closed loop at a command, in axes that the slowest point of the grid can have. Throws
-/// std::invalid_argument where an axis moves V and passes rest.
+/// The closed loop at a command, in axes that are valid at the slowest grid point. Throws
+/// std::invalid_argument if an axis varies V through zero.
 [[nodiscard]] SweepRequest closed_loop_request(const Vehicle& vehicle, const std::string& name,
                                                const Command& command,
                                                const std::vector<SweepAxis>& axes);

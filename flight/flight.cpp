@@ -34,13 +34,14 @@ double limited(double value, const Range& range) {
   return std::clamp(value, range.lower, range.upper);
 }
 
-// An actuator with a rate limit is a lag that goes no faster; without one it follows at once.
+// A rate-limited actuator is a first-order lag with saturated rate; without a limit it follows at
+// once.
 double follow_rate(double target, double now, double rate, double lag) {
   return std::isinf(rate) ? 0.0 : std::clamp((target - now) / lag, -rate, rate);
 }
 
-// What an excess of a command over its limit takes from the rate of an integral that commands
-// `per_integral` of it.
+// Back-calculation: the rate by which an excess of a command over its limit discharges an integral
+// with gain `per_integral`.
 double unwound(double excess, double per_integral, double anti_windup) {
   return excess == 0 || per_integral == 0 ? 0.0 : excess / (per_integral * anti_windup);
 }
@@ -74,7 +75,7 @@ bool elevator_side(const Aircraft& aircraft, double eta) { return eta < aircraft
 
 namespace {
 
-// The commands, disturbed, the tilt, and the velocity through the air.
+// The disturbed commands, the tilt, and the velocity through the air.
 void set_command(const Flight& flight, double t, const FlightState& x, const Disturbance& added,
                  FlightPoint& at) {
   at.command = flight.schedule.command(t, x.height);
@@ -87,7 +88,7 @@ void set_command(const Flight& flight, double t, const FlightState& x, const Dis
   at.gamma = gamma;
 }
 
-// The wind, and its rate along the path, which takes from the speed through the air.
+// The wind and its rate along the path, which is subtracted from the rate of airspeed.
 struct WindOnPath {
   WindOnPath(const Wind& now, const SinCos<double>& flown)
       : wind(now), path(flown), against(wind.forward_rate * path.cos + wind.up_rate * path.sin) {}
@@ -104,8 +105,7 @@ void set_forces(const Flow<double>& air, const Aircraft& a, FlightPoint& at) {
   at.pitch_acceleration = pitch_acceleration(air, at.used.delta_e, a);
 }
 
-// Of the integrals, which do not wind up, and of the actuators; `within` limits is what they
-// follow.
+// Rates of the integrals, with anti-windup, and of the actuators, whose target is `within`.
 void set_controller_rates(const Flight& flight, const FlightState& x, const Actuators& within,
                           double s, const Gains& k, FlightPoint& at) {
   const double excess = flight.vehicle.aircraft.thrust_excess;
@@ -122,7 +122,7 @@ void set_controller_rates(const Flight& flight, const FlightState& x, const Actu
   rate.delta_e = follow_rate(within.delta_e, x.delta_e, fastest.delta_e, flight.lag);
 }
 
-// Of the airframe off the ground, and of the works.
+// Rates of the airframe off the ground, and of the works.
 void set_motion(const Flight& flight, const FlightState& x, const Flow<double>& air,
                 const BodyAcceleration<double>& body, const WindOnPath& on_path,
                 const SinCos<double>& pitch, FlightPoint& at) {
@@ -169,7 +169,7 @@ FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
   const Sensed<double> sensed{at.V, V_err, path.sin, sin_gamma_err, x.theta, x.q, x.x1, x.x2};
   const CoefficientsOf<double> C = coefficients(*flight.vehicle.polar, at.alpha);
 
-  // What the law asks for, what the limits leave, what has followed by now.
+  // The law's command, then its limits, then the actuators' lag.
   const RotorCommand<double> rotor = rotor_command(sensed, C.CD, s, a, k);
   Actuators within{};
   at.asked.theta0 = rotor.theta0 + added.theta0;
@@ -200,7 +200,7 @@ FlightPoint flight_point(const Flight& flight, const FlightMode& mode, double t,
 
 double bumpless_x2(const Flight& flight, const FlightMode& before, double t, const FlightState& x) {
   const FlightPoint now = flight_point(flight, before, t, x);
-  Flight behind = flight;  // its actuators where the law asks for them
+  Flight behind = flight;  // actuators follow at once
   behind.rates.a1s = behind.rates.delta_e = std::numeric_limits<double>::infinity();
   const FlightMode after{before.on_ground, !before.airplane};
   const auto with = [&](double x2) {
@@ -208,7 +208,7 @@ double bumpless_x2(const Flight& flight, const FlightMode& before, double t, con
     there.x2 = x2;
     return flight_point(behind, after, t, there);
   };
-  // What is asked for is affine in x2: from its values at two to the x2 that asks for `value`.
+  // The command is affine in x2: solve for the x2 that commands `value` from two evaluations.
   const auto actuator = after.airplane ? &Actuators::delta_e : &Actuators::a1s;
   const double none = with(0).asked.*actuator;
   const double per_x2 = with(1).asked.*actuator - none;
@@ -220,7 +220,7 @@ double bumpless_x2(const Flight& flight, const FlightMode& before, double t, con
   const Limits& limits = flight.vehicle.limits;
   const Range& range = after.airplane ? limits.delta_e : limits.a1s;
   const double lower = miss(range.lower), upper = miss(range.upper);
-  if (!(lower * upper < 0))  // beyond the limits
+  if (!(lower * upper < 0))  // no solution within the limits
     return x2_for(std::abs(lower) < std::abs(upper) ? range.lower : range.upper);
   std::uintmax_t steps = 60;
   const auto [from, to] =

@@ -1,4 +1,4 @@
-// A flight as NetCDF-4: built in memory and written by us, so that no half file is left.
+// A flight as NetCDF-4: built in memory and written at once, so no partial file is left.
 #include <fmt/core.h>
 #include <netcdf.h>
 #include <netcdf_mem.h>
@@ -15,7 +15,7 @@ namespace tiltrim {
 
 namespace {
 
-// As UDUNITS spells them.
+// Unit as UDUNITS spells it.
 std::string udunits(const std::string& unit) {
   static const std::map<std::string, std::string> spelt{
       {"m/s", "m s-1"}, {"rad/s", "rad s-1"}, {"degrees", "degree"}};

@@ -16,11 +16,11 @@ namespace tiltrim {
 namespace {
 
 using Values = std::array<double, flight_states>;
-constexpr double never = -1.0;     // the value of what is not watched just now
-constexpr double rounding = 1e-6;  // m: a level flight at the ground's height does not touch it
+constexpr double never = -1.0;     // value of an event function that does not apply at present
+constexpr double rounding = 1e-6;  // m: level flight at ground height is no contact
 
-// What a flight watches, in the order of watched(): each positive beyond. Zero counts as below: the
-// tilt of the hand-over is the cyclic's.
+// Event functions in the order of watched(): each is positive beyond its bound. Zero counts as
+// below: at the tilt of the handover the cyclic controls pitch.
 enum Watch : std::size_t {
   theta0_upper,
   theta0_lower,
@@ -142,7 +142,7 @@ FlightStatus status_of(const Trajectory& trajectory) {
       return FlightStatus::lost;
     case MotionStatus::not_finite:
       return FlightStatus::not_finite;
-    case MotionStatus::inaccurate:  // of simulate() alone
+    case MotionStatus::inaccurate:  // returned by simulate() only
     case MotionStatus::interrupted:
       return FlightStatus::interrupted;
     case MotionStatus::step_too_small:
@@ -153,8 +153,8 @@ FlightStatus status_of(const Trajectory& trajectory) {
   return FlightStatus::stuck;
 }
 
-// At rest a path has no direction, and the law's first thrust depends on it: it begins as
-// commanded, at next to no speed, whence the motion is unique.
+// At rest the path has no direction, and the law's first thrust depends on it: start along the
+// commanded path at negligible speed, from where the motion is unique.
 FlightState lifted(const Flight& flight, double t, FlightState x) {
   constexpr double barely = 1e-12;  // m/s
   const double alpha = x.theta - flight.schedule.command(t, x.height).gamma;
@@ -163,7 +163,7 @@ FlightState lifted(const Flight& flight, double t, FlightState x) {
   return x;
 }
 
-// Too fast or turned over before anything could cross these bounds.
+// Too fast or turned over initially, before an event function could cross zero.
 bool lost_at_once(const Motion& motion, double t, const std::vector<double>& x0, int number,
                   FlightResult& result) {
   std::vector<double> g(motion.watched.size());
@@ -313,7 +313,8 @@ FlightResult fly(const Flight& flight, const FlightStart& start, const FlyOption
   if (!options.global_error || !result.ended() || options.integrate.fixed_step > 0) return result;
   FlyOptions rougher = options;
   rougher.integrate.tolerance = rough_tolerance * options.integrate.tolerance;
-  // The longest step grows as the others do, or the two runs would agree where it alone decides.
+  // The longest step grows with the tolerance; otherwise the runs would agree where it alone limits
+  // the step.
   rougher.integrate.longest_step *= std::pow(rough_tolerance, 1.0 / 5);
   rougher.integrate.sample = std::numeric_limits<double>::infinity();
   const FlightResult rough = flown_once(flight, start, rougher);

@@ -1,6 +1,6 @@
 /// @file
-/// A flight of the closed loop: where it starts, what happens on the way, the flight as a table,
-/// and how far the linear model of its trim reaches.
+/// A flight of the closed loop: its initial state, its events, its time histories as a table, and
+/// the comparison of linear and nonlinear response.
 #pragma once
 
 #include <filesystem>
@@ -17,39 +17,39 @@
 
 namespace tiltrim {
 
-/// Where a flight begins.
+/// The initial state of a flight.
 struct FlightStart {
   FlightState state{};     ///< at the beginning
-  bool on_ground = false;  ///< held there, until its weight is carried
+  bool on_ground = false;  ///< held on the ground until thrust and lift carry the weight
 };
 /// At rest on the ground, body axes, level.
 FlightStart at_rest();
 
-/// How fly() goes about it.
+/// Options of fly().
 struct FlyOptions {
   double begins = 0.0;              ///< s, on the clock of schedule and weather
   double duration = 90.0;           ///< s
   IntegrateOptions integrate{};     ///< steps, samples, caps
-  double fastest = 60.0;            ///< m/s through the air: beyond it the flight is lost
-  double steepest = 3.0;            ///< rad of |theta|: the same
-  double sinks = 3.0, rolls = 3.0;  ///< m/s down, along: a landing has no more at the ground
-  double leans = 0.35;              ///< rad of |theta|: the same
-  /// Whether a second, rougher run says how far the end may be off (FlightColumn::error), for two
-  /// thirds more work.
+  double fastest = 60.0;            ///< m/s through the air: above it the flight is lost
+  double steepest = 3.0;            ///< rad, |theta| above which the flight is lost
+  double sinks = 3.0, rolls = 3.0;  ///< m/s vertically, horizontally: limits of a landing
+  double leans = 0.35;              ///< rad, limit of |theta| in a landing
+  /// Estimates the error at the end (FlightColumn::error) from a second run at a looser tolerance;
+  /// costs two thirds more.
   bool global_error = false;
 };
 
-/// Of the second run of FlyOptions::global_error, times the first one's.
+/// Tolerance of the second run of FlyOptions::global_error, relative to the first.
 inline constexpr double rough_tolerance = 10.0;
 
-/// What happens in flight.
+/// Kinds of events.
 enum class FlightEventKind {
-  limit_reached,   ///< an actuator comes to its limit
-  limit_left,      ///< and off it
-  hand_over,       ///< of the pitch between cyclic and elevator
-  lift_off,        ///< the ground carries no weight any more
+  limit_reached,   ///< an actuator reaches its limit
+  limit_left,      ///< an actuator leaves its limit
+  hand_over,       ///< pitch control passes between cyclic and elevator
+  lift_off,        ///< the ground no longer carries weight
   ground_contact,  ///< ends the flight
-  schedule_kink,   ///< a height at which the schedule changes its law
+  schedule_kink,   ///< a height at which the schedule is not smooth
   lost,            ///< too fast or turned over: ends the flight
 };
 std::string to_string(FlightEventKind kind);  ///< as JSON spells it
@@ -59,119 +59,119 @@ struct FlightEvent {
   FlightEventKind kind = FlightEventKind::limit_reached;  ///< what happens
   std::string what;                    ///< "theta0 upper", "elevator", "airspeed above 60 m/s"
   double t = 0.0;                      ///< s
-  FlightState before, after;           ///< the same unless a state is set anew
-  FlightMode mode_before, mode_after;  ///< on which side of the jumps
+  FlightState before, after;           ///< equal unless a state is reset
+  FlightMode mode_before, mode_after;  ///< the discrete states
 };
 
 /// How a flight ended.
 enum class FlightStatus {
-  flown,           ///< to the end of its time
+  flown,           ///< to the end of its duration
   landed,          ///< on the ground, softly: see FlyOptions
   ground_contact,  ///< on the ground otherwise
   lost,            ///< too fast or turned over
-  not_finite,      ///< a rate was not
-  stuck,           ///< step too small, steps or events used up: the message says which
+  not_finite,      ///< a rate was not finite
+  stuck,           ///< step too small, step or event limit reached: see the message
   interrupted,     ///< the caller asked to stop
 };
-inline constexpr std::size_t flight_statuses = 7;  ///< how many there are
+inline constexpr std::size_t flight_statuses = 7;  ///< number of enumerators
 std::string to_string(FlightStatus status);        ///< as JSON spells it
 
-/// An end of a flight.
+/// The final state of a flight.
 struct FlightEnd {
   double t = 0.0;       ///< s
   FlightState state{};  ///< there
   FlightMode mode{};    ///< there
 };
 
-/// What fly() answers.
+/// Result of fly().
 struct FlightResult {
   FlightStatus status = FlightStatus::flown;  ///< how it ended
-  std::string message;                        ///< where and why, if not in time
+  std::string message;                        ///< where and why, if the flight ended early
   std::vector<double> t;                      ///< s, of each sample
   std::vector<FlightState> states;            ///< at each
   std::vector<FlightMode> modes;              ///< at each
-  std::vector<FlightEvent> events;            ///< in their order
+  std::vector<FlightEvent> events;            ///< in order
   long steps = 0, evaluations = 0;            ///< of the integrator
 
-  /// Of a run at ten times the tolerance, if FlyOptions::global_error asks for one and it ends in
+  /// Of the run at the looser tolerance, if FlyOptions::global_error requests one and it ends in
   /// the same way.
   std::optional<FlightEnd> rough_end{};
 
-  /// By what the flight does: not because the integrator could not go on, or was stopped.
+  /// True if the flight itself ended, rather than the integrator failing or being stopped.
   bool ended() const {
     return status != FlightStatus::stuck && status != FlightStatus::not_finite &&
            status != FlightStatus::interrupted;
   }
 
-  /// To the end of its time.
+  /// True if the flight reached the end of its duration.
   explicit operator bool() const { return status == FlightStatus::flown; }
 };
 
-/// Throws std::invalid_argument for a vehicle without polar, with printed equations, limits or
-/// options that are not finite, a start below the ground, or without airspeed in wind axes.
+/// Throws std::invalid_argument for a vehicle without polar, printed equations, limits or options
+/// that are not finite, a start below the ground, and a start without airspeed in wind axes.
 [[nodiscard]] FlightResult fly(const Flight& flight, const FlightStart& start,
                                const FlyOptions& options = {});
 
-/// The flight as the integrator takes it, its mode as a number.
+/// The flight as a problem for the integrator, its discrete state as a number.
 Motion motion_of(const Flight& flight, const FlyOptions& options = {});
-int number_of(const FlightMode& mode);  ///< as motion_of() has it
+int number_of(const FlightMode& mode);  ///< as motion_of() numbers it
 FlightMode mode_of(int number);         ///< the mode of that number
-/// The side of the hand-over where the flight starts.
+/// The discrete state in which the flight starts.
 FlightMode mode_at(const Flight& flight, const FlightStart& start, double t = 0.0);
 
-/// The closed loop's trim at a command, as a state of a flight at a height.
+/// The closed loop's trim at a command, as the state of a flight at a height.
 struct TrimmedStart {
   TrimStatus status = TrimStatus::not_found;  ///< of the trim
-  std::string message;                        ///< why there is none
-  FlightStart start;                          ///< if there is one
+  std::string message;                        ///< why no trim was found
+  FlightStart start;                          ///< valid if a trim was found
 
-  /// There is one.
+  /// True if a trim was found.
   explicit operator bool() const { return is_equilibrium(status); }
 };
-/// Trims the closed loop there.
+/// Trims the closed loop at a command and height [m].
 [[nodiscard]] TrimmedStart trimmed_start(const Flight& flight, const Command& command,
                                          double height, const TrimOptions& options = {});
 
-/// All that fly() is given.
+/// The arguments of fly(), and how they came about.
 struct FlightPlan {
   Flight flight;                                    ///< its first argument
   FlyOptions options;                               ///< its third
   FlightStart start;                                ///< its second
-  TrimStatus start_status = TrimStatus::converged;  ///< of the trim that it starts from
+  TrimStatus start_status = TrimStatus::converged;  ///< of the trim at the start
   std::string message;      ///< why there is no trim to start from; else empty
   std::string start_words;  ///< "at rest on the ground", "from the trim at 15 m/s, 0°, tilt 0°"
   bool lands = false;       ///< the schedule ends on the ground
 };
 
-/// Puts states given by name into one: V, gamma, theta, q, energy_integral, distribution_integral
-/// (SI). V and gamma stay where they are not given, whatever becomes of theta.
+/// Sets the states given by name: V, gamma, theta, q, energy_integral, distribution_integral (SI).
+/// V and gamma keep their values unless given, whatever happens to theta.
 void put(const std::map<std::string, double>& states, Axes axes, FlightState& x);
 
-/// One number over time.
+/// One time history.
 struct FlightColumn {
   std::string name;            ///< "theta_deg"
   std::string unit;            ///< "degrees"
   std::string what;            ///< "pitch attitude"
   std::vector<double> values;  ///< one for each sample
-  /// Estimated of the last value; not a number where there is no estimate.
+  /// Estimated error of the last value; NaN if there is no estimate.
   double error = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Time, states, commands, controls, energy errors, forces and powers at every sample. Angles are
-/// in degrees, all else SI.
+/// in degrees, everything else is SI.
 struct FlightTable {
   std::vector<FlightColumn> columns;  ///< time first
-  /// How many samples.
+  /// Number of samples.
   std::size_t rows() const { return columns.empty() ? 0 : columns.front().values.size(); }
-  /// Throws std::invalid_argument with all names if there is none of this one.
+  /// Throws std::invalid_argument with all names if there is no such column.
   const std::vector<double>& operator[](const std::string& name) const;
 };
 /// The table of a flight.
 FlightTable flight_table(const Flight& flight, const FlightResult& flown);
 
-/// What stands in a file beside the table: attributes and events.
+/// The attributes and events that a file stores with the table.
 struct FlightNotes {
-  /// Something that happened.
+  /// An event.
   struct Event {
     double t = 0.0;          ///< s
     std::string kind, what;  ///< in words
@@ -179,17 +179,17 @@ struct FlightNotes {
   std::string title, study, program, status, message;  ///< attributes of these names
   std::vector<Event> events;                           ///< in their order
 };
-/// Of a flight.
+/// The notes of a flight.
 FlightNotes notes_of(const FlightResult& flown);
 
-/// NetCDF-4 with dimension `time`, and the events beside it; written whole or not at all. Throws
+/// Writes NetCDF-4 with dimension `time` and the events, completely or not at all. Throws
 /// std::runtime_error "path: why".
 void write_netcdf(const FlightTable& table, const FlightNotes& notes,
                   const std::filesystem::path& file);
 
-/// At the trim of a command that is held, in wind axes. `offset` by state name: V, gamma, theta, q,
-/// energy_integral, distribution_integral (SI). Throws std::invalid_argument for other names and an
-/// offset of nothing.
+/// Linear and nonlinear response from an offset to the trim of a constant command, in wind axes.
+/// `offset` by state name: V, gamma, theta, q, energy_integral, distribution_integral (SI). Throws
+/// std::invalid_argument for other names and for a zero offset.
 [[nodiscard]] Response response(const Flight& flight, const Command& command,
                                 const std::map<std::string, double>& offset,
                                 const ResponseOptions& options = {});

@@ -23,8 +23,8 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr int finer = 4;     // points of the check for each of the certificate's own
-constexpr int halvings = 5;  // of its grid, until it holds between its points
+constexpr int finer = 4;     // check points per grid point of the certificate
+constexpr int halvings = 5;  // of the grid, until the certificate holds between its points
 
 // ---- Frozen loops ------------------------------------------------------------------------------
 
@@ -34,7 +34,7 @@ Command command_at(double eta) {
   return command;
 }
 
-// An axis through the corridor's points at these tilts, scheduled gains moving with it.
+// An axis through the corridor's points at these tilts, with scheduled gains.
 SweepAxis axis_of(const Flight& flight, const std::vector<double>& tilts) {
   SweepAxis axis{"eta", {}};
   const auto column = [&](const std::string& name, const auto& value) {
@@ -128,17 +128,17 @@ std::vector<std::vector<double>> stretches_of(const Flight& flight, const TiltRa
   std::vector<std::vector<double>> stretches;
   for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
     const double share = (ends[k] - ends[k + 1]) / (o.from - o.to);
-    if (ends[k] - ends[k + 1] <= 3 * hair) continue;  // the hand-over itself, to rounding
+    if (ends[k] - ends[k + 1] <= 3 * hair) continue;  // the handover itself, to rounding
     stretches.push_back(between(ends[k], ends[k + 1], std::max(3, int(o.loops * share))));
   }
   return stretches;
 }
 
-// ---- What linear theory says -------------------------------------------------------------------
+// ---- Linear theory -----------------------------------------------------------------------------
 
 namespace {
 
-// AᵀP + PA = -I, written out over the entries of P.
+// AᵀP + PA = -I, written out for the entries of P.
 MatrixXd lyapunov(const MatrixXd& A) {
   const Index n = A.rows();
   MatrixXd sum = MatrixXd::Zero(n * n, n * n);
@@ -158,7 +158,7 @@ double largest(const MatrixXd& symmetric) {
   return dense::symmetric_eigenvalues(symmetric).maxCoeff();
 }
 
-// V' = eᵀ(AᵀP + PA + η' P')e with η' = -rate: the largest rate at which it falls at every point.
+// V' = eᵀ(AᵀP + PA + η' P')e with η' = -rate: the largest rate at which V falls at every point.
 SlowTilt certified(const std::vector<FrozenLoop>& coarse, const std::vector<FrozenLoop>& fine) {
   SlowTilt answer;
   answer.from = coarse.front().eta;
@@ -184,7 +184,7 @@ SlowTilt certified(const std::vector<FrozenLoop>& coarse, const std::vector<Froz
   double rate = std::numeric_limits<double>::infinity();
   for (const Point& p : points) {
     const std::optional<MatrixXd> root = dense::cholesky(p.falls);
-    double here = 0.0;  // between two frozen loops P itself does not fall
+    double here = 0.0;  // between two frozen loops the interpolated P need not decrease
     if (root) {
       const MatrixXd half = dense::solve_lower(*root, p.slope);
       const double worst = largest(dense::solve_lower(*root, half.transpose()));
@@ -205,11 +205,11 @@ SlowTilt certified(const std::vector<FrozenLoop>& coarse, const std::vector<Froz
 }
 }  // namespace
 
-// ‖Φ(t, s)‖ over the transition at a rate: products of exponentials over one frozen loop each.
+// ‖Φ(t, s)‖ over the transition at a rate: products of matrix exponentials, one per frozen loop.
 Growth growth(const std::vector<FrozenLoop>& loops, double rate) {
   Growth answer{rate, 1.0, 1.0};
   const Index n = loops.front().A.rows();
-  std::vector<MatrixXd> since;  // from each earlier point to here
+  std::vector<MatrixXd> since;  // from each earlier point to the current one
   for (std::size_t k = 0; k + 1 < loops.size(); ++k) {
     const double dt = (loops[k].eta - loops[k + 1].eta) / rate;
     const MatrixXd step = dense::exponential((loops[k].A + loops[k + 1].A) / 2 * dt);
@@ -231,7 +231,7 @@ SlowTilt slow_tilt(const Flight& flight, const std::vector<double>& tilts,
     std::string why;
     const auto fine = frozen_loops(
         flight, between(tilts.front(), tilts.back(), (nodes - 1) * finer + 1), options, why);
-    if (fine.empty()) break;  // no trim between two that have one
+    if (fine.empty()) break;  // no trim between two tilts that have one
     std::vector<FrozenLoop> coarse;
     for (std::size_t i = 0; i < fine.size(); i += finer) coarse.push_back(fine[i]);
     answer = certified(coarse, fine);

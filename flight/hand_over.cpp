@@ -24,9 +24,9 @@ namespace tiltrim {
 
 namespace {
 
-constexpr double beside = 1e-9;  // rad: how far from the hand-over its two sides are trimmed
+constexpr double beside = 1e-9;  // rad: distance of the two trims from the handover
 
-// Places along a line at which a function changes sign, between points that are close together.
+// Sign changes of a function, sampled on a fine grid.
 std::vector<double> sign_changes(const std::function<double(double)>& f, double from, double to) {
   constexpr int points = 2000;
   std::vector<double> found;
@@ -79,7 +79,7 @@ double seconds_to(const Schedule& schedule, const Place& place) {
   return seconds;
 }
 
-// The loop frozen on one side of the hand-over: the command held, the tilt a hair beside it.
+// The loop frozen on one side of the handover: constant command, tilt just off the handover.
 Flight frozen(const Flight& flight, const Command& command, bool airplane) {
   Flight still = flight;
   Command held_at = command;
@@ -115,7 +115,8 @@ HandOverSide side_of(const Flight& flight, const Command& command, bool airplane
   return side;
 }
 
-// On along the schedule from the trim in front, handed over: a tilt that lags is a hair behind.
+// Continues along the schedule from the trim before the handover; a lagging tilt starts just past
+// it.
 FlightResult flown_on(const Flight& flight, const HandOverCheck& check, double seconds) {
   Flight on = flight;
   on.axes = Axes::body;
@@ -136,7 +137,7 @@ bool settled(const Flight& flight, const FlightResult& flown, double steepest) {
   if (!flown && flown.status != FlightStatus::landed) return false;
   for (const FlightState& x : flown.states)
     if (std::abs(x.theta) > steepest) return false;
-  constexpr double speed = 0.5, angle = 0.1;  // m/s, rad: near the command at its end
+  constexpr double speed = 0.5, angle = 0.1;  // m/s, rad: near the final command
   const FlightPoint at =
       flight_point(flight, flown.modes.back(), flown.t.back(), flown.states.back());
   return std::abs(at.V - at.command.V) < speed && std::abs(at.gamma - at.command.gamma) < angle;

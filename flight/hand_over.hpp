@@ -1,5 +1,5 @@
 /// @file
-/// Before the flight: does the loop behind the hand-over take over what the loop in front leaves?
+/// Predicts, before simulating, whether the loop after the handover captures the state before it.
 #pragma once
 
 #include <complex>
@@ -12,54 +12,55 @@
 
 namespace tiltrim {
 
-/// The trim of the loop on one side of the hand-over.
+/// The trim of the loop on one side of the handover.
 struct HandOverSide {
-  bool airplane = false;                      ///< the side of the elevator
+  bool airplane = false;                      ///< the elevator controls pitch
   TrimStatus status = TrimStatus::not_found;  ///< of the trim
-  std::string message{};                      ///< why there is none
+  std::string message{};                      ///< why no trim was found
   FlightState state{};                        ///< of the trim
   Actuators inputs{};                         ///< of the trim
   double abscissa = 0.0;                      ///< largest Re λ of the frozen loop, 1/s
 };
 
-/// What becomes of a hand-over.
+/// Outcome of a handover.
 enum class HandOverVerdict {
-  settles,      ///< the loop behind brings the trim in front to its own
-  lost,         ///< it does not: the message says why
-  not_reached,  ///< it does not, but the loop in front is too slow to come to its own trim in the
-                ///< time the schedule gives it: where the flight will be is for flying to show
-  no_trim,      ///< there is none on one of the sides
-  blended,      ///< the hand-over is no switch: nothing jumps
-  never,        ///< the schedule does not come to it
+  settles,      ///< from the trim before it, the loop settles at the trim after it
+  lost,         ///< it does not settle: the message gives the reason
+  not_reached,  ///< it does not settle, but the loop before it is too slow to reach its own trim in
+                ///< the time the schedule allows: only simulation can tell
+  no_trim,      ///< one of the sides has no trim
+  blended,      ///< the controls are blended: nothing jumps
+  never,        ///< the schedule does not reach the handover
 };
 std::string to_string(HandOverVerdict verdict);  ///< as JSON spells it
 
-/// One place at which the pitch changes hands.
+/// One handover along the schedule.
 struct HandOverCheck {
-  HandOverVerdict verdict = HandOverVerdict::never;  ///< what becomes of it
-  std::string message{};           ///< the cause in words: which state, which jump, where
-  double t = 0.0, height = 0.0;    ///< where the schedule has it, s, m
-  Command command{};               ///< there
-  HandOverSide front{}, behind{};  ///< the trims of the loops
-  Actuators asked{};               ///< behind, of the state in front (bumpless: with x2 set anew)
-  double integral_jump = 0.0;  ///< K_Li x2 behind less in front, what the switch asks to be made up
-  FlightStatus ends = FlightStatus::flown;  ///< of the flight on from the trim in front
-  double ends_at = 0.0;                     ///< s after the hand-over
-  double seconds_there =
-      0.0;  ///< that the schedule takes to come here, were it flown to the letter
+  HandOverVerdict verdict = HandOverVerdict::never;  ///< its outcome
+  std::string message{};                             ///< the cause: which state, which jump, where
+  double t = 0.0, height = 0.0;                      ///< of the handover along the schedule, s, m
+  Command command{};                                 ///< the command there
+  HandOverSide front{}, behind{};                    ///< trims before and after the handover
+  Actuators asked{};  ///< by the law after it, in the state before it (bumpless: x2 reset)
+  double integral_jump =
+      0.0;  ///< K_Li x2 after minus before: what the switch leaves to the integral
+  FlightStatus ends =
+      FlightStatus::flown;     ///< of the flight that continues from the trim before it
+  double ends_at = 0.0;        ///< s after the handover
+  double seconds_there = 0.0;  ///< if the schedule is followed exactly, s
 };
 
-/// How check_hand_over() goes about it.
+/// Options of check_hand_over().
 struct HandOverOptions {
-  double seconds = 60.0;   ///< that it is flown on
-  double height = 120.0;   ///< of the schedule's end, m: where crossings are looked for, from 0
-  double duration = 90.0;  ///< s, the same over time
+  double seconds = 60.0;   ///< s of flight after the handover
+  double height = 120.0;   ///< m: the schedule is searched for handovers from 0 to here
+  double duration = 90.0;  ///< s, the same for a schedule over time
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of both sides
 };
 
-/// Every place along the schedule where it crosses the hand-over, in order; one with verdict never
-/// or blended if there is none. At each the loop is trimmed on both sides, and the schedule
-/// is flown on from the trim in front, in calm air.
+/// Every handover along the schedule, in order; a single one with verdict never or blended if the
+/// schedule has none. At each the loop is trimmed on both sides, and the flight continues along the
+/// schedule from the trim before the handover, in calm air.
 [[nodiscard]] std::vector<HandOverCheck> check_hand_over(const Flight& flight,
                                                          const HandOverOptions& options = {});
 

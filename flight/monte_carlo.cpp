@@ -27,7 +27,7 @@ std::mt19937_64 random_for(std::uint64_t seed, long number) {
   return std::mt19937_64(mixed);
 }
 
-// The scattered numbers of a flight, SI.
+// The scattered parameters of a flight, SI.
 std::vector<double> numbers_of(const MonteCarloTable& table, long number) {
   std::mt19937_64 random = random_for(table.seed, number);
   std::vector<double> numbers;
@@ -36,7 +36,7 @@ std::vector<double> numbers_of(const MonteCarloTable& table, long number) {
   return numbers;
 }
 
-// Sets the number of this name in a plan; false for what is none of the aircraft's or the gains'.
+// Sets the parameter of this name in a plan; false if it is no parameter of the aircraft or a gain.
 bool set_of_vehicle(Flight& flight, const std::string& name, double value) {
   const auto among = [&](const Signals& signals) { return std::size_t(find(signals, name)); };
   if (find(aircraft_signals(), name) >= 0) {
@@ -86,7 +86,7 @@ Outcome judged(const FlightPlan& plan, const MonteCarloTable& table, long number
   const double attitude = o.theta_most / table.theta_within;
   const double aims =
       std::max(std::abs(o.V_off) / table.V_within, std::abs(o.gamma_off) / table.gamma_within);
-  constexpr double early = 1e6;  // above any miss of a flight that ends in time
+  constexpr double early = 1e6;  // above any miss of a flight that reaches its end
   o.miss = whole ? std::max(attitude, plan.lands ? 0.0 : aims)
                  : early * (2 - o.t / plan.options.duration);
   if (std::isnan(o.miss)) o.miss = 2 * early;
@@ -98,7 +98,7 @@ bool worse(const Outcome& a, const Outcome& b) {
   return a.miss != b.miss ? a.miss > b.miss : a.number < b.number;
 }
 
-// What a block of flights leaves: counts, and the worst of it.
+// Result of a block of flights: counts and the worst flights.
 struct Tally {
   long flown = 0, good = 0;
   std::array<long, flight_statuses> ends{};
@@ -197,16 +197,16 @@ class Trials {
   const ScatteredFlights& flights_;
   const MonteCarloTable& table_;
   const MonteCarloOptions& options_;
-  const long block_;  // flights of one record
+  const long block_;  // flights per record
   std::mutex finishing_;
   Tally all_;
   std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
 
   bool stopped() const { return options_.stop.stop_requested(); }
 
-  // Counts and the worst are the same in whatever order blocks come.
+  // Counts and worst flights do not depend on the order in which blocks finish.
   void finish(std::uint64_t number, const Tally& tally, Log* log) {
-    if (tally.flown == 0) return;  // stopped
+    if (tally.flown == 0) return;  // interrupted
     const std::lock_guard one_at_a_time(finishing_);
     all_.add(tally);
     all_.keep(std::size_t(table_.worst));
@@ -219,7 +219,7 @@ class Trials {
     if (options_.observe) options_.observe(so_far());
   }
 
-  // A block whole, or nothing of it where the run is stopped.
+  // A complete block, or nothing of it if the run is interrupted.
   Tally flown(long number) const {
     Tally tally;
     for (long i = number * block_; i < std::min((number + 1) * block_, table_.flights); ++i) {

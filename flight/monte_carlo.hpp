@@ -1,5 +1,5 @@
 /// @file
-/// A flight again and again with scattered numbers.
+/// Monte Carlo simulation of a flight with scattered parameters.
 #pragma once
 
 #include <array>
@@ -17,73 +17,75 @@
 
 namespace tiltrim {
 
-/// [montecarlo]: the flight of [simulate] again and again.
+/// [montecarlo]: the flight of [simulate], repeated with scattered parameters.
 struct MonteCarloTable {
-  long flights = 1000;             ///< how many
-  std::uint64_t seed = 1;          ///< of all that is random
+  long flights = 1000;             ///< number of flights
+  std::uint64_t seed = 1;          ///< of all random numbers
   std::vector<Uncertain> scatter;  ///< uniform, SI; "aircraft.mass", "gains.K_Lp" (the same at all
                                    ///< tilts), "theta", "height", "gust_size" (of every gust)
-  int worst = 10;                  ///< flights kept and named
-  /// A flight is good if at its end |V - Vd| and |gamma - gamma_d| are at most these,
+  int worst = 10;                  ///< number of worst flights to keep
+  /// A flight is good if its final |V - Vd| and |gamma - gamma_d| and its largest |theta| are at
+  /// most
   double V_within = 0.2;       ///< m/s
   double gamma_within = 0.01;  ///< rad
-  double theta_within = 1.3;   ///< rad: |theta| on all the way
+  double theta_within = 1.3;   ///< rad
 };
 
-/// How one of the flights went.
+/// Outcome of one flight.
 struct Outcome {
   long number = 0;                            ///< from 0 on
   FlightStatus status = FlightStatus::flown;  ///< how it ended
-  bool good = false;                          ///< within all that [montecarlo] allows
+  bool good = false;                          ///< within the tolerances of [montecarlo]
   double t = 0.0, height = 0.0;               ///< at the end, s, m
-  double V_off = 0.0, gamma_off = 0.0;        ///< of the command there, m/s, rad
-  double theta_most = 0.0;                    ///< largest |theta| of the samples, rad
-  /// What it misses by: the largest of its figures over what is allowed; for a flight that ends
-  /// early above all of these, the earlier the more.
+  double V_off = 0.0, gamma_off = 0.0;        ///< deviation from the final command, m/s, rad
+  double theta_most = 0.0;                    ///< largest |theta| over the samples, rad
+  /// The largest ratio of a deviation to its tolerance; for a flight that ends early, larger than
+  /// any of these, and the larger the earlier it ends.
   double miss = 0.0;
 };
 
-/// What monte_carlo() answers.
+/// Result of monte_carlo().
 struct MonteCarlo {
-  long asked = 0, flown = 0;                 ///< flights
-  long good = 0;                             ///< of those flown
-  std::array<long, flight_statuses> ends{};  ///< [FlightStatus]
-  Proportion share;                          ///< of good ones
-  std::vector<std::string> names;            ///< of the scattered numbers, in the study's words
-  /// One of the worst.
+  long asked = 0, flown = 0;                 ///< numbers of flights
+  long good = 0;                             ///< of the flights flown
+  std::array<long, flight_statuses> ends{};  ///< count by FlightStatus
+  Proportion share;                          ///< of good flights, with its confidence interval
+  std::vector<std::string> names;            ///< of the scattered parameters, as in the study
+  /// One of the worst flights.
   struct Kept {
-    Outcome outcome;              ///< how it went
+    Outcome outcome;              ///< how it ended
     std::vector<double> numbers;  ///< in the study's units
   };
-  std::vector<Kept> worst;   ///< by falling miss
-  std::string message;       ///< why none was flown: no trim to start from; else empty
-  bool interrupted = false;  ///< fewer were flown than asked
+  std::vector<Kept> worst;   ///< by decreasing miss
+  std::string message;       ///< why no flight was possible: no trim to start from; else empty
+  bool interrupted = false;  ///< fewer flights than requested
 };
 
-/// How monte_carlo() goes about it.
+/// Options of monte_carlo().
 struct MonteCarloOptions {
-  int threads = 0;              ///< 0: as many as the machine has; the answer is the same for any
-  std::filesystem::path log{};  ///< from which a killed run goes on; empty: nowhere
+  int threads = 0;              ///< 0: one per processor; the result does not depend on it
+  std::filesystem::path log{};  ///< to resume an interrupted run; empty: none
   double checkpoint = 1.0;      ///< s between writes to it
   std::string identity{};       ///< of the work: study, program
-  std::stop_token stop{};       ///< asked between flights
-  std::function<void(const MonteCarlo& so_far)> observe{};  ///< from one thread at a time
+  std::stop_token stop{};       ///< checked between flights
+  std::function<void(const MonteCarlo& so_far)> observe{};  ///< called by one thread at a time
 };
 
-/// What is flown again and again.
+/// The flights of a Monte Carlo simulation.
 struct ScatteredFlights {
   FlightPlan nominal;              ///< without scatter
-  std::vector<GustTable> gusts{};  ///< its own, each with another seed in each flight
-  MonteCarloTable table{};         ///< what is scattered, how often
+  std::vector<GustTable> gusts{};  ///< each with a different seed in each flight
+  MonteCarloTable table{};         ///< what is scattered, and how often
 };
 
-/// Flight i depends on these and i alone: its scattered numbers are uniform, its turbulence has a
-/// seed of its own. All begin as the nominal one does. The log stays: who has the answer safe
-/// removes it. Throws std::runtime_error "path: why" for a log that cannot be used.
+/// Flight i depends only on `flights` and i: its scattered parameters are uniform, its turbulence
+/// has a seed of its own. All flights start from the nominal initial state. The log is kept: the
+/// caller removes it once the result is saved. Throws std::runtime_error "path: why" for a log that
+/// cannot be used.
 [[nodiscard]] MonteCarlo monte_carlo(const ScatteredFlights& flights,
                                      const MonteCarloOptions& options = {});
 
-/// Flight `number` of it, to be looked at. Throws std::invalid_argument if there is none.
+/// Flight `number` for inspection. Throws std::invalid_argument if there is no such flight.
 [[nodiscard]] FlightPlan flight_plan_of(const ScatteredFlights& flights, long number);
 
 }  // namespace tiltrim

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double radians = std::numbers::pi / 180;
 
-// Columns of the table between two times, by name.
+// Columns of the table over a time interval, by name.
 class Flown {
  public:
   explicit Flown(const FlightTable& table) : table_(table), t_(table["time"]) {}
@@ -38,7 +38,7 @@ class Flown {
   double largest(const char* name, double from, double to) const {
     return std::max(std::abs(least(name, from, to)), std::abs(most(name, from, to)));
   }
-  // When a height is first passed; the end if it is not.
+  // The first time at a height; the end if it is not reached.
   double passes(double height) const {
     for (std::size_t k = 0; k < t_.size(); ++k)
       if (table_["height"][k] >= height) return t_[k];
@@ -60,14 +60,14 @@ constexpr const char* schedule_over_height =
     "m "
     "for 60°; the paper's 25 s of vertical climb need another schedule or a later start of it";
 
-constexpr double climb_from = 5.0, climb_to = 25.0, whole = 90.0;  // s, as the paper has them
+constexpr double climb_from = 5.0, climb_to = 25.0, whole = 90.0;  // s, as in the paper
 
-// What the paper says of its flight, a figure after another, and what this one has of it.
+// The paper's statements about its flight, one per figure, with the same quantity of this flight.
 class Facts {
  public:
   explicit Facts(const FlightTable& table) : flown(table) {}
 
-  // `fact` fills in the flight's part, if it lasts for as long as that needs.
+  // `fact` fills in the flight's part if the flight lasts at least `needs` seconds.
   void say(const char* figure, const char* paper, double needs, const auto& fact) {
     PaperFact f{figure, paper, {}, false, {}};
     if (flown.comes_to(needs))

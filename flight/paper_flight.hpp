@@ -1,4 +1,4 @@
-/// What the paper's Figures 5-9 show, beside what a flight does.
+/// The paper's Figures 5-9 compared with a flight.
 #pragma once
 
 #include <string>
@@ -8,17 +8,17 @@
 
 namespace tiltrim {
 
-/// One thing that can be seen in the paper's figures [1].
+/// One feature of the paper's figures [1].
 struct PaperFact {
   std::string figure;   ///< "5", "9"
-  std::string paper;    ///< what the paper's figure shows
-  std::string flight;   ///< the same of this flight
+  std::string paper;    ///< the feature in the paper's figure
+  std::string flight;   ///< the same in this flight
   bool agrees = false;  ///< by the criterion that docs/simulate.md gives
-  std::string why;      ///< what differs and the likely reason; empty where they agree
+  std::string why;      ///< the difference and its likely cause; empty if they agree
 };
 
-/// For a flight along corridor (16) from the ground of 90 s; facts that a shorter or a lost flight
-/// does not come to say so.
+/// For a flight of 90 s along corridor (16) from the ground; a feature that a shorter or lost
+/// flight does not reach is reported as such.
 std::vector<PaperFact> paper_facts(const FlightTable& table);
 
 }  // namespace tiltrim

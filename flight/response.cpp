@@ -61,12 +61,12 @@ Response response(const Flight& flight, const Command& command,
       linearize(model, {x, VectorXd(), closed_loop_parameters(still.vehicle, command)});
   answer.message = linear.message;
   if (!linear) return answer;
-  // V_err and gamma_err are commanded less actual: the other sign.
+  // V_err and gamma_err are commanded minus actual: opposite sign.
   VectorXd sign = VectorXd::Ones(states);
   sign.head(2).setConstant(-1);
   const MatrixXd A = sign.asDiagonal() * linear.A * sign.asDiagonal();
   const auto moved_by = [&](const VectorXd& by) -> comparing::Nonlinear {
-    // Wind axes end there: of the offset that is asked for, fly() says so.
+    // Wind axes are singular there; fly() reports this for the requested offset.
     if (by != answer.offset && !(trim.start.state.along + by[0] > 0)) return {};
     FlyOptions flying;
     flying.duration = options.duration;

@@ -23,12 +23,12 @@ double smoothstep(double t) {
   return s * s * (3 - 2 * s);
 }
 
-// A monotone cubic, held beyond its ends; between two points a line.
+// A monotone cubic, constant beyond its ends; with two points a line.
 class Curve {
  public:
   Curve(std::vector<double> at, std::vector<double> values)
       : at_(at), first_(values.front()), last_(values.back()) {
-    constexpr std::size_t least = 4;  // points of a cubic
+    constexpr std::size_t least = 4;  // points needed for a cubic
     if (at.size() >= least)
       cubic_ = std::make_shared<const Cubic>(std::move(at), std::move(values));
     else
@@ -98,11 +98,11 @@ Schedule corridor_at_tilt_rate(const SteadyTilt& tilt) {
   const auto at = [tilt](double t, double) {
     const double eta = std::clamp(tilt.from - tilt.rate * (t - tilt.begins), tilt.to, tilt.from);
     Command command = corridor(corridor_height(eta));
-    command.eta = eta;  // to the last digit
+    command.eta = eta;  // exactly
     return command;
   };
   Schedule schedule{at, {}, {tilt.begins, tilt.ends()}};
-  // Where the speed of (16) begins to rise.
+  // When the speed of (16) begins to rise.
   const double rises = tilt.begins + (tilt.from - corridor(20.0).eta) / tilt.rate;
   if (rises > tilt.begins && rises < tilt.ends())
     schedule.kink_times.insert(schedule.kink_times.begin() + 1, rises);
@@ -118,7 +118,7 @@ Schedule reconversion(const Reconversion& times) {
     command.gamma = times.descent * smoothstep((t - turns) / times.turns);
     return command;
   };
-  // 20 m is where the speed's slope ends.
+  // The slope of the speed has a kink at 20 m.
   const double slowed = times.begins + (1 - 20.0 / top) * times.lasts;
   return {at, {}, {times.begins, slowed, ends, turns, turns + times.turns}};
 }

@@ -52,7 +52,7 @@ bool at_trim(const FlightPoint& at, const FlightState& x, const FrozenLoop& trim
          std::abs(x.theta - trim.trim.theta) < angle;
 }
 
-// The trim's attitude at a tilt, between two frozen loops.
+// The trim's attitude at a tilt, interpolated between frozen loops.
 double trim_theta(const std::vector<FrozenLoop>& loops, double eta) {
   const auto after = std::ranges::lower_bound(loops, eta, std::greater<>(), &FrozenLoop::eta);
   if (after == loops.begin()) return loops.front().trim.theta;
@@ -61,7 +61,7 @@ double trim_theta(const std::vector<FrozenLoop>& loops, double eta) {
   return std::lerp(a.trim.theta, b.trim.theta, (eta - a.eta) / (b.eta - a.eta));
 }
 
-// The first sample that is too far from the moving trims; the number of samples if none is.
+// The first sample too far from the moving trims; the number of samples if there is none.
 std::size_t strays(const Flight& flight, const FlightResult& flown,
                    const std::vector<FrozenLoop>& loops, const TiltRateOptions& options) {
   for (std::size_t k = 0; k < flown.t.size(); ++k) {
@@ -79,8 +79,8 @@ class Flights {
   Flights(const Flight& flight, const TiltRateOptions& options, TiltRateLimit& result)
       : flight_(flight), options_(options), result_(result), offsets_(offsets(options, 1.0)) {}
 
-  // Offsets that the loop frozen at the beginning does not bring back say nothing of the tilt's
-  // rate: they are halved until it does. False if it brings none back.
+  // Offsets from which the loop frozen at the first tilt does not recover are no test of the tilt
+  // rate: they are halved until it does. False if it never does.
   bool shrink_to_frozen() {
     constexpr int most = 10;
     for (int k = 0; k < most; ++k, result_.disturbance /= 2) {
@@ -93,11 +93,11 @@ class Flights {
     return false;
   }
 
-  // All disturbances at a rate; true if every flight comes to the trim at the end.
+  // Flies all disturbances at a rate; true if every flight settles at the final trim.
   bool hold(double rate) {
     std::vector<TiltFlight> flown(offsets_.size());
     in_parallel(flown.size(), [&](std::size_t k) { flown[k] = fly_with(rate, offsets_[k]); });
-    if (options_.stop.stop_requested()) return false;  // some were cut short
+    if (options_.stop.stop_requested()) return false;  // some flights were cut short
     bool all = true;
     for (const TiltFlight& f : flown) {
       result_.flights.push_back(f);
@@ -248,7 +248,7 @@ TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& optio
   TiltRateOptions asked = options;
   const Aircraft& aircraft = flight.vehicle.aircraft;
   if (!(aircraft.cyclic_blend > 0) && options.from == aircraft.cyclic_off)
-    asked.from -= hair;  // on the elevator's side of it
+    asked.from -= hair;  // on the elevator's side of the handover
   TiltRateLimit limit;
   with_threads(options.threads, [&] { limit = limit_of(flight, asked); });
   return limit;

@@ -28,10 +28,10 @@ GustAt one_minus_cosine(const GustTable& table) {
   };
 }
 
-// Waves a cos(ω t + φ) with a²/2 the spectrum's share of each band, bands of equal ratio.
+// Waves a cos(ω t + φ) with a²/2 the integral of the spectrum over each band, bands of equal ratio.
 GustAt dryden(const GustTable& table) {
   constexpr int waves = 60;
-  constexpr double slowest = 0.01, fastest = 30.0;  // wave numbers, over 1/length
+  constexpr double slowest = 0.01, fastest = 30.0;  // wave numbers times length
   struct Wave {
     double amplitude, frequency, phase;
   };
@@ -112,7 +112,7 @@ void sort(std::vector<double>& times) {
 
 }  // namespace
 
-// Along the flight σ² 2L/π 1/(1 + (LΩ)²), across it σ² L/π (1 + 3 (LΩ)²)/(1 + (LΩ)²)².
+// Longitudinal σ² 2L/π 1/(1 + (LΩ)²), lateral σ² L/π (1 + 3 (LΩ)²)/(1 + (LΩ)²)².
 double dryden_spectrum(double wave_number, double sigma, double length, bool across) {
   const double x = length * wave_number, below = 1 + x * x;
   return sigma * sigma * length / pi * (across ? (1 + 3 * x * x) / (below * below) : 2 / below);
