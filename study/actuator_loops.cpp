@@ -13,7 +13,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Where the condition's loops can be broken.
+// The actuators at which the condition's loops can be broken.
 std::vector<std::string> places_of(const Condition& condition) {
   if (!condition.user()) return actuators();
   std::vector<std::string> names;
@@ -55,7 +55,7 @@ LinearModel user_loops(const Answer& trimmed) {
   return linear;
 }
 
-// The closed loop's linear model with what is added behind the law as inputs, at the trim.
+// The closed loop linearized at the trim, with inputs added to the law's commands.
 LinearModel with_inputs(const Vehicle& vehicle, const Answer& trimmed) {
   if (trimmed.condition.user()) return user_loops(trimmed);
   const Axes axes = trimmed.condition.command()->V < body_axes_below ? Axes::body : Axes::wind;
@@ -68,7 +68,7 @@ struct Frequencies {
   double from, to;
 };
 
-// An eigenvalue that is zero as far as is known counts as fast as it may be.
+// An eigenvalue at zero within its error bound is taken at that bound.
 Frequencies frequencies(const Modes& modes, const LoopsOptions& options) {
   constexpr double decade = 10.0;
   double slowest = std::numeric_limits<double>::infinity(), fastest = 0.0;
@@ -85,7 +85,7 @@ Frequencies frequencies(const Modes& modes, const LoopsOptions& options) {
   return f;
 }
 
-// What is added at actuator j comes out behind it as 1 + c (sI - A)⁻¹ b + d.
+// An input at actuator j appears after it as 1 + c (sI - A)⁻¹ b + d.
 ActuatorLoop broken(const LinearModel& closed, Index j, const std::string& actuator) {
   const VectorXd b = closed.B.col(j);
   const Eigen::RowVectorXd c = closed.C.row(j);

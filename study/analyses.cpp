@@ -10,7 +10,7 @@ namespace tiltrim {
 
 namespace {
 
-// Trimmed with the bounds that the condition's starts are spread over, in the equations that are
+// Trimmed with the bounds that spread the condition's starting points, in the equations that are
 // followed.
 TrimResult started(const Vehicle& vehicle, const Condition& condition, const TrimProblem& problem,
                    const TrimOptions& trimming) {
@@ -21,7 +21,7 @@ TrimResult started(const Vehicle& vehicle, const Condition& condition, const Tri
   return trim(problem.model, spec, problem.guess, trimming);
 }
 
-// The slowest that a command asks for; of no meaning to the other formulations.
+// The lowest speed of a command; meaningless for the other formulations.
 double speed_of(const Condition& condition) {
   const Command* command = condition.command();
   return command ? command->V : 0.0;
@@ -69,7 +69,7 @@ BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Ke
   const bool found = answer.start.has_equilibrium();
   answer.branch = follow(problem.model, problem.spec, found ? start.point : problem.guess,
                          parameter.signal, to, options);
-  if (!found) {  // what trim() says of it, which asks the airframe alone too
+  if (!found) {  // as trim() explains it, which also tests the airframe alone
     const TrimResult said = tiltrim::answer(vehicle, condition, trimming).trim;
     start.status = said.status;
     start.message = said.message;
@@ -105,7 +105,7 @@ AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
   for (const char* name : {"V", "gamma", "eta"}) {
     const bool there = has_variable(p.model, name);
     const bool free = std::ranges::find(p.spec.free, name) != p.spec.free.end();
-    // In body axes the speed is held beside the command, which alone would move.
+    // In body axes the speed is a bounded output, tied to the command, which alone would vary.
     const bool tied = p.spec.bounds.contains("airspeed") && std::string(name) != "eta";
     if (there && !free && !tied) held.push_back(name);
   }
@@ -118,7 +118,7 @@ bool EnvelopeAnswer::answered() const {
       parts, [](const Envelope& e) { return e.status == EnvelopeStatus::interrupted; });
 }
 
-// Of a study with [model]: as it stands, over the two numbers.
+// Of a study with [model]: as it is, over the two variables.
 static EnvelopeAnswer user_envelope(const Condition& condition, const EnvelopeTable& table,
                                     const EnvelopeOptions& options) {
   const TrimProblem problem = user_problem(*condition.user());
@@ -137,7 +137,7 @@ EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
   if (!condition.command())
     throw std::invalid_argument(
         "an envelope is of the closed loop; expected formulation closed_loop");
-  // Clear of the switch, so that differences of slopes do not reach across.
+  // Far enough from the switch that finite differences do not cross it.
   constexpr double clear = 1e-6;
   const Aircraft& a = vehicle.aircraft;
   const bool over_tilt = table.over.signal == "eta";

@@ -16,7 +16,7 @@ struct Quantity {
   const char* key;
   const char* signal;
   Accepted accepted;
-  Range free = {};  // what "free" means: without bounds, the vehicle's limits hold
+  Range free = {};  // the range of "free": unbounded, the vehicle's limits apply
 };
 
 constexpr Accepted tilt{-10, 100, "degrees"};
@@ -60,7 +60,7 @@ constexpr std::array table_quantities{
     Coefficient{"k", &TableCondition::k, {0, largest}},
 };
 
-// The formulations that a condition of the tiltrotor may name, the first if it names none.
+// Formulations of a tiltrotor condition; the first is the default.
 const std::vector<std::string> formulations{"closed_loop", "airframe", "table"};
 
 std::vector<Key> condition_keys() {
@@ -87,7 +87,7 @@ static std::vector<std::string> keys_of(const std::string& formulation) {
   return keys;
 }
 
-// What to say of a key that belongs to another formulation.
+// Hints for keys that belong to another formulation.
 static std::map<std::string, std::string> keys_of_others() {
   std::map<std::string, std::string> others;
   for (const std::string& formulation : formulations)
@@ -125,7 +125,7 @@ static TableCondition read_coefficients(const Section& section) {
   return coefficients;
 }
 
-// A number fixes, [lower, upper] bounds, "free" frees.
+// A number fixes, [lower, upper] bounds, "free" leaves free.
 static Range read_value(const Section& section, const Entry& entry, const Quantity& quantity) {
   const Accepted& accepted = quantity.accepted;
   if (entry.kind == Entry::Kind::array) return section.range(entry, accepted);
@@ -150,7 +150,7 @@ static void check_angles(const Section& section, const AirframeCondition& condit
                    "alpha + gamma; expected one of them left out or free");
 }
 
-// Signals of the airframe by their SI names or, in degrees, by the keys of a condition.
+// Cost term: signals of the airframe by SI name or, in degrees, by the keys of a condition.
 static CostTerm read_effort(const Section& section) {
   section.allow_only({"signal", "scale", "reference"});
   std::vector<std::string> names;
@@ -203,7 +203,7 @@ static AirframeCondition read_airframe(const Section& section, const std::filesy
   check_angles(section, condition);
   check_speed(section, condition.values.at("V"), equations);
   if (condition.values.at("V").upper < body_axes_below)
-    for (const char* key : {"V_dot", "gamma_dot"})  // body axes, which have neither
+    for (const char* key : {"V_dot", "gamma_dot"})  // body axes have neither
       if (const Entry* entry = section.find(key))
         section.refuse(
             *entry, fmt::format("needs airspeed; expected V of at least {} m/s", body_axes_below));

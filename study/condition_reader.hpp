@@ -1,5 +1,4 @@
-/// Flight conditions of a study.
-/// Internal to study/.
+/// Reads the flight conditions of a study. Internal to study/.
 #pragma once
 
 #include <vector>
@@ -9,12 +8,12 @@
 
 namespace tiltrim::reading {
 
-/// The [[condition]] tables of a study, checked; throws StudyError.
+/// Reads and checks the [[condition]] tables of a study; throws StudyError.
 std::vector<Condition> read_conditions(const Entry& root, const std::filesystem::path& file,
                                        Equations equations,
                                        const std::shared_ptr<const UserModel>& own);
 
-/// The keys of a condition that the models know as variables.
+/// The keys of a condition that are variables of the models.
 std::vector<Key> condition_keys();
 
 }  // namespace tiltrim::reading

@@ -14,10 +14,10 @@ using Eigen::Index;
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double slowest_V = body_axes_below, fastest_V = 60.0;  // m/s, where V is looked for
+constexpr double slowest_V = body_axes_below, fastest_V = 60.0;  // m/s, range searched for V
 constexpr double most_thrust = 100.0;                            // over the weight
 
-// The airframe under the condition, with the pitch control that a tilt leaves: any law's freedom.
+// The bare airframe with the pitch control available at this tilt: the freedom of any control law.
 AirframeCondition alone(const Vehicle& vehicle, const Condition& condition, double eta) {
   if (const AirframeCondition* airframe = condition.airframe()) return *airframe;
   const Command& d = *condition.command();
@@ -33,8 +33,8 @@ bool held(const TrimProblem& p, const std::string& name) {
   return std::ranges::find(p.spec.free, name) == p.spec.free.end();
 }
 
-// At an equilibrium or not: what the wing carries is what thrust, weight and motion leave.
-//   m (V' sin γ + V γ' cos γ) = T sin(θ + η - a1s) + wing - m g
+// At any point: the wing carries what thrust, weight and acceleration leave.
+// m (V' sin γ + V γ' cos γ) = T sin(θ + η - a1s) + wing - m g
 VerticalForces forces(const Model& model, const TrimResult& at) {
   const auto value = [&](const char* name) { return value_of(at.point, variable(model, name)); };
   const double m = value("aircraft.mass"), g = value("aircraft.gravity");
@@ -47,7 +47,7 @@ VerticalForces forces(const Model& model, const TrimResult& at) {
 }
 
 std::string words(const VerticalForces& f) {
-  const double thrust = std::round(10 * f.thrust) / 10 + 0.0;  // no minus before a zero
+  const double thrust = std::round(10 * f.thrust) / 10 + 0.0;  // no minus sign before zero
   return fmt::format("thrust {:.1f} N up, weight {:.1f} N, the wing {:.1f} N {}", thrust, f.weight,
                      std::abs(f.wing), f.wing < 0 ? "down" : "up");
 }
@@ -66,7 +66,7 @@ Unit unit_of(const Model& model, const std::string& signal) {
   return {1.0, unit == "m/s" ? "m/s" : unit == "m" ? "m" : ""};
 }
 
-// The printed equations push lift and thrust down: their forces are nobody's.
+// The printed equations have lift and thrust point down: their forces are not physical.
 bool consistent(const Vehicle& vehicle) { return vehicle.equations == Equations::consistent; }
 
 std::string words(const Remedy& r, const Model& model, bool with_forces) {
@@ -78,8 +78,8 @@ std::string words(const Remedy& r, const Model& model, bool with_forces) {
   return text;
 }
 
-// With all the thrust there is, pointed up as far as pitch allows: what it lifts, and what its wake
-// presses down. Nothing where the wing helps, or nothing is missing.
+// At maximum thrust, directed up as far as pitch allows: its lift, and the download of its wake on
+// the wing. Empty if the wing helps, or if no force is missing.
 std::string at_full_thrust(const Model& model, const TrimSpec& spec, OperatingPoint point) {
   const auto bound = [&](const char* name) {
     const auto at = spec.bounds.find(name);
@@ -110,12 +110,12 @@ std::string at_full_thrust(const Model& model, const TrimSpec& spec, OperatingPo
       full, words(f), f.thrust + missing, std::max(0.0, f.thrust - f.weight));
 }
 
-// Tilts of the other pitch control have other inputs: asked separately.
+// Tilts with the other pitch control have other inputs and are searched separately.
 std::vector<Remedy> nearest_tilt(const Vehicle& vehicle, const Condition& condition,
                                  const TrimOptions& options) {
   const Aircraft& a = vehicle.aircraft;
   const double eta = condition.command()->eta, half = a.cyclic_blend / 2;
-  // From the hand-over on the cyclic is at work: the elevator's tilts end just below.
+  // From the handover on the cyclic is active: the elevator's range of tilts ends just below.
   constexpr double clear = 1e-4;
   const auto tilts = [](double lower, double upper) {
     return DecisionVariable{"eta", {std::max(lower, 0.0), std::min(upper, pi / 2)}};
@@ -170,7 +170,7 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
   const std::string full =
       with_forces ? at_full_thrust(model, p.spec, closest.point) : std::string();
   if (!full.empty()) e.words.push_back(full);
-  // Every way out; of what is none, only what a pilot or designer would try first.
+  // All remedies that work; of those that do not, only what a pilot or designer would try first.
   for (const Remedy& r : d.remedies)
     if (r.helps() && r.kind != RemedyKind::equation)
       e.words.push_back("alone it would take " + words(r, model, with_forces));

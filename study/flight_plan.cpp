@@ -52,7 +52,7 @@ Schedule schedule_of(const Study& study, const SimulateTable& table) {
   if (own.over_time) return over_time(commands);
   Schedule schedule = over_height(commands);
   if (!own.V.empty() && !own.gamma.empty() && !own.eta.empty()) return schedule;
-  // What the table leaves out is (16) itself with its kinks, not what lies between its values.
+  // Omitted columns are (16) itself with its kinks, not interpolated between the table's values.
   schedule.kink_heights.clear();
   std::ranges::set_union(commands.at, Schedule{}.kink_heights,
                          std::back_inserter(schedule.kink_heights));
@@ -68,7 +68,7 @@ Schedule schedule_of(const Study& study, const SimulateTable& table) {
 }
 
 std::string words(const Command& c) {
-  // Zero is added because what rounds to -0 would be printed so.
+  // Adding zero avoids printing -0.
   const auto degrees = [](double angle) {
     constexpr double finest = 1e-9;
     return std::round(angle * 180 / std::numbers::pi / finest) * finest + 0.0;

@@ -12,13 +12,13 @@ namespace tiltrim {
 
 namespace {
 
-constexpr double lost = 10.0;      // figures of flights that end early begin here
-constexpr double early = 90.0;     // and grow by this, the earlier they end
-constexpr double far_off = 100.0;  // no sample counts for more
+constexpr double lost = 10.0;      // figures of flights that end early start here
+constexpr double early = 90.0;     // and grow by up to this, the earlier the end
+constexpr double far_off = 100.0;  // cap for a single sample
 
 enum class Worth { missed, tracked };
 
-// The largest of what the end misses and the attitude on the way, each over what is allowed.
+// The largest ratio to its tolerance of the final deviations and of the attitude throughout.
 double missed(const FlightPlan& plan, const MonteCarloTable& allowed, const FlightResult& flown,
               const FlightPoint& end) {
   double theta = 0.0;
@@ -31,7 +31,7 @@ double missed(const FlightPlan& plan, const MonteCarloTable& allowed, const Flig
 
 // √(mean of ((V - Vd)/1 m/s)² + ((γ - γd)/0.1 rad)²)
 double tracked(const Flight& flight, const FlightResult& flown) {
-  constexpr double speed = 1.0, angle = 0.1;  // m/s, rad: what counts as one
+  constexpr double speed = 1.0, angle = 0.1;  // m/s, rad: scale of the errors
   double sum = 0.0;
   for (std::size_t k = 0; k < flown.t.size(); ++k) {
     const FlightPoint at = flight_point(flight, flown.modes[k], flown.t[k], flown.states[k]);
@@ -69,7 +69,7 @@ std::map<std::string, FigureOfMerit> flight_figures(const Study& study) {
         "schedule_eta_deg");
   plan.options.integrate.tolerance = std::max(plan.options.integrate.tolerance, 1e-7);
   plan.options.integrate.sample = std::max(plan.options.integrate.sample, 0.25);
-  constexpr long most_steps = 100'000;  // a candidate that is this stiff is none
+  constexpr long most_steps = 100'000;  // a candidate this stiff is rejected
   plan.options.integrate.max_steps = most_steps;
   const MonteCarloTable allowed = study.montecarlo.value_or(MonteCarloTable{});
   const auto of_flight = [plan, allowed](Worth worth) {

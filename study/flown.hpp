@@ -1,4 +1,4 @@
-/// Whole flights as something to be tuned for. Internal to study/.
+/// Figures of merit of whole flights, for tuning. Internal to study/.
 #pragma once
 
 #include "study/study.hpp"
@@ -6,10 +6,10 @@
 
 namespace tiltrim {
 
-/// What the study's flight is worth, with the aircraft and gains that a closed loop's parameters
-/// have: "flight", what it misses its aims by over what is allowed (10 to 100: it ends early), and
-/// "tracking", the root mean square of its errors, 1 m/s and 0.1 rad each one. Throws
-/// std::invalid_argument where the study's flight cannot begin.
+/// Figures of the study's flight with the aircraft parameters and gains of a closed loop: "flight",
+/// the largest ratio of a deviation to its tolerance (10 to 100 if it ends early), and "tracking",
+/// the root mean square of its errors relative to 1 m/s and 0.1 rad. Throws std::invalid_argument
+/// if the study's flight cannot start.
 std::map<std::string, FigureOfMerit> flight_figures(const Study& study);
 
 }  // namespace tiltrim

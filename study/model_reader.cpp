@@ -21,13 +21,13 @@ constexpr Accepted positive{1e-100, largest_number};
 constexpr std::string_view angle = "_deg";
 constexpr std::size_t most_signals = 1000;  // of each kind
 
-// What a [[condition]] has beside the model's own names.
+// Keys of a [[condition]] in addition to the model's own names.
 const std::vector<std::string>& condition_words() {
   static const std::vector<std::string> words{"name", "guess", "rates", "objective", "formulation"};
   return words;
 }
 
-// Refuses, at the key, what `check` throws.
+// Reports at the key what `check` throws.
 void checked(const Section& section, std::string_view key, const std::function<void()>& check) {
   try {
     check();
@@ -38,7 +38,7 @@ void checked(const Section& section, std::string_view key, const std::function<v
 
 // ---- [model] ----
 
-// A name that formulas and conditions can use, not used before.
+// A new name that formulas and conditions can use.
 std::string new_name(const Section& section, std::vector<std::string>& known) {
   section.require("name", "a name in quotes");
   const std::string name = section.text("name");
@@ -78,7 +78,7 @@ std::vector<Section> tables_of(const Section& section, const char* key) {
   return tables;
 }
 
-// A parameter's value: [model.values], where tuned numbers are put, comes before its own.
+// A parameter's value: [model.values], which holds tuned values, has precedence.
 double value_of(const Section& model, const Section& parameter) {
   parameter.require("name", "a name in quotes");
   const std::string name = parameter.text("name");
@@ -86,7 +86,7 @@ double value_of(const Section& model, const Section& parameter) {
   return values && values->find(name) ? values->number(name, any) : parameter.number("value", any);
 }
 
-// The names come first, so that any formula may use any of them.
+// Reads all names first, so that any formula may use any of them.
 void read_names(const Section& section, Formulas& model, std::vector<double>& values,
                 std::vector<std::string>& known) {
   section.require("state", "at least one [[model.state]] table");
@@ -160,7 +160,7 @@ std::vector<UserModel::Loop> read_loops(const Section& section, const Model& mod
   return loops;
 }
 
-// An angle has two keys, in rad and in degrees, unless its second name is another's first.
+// An angle has two keys, in rad and in degrees, unless the second name is already in use.
 std::vector<Key> keys_of(const Model& model) {
   std::vector<Key> keys;
   const auto add = [&](const Signals& signals) {
@@ -182,7 +182,7 @@ std::vector<Key> keys_of(const Model& model) {
 
 // ---- [[condition]] ----
 
-// A number fixes, [lower, upper] bounds, "free" frees.
+// A number fixes, [lower, upper] bounds, "free" leaves free.
 Range read_value(const Section& section, const Entry& entry, const Key& key) {
   const Accepted accepted = accepted_by(key);
   if (entry.kind == Entry::Kind::array) return section.range(entry, accepted);
@@ -208,7 +208,7 @@ void read_values(const Section& section, const std::vector<Key>& keys, UserCondi
   }
 }
 
-// A rate is held at a number; "free" lets it go; "implied" only verifies that it vanishes.
+// A number prescribes the rate; "free" leaves it free; "implied" only verifies that it vanishes.
 void read_rates(const Section& section, const Model& model, UserCondition& condition) {
   const std::optional<Section> rates = section.table("rates");
   if (!rates) return;
@@ -250,7 +250,7 @@ void read_objective(const Section& section, const Model& model, UserCondition& c
   }
 }
 
-// Inputs have no value of their own, unless they are there to break a loop at.
+// Inputs have no default value, except those that break a loop.
 void check_inputs(const Section& section, const UserModel& own, UserCondition& condition) {
   for (const Signal& s : own.model.inputs) {
     if (condition.values.contains(s.name)) continue;

@@ -1,5 +1,4 @@
-/// [model] of a study, and the conditions asked of it.
-/// Internal to study/.
+/// Reads [model] of a study and its conditions. Internal to study/.
 #pragma once
 
 #include <memory>

@@ -12,7 +12,7 @@ namespace {
 
 bool of_vehicle(const Key& key) { return key.name.find('.') != std::string::npos; }
 
-// Of the start and the weather.
+// Variables of the initial state and the weather.
 std::vector<Key> flight_keys() {
   return {study_key("theta_deg"),
           {"height", "height", "m", {height.lower, height.upper}},
@@ -29,7 +29,7 @@ Key scattered_key(const Section& section) {
   return keys[section.choice("key", names)];
 }
 
-// A gain at all tilts of the schedule.
+// Range of a parameter; of a gain over all tilts of the schedule.
 Range vehicle_range(const Study& study, const std::string& name) {
   const double own = own_value(study.vehicle, name);
   Range range{own, own};
@@ -42,7 +42,7 @@ Range vehicle_range(const Study& study, const std::string& name) {
   return range;
 }
 
-// Refuses to scatter what the flight has not.
+// Refuses a variable that the flight does not have.
 void check_scattered(const Section& section, const Key& key, const Study& study) {
   const Entry& entry = *section.find("key");
   const std::vector<GustTable>& gusts = study.simulate->gusts;

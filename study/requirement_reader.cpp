@@ -10,13 +10,13 @@ namespace {
 
 using std::filesystem::path;
 
-// A number in the file's own unit.
+// A number in the file's unit.
 double as_written(const Section& section, const char* key, const Accepted& accepted) {
   (void)section.number(key, accepted);
   return section.find(key)->number;
 }
 
-// Of a limit, in the measure's own unit.
+// Range of a limit, in the measure's unit.
 Accepted range_of(Measure measure) {
   switch (measure) {
     case Measure::decay:
@@ -59,7 +59,7 @@ std::string read_of(const Section& section, const Tuned& tuned, const Requiremen
   return tuned.actuators[section.choice("of", tuned.actuators)];
 }
 
-// A measure and what it is of; without a limit yet.
+// A measure and its subject, without a limit.
 Requirement read_measure(const Section& section, const Tuned& tuned, const TuneTable& tune) {
   section.require("measure", "what is measured in quotes, as \"damping\"");
   std::vector<std::string> names;
@@ -96,7 +96,7 @@ std::vector<Requirement> measures_with(const std::vector<std::string>& figures) 
   return all;
 }
 
-// The name alone is short for {measure = name}.
+// A name alone is short for {measure = name}.
 Requirement read_goal(const Section& section, const path& file, const Tuned& tuned,
                       const TuneTable& tune) {
   const Entry* goal = section.find("goal");

@@ -1,5 +1,4 @@
-/// What [tune] asks for: its goal, limits and front.
-/// Internal to study/.
+/// Reads the requirements of [tune]: goal, limits and front. Internal to study/.
 #pragma once
 
 #include <filesystem>
@@ -13,18 +12,18 @@
 
 namespace tiltrim::reading {
 
-// What may be tuned, and whose value each number has.
+// The variables of [tune].
 struct Tuned {
-  std::vector<Key> keys;      // of numbers that may be free or uncertain
-  std::string_view expected;  // what they are
+  std::vector<Key> keys;      // those that may be free or uncertain
+  std::string_view expected;  // description for messages
   std::function<double(const std::string& name)> own;
   std::vector<Key> disturbed;  // states
   std::vector<std::string> actuators;
-  std::vector<Requirement> measures;  // without limit
+  std::vector<Requirement> measures;  // without limits
   bool tiltrotor = true;
 };
 
-/// All measures, with these figures.
+/// All measures, with these figures of merit.
 std::vector<Requirement> measures_with(const std::vector<std::string>& figures);
 
 Requirement read_goal(const Section& section, const std::filesystem::path& file, const Tuned& tuned,
@@ -32,7 +31,7 @@ Requirement read_goal(const Section& section, const std::filesystem::path& file,
 Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTable& tune);
 TuneTable::Front read_front(const Section& section, const Tuned& tuned, const TuneTable& tune);
 
-/// `count` of points.
+/// The key `count`.
 std::size_t read_count(const Section& section, double most);
 
 }  // namespace tiltrim::reading

@@ -31,7 +31,7 @@ void Section::refuse(std::string_view key, std::string_view message) const {
   reading::refuse(file_, table_.place, fmt::format("{}{}: {}", prefix_, key, message));
 }
 
-// The commonest slip is an angle without its unit; then the spelling.
+// A hint: first a missing unit suffix of an angle, the commonest error; then the spelling.
 static std::string hint_for(const std::string& key, const std::vector<std::string>& keys) {
   const std::string in_degrees = key + "_deg";
   const bool unit_missing = std::ranges::find(keys, in_degrees) != keys.end();
@@ -74,7 +74,7 @@ static void hear_number(const std::string& path, const Accepted& a, bool whole) 
             .unit = std::string(a.unit)});
 }
 
-// `named` carries the key: the entry itself, or the array it stands in.
+// `named` has the key: the entry itself, or its array.
 double Section::accept(const Entry& entry, const Entry& named, const Accepted& accepted,
                        std::string_view expected) const {
   hear_number(prefix_ + named.key, accepted, false);
@@ -111,7 +111,7 @@ std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted
                              described(list), describe(accepted)));
   std::vector<double> values;
   for (const Entry& entry : list.entries) {
-    Entry named = entry;  // says which key it stands in
+    Entry named = entry;  // carries the key of the array
     named.key = list.key;
     (void)number(named, accepted);
     values.push_back(entry.number);

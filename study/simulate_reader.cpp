@@ -13,12 +13,12 @@ namespace tiltrim::reading {
 namespace {
 
 constexpr double longest = 1e5;            // s
-constexpr double shortest = 1e-4;          // s, between two changes; of a table over height, m
-constexpr double most_samples = 2e6;       // some 300 MB
+constexpr double shortest = 1e-4;          // s, between two changes; for a table over height, m
+constexpr double most_samples = 2e6;       // about 300 MB
 constexpr std::size_t most_places = 1000;  // of a schedule
 constexpr Accepted moment{0, longest, "s"};
 
-// A time that may be 0, but is otherwise long enough to tell its ends apart.
+// A duration that is 0 or long enough to separate its ends.
 void read_lasting(const Section& section, std::string_view key, double longest_one, double& value) {
   read_number(section, key, {0, longest_one, "s"}, value);
   if (value != 0 && value < shortest)
@@ -44,7 +44,7 @@ std::vector<double> read_at(const Section& section, bool over_time) {
   return at;
 }
 
-// One value for each place of the schedule, in SI; none where the corridor's own will do.
+// One value for each place of the schedule, in SI; empty if the corridor supplies it.
 std::vector<double> read_commands(const Section& section, const char* name,
                                   const ScheduleTable& schedule) {
   const char* things = schedule.over_time ? "times" : "heights";
@@ -95,7 +95,7 @@ bool holds(const SimulateTable& simulate) {
   return simulate.schedule.kind == ScheduleTable::Kind::hold;
 }
 
-// The condition whose command is the first, if it is one's.
+// The condition whose command comes first, if there is one.
 const Condition* start_of(const SimulateTable& simulate, const std::vector<Condition>& conditions) {
   const auto at = std::ranges::find(conditions, simulate.start, &Condition::name);
   if (at != conditions.end()) return &*at;
@@ -109,7 +109,7 @@ void check_condition(const Section& section, const Entry& entry, const Condition
                                       in_quotes(condition.name)));
 }
 
-// "ground", "trim" or a condition's name; empty where nothing is said.
+// "ground", "trim" or a condition's name; empty if not given.
 std::string read_start(const Section& section, const std::vector<Condition>& conditions) {
   const Entry* entry = section.find("start");
   if (!entry) return {};
@@ -184,7 +184,7 @@ void check_wind_axes(const Section& section, const SimulateTable& simulate,
                                        slow, body_axes_below));
 }
 
-// ---- the aircraft's actuators and its integrals ----
+// ---- actuators and anti-windup ----
 
 void read_rates(const Section& section, ActuatorRates& rates) {
   constexpr double least = 1e-6;
@@ -205,7 +205,7 @@ void read_law(const Section& section, SimulateTable& simulate) {
   read_number(section, "lag", {shortest, 1000, "s"}, simulate.lag);
 }
 
-// ---- what disturbs it ----
+// ---- disturbances ----
 
 DisturbanceTable read_disturbance(const Section& section) {
   section.allow_only({"kind", "on", "at", "size", "duration"});
@@ -267,7 +267,7 @@ GustTable read_gust(const Section& section) {
   return gust;
 }
 
-// ---- how it is computed ----
+// ---- integration ----
 
 template <class Table>
 void read_sampling(const Section& section, Table& simulate) {
@@ -281,7 +281,7 @@ void read_sampling(const Section& section, Table& simulate) {
                     simulate.duration, simulate.duration / simulate.sample, most_samples));
 }
 
-// ---- of a model of the user's own ----
+// ---- user-defined model ----
 
 std::vector<std::string> names_of(const std::vector<Key>& keys) {
   std::vector<std::string> all;
@@ -289,7 +289,7 @@ std::vector<std::string> names_of(const std::vector<Key>& keys) {
   return all;
 }
 
-// States by name, added to the trim.
+// Offsets of states by name, added to the trim.
 std::map<std::string, double> read_offset(const Section& section, const UserModel& own) {
   std::vector<Key> keys = own.keys;
   std::erase_if(keys, [&](const Key& key) { return find(own.model.states, key.signal) < 0; });

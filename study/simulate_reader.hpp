@@ -1,5 +1,4 @@
-/// [simulate] and [montecarlo]: which flight, through what weather, how often.
-/// Internal to study/.
+/// Reads [simulate] and [montecarlo]. Internal to study/.
 #pragma once
 
 #include <vector>
@@ -19,7 +18,7 @@ SimulateTable read_simulate(const Section& section, const std::vector<Condition>
 UserMotion read_user_motion(const Section& section, const UserModel& own,
                             const std::vector<Condition>& conditions);
 
-/// Reads [montecarlo] of a study whose vehicle, gains and [simulate] are read; throws StudyError.
+/// Reads [montecarlo] after the study's vehicle, gains and [simulate]; throws StudyError.
 MonteCarloTable read_montecarlo(const Section& section, const Study& study);
 
 }  // namespace tiltrim::reading

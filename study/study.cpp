@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_study = 1'000'000;  // bytes
 constexpr std::string_view default_polar = "naca8h12_re150k.csv";
 
-// Reads those of the numbers that the section has; `others` are allowed beside them, and `lists` of
-// them left for others to read.
+// Reads the numbers that the section contains; `others` are allowed too, and of the numbers those
+// in `lists` are left to other readers.
 static void read_numbers(const Section& section, const Signals& signals,
                          std::vector<std::string> others, const auto& value, bool lists = false) {
   const std::vector<Key> keys = number_keys(signals);
@@ -39,7 +39,7 @@ static void read_numbers(const Section& section, const Signals& signals,
       value(i) = section.number(*entry, accepted_by(keys[i]));
 }
 
-// Calls read(section) on the table [name] if there is one.
+// Calls read(section) on the table [name], if present.
 static void with_table(const Entry& root, const char* name, const fs::path& file,
                        const auto& read) {
   const Section top(file, root, "at the top level", "");
@@ -57,7 +57,7 @@ static void read_aircraft(const Section& section, Aircraft& aircraft, std::strin
   if (section.find("polar")) polar_name = section.text("polar");
 }
 
-// Tilts in schedule_eta_deg, and of each gain one value or one for each tilt.
+// Tilts in schedule_eta_deg, and for each gain one value or one per tilt.
 static GainSchedule read_schedule(const Section& section, const Gains& gains) {
   GainSchedule schedule;
   const Entry* tilts = section.find("schedule_eta_deg");
@@ -140,7 +140,7 @@ EnvelopeTable envelope_over(std::string_view angle) {
   return envelope;
 }
 
-// Of a study with [model]: two of its numbers, and the range of each under its own name.
+// Of a study with [model]: two of its variables, and the range of each under its name.
 static EnvelopeTable read_user_envelope(const Section& section, const std::vector<Key>& keys) {
   section.require("along", "a number of the model in quotes");
   section.require("over", "another number of the model in quotes");
@@ -177,7 +177,7 @@ static EnvelopeTable read_envelope(const Section& section) {
   return envelope;
 }
 
-// Throws std::runtime_error in the polar's own words.
+// Throws std::runtime_error with the polar's own message.
 static std::shared_ptr<const Polar> find_polar(const std::string& name, const fs::path& folder) {
   const fs::path shipped = data_directory();
   std::error_code ignored;
@@ -218,7 +218,7 @@ static void read_vehicle(const Section& top, const Entry& root, Study& study) {
   with_table(root, "limits", file, [&](const Section& s) { read_limits(s, vehicle.limits); });
 }
 
-// What a study with [model] has besides: everything that is not the tiltrotor's.
+// Reads the other tables of a study with [model].
 static void read_user_study(const Section& top, const Entry& root, Study& study) {
   const std::string others =
       "it is the tiltrotor's, and a study with [model] has numbers of its own";
@@ -329,8 +329,8 @@ Study load_study(const fs::path& file) { return parse_study(read_text(file, larg
 #define TILTRIM_INSTALL_DATA ""
 #endif
 
-// data/ beside the shared object that this code is part of, as a Python module; empty where it is
-// part of a program, whose data are not beside it.
+// data/ in the folder of the shared object that contains this code, for the Python module; empty
+// for a program, whose data are elsewhere.
 static fs::path data_beside_object() {
   Dl_info object{};
   void* map = nullptr;

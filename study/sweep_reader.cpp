@@ -13,10 +13,10 @@ namespace tiltrim::reading {
 
 namespace {
 
-constexpr double most_points = 2e7;      // of the whole grid: some 5 GB
-constexpr double most_of_an_axis = 1e6;  // its own points
+constexpr double most_points = 2e7;      // of the whole grid: about 5 GB
+constexpr double most_of_an_axis = 1e6;  // points of one axis
 
-// h [m] is not a number of the tiltrotor's: it sets the three of the corridor (16).
+// h [m] is no variable of the tiltrotor: it sets the three commands of the corridor (16).
 Key axis_key(const Section& section, const AxisKeys& keys) {
   const std::string name = section.text("key");
   if (keys.corridor && name == "h") return height_key();
@@ -39,7 +39,7 @@ std::size_t read_count(const Section& section) {
   return std::size_t(count);
 }
 
-// The column's values in its own unit. `count` is known for keys that move with another.
+// The column's values in its own unit. `count` is given for keys that vary along with another.
 std::vector<double> read_values(const Section& section, const Accepted& accepted,
                                 std::optional<std::size_t> count) {
   if (const Entry* list = section.find("values")) {
@@ -117,7 +117,7 @@ SweepAxis read_axis(const Section& section, const std::filesystem::path& file, c
   return axis;
 }
 
-// Every number is set by one axis, once.
+// Every variable is set by one axis, once.
 void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) {
   std::set<std::string> set;
   for (const SweepAxis& axis : axes)
@@ -129,7 +129,7 @@ void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) 
                                    column.name));
 }
 
-// [[sweep.axis]] or [[report.map.axis]]; `path` is what stands before "axis".
+// [[sweep.axis]] or [[report.map.axis]]; `path` is the part before "axis".
 SweepTable read_grid(const Section& section, const std::filesystem::path& file,
                      const AxisKeys& keys, const std::string& path) {
   const std::string tables = fmt::format("[[{}axis]]", path);
@@ -159,7 +159,7 @@ SweepTable read_grid(const Section& section, const std::filesystem::path& file,
   return sweep;
 }
 
-// Yes or no, where it is said.
+// A boolean, if present.
 std::optional<bool> read_shown(const Section& section, const char* key) {
   if (!section.find(key)) return {};
   return section.choice(key, {"show", "skip"}) == 0;

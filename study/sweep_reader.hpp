@@ -1,5 +1,4 @@
-/// [sweep] and its axes, and the grids of [report].
-/// Internal to study/.
+/// Reads [sweep], its axes, and the grids of [report]. Internal to study/.
 #pragma once
 
 #include "study/section.hpp"
@@ -7,11 +6,11 @@
 
 namespace tiltrim::reading {
 
-/// What the axes of a grid may name.
+/// What the axes of a grid may vary.
 struct AxisKeys {
   std::vector<Key> keys;
-  GainSchedule schedule;  ///< axes that move the tilt move scheduled gains with it
-  bool corridor = true;   ///< h stands for the corridor (16)
+  GainSchedule schedule;  ///< axes over tilt vary the scheduled gains
+  bool corridor = true;   ///< h sets the commands of the corridor (16)
   AxisKeys(const GainSchedule& gains) : keys(study_keys()), schedule(gains) {}
   AxisKeys(const std::shared_ptr<const UserModel>& own) : keys(own->keys), corridor(false) {}
 };
@@ -20,8 +19,7 @@ struct AxisKeys {
 SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
                       const AxisKeys& keys);
 
-/// Reads [report] of a study whose conditions are read; throws StudyError. A grid has one axis or
-/// two.
+/// Reads [report] after the study's conditions; throws StudyError. A grid has one or two axes.
 ReportTable read_report(const Section& section, const std::filesystem::path& file,
                         const AxisKeys& keys, const std::vector<Condition>& conditions);
 

@@ -1,7 +1,6 @@
-// toml++ states by assertion what a malformed file need not fulfil, "[é]" for one: asserting, it
-// aborts; assuming, as with NDEBUG under Clang, it is undefined; without either it goes on to
-// report the error. So its header alone is used, with assertions that do nothing, not its built
-// library.
+// Some malformed files, "[é]" for one, violate assertions of toml++: with assertions it aborts;
+// with NDEBUG under Clang the behaviour is undefined; without either it reports the error. Hence
+// the header-only version with empty assertions, not the compiled library.
 #undef NDEBUG
 #undef TOML_HEADER_ONLY
 #undef TOML_SHARED_LIB
@@ -23,9 +22,9 @@
 
 namespace tiltrim::reading {
 
-constexpr int deepest = 12;          // of arrays and tables; a study needs four
+constexpr int deepest = 12;         // arrays and tables; a study needs four
 constexpr int most_dots = 16;       // in a dotted key
-constexpr std::size_t widest = 60;  // of a quotation in a message
+constexpr std::size_t widest = 60;  // quotation in a message
 
 void refuse(const std::filesystem::path& file, Place place, std::string_view message) {
   throw StudyError(fmt::format("{}:{}:{}: {}", file.string(), place.line, place.column, message));
@@ -34,7 +33,8 @@ void refuse(const std::filesystem::path& file, Place place, std::string_view mes
 std::string in_quotes(std::string_view text) {
   std::string shown(text.substr(0, widest));
   if (shown.size() < text.size()) {
-    while (!shown.empty() && (shown.back() & 0xC0) == 0x80) shown.pop_back();  // whole UTF-8 only
+    while (!shown.empty() && (shown.back() & 0xC0) == 0x80)
+      shown.pop_back();  // complete UTF-8 only
     if (!shown.empty() && (shown.back() & 0x80)) shown.pop_back();
     shown += "...";
   }
@@ -68,7 +68,7 @@ std::string read_text(const std::filesystem::path& file, std::size_t limit) {
   errno = 0;
   std::ifstream in(file, std::ios::binary);
   if (!in) unreadable(std::generic_category().message(errno != 0 ? errno : ENOENT));
-  // Not the file's size but its bytes: pipes have no size.
+  // Limits the bytes read, not the file size: pipes have none.
   std::string text(limit + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (in.bad()) unreadable(std::generic_category().message(errno != 0 ? errno : EIO));
@@ -101,9 +101,9 @@ static std::size_t end_of_string(std::string_view text, std::size_t begin,
   return std::min(i + 1, text.size());
 }
 
-// Two things toml++ 3.3 does not survive. It takes the tree down by recursion but limits only how
-// deep values nest, not how many dots join keys. And its test for blanks has undefined behaviour
-// on letters like é, which it makes wherever neither a comment nor a string of one line stands.
+// Two inputs crash toml++ 3.3. It destroys the tree recursively but limits only the nesting of
+// values, not the dots in a key. And its test for blanks has undefined behaviour for characters
+// like é outside comments and single-line strings.
 static void check_characters(std::string_view text, const std::filesystem::path& file) {
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF", ends_key = "=,[]{}\n";
   int dots = 0;
@@ -126,14 +126,14 @@ static void check_characters(std::string_view text, const std::filesystem::path&
   }
 }
 
-// toml++ names a position; the line itself names the key.
+// toml++ reports a position; the line there contains the key.
 static std::string line_at(std::string_view text, Place place) {
   for (unsigned line = 1; line < place.line && !text.empty(); ++line)
     text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
   text = text.substr(0, text.find_first_of("\r\n"));
   const std::size_t first = text.find_first_not_of(" \t");
   std::string line(first == text.npos ? "" : text.substr(first));
-  const auto foreign = [](unsigned char c) { return c >= 0x80; };  // perhaps not even UTF-8
+  const auto foreign = [](unsigned char c) { return c >= 0x80; };  // possibly not UTF-8
   std::ranges::replace_if(line, foreign, '?');
   return line;
 }
@@ -174,7 +174,7 @@ static Entry convert(const toml::node& node, Place parent, int depth,
   return entry;
 }
 
-// The line on which the key of a repeated line stood before, in its table; 0 where it is not seen.
+// The line of the first occurrence of a repeated key in its table; 0 if it is not found.
 static unsigned first_given(std::string_view text, const Place& repeated) {
   const auto key_of = [&](unsigned number) {
     std::string line = line_at(text, {number, 1});

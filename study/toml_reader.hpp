@@ -1,5 +1,5 @@
-/// A TOML file as plain entries with positions, so that toml++ stays in one source.
-/// Internal to study/.
+/// A TOML file as plain entries with positions; keeps toml++ in one source file. Internal to
+/// study/.
 #pragma once
 
 #include <filesystem>
@@ -17,23 +17,23 @@ struct Place {
 struct Entry {
   enum class Kind { table, array, text, number, other };
   Kind kind = Kind::table;
-  std::string key;         ///< empty for the file itself and in arrays
+  std::string key;         ///< empty for the file itself and inside arrays
   Place key_place, place;  ///< of the key and of the value
   double number = 0.0;
-  std::string text;            ///< kind other: what it is, "a boolean"
-  std::vector<Entry> entries;  ///< of a table or array, in the file's order
+  std::string text;            ///< kind other: a description, "a boolean"
+  std::vector<Entry> entries;  ///< of a table or array, in file order
 };
 
-/// The first `limit` + 1 bytes of a file at most; throws StudyError if it cannot be read.
+/// At most the first `limit` + 1 bytes of a file; throws StudyError if it cannot be read.
 std::string read_text(const std::filesystem::path& file, std::size_t limit);
 
 /// Parses TOML; `file` names the text in messages. Throws StudyError.
 Entry parse_toml(std::string_view text, const std::filesystem::path& file);
 
-/// An entry's value as a message says it: "the text 'abc'", "an array", "-4".
+/// An entry's value for messages: "the text 'abc'", "an array", "-4".
 std::string describe(const Entry& entry);
 
-/// The text in quotes, cut where it is too long for a message.
+/// The text in quotes, truncated to the length of a message.
 std::string in_quotes(std::string_view text);
 
 /// Throws StudyError "file:line:column: message".

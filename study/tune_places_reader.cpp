@@ -24,7 +24,7 @@ std::string without_gains(const Condition& condition) {
                      formulation_of(condition));
 }
 
-// One of the names in the list `conditions`.
+// A condition named in the list `conditions`.
 const Condition& named_condition(const Section& section, const Entry& list, const Entry& entry,
                                  const std::vector<Condition>& conditions) {
   Entry named = entry;
@@ -109,7 +109,7 @@ void check_one_direction(const Section& section, const Entry& entry,
                                         values[i], values[i - 1]));
 }
 
-// Both ends exactly.
+// Both ends exact.
 std::vector<double> spaced_heights(const Section& section) {
   section.allow_only({"from", "to", "count"});
   const double from = section.number("from", any_height), to = section.number("to", any_height);

@@ -1,4 +1,4 @@
-/// [tune]: where it is to hold. Internal to study/.
+/// Reads the operating points of [tune]. Internal to study/.
 #pragma once
 
 #include <filesystem>

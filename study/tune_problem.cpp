@@ -19,7 +19,7 @@ const TuneTable& table_of(const Study& study) {
   return *study.tune;
 }
 
-// Conditions of the study, then points along corridor (16).
+// The study's conditions, then points along corridor (16).
 std::vector<Condition> conditions_of(const Study& study) {
   const TuneTable& table = table_of(study);
   std::vector<Condition> all;
@@ -34,7 +34,7 @@ std::vector<Condition> conditions_of(const Study& study) {
   return all;
 }
 
-// The closed loop's states are errors, commanded less actual.
+// The closed loop's states are errors, commanded minus actual.
 std::map<std::string, double> state_of(const std::map<std::string, double>& disturbance) {
   std::map<std::string, double> state;
   for (const auto& [name, value] : disturbance) {
@@ -47,7 +47,7 @@ std::map<std::string, double> state_of(const std::map<std::string, double>& dist
   return state;
 }
 
-// What the study has for the numbers that are free, at each tilt of the schedule.
+// The study's values of the free variables, at each tilt of the schedule.
 Eigen::VectorXd own_numbers(const Study& study) {
   const TuneTable& table = table_of(study);
   const std::vector<double> tilts =
@@ -70,8 +70,8 @@ Eigen::VectorXd own_numbers(const Study& study) {
   return Eigen::Map<const Eigen::VectorXd>(numbers.data(), std::ssize(numbers));
 }
 
-// The model of the user's own with nothing but its loops' inputs, the others held where the
-// condition holds them; named as margins look for them.
+// The user-defined model with its loops' inputs only; the others are held at the condition's
+// values. Named as margins expect them.
 Model broken(const UserModel& own, const SweepRequest& request) {
   Model loops = own.model;
   loops.inputs.clear();
@@ -109,7 +109,7 @@ bool is_margin(const Requirement& r) {
   return r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
 }
 
-// Of a model of the user's own.
+// Adds the operating points of a user-defined model.
 void add_own(const Study& study, TuneProblem& problem) {
   const TuneTable& table = table_of(study);
   problem.disturbance = table.disturbance;
@@ -123,7 +123,7 @@ void add_own(const Study& study, TuneProblem& problem) {
     problem.loops.push_back(broken(*study.user_model, r));
 }
 
-// Of the tiltrotor.
+// Adds those of the tiltrotor.
 void add_tiltrotor(const Study& study, TuneProblem& problem) {
   const TuneTable& table = table_of(study);
   problem.disturbance = state_of(table.disturbance);

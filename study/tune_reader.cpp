@@ -21,9 +21,9 @@ void read_name(const Section& section, const char* key, const std::vector<std::s
   if (section.find(key)) value = names[section.choice(key, names)];
 }
 
-// ---- what is free and what is uncertain ----
+// ---- free and uncertain variables ----
 
-// A number of the vehicle: those of a condition are its own at each operating point.
+// A parameter of the vehicle: variables of a condition differ between operating points.
 Key tuned_key(const Section& section, const Tuned& tuned) {
   section.require("key", tuned.tiltrotor
                              ? "a number in quotes, as \"gains.K_Lp\" or \"aircraft.mass\""
@@ -42,7 +42,7 @@ Key tuned_key(const Section& section, const Tuned& tuned) {
                              name, tuned.expected));
 }
 
-// From `from` to `to`, in SI.
+// Range from `from` to `to`, in SI.
 Range read_ends(const Section& section, const Key& key) {
   const Range ends{section.number("from", accepted_by(key)),
                    section.number("to", accepted_by(key))};
@@ -75,7 +75,7 @@ FreeGain read_gain(const Section& section, const Tuned& tuned,
   return {key.signal, ends.lower, ends.upper, logarithmic};
 }
 
-// Of the study's own value to either side, in SI.
+// Range of `percent` about the study's value, in SI.
 Range read_percent(const Section& section, const Key& key,
                    const std::function<double(const std::string& name)>& own_value) {
   for (const char* other : {"from", "to"})
@@ -112,7 +112,7 @@ Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Tu
   return {key.signal, ends.lower, ends.upper};
 }
 
-// Between which values a number is tried.
+// The range over which a variable is varied.
 Range reach_of(const std::string& name, const TuneTable& tune, const Tuned& tuned) {
   for (const FreeGain& gain : tune.gains)
     if (gain.name == name) return {gain.lower, gain.upper};
@@ -122,7 +122,7 @@ Range reach_of(const std::string& name, const TuneTable& tune, const Tuned& tune
   return {own, own};
 }
 
-// Refused where the first of the names is moved.
+// Refuses at the first of the names that is varied.
 [[noreturn]] void refuse_divisor(const Section& section, const std::vector<std::string>& lists,
                                  const std::vector<std::string>& names, std::string_view divisor) {
   for (const std::string& list : lists)
@@ -164,7 +164,7 @@ void read_disturbance(const Section& section, const std::vector<Key>& keys,
       disturbance[key.signal] = section.number(key.name, accepted_by(key));
 }
 
-// ---- how it is searched ----
+// ---- search options ----
 
 void read_search(const Section& section, TuneTable& tune) {
   std::vector<std::string> searches{"crs2", "isres", "esch", "direct", "mlsl", "multistart"};
@@ -178,7 +178,7 @@ void read_search(const Section& section, TuneTable& tune) {
   read_whole(section, "robustness", {0, 1e7}, tune.robustness);
 }
 
-// What is free, what disturbs, what is asked, how it is searched.
+// Free variables, disturbance, requirements and search options.
 void read_rest(const Section& section, const path& file, const Tuned& tuned, TuneTable& tune) {
   read_numbers(section, tuned, tune);
   if (const auto start = section.table("disturbance"))
@@ -190,14 +190,14 @@ void read_rest(const Section& section, const path& file, const Tuned& tuned, Tun
   read_search(section, tune);
 }
 
-// Numbers of the aircraft and gains.
+// Parameters of the aircraft and gains.
 std::vector<Key> vehicle_keys() {
   std::vector<Key> keys = study_keys();
   std::erase_if(keys, [](const Key& key) { return key.name.find('.') == std::string::npos; });
   return keys;
 }
 
-// Names of its own signals in these.
+// The keys of the model's signals among these.
 std::vector<Key> keys_in(const UserModel& own, const Signals& signals) {
   std::vector<Key> keys = own.keys;
   std::erase_if(keys, [&](const Key& key) { return find(signals, key.signal) < 0; });
@@ -220,7 +220,7 @@ Range read_reach(const Section& section, const Key& key,
   return section.find("percent") ? read_percent(section, key, own) : read_ends(section, key);
 }
 
-// By which the control law (13) divides, as in [gains].
+// The divisors of the control law (13), as in [gains].
 void check_divisors(const Section& section, const std::vector<std::string>& lists,
                     const std::function<Range(const std::string& name)>& reach) {
   const Range K_Lp = reach("gains.K_Lp"), K_Ep = reach("gains.K_Ep"),

@@ -1,5 +1,4 @@
-/// [tune]: what is free, where it is to hold and what is asked.
-/// Internal to study/.
+/// Reads [tune]: free variables, operating points and requirements. Internal to study/.
 #pragma once
 
 #include <functional>
@@ -11,23 +10,23 @@
 
 namespace tiltrim::reading {
 
-/// Reads [tune]; uncertain numbers may be shares of the vehicle's. Throws StudyError.
+/// Reads [tune]; uncertainties may be percentages of the vehicle's values. Throws StudyError.
 TuneTable read_tune(const Section& section, const std::filesystem::path& file,
                     const Vehicle& vehicle, const std::vector<Condition>& conditions);
 
-/// The same of a study with [model].
+/// The same for a study with [model].
 TuneTable read_user_tune(const Section& section, const std::filesystem::path& file,
                          const UserModel& own, const std::vector<Condition>& conditions);
 
-// What [[montecarlo.scatter]] has in common with [[tune.uncertain]]; names are the models' signals.
+// Shared by [[montecarlo.scatter]] and [[tune.uncertain]]; names are the models' signals.
 
-/// A number of the aircraft or the gains, SI.
+/// A parameter of the aircraft or a gain, SI.
 double own_value(Vehicle vehicle, const std::string& name);
-/// From `from` to `to`, or `percent` of the number's own value to either side; SI.
+/// From `from` to `to`, or `percent` of the nominal value to either side; SI.
 Range read_reach(const Section& section, const Key& key,
                  const std::function<double(const std::string& name)>& own);
-/// Refuses ends between which the control law (13) divides by zero, at the key that moves them in
-/// the tables of these lists; `reach` has the ends of each number.
+/// Refuses ranges in which the control law (13) divides by zero, at the key in the tables of these
+/// lists that varies the divisor; `reach` has the range of each variable.
 void check_divisors(const Section& section, const std::vector<std::string>& lists,
                     const std::function<Range(const std::string& name)>& reach);
 

@@ -1,5 +1,5 @@
 /// @file
-/// [model] of a study: equations of the user's own, in place of the tiltrotor's.
+/// [model] of a study: user-defined equations instead of the tiltrotor's.
 #pragma once
 
 #include <map>
@@ -13,18 +13,18 @@ namespace tiltrim {
 
 /// The model of a study that has [model].
 struct UserModel {
-  Model model;                 ///< of its formulas
+  Model model;                 ///< built from the formulas
   Eigen::VectorXd parameters;  ///< their values
-  /// Its states, inputs and parameters by name, and again with "_deg" where the unit is rad.
+  /// Its states, inputs and parameters by name, and with the suffix "_deg" if the unit is rad.
   std::vector<Key> keys;
 
-  /// Where margins break a loop: `input` is added to what the law commands, `output`.
+  /// A loop to break for margins: `input` is added to the law's command `output`.
   struct Loop {
-    std::string name;    ///< as margins call it
-    std::string input;   ///< of the model; zero in a condition that does not say otherwise
-    std::string output;  ///< of the model: the command ahead of that addition
+    std::string name;    ///< in the results
+    std::string input;   ///< of the model; zero unless a condition sets it
+    std::string output;  ///< of the model: the command before `input` is added
   };
-  std::vector<Loop> loops;  ///< empty: none to break
+  std::vector<Loop> loops;  ///< empty: no loops
 };
 
 /// [simulate] of a study with [model]: the motion from a condition's trim.
@@ -35,14 +35,14 @@ struct UserMotion {
   double tolerance = 1e-9;               ///< of each step, over nominal sizes
   std::map<std::string, double> offset;  ///< of states, added to the trim; the model's units
 
-  /// A change of an input or parameter for a time.
+  /// A temporary change of an input or parameter.
   struct Change {
-    std::string signal;    ///< which
-    bool doublet = false;  ///< `size` for `duration`, then its opposite for as long; else a step
+    std::string signal;           ///< which
+    bool doublet = false;         ///< `size` for `duration`, then -`size` for as long; else a step
     double at = 0.0, size = 0.0;  ///< s; the model's unit
-    double duration = 0.0;        ///< s; of a step 0: to the end
+    double duration = 0.0;        ///< s; for a step, 0: to the end
   };
-  std::vector<Change> changes;  ///< all together
+  std::vector<Change> changes;  ///< added up
 };
 
 }  // namespace tiltrim

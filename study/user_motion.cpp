@@ -19,7 +19,7 @@ const Condition& start_of(const Study& study, const UserMotion& asked) {
   return at == study.conditions.end() ? study.conditions.front() : *at;
 }
 
-// A doublet is a step, then its opposite for as long.
+// A doublet is a step, then the opposite step for as long.
 std::vector<SignalChange> changes_of(const UserMotion& asked) {
   constexpr double forever = std::numeric_limits<double>::infinity();
   std::vector<SignalChange> changes;

@@ -11,7 +11,7 @@ using Eigen::Index;
 
 namespace {
 
-// Where an unknown starts if nothing is said: within its bounds, or where it is.
+// Default start of an unknown: its own value, moved into its bounds.
 double between(const Range& range, double own) {
   if (std::isfinite(range.lower) && std::isfinite(range.upper))
     return 0.5 * (range.lower + range.upper);
