@@ -1,4 +1,4 @@
-// The equilibria that Table 1's conditions really have on the reference aircraft.
+// True equilibria of Table 1's conditions on the reference aircraft.
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -15,7 +15,7 @@ namespace {
 using std::numbers::pi;
 constexpr double degree = pi / 180.0;
 
-// Table 1 with its slips mended: the climb climbs, and the transition moves, at 6 m/s.
+// Table 1 with its slips corrected: the climb climbs, and the transition moves at 6 m/s.
 const Columns<Command>& conditions() {
   static const Columns<Command> all{Command{2.0, pi / 2, pi / 2}, Command{6.0, pi / 4, pi / 4},
                                     Command{15.0, 0.0, 0.0}};
@@ -59,7 +59,7 @@ std::string equation_in_words(const std::string& state) {
   return "the pitch equation q' = 0";
 }
 
-// What stops the trim: an equation or a limit without which there is an equilibrium.
+// Equations or limits, each of which alone prevents an equilibrium.
 std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& problem) {
   struct Wide {
     const char* input;
@@ -87,7 +87,7 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
   return stops;
 }
 
-// Without the pitch equation: what moment is left over, and what the elevator could do about it.
+// Without the pitch equation: the residual moment, and what the elevator can contribute.
 std::string moment_left(const Vehicle& vehicle, const TrimProblem& problem, const Command& c) {
   TrimSpec spec = problem.spec;
   spec.rates.erase("q");

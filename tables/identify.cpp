@@ -1,4 +1,4 @@
-// Ep and k behind the rows theta0 and a1s of Table 3: a minimax over six printed numbers.
+// Ep and k from the rows theta0 and a1s of Table 3: a minimax over six printed numbers.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace {
 
 using namespace minimax;
 
-// |theta0| = hypot(1 - k CD, k CL)/Ep,  |a1s| = atan(k CL/(1 - k CD)), from the middle of what the
-// printed digits allow, in units of the last.
+// |theta0| = hypot(1 - k CD, k CL)/Ep,  |a1s| = atan(k CL/(1 - k CD)), deviation from the centre of
+// the interval of the printed digits, in units of the last.
 Misses misses_at(const SixNumbers& numbers, double middle, const Pair& z, Slopes* slopes) {
   const auto& [Ep, k] = z;
   Misses misses;
@@ -54,7 +54,7 @@ void check_input(const SixNumbers& numbers, const IdentifyOptions& options) {
           fmt::format("identify: [{}, {}] is no range of positive numbers", r.lower, r.upper));
 }
 
-// What theta0 and a1s of one column allow: k = tan a/(CL + CD tan a), Ep = hypot(...)/theta0.
+// From theta0 and a1s of one column: k = tan a/(CL + CD tan a), Ep = hypot(...)/theta0.
 ColumnConstants constants_of(const SixNumbers& numbers, std::size_t i, Reading reading) {
   const double below = reading == Reading::truncated ? 0.0 : 0.5;
   const double CL = std::abs(numbers.CL[i]), CD = numbers.CD[i];

@@ -1,4 +1,4 @@
-// Minimax by NLopt: DIRECT over the box, then SLSQP on the form without kinks.
+// Minimax by NLopt: DIRECT over the box, then SLSQP on the smooth (epigraph) form.
 #include "tables/minimax.hpp"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// The form without kinks: min cost·(y, t) subject to |missᵢ| <= t, where z = origin + scale y.
+// Epigraph form: min cost·(y, t) subject to |missᵢ| <= t, where z = origin + scale y.
 struct LocalGoal {
   Search& search;
   const Box& box;
@@ -59,7 +59,7 @@ Pair natural_scale(Search& search, const Pair& z) {
   return scale;
 }
 
-// `direction` of the cost over Ep and k; with none of them the cost is t itself.
+// Minimizes `direction`·(Ep, k), or t if the direction is zero.
 void descend(Search& search, const Box& box, const Pair& from, const Pair& direction,
              double t_max) {
   const Index n = std::ssize(box.free);
@@ -133,14 +133,14 @@ void search_box(Search& search, const Box& box) {
   o.objective = [&](const VectorXd& v, VectorXd*) {
     Pair z = box.lower;
     for (Index j = 0; j < n; ++j) z[box.free[std::size_t(j)]] = v[j];
-    return std::log1p(largest(search.evaluate(z)));  // the misses span five decades
+    return std::log1p(largest(search.evaluate(z)));  // deviations span five decades
   };
   o.step_tolerance = 0.0;
   o.evaluations = 4000;
   optimize(o);
 }
 
-// Least worst miss in the box, from a start; repeated about the new point until it settles.
+// The minimax in the box, from a start; restarted at the new point until it converges.
 double least_miss(Search& search, const Box& box, const Pair& from) {
   constexpr int passes = 20;
   constexpr double settled = 1e-7;  // units
@@ -167,10 +167,10 @@ static double farthest(Search& search, const Box& box, const Pair& from, std::si
   return search.best()[j];
 }
 
-// SLSQP may stop on the way where two limits meet. A pair found beyond is where it starts again.
+// SLSQP may stop early where two constraints meet; a pair found further out restarts it.
 RangeEnd range_end(Search& search, const Box& box, const Pair& centre, std::size_t j, double side) {
   constexpr int passes = 50;
-  constexpr double beyond = 1e-4;  // of the range: where it is shown to have ended
+  constexpr double beyond = 1e-4;  // of the range: tested point past the end
   Pair from = centre;
   for (int pass = 0; pass < passes; ++pass) {
     const double end = farthest(search, box, from, j, side);

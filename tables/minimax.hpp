@@ -1,5 +1,5 @@
-/// Least largest miss of six functions of two numbers, and how far the numbers can move: NLopt
-/// behind a counter and a memory of our own. Internal to tables/.
+/// Minimax of six functions of two variables, and the range of each variable: NLopt with a count of
+/// evaluations and a record of the best pair. Internal to tables/.
 #pragma once
 
 #include <array>
@@ -12,18 +12,18 @@ namespace tiltrim::minimax {
 inline constexpr std::size_t pair_size = 2;
 using Pair = std::array<double, pair_size>;
 using Misses = std::array<double, 6>;
-using Slopes = std::array<Pair, 6>;  // of each miss along the pair
+using Slopes = std::array<Pair, 6>;  // of each deviation with respect to the pair
 
-/// A miss up to here leaves every printed digit as it is.
+/// A deviation up to here reproduces every printed digit.
 inline constexpr double half_unit = 0.5;
 inline constexpr double miss_noise = 1e-9;  // rounding of the six functions, units
 
-/// Thrown where the evaluations allowed are used up, or a search does not settle.
+/// Thrown if the allowed evaluations are used up, or a search does not converge.
 struct OutOfEvaluations {};
 
 double largest(const Misses& misses);
 
-/// The six functions, counted; keeps the best pair seen by a score of the caller's choice.
+/// Evaluates and counts the six functions; keeps the best pair by a score of the caller's choice.
 class Search {
  public:
   using Function = std::function<Misses(const Pair&, Slopes*)>;
@@ -32,7 +32,7 @@ class Search {
   Search(Function six, long max_evaluations) : six_(std::move(six)), max_(max_evaluations) {}
 
   Misses evaluate(const Pair& z, Slopes* slopes = nullptr);
-  /// Forgets the best pair and looks for another.
+  /// Discards the best pair and starts a new search.
   void seek(Score by);
 
   const Pair& best() const { return best_; }
@@ -48,7 +48,7 @@ class Search {
   long evaluations_ = 0;
 };
 
-/// A box of pairs; the members with room in it are free.
+/// A box of pairs; members with nonzero width are free.
 struct Box {
   Pair lower, upper;
   std::vector<std::size_t> free;
@@ -56,17 +56,17 @@ struct Box {
   Box(const Pair& low, const Pair& high);
 };
 
-/// Looks everywhere in the box for a small largest miss.
+/// Global search of the box for a small largest deviation.
 void search_box(Search& search, const Box& box);
 
-/// Least largest miss in the box, from a start; search.best() is where.
+/// The minimum of the largest deviation in the box, from a start; search.best() is its location.
 double least_miss(Search& search, const Box& box, const Pair& from);
 
-/// How far member j can move, to the side -1 or +1, among pairs that miss by no more than half a
+/// The end of member j's range, on the side -1 or +1, among pairs that deviate by at most half a
 /// unit.
 struct RangeEnd {
   double value;
-  bool shown;  ///< beyond it no pair was found; otherwise the box ends first
+  bool shown;  ///< no pair was found beyond it; otherwise the box ends first
 };
 RangeEnd range_end(Search& search, const Box& box, const Pair& centre, std::size_t j, double side);
 

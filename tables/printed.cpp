@@ -1,4 +1,4 @@
-// Tables as printed: reading them, and comparing digits.
+// Reading printed numbers and comparing digits.
 #include <fmt/core.h>
 
 #include <charconv>
@@ -140,7 +140,7 @@ std::string to_string(Agreement agreement) {
 }
 
 Cell compare(const Printed& published, std::optional<double> computed, std::string remark) {
-  constexpr double noise = 1e-9;  // units: a decimal is not exact in binary
+  constexpr double noise = 1e-9;  // units: decimals are not exact in binary
   Cell cell{published, computed, {}, Agreement::not_computed, std::move(remark)};
   if (!computed) return cell;
   cell.deviation = (*computed - published.value) / published.unit;

@@ -1,4 +1,4 @@
-/// Slips of the paper by where they stand. Internal to tables/.
+/// Slips of the paper by section. Internal to tables/.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@ struct Source {
   const CorrectedTable& free_pitch;
 };
 
-/// What (1) as printed leaves over at the signs of Table 3, column by column.
+/// Residuals of (1) as printed with the signs of Table 3, column by column.
 std::vector<Evidence> climb_from_body_axes(const Source& source);
 
 std::vector<Slip> in_airframe(const Source& source);     ///< (1)-(3)

@@ -25,7 +25,7 @@ struct Flight {
   double T, L, D;  // N
 };
 
-// (1) to the letter, q = 0.
+// (1) exactly as printed, q = 0.
 struct Acceleration {
   double u, w;  // m/s²
 };
@@ -38,7 +38,7 @@ Acceleration as_printed(const Flight& f) {
   return {X / paper.mass - g * std::sin(f.theta), Z / paper.mass + g * std::cos(f.theta)};
 }
 
-// The same with the second helping of gravity taken away.
+// The same without the second gravity term.
 Acceleration gravity_once(const Flight& f) {
   const Acceleration a = as_printed(f);
   return {a.u + paper.gravity * std::sin(f.theta), a.w - paper.gravity * std::cos(f.theta)};
@@ -84,11 +84,11 @@ Slip thrust_down() {
             near(hover, 2 * paper.gravity)}}};
 }
 
-// V' and V gamma' of (1) and of (2) under thrust alone.
+// V' and V gamma' of (1) and of (2) with thrust only.
 Slip thrust_angle(const Source& s) {
   const double alpha = s.published.alpha[1].value, eta = s.published.eta[1].value;
   const Acceleration a = gravity_once({0, alpha, eta, 0, weight, 0, 0});
-  const double u = a.u, w = a.w - paper.gravity;  // theta = 0: gravity acts along z alone
+  const double u = a.u, w = a.w - paper.gravity;  // theta = 0: gravity acts along z only
   const double from_body = (u * std::cos(alpha) + w * std::sin(alpha)) / paper.gravity;
   const double from_wind = std::cos(alpha + eta);
   return {

@@ -20,8 +20,8 @@ using Eigen::VectorXd;
 using std::numbers::pi;
 constexpr double rounding = 1e-9;  // of sums that vanish identically, relative
 
-// The law with γ̃ = γ - γd, the airframe as it is: f at (-γ_err, γd - 2 γ_err) has the same γ, and
-// the law sees the other sign.
+// The law with γ̃ = γ - γd and the airframe unchanged: f at (-γ_err, γd - 2 γ_err) has the same γ,
+// and the law sees the opposite sign.
 Model with_path_error_turned(const Model& loop) {
   const Index error = index_of(loop.states, "gamma_err", "state");
   const Index command = index_of(loop.parameters, "gamma", "parameter");
@@ -106,7 +106,7 @@ Slip cyclic_not_solved(const Source& s) {
   return slip;
 }
 
-// Points off equilibrium at which identities of the closed loop are tried.
+// Non-equilibrium points at which identities of the closed loop are tested.
 std::vector<OperatingPoint> trial_points(const Vehicle& vehicle) {
   std::vector<OperatingPoint> points;
   for (const Command& c :

@@ -1,4 +1,4 @@
-// Slips around the schedule (16), in the parameters, the text and the figures.
+// Slips in the schedule (16), the parameters, the text and the figures.
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace {
 using std::numbers::pi;
 
 Slip tilts_before(const Source& s) {
-  constexpr double take_off = 55.0;  // m, to which the text climbs vertically
+  constexpr double take_off = 55.0;  // m, height of the vertical climb in the text
   constexpr int panels = 550;
   const double off = s.vehicle.aircraft.cyclic_off;
   std::uintmax_t steps = 100;

@@ -115,7 +115,7 @@ Slip one_condition(const Source& s) {
   return slip;
 }
 
-// (15), rows 1, 2 at a column's own gamma, phi = -a1s as printed; L up or down.
+// (15), rows 1 and 2, at the column's gamma, phi = -a1s as printed; L up or down.
 struct Own {
   double k, thrust;  // ½ρ(V + vi)²S/(m g), Ep θ0
 };

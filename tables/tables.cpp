@@ -1,4 +1,4 @@
-// Tables 1-3 beside what follows from the paper's own equations.
+// Tables 1-3 compared with the paper's own equations.
 #include "tables/tables.hpp"
 
 #include <fmt/core.h>
@@ -12,9 +12,9 @@ namespace {
 
 using std::numbers::pi;
 constexpr double half_turn = pi;
-constexpr double down = -pi / 2;                      // the path angle behind Table 3
+constexpr double down = -pi / 2;                      // the path angle implied by Table 3
 constexpr Columns<double> heights{0.0, 60.0, 120.0};  // m, of Table 1's columns on (16)
-constexpr double no_authority = 1e-9;                 // |cos alpha| of an elevator without moment
+constexpr double no_authority = 1e-9;  // |cos alpha| at which the elevator has no moment
 
 Row row(std::string name, std::string unit, const Columns<Printed>& published,
         const Columns<std::optional<double>>& computed) {
