@@ -29,7 +29,7 @@ SheetCell value(const Model& model, const BranchPoint& at, std::initializer_list
   return {};
 }
 
-using Names = std::vector<std::string>;  // of a user's own model: parameters shown
+using Names = std::vector<std::string>;  // parameters shown for a user-defined model
 
 std::vector<SheetColumn> columns(const BranchAnswer& b, const Names& parameters) {
   const Key& parameter = b.parameter;
@@ -102,7 +102,7 @@ std::vector<SheetCell> row(const BranchAnswer& b, const Names& parameters, const
   return cells;
 }
 
-// What an event means, for people.
+// An event in words.
 std::string words(const BranchEvent& e) {
   switch (e.kind) {
     case EventKind::fold:
@@ -132,7 +132,7 @@ void drop(Sheet& sheet, const Which& which) {
   }
 }
 
-// The parameter has its own column, and needs no second one.
+// Drops the column that repeats the parameter's.
 void drop_repeated(Sheet& sheet) {
   constexpr std::size_t own = 2;
   if (sheet.columns.size() <= own) return;
@@ -142,7 +142,7 @@ void drop_repeated(Sheet& sheet) {
 
 }  // namespace
 
-// For people: eigenvalues are told in words.
+// For reading: eigenvalues in words.
 Sheet events_sheet(const BranchAnswer& b) {
   Sheet sheet;
   const Names parameters = shown_parameters({b.start.condition});
@@ -150,7 +150,7 @@ Sheet events_sheet(const BranchAnswer& b) {
   if (!b.branch.points.empty())
     sheet.rows.push_back(row(b, parameters, b.branch.points.front(), "start"));
   for (const BranchEvent& e : b.branch.events) {
-    if (b.branch.points.empty()) break;  // the end has no trim
+    if (b.branch.points.empty()) break;  // no trim at the end
     std::vector<SheetCell> cells = row(b, parameters, e);
     cells.back() = SheetCell(words(e));
     sheet.rows.push_back(cells);

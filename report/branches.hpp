@@ -9,15 +9,15 @@
 
 namespace tiltrim {
 
-/// Start and events of a branch, one row for each, angles in degrees.
+/// Start and events of a branch, one row each, angles in degrees.
 Sheet events_sheet(const BranchAnswer& branch);
-/// All points and events of all branches, in the order they are met.
+/// All points and events of all branches, in order along each branch.
 Sheet branches_sheet(const std::vector<BranchAnswer>& branches);
 
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> branches_document(const std::vector<BranchAnswer>& branches);
 std::string branches_text(const std::vector<BranchAnswer>& branches, const TextStyle& style);
-/// The stable JSON that docs/cli.md describes.
+/// JSON as described in docs/cli.md.
 std::string branches_json(const std::vector<BranchAnswer>& branches);
 
 }  // namespace tiltrim

@@ -13,29 +13,29 @@
 
 namespace tiltrim {
 
-/// What is known of one condition; `linear` and `modes` where they were asked for and exist.
+/// Results for one condition; `linear` and `modes` if requested and available.
 struct ConditionReport {
   Answer answer;
   std::optional<LinearModel> linear;
   std::optional<Modes> modes;
   std::optional<AllEquilibria> all;  ///< trim --all
-  std::optional<Explanation> why;    ///< where there is no equilibrium
+  std::optional<Explanation> why;    ///< if no equilibrium exists
 };
 
-/// Equilibria, one row for each condition, angles in degrees.
+/// Equilibria, one row per condition, angles in degrees.
 Sheet trim_sheet(const std::vector<ConditionReport>& conditions);
-/// All equilibria that were found, one row for each.
+/// All equilibria found, one row each.
 Sheet all_sheet(const std::vector<ConditionReport>& conditions);
-/// Eigenvalues of one condition, one row for each (a pair is one row).
+/// Eigenvalues of one condition, one row each (one row per complex pair).
 Sheet modes_sheet(const ConditionReport& condition);
-/// Eigenvalues of all conditions, one row for each eigenvalue, for CSV.
+/// Eigenvalues of all conditions, one row each, for CSV.
 Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions);
 
-/// What the text has, for documents: equilibria, all of them if asked for, eigenvalues of each.
+/// The contents of the text, for documents: equilibria (all, if requested), eigenvalues of each.
 std::vector<Sheet> conditions_document(const std::vector<ConditionReport>& conditions);
-/// The trims, remarks and, where there are any, linear models and modes of all conditions.
+/// The trims, remarks and, if available, linear models and modes of all conditions.
 std::string conditions_text(const std::vector<ConditionReport>& conditions, const TextStyle& style);
-/// The stable JSON that docs/cli.md describes.
+/// JSON as described in docs/cli.md.
 std::string conditions_json(const std::vector<ConditionReport>& conditions);
 
 }  // namespace tiltrim

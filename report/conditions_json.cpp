@@ -12,7 +12,8 @@ void add_trim(const Answer& a, ordered_json& c) {
   const TrimResult& t = a.trim;
   c["name"] = a.condition.name;
   c["status"] = to_string(t.status);
-  // A row without an equilibrium holds no number that looks like one: its best point is set apart.
+  // Without an equilibrium the best point goes under its own key, so it cannot be mistaken for a
+  // result.
   if (a.has_equilibrium())
     c.update(point(a.model, a.trim.point, a.trim.outputs));
   else

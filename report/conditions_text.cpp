@@ -43,14 +43,14 @@ std::vector<std::string> shown_parameters(const std::vector<ConditionReport>& co
   return tiltrim::shown_parameters(all);
 }
 
-// How good the trim is, and what it is.
+// Status and kind of the trim.
 void add_status(const Answer& a, std::vector<SheetCell>& row) {
   row.push_back(SheetCell(a.trim.residual));
   const Tone tone = a.trim ? Tone::good : a.has_equilibrium() ? Tone::doubtful : Tone::bad;
   row.push_back(SheetCell(to_string(a.trim.status), tone));
 }
 
-// Of a study with [model]: every signal, where it is an equilibrium.
+// Of a study with [model]: every signal, if there is an equilibrium.
 std::vector<SheetCell> user_row(const ConditionReport& c,
                                 const std::vector<std::string>& parameters) {
   const Answer& a = c.answer;
@@ -62,7 +62,7 @@ std::vector<SheetCell> user_row(const ConditionReport& c,
   return row;
 }
 
-// What was asked is shown whatever the outcome; what was found, only where it is an equilibrium.
+// Given values appear whatever the outcome, computed values for an equilibrium only.
 std::vector<SheetCell> trim_row(const ConditionReport& c,
                                 const std::vector<std::string>& parameters) {
   const Answer& a = c.answer;
@@ -79,7 +79,7 @@ std::vector<SheetCell> trim_row(const ConditionReport& c,
   } else {
     row.push_back(show(found || asked, {"airspeed", "V"}, 1.0));
     if (asked) row.back() = asked->V;
-    const bool rest = value(a, {"airspeed"}).value_or(1.0) == 0.0;  // no path, no angle of attack
+    const bool rest = value(a, {"airspeed"}).value_or(1.0) == 0.0;  // no path or flow angle at rest
     row.push_back(show((found && !rest) || asked, {"gamma", "flight_path"}, degrees));
     row.push_back(show(found || asked, {"eta"}, degrees));
     row.push_back(show(found, {"theta"}, degrees));
@@ -229,7 +229,7 @@ bool any_all(const std::vector<ConditionReport>& conditions) {
   return std::ranges::any_of(conditions, [](const auto& c) { return c.all.has_value(); });
 }
 
-// Verdict, eigenvalues and remarks; or why there is no linear model.
+// Verdict, eigenvalues and remarks, or why there is no linear model.
 Sheet linear_sheet(const ConditionReport& c) {
   const std::string& name = c.answer.condition.name;
   if (!c.modes) return {name + ": no linear model", {}, {}, {c.linear->message + "."}};

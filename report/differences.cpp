@@ -1,4 +1,4 @@
-// What changed between two maps, as text, CSV and JSON.
+// Differences between two maps, as text, CSV and JSON.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -74,7 +74,7 @@ std::string in_words(const SweepMap& before, const MapDifference& d) {
       d.vanished.size());
 }
 
-// The first changes, and how many there are more.
+// The first changes, and the number of the others.
 Sheet first_changes(const SweepMap& before, const MapDifference& d) {
   Sheet sheet = difference_sheet(before, d);
   if (sheet.rows.size() > most_changed) sheet.rows.resize(most_changed);

@@ -13,7 +13,7 @@ using Eigen::Index;
 namespace {
 
 std::string shares(const Eigen::VectorXd& participation, const Signals& states) {
-  constexpr double shown = 0.1;  // smaller shares are left to the JSON
+  constexpr double shown = 0.1;  // smaller participations appear in the JSON only
   std::vector<std::pair<double, std::string>> parts;
   for (Index k = 0; k < participation.size(); ++k)
     if (participation[k] >= shown)
@@ -68,7 +68,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
                    {"participation", "taking part", ""}};
   bool growing = false, undetermined = false;
   for (const Mode& m : modes.modes) {
-    if (m.eigenvalue.imag() < 0) continue;  // its partner stands for both
+    if (m.eigenvalue.imag() < 0) continue;  // the conjugate represents both
     growing = growing || m.eigenvalue.real() > 0;
     undetermined = undetermined || !m.determined;
     sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(), m.damping(),

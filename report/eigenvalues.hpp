@@ -9,9 +9,9 @@
 
 namespace tiltrim {
 
-/// Eigenvalues, one row for each (a pair is one row).
+/// Eigenvalues, one row each (one row per complex pair).
 Sheet modes_sheet(const Modes& modes, const Signals& states);
-/// Eigenvalues, one row for each (both of a pair), for CSV.
+/// Eigenvalues, one row each (both of a pair), for CSV.
 Sheet all_modes_sheet(const Modes& modes);
 
 Tone tone_of(Verdict verdict);  ///< good, bad or doubtful
@@ -21,12 +21,12 @@ std::string eigenvalue_text(const Mode& mode);
 /// bound".
 std::string verdict_in_words(const Modes& modes);
 
-/// Eigenvalues under the name and the verdict, which a note says in words: for documents.
+/// Eigenvalues with the name, and the verdict in a note, for documents.
 Sheet judged_modes_sheet(const std::string& name, const Modes& modes, const Signals& states);
-/// Verdict and eigenvalues of the matrix of this name.
+/// Verdict and eigenvalues of the named matrix.
 std::string modes_text(const std::string& name, const Modes& modes, const Signals& states,
                        const TextStyle& style);
-/// The modes, spectral abscissa and verdict, with the keys that `linearize` has for a condition.
+/// The modes, spectral abscissa and verdict, with the keys of `linearize` for a condition.
 std::string modes_json(const Modes& modes, const Signals& states);
 
 }  // namespace tiltrim

@@ -15,7 +15,7 @@ using json::ordered_json;
 
 namespace {
 
-// A number of the envelope's plane in the study's unit: angles of the tiltrotor in degrees.
+// A coordinate of the envelope's plane in the study's unit: angles of the tiltrotor in degrees.
 double across(const EnvelopeAnswer& e, double x) { return e.table.along.in_study(x); }
 double up(const EnvelopeAnswer& e, double y) {
   return e.condition.user() ? e.table.over.in_study(y) : y * degrees;
@@ -118,7 +118,7 @@ Sheet border_sheet(const std::vector<EnvelopeAnswer>& envelopes) {
 
 namespace {
 
-// The pieces of the border, for people.
+// The pieces of the boundary, for reading.
 Sheet pieces_sheet(const EnvelopeAnswer& e) {
   Sheet border;
   border.columns = {{"", "border", ""},    along_column(e, "", "{:.4f}"), over_column(e, "{:.3f}"),
@@ -220,7 +220,7 @@ std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
         }
         p["pieces"].push_back(piece);
       }
-      p["count"] = ordered_json::array();  // of trims, a list for each V
+      p["count"] = ordered_json::array();  // number of trims, a list for each V
       for (Index i = 0; i < part.count.rows(); ++i) {
         p["count"].push_back(ordered_json::array());
         for (Index k = 0; k < part.count.cols(); ++k) p["count"].back().push_back(part.count(i, k));

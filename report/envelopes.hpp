@@ -9,15 +9,15 @@
 
 namespace tiltrim {
 
-/// Speeds between which there is a trim, one row for each interval.
+/// Intervals of speed with a trim, one row each.
 Sheet envelope_sheet(const EnvelopeAnswer& envelope);
-/// Every point of the border of all envelopes.
+/// Every boundary point of all envelopes.
 Sheet border_sheet(const std::vector<EnvelopeAnswer>& envelopes);
 
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelopes);
 std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const TextStyle& style);
-/// The stable JSON that docs/cli.md describes.
+/// JSON as described in docs/cli.md.
 std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes);
 
 }  // namespace tiltrim

@@ -13,12 +13,13 @@ namespace tiltrim {
 
 namespace {
 
-// In heights of the font.
+// In font heights.
 constexpr double least_left = 5.6, right = 1.4, below = 4.2, below_bare = 2.4, above = 0.9,
                  below_key = 0.5;
-constexpr double letter = 0.62, key_sample = 4.5;  // widths, of a letter and of a line in the key
+constexpr double letter = 0.62,
+                 key_sample = 4.5;  // widths of a letter and of a line sample in the key
 
-constexpr double page_font = 13;  // in the units of the page's SVG
+constexpr double page_font = 13;  // in user units of the page's SVG
 
 double width_of(Device device) { return device == Device::page ? 55.0 : 31.18; }
 
@@ -27,7 +28,7 @@ std::size_t letters(const std::string& text) {
       text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-// Room for the words along the vertical axes.
+// Width of the labels of the vertical axes.
 double left_of(const Figure& figure) {
   std::size_t longest = 0;
   for (const Panel& p : figure.panels)
@@ -35,7 +36,7 @@ double left_of(const Figure& figure) {
   return std::max(least_left, double(longest) * letter + 1.5);
 }
 
-// What gnuplot's terminals make of a line of text, and a figure's proportions in a column.
+// Line height of gnuplot's terminals, and a figure's proportions in a column.
 double key_row(Device device) { return device == Device::page ? 1.5 : 1.2; }
 double axes_height(const Panel& panel, Device device) {
   return panel.height * (device == Device::page ? 1.0 : 0.75);
@@ -98,9 +99,9 @@ std::string data_block(const std::string& name, const Boxes& boxes) {
   return block + "EOD\n";
 }
 
-// `length` of the axis in heights of the font; a tick wants `room` of them.
+// `length` of the axis and `room` for a tick, in font heights.
 std::string axis_of(const char* axis, const FigureAxis& a, double length, double room) {
-  // The scale first: a range beyond zero fits no logarithm.
+  // The scale comes first: a range that includes zero is invalid on a logarithmic axis.
   std::string script = fmt::format(
       "unset logscale {0}\nset {0}range [{1:.9g}:{2:.9g}]\n{4}set {0}label {3} offset {5}\n", axis,
       a.range.lower, a.range.upper, gnuplot_text(a.label),
@@ -177,10 +178,10 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
 struct Output {
   const char* extension;
   std::string terminal;
-  double key_spacing = 1.0;  // that makes its keys as high as key_row()
+  double key_spacing = 1.0;  // gives keys the height of key_row()
 };
 
-// 88 mm are the column of most journals.
+// 88 mm is the column width of most journals.
 std::vector<Output> outputs(const Figure& figure, Device device) {
   const auto [w, h] = figure_size(figure, device);
   if (device == Device::page) {
@@ -273,7 +274,7 @@ std::string gnuplot_script(const std::vector<Figure>& figures, Device device) {
 
 namespace {
 
-// The text between two marks, both included; npos, npos where there is none from `from` on.
+// The text between two marks, inclusive; npos, npos if there is none from `from` on.
 std::pair<std::size_t, std::size_t> between(const std::string& text, const std::string& begin,
                                             const std::string& end, std::size_t from = 0) {
   const std::size_t a = text.find(begin, from);
@@ -338,7 +339,7 @@ std::string inline_svg(const Figure& figure, const std::string& drawn) {
   replace_all(body, " fill=\"none\" color=\"black\" stroke=\"currentColor\"", " class=\"l\"");
   replace_all(body, " fill=\"none\" color=\"white\" stroke=\"currentColor\"", " class=\"l\"");
   replace_all(body, "<tspan >", "<tspan>");
-  // gnuplot writes the colours of words without the blanks that those of lines have.
+  // gnuplot writes text colours without the blanks it puts in line colours.
   for (const FigureColour& c : figure_colours())
     replace_all(body, rgb(c.light, "rgb({},{},{})"), rgb(c.light, "rgb({:3}, {:3}, {:3})"));
   drop_all(body, "<rect x=\"0\" y=\"0\"", "/>");

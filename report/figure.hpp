@@ -1,4 +1,4 @@
-/// A figure described once: gnuplot draws it for page and print, a page's script reads it off.
+/// A figure described once: gnuplot draws it for page and print, and the page's script reads it.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@ struct FigureAxis {
   std::string label;  ///< "height h [m]"
   Range range;        ///< finite; above 0 if logarithmic
   bool logarithmic = false;
-  std::vector<std::pair<double, std::string>> ticks;  ///< empty: gnuplot's own
-  std::string key;  ///< of the track's column along this axis; empty: none
+  std::vector<std::pair<double, std::string>> ticks;  ///< empty: gnuplot's default
+  std::string key;  ///< the track's column along this axis; empty: none
 };
 
 struct PlotCurve {
@@ -25,28 +25,28 @@ struct PlotCurve {
     points  ///< x, y
   };
   Kind kind = Kind::line;
-  std::string title;  ///< in the key; empty: not there
-  int colour = 0;     ///< of the palette, see figure_colours()
-  int dash = 1;  ///< of a line: 1 solid, 2 dashed, 3 dotted, 4 dash-dot, ...; of points their shape
-  double width = 1.5;  ///< of the line, or size of the points
+  std::string title;   ///< in the key; empty: not listed
+  int colour = 0;      ///< index in the palette, see figure_colours()
+  int dash = 1;        ///< line: 1 solid, 2 dashed, 3 dotted, 4 dash-dot, ...; points: their shape
+  double width = 1.5;  ///< line width or point size
   std::vector<double> x, y;
-  std::string x_key, y_key;  ///< columns of the figure's track, where a page reads it off
+  std::string x_key, y_key;  ///< columns of the figure's track, for reading on the page
 };
 
-/// Filled rectangles of one colour, behind the curves.
+/// Filled rectangles of one colour, drawn below the curves.
 struct Boxes {
-  std::string title;  ///< in the key; empty: not there
+  std::string title;  ///< in the key; empty: not listed
   int colour = 0;
   bool outlined = false;
   std::vector<std::array<double, 4>> corners;  ///< x from, x to, y from, y to
 };
 
-/// Words at a place of the panel.
+/// A text label in the panel.
 struct FigureLabel {
   double x = 0.0, y = 0.0;
   std::string text;
-  bool right = false;  ///< they end there
-  bool below = false;  ///< else above
+  bool right = false;  ///< right-aligned
+  bool below = false;  ///< below the point; else above
 };
 
 struct Panel {
@@ -54,61 +54,60 @@ struct Panel {
   std::vector<Boxes> boxes;
   std::vector<PlotCurve> curves;
   std::vector<FigureLabel> labels;
-  double height = 14.0;  ///< of the axes, in heights of the font
-  std::string map;       ///< the page's map that is read off here; empty: none
+  double height = 14.0;  ///< of the axes, in units of the font height
+  std::string map;       ///< the page's map read on this panel; empty: none
 };
 
 struct Figure {
-  std::string name;           ///< of its files: letters, digits, '_', '-'
-  std::string caption;        ///< one sentence, any characters
-  std::string alternative;    ///< what it shows, in words, for those who do not see it
-  std::string track;          ///< whose columns its curves are; empty: none
-  std::vector<Panel> panels;  ///< below one another
+  std::string name;           ///< base name of its files: letters, digits, '_', '-'
+  std::string caption;        ///< one sentence
+  std::string alternative;    ///< a description for readers who cannot see it
+  std::string track;          ///< the track its curves show; empty: none
+  std::vector<Panel> panels;  ///< from top to bottom
 };
 
-/// Fills and lines, "#rrggbb" on white and on a dark page. docs/report.md says how they were
-/// chosen.
+/// Colours of fills and lines, "#rrggbb" on a light and a dark page; docs/report.md explains the
+/// choice.
 struct FigureColour {
   const char *light, *dark;
 };
 const std::vector<FigureColour>& figure_colours();
-/// Positions among them: ink, six for curves from 1 on, grid, limit, then the fills of maps from
-/// the most stable to the most unstable, undecided, without trim.
+/// Indices into the palette: ink, six curves from 1 on, grid, limit, then fills of maps from most
+/// stable to most unstable, undecided, without trim.
 namespace colour {
 inline constexpr int ink = 0, first = 1, curves = 6, grid = 7, limit = 8;
 inline constexpr int stable = 9, levels = 3, unstable = stable + levels, undecided = 15, none = 16;
 }  // namespace colour
 
-/// One line of text as a string of gnuplot's that stands for itself.
+/// A line of text as a literal gnuplot string.
 std::string gnuplot_text(const std::string& text);
-/// 1, 2 or 5 times a power of ten: the least step that goes at most `count` times into `reach` > 0.
+/// 1, 2 or 5 times a power of ten: the smallest step with at most `count` steps in `reach` > 0.
 double round_step(double reach, int count);
 
-/// Where figures go.
+/// Output medium of figures.
 enum class Device {
-  page,    ///< SVG, 55 heights of the font wide
-  column,  ///< SVG, PDF and PNG (300 dots per inch), 88 mm wide with 8 point letters
+  page,    ///< SVG, 55 font heights wide
+  column,  ///< SVG, PDF and PNG (300 dpi), 88 mm wide with 8 pt font
 };
 
-/// Rectangle of a panel's axes as shares of the figure's width and height, from the left and from
-/// the top.
+/// Rectangle of a panel's axes as fractions of the figure's width and height, from the top left.
 struct PlotArea {
   double left, right, top, bottom;
 };
 PlotArea plot_area(const Figure& figure, std::size_t panel, Device device);
-/// Width and height in heights of the font.
+/// Width and height in font heights.
 std::array<double, 2> figure_size(const Figure& figure, Device device);
 
-/// Width and height of the page's SVG in its own units.
+/// Width and height of the page's SVG in its user units.
 std::array<double, 2> page_pixels(const Figure& figure);
 
 /// A gnuplot script that draws all figures as NAME.svg (and .pdf, .png) in its folder.
 std::string gnuplot_script(const std::vector<Figure>& figures, Device device);
 
-/// What gnuplot wrote for the page, ready to stand in HTML: no ids, no definitions of its own,
-/// `alternative` as its name. Throws std::runtime_error if it is not the SVG expected.
+/// gnuplot's SVG for the page, ready to be inlined in HTML: no ids or definitions, with
+/// `alternative` as its label. Throws std::runtime_error if it is not the expected SVG.
 std::string inline_svg(const Figure& figure, const std::string& drawn);
-/// The shapes of points that all inline figures refer to; once on a page.
+/// The point shapes that all inline figures refer to; included once per page.
 std::string svg_shapes(const std::string& drawn);
 
 }  // namespace tiltrim

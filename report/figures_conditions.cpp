@@ -1,4 +1,4 @@
-// Of one condition: participation, Bode plots, disk margins.
+// Figures of one condition: participation, Bode plots, disk margins.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -112,7 +112,8 @@ Figure bode_figure(const LoopsAnswer& c, const Track& track, const std::string& 
       {gain, phase}};
 }
 
-// Gain and phase together that the disk margin allows: (1 + z)/(1 - z), |z| < disk/2.        [43]
+// Simultaneous gain and phase variations within the disk margin: (1 + z)/(1 - z), |z| < disk/2.
+// [43]
 Figure disk_figure(const LoopsAnswer& c, const std::string& id) {
   Panel panel{{"change of phase [°]", {}, false, {}, ""},
               {"change of gain [dB]", {}, false, {}, ""},

@@ -1,4 +1,4 @@
-// A flight over time and over distance.
+// Figures of a flight over time and over distance.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -53,7 +53,7 @@ Panel flight_panel(const Track& track, const std::string& x_key, const std::stri
   return panel;
 }
 
-// Where pitch control changes hands.
+// Marks the handovers.
 void add_hand_overs(const FlightReport& flight, Panel& panel) {
   for (const FlightEvent& e : flight.flown->events) {
     if (e.kind != FlightEventKind::hand_over) continue;

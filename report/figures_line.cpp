@@ -1,4 +1,4 @@
-// Along one axis: trims with their limits, root loci, modes.
+// Figures along one axis: trims with their limits, root loci, modes.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct Line {
   const SweepMap& map;
   std::size_t condition;
   std::string id;
-  std::vector<bool> after{};  // points behind which it is broken
+  std::vector<bool> after{};  // points after which the line is interrupted
   std::size_t points() const { return map.axes[0].size(); }
   std::size_t first() const { return condition * points(); }
   const std::vector<double>& along() const { return map.axes[0].columns.front().values; }
@@ -60,9 +60,10 @@ Track track_of(const Line& line) {
   return track;
 }
 
-// A step that its neighbours do not announce, and that shows.
+// A visible step much larger than its neighbours.
 bool jumps(const std::vector<double>& values, std::size_t i, double range) {
-  constexpr double times = 8, shows = 0.02;  // a square root's first step is 2.4 times the next
+  constexpr double times = 8,
+                   shows = 0.02;  // the first step of a square root is 2.4 times the next
   const auto step = [&](std::size_t k) {
     const bool there = k + 1 < values.size();
     return there ? std::abs(values[k + 1] - values[k]) : 0.0;
@@ -71,7 +72,7 @@ bool jumps(const std::vector<double>& values, std::size_t i, double range) {
   return step(i) > shows * range && step(i) > times * std::max(before, step(i + 1));
 }
 
-// Points after which the line does not go on continuously: the sweep says so, or the trim jumps.
+// Points after which the line is not continuous: reported by the sweep, or the trim jumps.
 std::vector<bool> breaks(const Line& line, const Track& track) {
   std::vector<bool> after(line.points(), false);
   for (const AxisCrossing& c : line.map.crossings) {
@@ -87,7 +88,7 @@ std::vector<bool> breaks(const Line& line, const Track& track) {
   return after;
 }
 
-// x and y with a gap at each break, as they are drawn.
+// x and y with a gap at each break.
 PlotCurve curve_along(const std::vector<bool>& after, const std::vector<double>& x,
                       const std::vector<double>& y) {
   PlotCurve curve;
@@ -101,7 +102,7 @@ PlotCurve curve_along(const std::vector<bool>& after, const std::vector<double>&
   return curve;
 }
 
-// Stretches along which the verdict is not "stable", over the panel's whole height.
+// Intervals whose verdict is not "stable", over the full height of the panel.
 std::vector<Boxes> stretches(const Line& line, const Range& y, bool titled) {
   std::vector<Boxes> boxes;
   const auto add = [&](IntervalVerdict verdict, int colour, const char* title) {
@@ -117,7 +118,7 @@ std::vector<Boxes> stretches(const Line& line, const Range& y, bool titled) {
   return boxes;
 }
 
-// Limits in the unit of the track's column; infinite where there are none.
+// Limits in the unit of the track's column; infinite if there are none.
 Range limits_of(const Vehicle& vehicle, const std::string& key) {
   const auto in_degrees = [](const Range& r) {
     return Range{r.lower * degrees, r.upper * degrees};
@@ -190,7 +191,7 @@ Figure trim_figure(const Line& line, const Track& track, const Vehicle& vehicle)
     figure.panels.push_back(trim_panel(line, track, *shown, vehicle, figure.panels.empty()));
   };
   const auto key_of = [](const Signal& s) { return s.name + (s.unit == "rad" ? "_deg" : ""); };
-  constexpr std::size_t most = 8;  // panels, of a model of the user's own
+  constexpr std::size_t most = 8;  // panels of a user-defined model
   if (vehicle.polar) {
     add("theta_deg");
   } else {
@@ -210,7 +211,7 @@ struct Window {
   double im;
 };
 
-// Around the slower half of the eigenvalues at each point, the axis included.
+// Around the slower half of the eigenvalues at each point, including the imaginary axis.
 Window slow_window(const Line& line) {
   const std::size_t n = line.map.modes();
   double reach = 0.0;
@@ -243,7 +244,7 @@ Window whole_window(const Line& line) {
   return {range, std::max(upper, 0.05 * (range.upper - range.lower))};
 }
 
-// Lines of one damping ratio are rays, of one frequency arcs about the origin.
+// Lines of constant damping ratio are rays, lines of constant frequency arcs about the origin.
 void add_damping_grid(Panel& panel, const Window& w) {
   const auto thin = [&](PlotCurve curve) {
     curve.colour = colour::limit;
@@ -261,7 +262,7 @@ void add_damping_grid(Panel& panel, const Window& w) {
     ray.y = {0, re * slope};
     thin(ray);
     const bool at_side = re == left;
-    constexpr double apart = 0.08;  // of the panel's width
+    constexpr double apart = 0.08;  // in units of the panel's width
     if (!at_side && -re < last + apart * (left + w.re.upper)) continue;
     if (!at_side) last = -re;
     panel.labels.push_back({-re, re * slope, fmt::format("ζ {:.1f}", zeta), !at_side, !at_side});

@@ -1,4 +1,4 @@
-// Over two axes: shades of the largest real part, and where it is zero.
+// Figures over two axes: shades of the largest real part, and its zero contour.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace tiltrim::figures {
 
 namespace {
 
-// Cell borders: half way between the points, in logarithms on a logarithmic axis.
+// Cell boundaries: midpoints, geometric on a logarithmic axis.
 std::vector<double> borders(const std::vector<double>& at, bool log) {
   std::vector<double> edges{at.front()};
   for (std::size_t i = 1; i < at.size(); ++i)
@@ -20,7 +20,7 @@ std::vector<double> borders(const std::vector<double>& at, bool log) {
   return edges;
 }
 
-// Borders between the shades of one sign: rounded shares of the largest that most points have.
+// Levels between the shades of one sign: rounded fractions of the extreme that most points reach.
 std::array<double, 2> shade_steps(const std::vector<double>& abscissa, double sign) {
   std::vector<double> sizes;
   for (const double a : abscissa)
@@ -33,7 +33,7 @@ std::array<double, 2> shade_steps(const std::vector<double>& abscissa, double si
 
 struct Shades {
   std::array<double, 2> stable, unstable;
-  // Position among the colours.
+  // Index in the palette.
   int of(int verdict, double abscissa) const {
     if (verdict < 0) return colour::none;
     if (static_cast<Verdict>(verdict) == Verdict::undecided) return colour::undecided;
@@ -67,7 +67,7 @@ struct Shades {
   }
 };
 
-// Neighbours of one shade along y are one rectangle.
+// Merges neighbours of one shade along y into one rectangle.
 std::vector<Boxes> cells(const MapGrid& grid, const Shades& shades, bool log_x, bool log_y) {
   std::vector<Boxes> boxes;
   for (int c = colour::stable; c <= colour::none; ++c)
@@ -81,7 +81,7 @@ std::vector<Boxes> cells(const MapGrid& grid, const Shades& shades, bool log_x, 
     };
     for (std::size_t j = 1; j <= rows; ++j) {
       if (j < rows && shade(j) == shade(begin)) continue;
-      // A little wider than the cell: no seam shows between two.
+      // Slightly wider than the cell, to hide seams.
       constexpr double seam = 0.05;
       const double right = std::min(x.back(), x[i + 1] + seam * (x[i + 1] - x[i]));
       boxes[std::size_t(shade(begin) - colour::stable)].corners.push_back(

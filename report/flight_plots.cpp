@@ -1,4 +1,4 @@
-// The paper's Figures 5-9 of a flight, through gnuplot.
+// The paper's Figures 5-9 of a flight, drawn by gnuplot.
 #include <fmt/core.h>
 
 #include "report/figure.hpp"
@@ -50,7 +50,7 @@ const std::vector<PaperFigure>& figures() {
   return all;
 }
 
-// Angles are drawn in radians, as the paper has them.
+// Angles are drawn in radians, as in the paper.
 std::string value(const std::string& column) {
   const bool angle = column.ends_with("_deg");
   return fmt::format("(column('{}'){})", column, angle ? "*pi/180" : "");
@@ -88,7 +88,7 @@ std::string flight_plots(const FlightReport& report) {
       "set style line 1 lc rgb '#0072b2' lw 2 dt 1\n"
       "set style line 2 lc rgb '#d55e00' lw 2 dt 2\n"
       "set style line 3 lc rgb '#555555' lw 1.5 dt 3\n";
-  // Where pitch control changes hands.
+  // Marks the handovers.
   int arrow = 0;
   std::string marks;
   if (report.flown)

@@ -41,7 +41,7 @@ std::string stretch_text(const SlowTilt& s) {
       fmt::format("tilts {:.4g}° to {:.4g}°: ", s.from * degrees, s.to * degrees);
   if (!s.stable) return where + "some frozen loop is unstable, nothing follows from them";
   if (s.certified <= 0) {
-    constexpr double width = 1e-6;  // rad, of the two sides of a switch
+    constexpr double width = 1e-6;  // rad, distance of the two sides of a switch
     return (s.from - s.to < width ? fmt::format("at the switch, {:.4g}°: ", s.from * degrees)
                                   : where) +
            "no rate is certified";
@@ -140,7 +140,7 @@ Sheet tilt_rate_sheet(const TiltRateLimit& l) {
 
 namespace {
 
-// What came of it: "level: " and the rest, wrapped.
+// Outcome of a response: "level: " and the rest, wrapped.
 std::string in_words(const NamedResponse& named, const TextStyle& style) {
   const Response& r = named.response;
   if (r.status == ResponseStatus::no_trim)
@@ -158,7 +158,7 @@ std::string in_words(const NamedResponse& named, const TextStyle& style) {
   return wrapped(line, 0, style.width);
 }
 
-// Of each state the largest of the response.
+// The largest value of each state over the response.
 Sheet largest_sheet(const Response& r) {
   Sheet sheet{"",
               {{"state", "state", ""},
@@ -277,7 +277,7 @@ Sheet monte_carlo_sheet(const MonteCarlo& run) {
 
 namespace {
 
-// How many flights are good, and how they end.
+// The share of good flights, and how flights end.
 std::string shares_in_words(const MonteCarlo& run, const TextStyle& style) {
   if (!run.message.empty()) return wrapped("no flight: " + run.message, 0, style.width);
   std::string line = fmt::format(

@@ -17,7 +17,7 @@ using json::ordered_json;
 
 namespace {
 
-constexpr std::size_t most_events = 60;  // printed
+constexpr std::size_t most_events = 60;  // listed
 
 Tone tone(FlightStatus status) {
   return status == FlightStatus::flown || status == FlightStatus::landed ? Tone::good : Tone::bad;
@@ -77,9 +77,9 @@ std::string verdict(const FlightReport& r, const TextStyle& style) {
   return line + "\n";
 }
 
-// What is printed as zero has no sign.
+// Removes the sign of values printed as zero.
 double tidy(double value) {
-  constexpr double finest = 5e-5;  // half the last of four digits
+  constexpr double finest = 5e-5;  // half a unit of the fourth digit
   return std::abs(value) < finest ? 0.0 : value;
 }
 
@@ -155,7 +155,7 @@ std::string balance_text(const FlightReport& r) {
       off / size, f.steps, r.plan.options.integrate.tolerance);
 }
 
-// The error of the end in the numbers that say where that is; empty where none is estimated.
+// The estimated error of the final position; empty if there is no estimate.
 std::string error_text(const FlightReport& r) {
   if (!r.plan.options.global_error || !r.flown->ended()) return {};
   if (!r.flown->rough_end)
@@ -233,7 +233,7 @@ Sheet facts_sheet(const std::vector<PaperFact>& facts) {
 
 std::string facts_text(const std::vector<PaperFact>& facts, const TextStyle& style) {
   if (facts.empty()) return "";
-  constexpr std::size_t indent = 19;  // behind "  fig. 5  differs  "
+  constexpr std::size_t indent = 19;  // width of "  fig. 5  differs  "
   std::string text = fmt::format("\nBeside the paper's figures, {} of {} agree:\n",
                                  std::ranges::count_if(facts, &PaperFact::agrees), facts.size());
   for (const PaperFact& f : facts) {
@@ -303,7 +303,7 @@ std::string flight_text(const FlightReport& report, const TextStyle& style) {
   return text + facts_text(report.facts, style);
 }
 
-// Lines of a paragraph as its sentences.
+// The lines of a paragraph joined.
 static std::string joined(const std::string& lines) {
   std::istringstream in(lines);
   std::string words;

@@ -19,22 +19,22 @@ struct FlightReport {
   std::string name;  ///< of the study
   FlightPlan plan;
   std::vector<HandOverCheck> hand_over;
-  std::optional<FlightResult> flown;  ///< none without a trim to start from
-  FlightTable table;                  ///< of it
-  std::vector<PaperFact> facts;       ///< empty: another flight than the paper's
+  std::optional<FlightResult> flown;  ///< empty without a trim to start from
+  FlightTable table;                  ///< of the flight
+  std::vector<PaperFact> facts;       ///< empty unless the flight is the paper's
 };
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> flight_document(const FlightReport& report);
 std::string flight_text(const FlightReport& report, const TextStyle& style);
 std::string flight_json(const FlightReport& report);
-/// What the text says between its tables, a paragraph each.
+/// The text between the tables, one string per paragraph.
 std::vector<std::string> flight_words(const FlightReport& report);
 /// Every sample.
 Sheet flight_sheet(const FlightReport& report);
 Sheet table_sheet(const FlightTable& table);
 
-/// The paper's Figures 5-9 for gnuplot, which reads flight.csv beside the script and writes each
-/// figure as NAME.svg and NAME.png.
+/// A gnuplot script for the paper's Figures 5-9, which reads flight.csv in its folder and writes
+/// each figure as NAME.svg and NAME.png.
 std::string flight_plots(const FlightReport& report);
 /// Their names: "fig5_angles", ...
 std::vector<std::string> flight_plot_names();
@@ -42,7 +42,7 @@ std::vector<std::string> flight_plot_names();
 std::vector<Sheet> tilt_rate_document(const TiltRateLimit& limit);
 std::string tilt_rate_text(const TiltRateLimit& limit, const TextStyle& style);
 std::string tilt_rate_json(const TiltRateLimit& limit);
-/// Every flight flown.
+/// All flights of the search.
 Sheet tilt_rate_sheet(const TiltRateLimit& limit);
 
 struct NamedResponse {
@@ -52,7 +52,7 @@ struct NamedResponse {
 std::vector<Sheet> responses_document(const std::vector<NamedResponse>& responses);
 std::string responses_text(const std::vector<NamedResponse>& responses, const TextStyle& style);
 std::string responses_json(const std::vector<NamedResponse>& responses);
-/// Every sample of each: linear, nonlinear, their difference.
+/// Every sample of each response: linear, nonlinear, difference.
 Sheet responses_sheet(const std::vector<NamedResponse>& responses);
 
 std::vector<Sheet> monte_carlo_document(const MonteCarlo& run);

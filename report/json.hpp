@@ -1,4 +1,4 @@
-/// Pieces of JSON that several reports have in common. Internal to report/.
+/// Parts of JSON shared by several reports. Internal to report/.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -13,10 +13,10 @@ using nlohmann::ordered_json;
 
 /// [[row], [row], ...]
 ordered_json rows(const Eigen::MatrixXd& matrix);
-/// {"name": value, ...}, the first `most` of them.
+/// {"name": value, ...}, the first `most` signals.
 ordered_json named(const Signals& signals, const Eigen::VectorXd& values,
                    std::size_t most = SIZE_MAX);
-/// theta0, a1s, delta_e: inputs of the airframe (eta beside them), first outputs of the closed
+/// theta0, a1s, delta_e: inputs of the airframe (together with eta), first outputs of the closed
 /// loop.
 ordered_json actuators(const Model& model, const OperatingPoint& point,
                        const Eigen::VectorXd& outputs);

@@ -46,7 +46,7 @@ ordered_json model_json(const ConditionReport& c) {
   return j;
 }
 
-// A literal of ASCII alone: whatever a name holds, it ends where it should and means itself.
+// An ASCII Python literal that represents any name exactly and terminates correctly.
 std::string python_string(const std::string& text) {
   std::string literal = "\"";
   for (const char32_t c : code_points(text))
@@ -62,9 +62,9 @@ std::string python_string(const std::string& text) {
 std::string python_number(double value) {
   if (std::isnan(value)) return "np.nan";
   if (std::isinf(value)) return value > 0 ? "np.inf" : "-np.inf";
-  const std::string shortest = fmt::format("{}", value);  // that reads back as the same double
+  const std::string shortest = fmt::format("{}", value);  // round-trips to the same double
   const bool whole = shortest.find_first_of(".e") == shortest.npos;
-  return shortest + (whole ? ".0" : "");  // -0 is a whole number to Python, which has no sign
+  return shortest + (whole ? ".0" : "");  // Python reads -0 as an integer without sign
 }
 
 template <class Values>
@@ -80,7 +80,7 @@ std::string python_strings(const std::vector<std::string>& list) {
   return fmt::format("[{}]", fmt::join(words, ", "));
 }
 
-// The shape is given apart: a matrix without columns is no list of lists.
+// The shape is written separately: a matrix without columns is no list of lists.
 std::string python_matrix(const MatrixXd& m) {
   std::string list;
   for (const auto& row : m.rowwise()) list += fmt::format("            {},\n", python_numbers(row));

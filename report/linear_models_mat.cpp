@@ -47,8 +47,8 @@ matvar_t* eigenvalues(const Modes& modes) {
   return made(MAT_C_DOUBLE, MAT_T_DOUBLE, {re.size(), 1}, &parts, MAT_F_COMPLEX);
 }
 
-// ASCII as it is, which every reader takes; else UTF-16, but for the characters that take two
-// units, over which readers disagree: they become U+FFFD.
+// ASCII unchanged, which every reader accepts; else UTF-16, except that characters of two code
+// units, on which readers disagree, become U+FFFD.
 matvar_t* text(const std::string& words) {
   std::vector<std::uint16_t> units;
   for (const char32_t c : code_points(words))
@@ -65,7 +65,7 @@ matvar_t* list(const Signals& signals) {
   return made(MAT_C_CELL, MAT_T_CELL, {cells.size(), 1}, cells.data());
 }
 
-// What it is given becomes its own.
+// Takes ownership of the parts.
 matvar_t* model(const ConditionReport& c, const std::string& name) {
   const LinearModel& l = *c.linear;
   const LinearPoint at = point_of(c);
@@ -94,7 +94,7 @@ matvar_t* model(const ConditionReport& c, const std::string& name) {
   return whole;
 }
 
-// matio writes to names only: this one is of a file in memory.
+// matio writes to file names only: this name is that of a file in memory.
 struct InMemory {
   int fd = ::memfd_create("models.mat", MFD_CLOEXEC);
   InMemory() {
@@ -124,7 +124,7 @@ std::string linear_models_mat(const std::vector<ConditionReport>& conditions) {
   for (const ConditionReport* c : all) names.push_back(c->answer.condition.name);
   names = matlab_names(names);
   const InMemory file;
-  // A header of our own: matio's holds the time, and the same input gives the same bytes.
+  // A fixed header: matio's contains the time, but the same input must give the same bytes.
   mat_t* const mat = Mat_CreateVer(file.name().c_str(),
                                    "MATLAB 5.0 MAT-file, linear models by tiltrim", MAT_FT_MAT5);
   if (!mat) refuse("cannot be made in memory");

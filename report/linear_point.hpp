@@ -1,11 +1,11 @@
-/// A condition's linear model as other programs take it. Internal to report/.
+/// A condition's linear model for export. Internal to report/.
 #pragma once
 
 #include "report/conditions.hpp"
 
 namespace tiltrim {
 
-/// The trim about which a linear model holds: its states, its own inputs, its outputs.
+/// The trim at which a linear model is valid: its states, its own inputs, its outputs.
 struct LinearPoint {
   Eigen::VectorXd x0, u0, y0;
 };

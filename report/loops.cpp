@@ -21,14 +21,14 @@ SheetCell in_one_word(Verdict verdict) { return {to_string(verdict), tone_of(ver
 
 bool commanded(const ActuatorLoop& l) { return !l.loop.c.isZero(0); }
 
-// What there is to say of a loop in one word.
+// Status of a loop in one word.
 SheetCell word(const ActuatorLoop& l) {
   if (!l.in_use) return {commanded(l) ? "moves nothing" : "not in use"};
   if (l.margins.stable() && !l.margins.complete) return {"incomplete", Tone::doubtful};
   return in_one_word(l.margins.closed_loop);
 }
 
-// Without loops: why.
+// Status of a condition without loops.
 SheetCell word(const LoopsAnswer& c) {
   if (!c.trimmed.has_equilibrium()) return {to_string(c.trimmed.trim.status), Tone::bad};
   if (!c.linear) return {to_string(c.linear.status), Tone::bad};
@@ -46,7 +46,7 @@ std::vector<SheetCell> row(const LoopsAnswer& c, const ActuatorLoop& l) {
   return cells;
 }
 
-// Why a condition has no margins; empty if it has.
+// Why a condition has no margins; empty if it has them.
 std::string reason(const LoopsAnswer& c) {
   if (!c.trimmed.has_equilibrium()) return "no trim, so no margins: " + c.trimmed.trim.message;
   if (!c.linear) return "no linear model, so no margins: " + c.linear.message;
@@ -132,7 +132,7 @@ ordered_json transfer(const LoopTransfer& g) {
   ordered_json A = ordered_json::array();
   for (const auto& of_state : g.A.rowwise()) A.push_back(list(of_state));
   return {
-      {"A", A}, {"b", list(g.b)}, {"c", list(g.c)}, {"d", g.d + 0.0}};  // no minus before a zero
+      {"A", A}, {"b", list(g.b)}, {"c", list(g.c)}, {"d", g.d + 0.0}};  // no minus sign before zero
 }
 
 ordered_json loop(const ActuatorLoop& l) {

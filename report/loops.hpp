@@ -10,14 +10,14 @@
 
 namespace tiltrim {
 
-/// Margins, one row for each loop of each condition: dB, degrees, seconds, rad/s.
+/// Margins, one row per loop and condition: dB, degrees, seconds, rad/s.
 Sheet margins_sheet(const std::vector<LoopsAnswer>& conditions);
-/// L along the imaginary axis, one row for each frequency of each loop.
+/// L along the imaginary axis, one row per frequency and loop.
 Sheet bode_sheet(const std::vector<LoopsAnswer>& conditions);
 std::vector<Sheet> margins_document(const std::vector<LoopsAnswer>& conditions);
-/// The margins, and in words why there are none.
+/// The margins, or the reason why a condition has none.
 std::string margins_text(const std::vector<LoopsAnswer>& conditions, const TextStyle& style);
-/// The stable JSON that docs/cli.md describes.
+/// JSON as described in docs/cli.md.
 std::string margins_json(const std::vector<LoopsAnswer>& conditions);
 
 }  // namespace tiltrim

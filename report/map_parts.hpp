@@ -1,4 +1,4 @@
-/// What maps and their differences have in common. Internal to report/.
+/// Shared by maps and their differences. Internal to report/.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,9 +8,9 @@
 
 namespace tiltrim {
 
-/// As JSON and CSV spell it; empty for a point without an equilibrium.
+/// As spelt in JSON and CSV; empty for a point without an equilibrium.
 std::string verdict_name(int verdict);
-/// As text has it: "°" for degrees.
+/// As in text: "°" for degrees.
 std::string unit_of(const SweepAxis::Column& column);
 nlohmann::ordered_json crossing_json(const SweepMap& map, const AxisCrossing& crossing);
 

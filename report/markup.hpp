@@ -1,4 +1,4 @@
-/// What Markdown, LaTeX and HTML have in common. Internal to report/.
+/// Shared by Markdown, LaTeX and HTML. Internal to report/.
 #pragma once
 
 #include <optional>
@@ -11,8 +11,9 @@ namespace tiltrim::markup {
 
 void append_utf8(std::string& text, char32_t c);
 
-/// `written(points, at)` says what becomes of the character points[at]; none: it stays. Control
-/// characters but '\n' and '\t' are dropped unasked; what is not UTF-8 is U+FFFD.
+/// Escapes text: `written(points, at)` returns the replacement of the character points[at], or
+/// nothing to keep it. Control characters except
+/// '\n' and '\t' are dropped; invalid UTF-8 becomes U+FFFD.
 template <class Written>
 std::string rewritten(const std::string& text, const Written& written) {
   const std::u32string points = code_points(text);
@@ -29,15 +30,15 @@ std::string rewritten(const std::string& text, const Written& written) {
   return out;
 }
 
-/// Without the blanks at either end, which only align text; a note without its "- ".
+/// Without blanks at either end, which only align text; a note without its "- ".
 std::string trimmed(const std::string& text);
 std::string without_bullet(const std::string& note);
 
-/// A unit as siunitx has it: "m/s" is \metre\per\second; none for words that are no unit.
+/// A unit in siunitx notation: "m/s" is \metre\per\second; empty for words that are no unit.
 std::optional<std::string> siunitx(const std::string& unit);
 
-/// What a column is called, its unit in brackets; what stands for a unit but is none, behind a
-/// comma. `escaped` is called on every part.
+/// A column's heading with its unit in brackets; an entry of the unit line that is no unit follows
+/// a comma. `escaped` is applied to every part.
 template <class Escaped>
 std::string heading(const SheetColumn& column, const Escaped& escaped, const char* open = "[",
                     const char* close = "]") {

@@ -1,4 +1,4 @@
-// The report's page: words, tables and drawings put together, nothing computed.
+// Assembles the report's page from text, tables and drawings; computes nothing.
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -21,13 +21,13 @@ namespace {
 
 // ---- Colours ------------------------------------------------------------------------------------
 
-// As gnuplot writes "#rrggbb".
+// "#rrggbb" as gnuplot writes it.
 std::string as_drawn(const std::string& colour) {
   const auto part = [&](std::size_t at) { return std::stoi(colour.substr(at, 2), nullptr, 16); };
   return fmt::format("rgb({:3}, {:3}, {:3})", part(1), part(3), part(5));
 }
 
-// gnuplot's fixed colours become the page's, which turn with it from light to dark.
+// Replaces gnuplot's fixed colours by the page's, which follow its light or dark theme.
 std::string colour_styles() {
   std::string light, dark, rules;
   const std::vector<FigureColour>& colours = figure_colours();
@@ -45,7 +45,7 @@ std::string colour_styles() {
 
 // ---- Data for the script ------------------------------------------------------------------------
 
-// Ten digits: the page shows six.
+// Ten digits; the page displays six.
 ordered_json number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return std::strtod(fmt::format("{:.10g}", value).c_str(), nullptr);
@@ -83,7 +83,7 @@ ordered_json column_json(const SweepAxis::Column& c, const std::string& name) {
   return {{"name", name}, {"unit", c.unit}, {"values", numbers(c.values)}};
 }
 
-// "</script>" and "<!--" cannot come about.
+// Escapes so that "</script>" and "<!--" cannot occur.
 std::string in_script(const ordered_json& data) {
   std::string text;
   for (const char c : data.dump(-1, ' ', false, ordered_json::error_handler_t::replace))
@@ -118,7 +118,7 @@ std::string script_data(const ReportFigures& all) {
 
 // ---- Parts --------------------------------------------------------------------------------------
 
-// What the parts are taken from.
+// Sources of the page's parts.
 struct Parts {
   const StudyReport& report;
   const ReportFigures& figures;
@@ -149,7 +149,7 @@ std::string table(const Parts& parts, const std::string& name) {
       as_html(found->sheet));
 }
 
-// All whose names begin so.
+// All tables whose names begin with the prefix.
 std::string tables(const Parts& parts, const std::string& prefix) {
   std::string all;
   for (const NamedSheet& s : parts.sheets)
@@ -335,7 +335,7 @@ std::string study_part(Parts& parts) {
                          html_escaped(r.study.text)));
 }
 
-// Good is said only where everything is.
+// Good only if everything is.
 const char* tone_of(const StudyReport& report) {
   const bool stable = std::ranges::all_of(report.conditions, [](const ConditionReport& c) {
     return c.modes && c.modes->verdict == Verdict::stable;
@@ -358,7 +358,7 @@ std::string report_page(const StudyReport& report, const ReportFigures& figures,
   Parts parts{report, figures, report_sheets(report), {}};
   for (std::size_t k = 0; k < figures.figures.size(); ++k)
     parts.drawn[figures.figures[k].name] = inline_svg(figures.figures[k], svg.at(k));
-  // What has no answer comes first, if there is any.
+  // Analyses without an answer come first, if any.
   const bool open = !unanswered(report).empty();
   std::string body = open ? unanswered_part(parts) : "";
   for (const auto part :

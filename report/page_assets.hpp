@@ -1,4 +1,4 @@
-/// Style sheet and script of the report's page: report/page/page.css and page.js as they are.
+/// Style sheet and script of the report's page: the contents of report/page/page.css and page.js.
 /// Internal to report/.
 #pragma once
 

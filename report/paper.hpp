@@ -9,14 +9,14 @@
 
 namespace tiltrim {
 
-/// Tables 1-3 beside what they should be, and the tables that explain them.
+/// Tables 1-3 with recomputed values, and the tables that explain them.
 std::vector<Sheet> paper_sheets(const PaperTables& tables);
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> paper_document(const PaperTables& tables);
 std::string paper_text(const PaperTables& tables, const TextStyle& style);
-/// Tables 1-3, one row for each printed number.
+/// Tables 1-3, one row per printed number.
 std::string paper_csv(const PaperTables& tables);
-/// The stable JSON that docs/cli.md describes.
+/// JSON as described in docs/cli.md.
 std::string paper_json(const PaperTables& tables);
 
 }  // namespace tiltrim

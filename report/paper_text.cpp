@@ -13,7 +13,7 @@ Tone tone_of(const Cell& cell) {
                                                      : Tone::bad;
 }
 
-// Printed, computed and the deviation in units of the last printed digit, column beside column.
+// Printed, computed, and the deviation in units of the last printed digit, in adjacent columns.
 Sheet table_sheet(const Table& table, const Columns<std::string>& columns) {
   Sheet sheet{table.title, {{"quantity", "", ""}}, {}, table.notes};
   for (const std::string& name : columns) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double percent = 0.01;
 
-// One percent of the parameter's value, or of its size where it is zero.
+// One percent of the parameter's value, or of its nominal size if the value is zero.
 double one_percent(const ParameterSensitivity& p) {
   return percent * (p.value != 0 ? std::abs(p.value) : p.parameter.nominal);
 }
@@ -45,7 +45,7 @@ Sheet mode_sheet(const Sensitivities& s, std::size_t mode, std::size_t most) {
     const ModeSensitivity& d = p.modes[mode];
     const double by = one_percent(p);
     const double gain = oscillates ? d.damping : -d.eigenvalue.real();
-    const bool up = (gain > 0) == (p.value >= 0);  // a larger magnitude
+    const bool up = (gain > 0) == (p.value >= 0);  // increases the magnitude
     sheet.rows.push_back({p.parameter.name, p.value, SheetCell(p.parameter.unit),
                           -d.eigenvalue.real() * by,
                           oscillates ? SheetCell(d.damping * by) : SheetCell(), d.frequency * by,

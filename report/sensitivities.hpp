@@ -9,14 +9,14 @@
 
 namespace tiltrim {
 
-/// All derivatives of all conditions, one row for each parameter and quantity.
+/// All derivatives of all conditions, one row per parameter and quantity.
 Sheet sensitivities_sheet(const std::vector<SensitivityAnswer>& conditions);
-/// For each mode the `most` parameters that move it most.
+/// For each mode the `most` most influential parameters.
 std::vector<Sheet> sensitivities_document(const std::vector<SensitivityAnswer>& conditions,
                                           std::size_t most);
 std::string sensitivities_text(const std::vector<SensitivityAnswer>& conditions, std::size_t most,
                                const TextStyle& style);
-/// The stable JSON that docs/cli.md describes.
+/// JSON as described in docs/cli.md.
 std::string sensitivities_json(const std::vector<SensitivityAnswer>& conditions);
 
 }  // namespace tiltrim

@@ -33,14 +33,15 @@ std::string cell_text(const SheetCell& cell, const SheetColumn& column) {
   if (const auto* number = std::get_if<double>(&cell.value)) {
     const std::string shown = number_text(*number, column.format);
     const bool zero = shown.find_first_of("123456789ni") == std::string::npos;  // not nan, not inf
-    return zero ? fmt::format(fmt::runtime(column.format), 0.0) : shown;  // no minus before a zero
+    return zero ? fmt::format(fmt::runtime(column.format), 0.0)
+                : shown;  // no minus sign before zero
   }
   if (const auto* words = std::get_if<std::string>(&cell.value)) return *words;
   return "-";
 }
 
 std::string number_text(double number, const std::string& format) {
-  constexpr double many_digits = 1e10;  // nobody reads them
+  constexpr double many_digits = 1e10;  // too many to read
   const bool fixed = format.ends_with("f}");
   return fixed && std::isfinite(number) && std::abs(number) >= many_digits
              ? fmt::format("{:.7g}", number)

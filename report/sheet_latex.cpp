@@ -1,4 +1,4 @@
-// Sheets as LaTeX: tables of booktabs whose numbers siunitx aligns.
+// Sheets as LaTeX: booktabs tables with numbers aligned by siunitx.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ constexpr const char* packages =
 
 // ---- Words --------------------------------------------------------------------------------------
 
-// α to ω and Α to Ω; what looks as a Latin letter is one.
+// α to ω and Α to Ω; letters that look Latin are written as Latin.
 constexpr std::array<const char*, 25> lower_greek{
     "\\alpha",  "\\beta", "\\gamma", "\\delta",    "\\varepsilon", "\\zeta", "\\eta",
     "\\theta",  "\\iota", "\\kappa", "\\lambda",   "\\mu",         "\\nu",   "\\xi",
@@ -47,7 +47,7 @@ const std::map<char32_t, const char*>& commands() {
       {U'|', "\\textbar{}"},
       {U'"', "\\char34{}"},  // \textquotedbl is not in every font
       {U'`', "\\`{}"},
-      {U'[', "{[}"},  // these three would be options of a line's end before them
+      {U'[', "{[}"},  // after a line break these three would be its options
       {U']', "{]}"},
       {U'*', "{*}"},
       {U'\n', " "},
@@ -113,7 +113,7 @@ std::optional<std::string> command(char32_t c) {
 bool is_alpha(char32_t c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_digit(char32_t c) { return c >= '0' && c <= '9'; }
 
-// A column's title: a symbol alone is one of mathematics, "K_Lp" has a subscript.
+// A column's title: a single symbol is set in math mode, "K_Lp" gets a subscript.
 std::string latex_title(const std::string& title) {
   static const std::map<std::string, const char*> symbols{{"δe", "$\\delta_e$"},
                                                           {"θ₀", "$\\theta_0$"},
@@ -130,7 +130,7 @@ std::string latex_title(const std::string& title) {
 
 // ---- Numbers ------------------------------------------------------------------------------------
 
-// A number as it is printed, taken apart: -12.50e-3 is '-', "12", "50", '-', "3".
+// A formatted number in parts: -12.50e-3 is '-', "12", "50", '-', "3".
 struct Digits {
   std::string sign, whole, decimals, exponent_sign, exponent;
 };
@@ -177,7 +177,7 @@ std::string latex_cell(const SheetCell& cell, const SheetColumn& column, bool nu
   return numeric ? '{' + latex_escaped(text) + '}' : latex_escaped(text);
 }
 
-// Room for the widest of each part: S[table-format = -2.3e-1].
+// Space for the widest of each part: S[table-format = -2.3e-1].
 std::string number_column(const Sheet& sheet, std::size_t k) {
   Digits widest{"", "1", "", "", ""};
   bool plus = false;
@@ -223,7 +223,7 @@ bool continues(const SheetColumn& column) {
          !siunitx(trimmed(column.unit));
 }
 
-// Titles, then units or what divides a title: "climb" over "printed", "computed", "off".
+// Titles, then units or subheadings: "climb" over "printed", "computed", "off".
 std::string head_rows(const Sheet& sheet) {
   const std::size_t n = sheet.columns.size();
   std::string titles, rules, units;
@@ -342,7 +342,7 @@ std::string latex_escaped(const std::string& text) {
         const bool in_word =
             is_alpha(before) || is_digit(before) || before == '_' || before == ')' || before == '-';
         if (c == '-' && is_digit(after) && !in_word) return "$-$";
-        // Two of these would be a dash or a quotation mark.
+        // Two of these would form a dash or a quotation mark.
         if ((c == '-' || c == ',' || c == '\'') && after == c)
           return std::string{char(c), '{', '}'};
         return command(c);

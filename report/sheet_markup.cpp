@@ -34,7 +34,7 @@ bool is_nothing(const SheetCell& cell) {
   return std::holds_alternative<std::monostate>(cell.value);
 }
 
-// Notes of nothing are paragraphs, not a list.
+// Notes without table or title are paragraphs, not a list.
 bool is_words(const Sheet& sheet) { return sheet.columns.empty() && trimmed(sheet.title).empty(); }
 
 // ---- Markdown -----------------------------------------------------------------------------------
@@ -47,7 +47,7 @@ std::string markdown_table(const Sheet& sheet) {
   const std::size_t n = sheet.columns.size();
   std::vector<std::vector<std::string>> lines(1);
   for (const SheetColumn& c : sheet.columns)
-    lines.front().push_back(heading(c, markdown_escaped));  // nothing defines "[°]" as a link
+    lines.front().push_back(heading(c, markdown_escaped));  // "[°]" has no link definition
   for (const auto& row : sheet.rows) {
     lines.emplace_back();
     for (std::size_t k = 0; k < n; ++k)
@@ -132,7 +132,7 @@ std::string html_table(const Sheet& sheet) {
 }  // namespace
 
 std::string markdown_escaped(const std::string& text) {
-  // What begins a list or underlines a heading does so only at the beginning.
+  // Markers of lists and heading underlines count only at the beginning.
   const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
   const auto begins_block = [&](const std::u32string& points, std::size_t at) {
     const char32_t c = points[at], next = at + 1 < points.size() ? points[at + 1] : U' ';

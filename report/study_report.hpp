@@ -1,4 +1,4 @@
-/// A whole study in one report: its tables, its figures, what it says first. Computes nothing.
+/// A whole study in one report: tables, figures and summary. Computes nothing.
 #pragma once
 
 #include <optional>
@@ -19,42 +19,42 @@ namespace tiltrim {
 struct StudyReport {
   Study study;
   std::string program;  ///< "tiltrim 0.1.0"
-  std::string command;  ///< that makes the report again
+  std::string command;  ///< reproduces the report
   std::vector<ConditionReport> conditions;
-  std::vector<LoopsAnswer> loops;  ///< of the closed loops
+  std::vector<LoopsAnswer> loops;  ///< of the closed-loop conditions
   struct Map {
-    SweepMap map;      ///< over one axis or two
-    std::string file;  ///< it was read from; empty: computed
+    SweepMap map;      ///< over one or two axes
+    std::string file;  ///< the map's file; empty: computed
   };
   std::vector<Map> maps;
   std::optional<FlightReport> flight;
-  std::optional<MotionAnswer> motion{};  ///< of a study with [model] and [simulate]
+  std::optional<MotionAnswer> motion{};  ///< for a study with [model] and [simulate]
   std::optional<PaperTables> paper;
   std::vector<std::string>
       not_examined{};  ///< after an interrupt: "condition 'climb'", "the flight"
 };
 
-/// Something that has no answer, why, and what would or would not help.
+/// An analysis without an answer, why, and what may help.
 struct Unanswered {
   std::string what, why;
   std::vector<std::string> more{};
 };
 /// Conditions first, then maps, margins, flight, tables.
 std::vector<Unanswered> unanswered(const StudyReport& report);
-/// Flown to its end, or landed.
+/// True if the flight reached its end or landed.
 bool flown_well(const FlightReport& flight);
-/// The first thing to read: what has no answer, what is stable and what is not.
+/// The summary: what has no answer, what is stable and what is not.
 std::string verdict_in_words(const StudyReport& report);
 
-/// A table and the name of its files: letters, digits, '_', '-'.
+/// A table and the base name of its files: letters, digits, '_', '-'.
 struct NamedSheet {
   std::string name;
   Sheet sheet;
 };
-/// Every table of the report, in its order.
+/// All tables of the report, in order.
 std::vector<NamedSheet> report_sheets(const StudyReport& report);
 
-/// Numbers along one parameter that figures show and a reader can go along.
+/// Values along one parameter, shown in figures and read with the page's slider.
 struct Track {
   std::string name;   ///< "along_h_level": letters, digits, '_', '-'
   std::string title;  ///< "along h"
@@ -67,31 +67,32 @@ struct Track {
   std::vector<std::string> modes;
 };
 
-/// A map over two axes as a reader looks it up.
+/// A map over two axes, for reading on the page.
 struct MapGrid {
   std::string name;            ///< "map_1_level"
   std::string x_name, y_name;  ///< of the axes, "h", "K_Lp"
   SweepAxis::Column x, y;
-  /// [x * count of y + y]: verdict as Verdict, -1 without trim; largest real part in 1/s or NaN.
+  /// [x * count of y + y]: the Verdict as a number, -1 without trim; largest real part in 1/s or
+  /// NaN.
   std::vector<int> verdict;
   std::vector<double> abscissa;
 };
 
 struct ReportFigures {
-  std::vector<Figure> figures;  ///< in the report's order
+  std::vector<Figure> figures;  ///< in order
   std::vector<Track> tracks;
   std::vector<MapGrid> grids;
 };
-/// Of conditions, the first `most` only.
+/// Figures of the first `most_drawn` conditions, and of everything else.
 ReportFigures report_figures(const StudyReport& report);
-inline constexpr std::size_t most_drawn = 12;  ///< conditions with figures of their own
+inline constexpr std::size_t most_drawn = 12;  ///< conditions with figures
 
-/// Letters, digits, '_' and '-' of a name, anything else as '_'; with its number in front so that
-/// no two are the same.
+/// The number, then the name's letters, digits, '_' and '-' with '_' for anything else: a unique
+/// file name.
 std::string file_name_of(const std::string& what, std::size_t number, const std::string& name);
 
-/// The page: one HTML file that needs nothing else. `svg`: what gnuplot drew for each figure of
-/// report_figures(), in its order. Throws std::runtime_error if a drawing is none.
+/// The page: one self-contained HTML file. `svg` holds gnuplot's drawing of each figure of
+/// report_figures(), in order. Throws std::runtime_error for an invalid drawing.
 std::string report_page(const StudyReport& report, const ReportFigures& figures,
                         const std::vector<std::string>& svg);
 

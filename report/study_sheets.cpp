@@ -25,7 +25,7 @@ bool has_verdict(const ConditionReport& c) {
   return c.modes && c.modes->converged && c.modes->verdict != Verdict::undecided;
 }
 
-// The table formulation is coefficients, not a flight: it has no eigenvalues to ask for.
+// The table formulation has coefficients only, hence no eigenvalues.
 bool wants_verdict(const ConditionReport& c) { return !c.answer.condition.table(); }
 
 std::string ended(const std::string& sentence) {
@@ -173,7 +173,7 @@ std::string limits_in_words(const TrimResult& trim) {
   return limits.empty() ? "none" : fmt::format("{}", fmt::join(limits, ", "));
 }
 
-// What is asked first of a condition: limits, verdict, the mode that is damped least.
+// A condition in short: limits, verdict, the least damped mode.
 std::vector<SheetCell> in_short(const ConditionReport& c) {
   std::vector<SheetCell> cells(5);
   if (c.answer.has_equilibrium()) cells[4] = SheetCell(limits_in_words(c.answer.trim));
@@ -186,11 +186,11 @@ std::vector<SheetCell> in_short(const ConditionReport& c) {
   return cells;
 }
 
-// That, and the trim as `trim` prints it.
+// The short summary, and the trim as `trim` prints it.
 Sheet overview_sheet(const std::vector<ConditionReport>& conditions) {
   Sheet sheet = trim_sheet(conditions);
   sheet.title = "Trims, verdicts and least damped modes";
-  sheet.notes.clear();  // they are among what has no answer
+  sheet.notes.clear();  // listed with the unanswered analyses
   const auto status = std::ranges::find(sheet.columns, "status", &SheetColumn::key);
   const std::ptrdiff_t from = status - sheet.columns.begin();
   const auto to_front = [from](auto& list) {

@@ -68,7 +68,7 @@ std::string counts_in_words(const SweepMap& map, std::size_t c) {
 
 namespace {
 
-// The points at which the model threw, and what it threw first.
+// The points at which the model threw, and its first exception.
 struct Threw {
   std::size_t points = 0;
   std::string first;
@@ -186,7 +186,7 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
 
 namespace {
 
-// For grids of several axes: how many lines along each are stable throughout.
+// For grids of several axes: the number of lines along each axis that are stable throughout.
 std::string lines_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
   std::size_t lines = 0, crossings = 0, doubtful = 0, stable = 0;
   const std::vector<double>& own = map.axes[axis].columns.front().values;

@@ -10,32 +10,32 @@
 
 namespace tiltrim {
 
-/// One row for each point of the grid.
+/// One row per grid point.
 Sheet map_sheet(const SweepMap& map);
-/// What lies between the points along an axis, one row for each interval: verdict, how near the
-/// axis, what ends it.
+/// Verdicts between the points along an axis, one row per interval: verdict, distance to the
+/// imaginary axis, what ends the interval.
 Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t axis);
-/// "stable on all of [0, 120] m; ..." of a grid of one axis, or what is not.
+/// Verdict of a grid with one axis: "stable on all of [0, 120] m; ...".
 std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis);
 /// "227 stable, 14 unstable, ...".
 std::string counts_in_words(const SweepMap& map, std::size_t condition);
-/// Why points have no equilibrium, the commonest first: "12 x delta_e ...".
+/// Why points have no equilibrium, most frequent first: "12 x delta_e ...".
 std::vector<std::string> reasons_of(const SweepMap& map, std::size_t condition);
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> map_document(const SweepMap& map);
-/// Counts; for a grid of one axis the intervals and crossings too, else how many there are.
+/// Counts, and intervals and crossings: listed for one axis, counted for more.
 std::string map_text(const SweepMap& map, const TextStyle& style);
-/// The stable JSON that docs/sweep.md describes.
+/// JSON as described in docs/sweep.md.
 std::string map_json(const SweepMap& map);
 
-/// One row for each point whose status or verdict changed.
+/// One row per point whose status or verdict changed.
 Sheet difference_sheet(const SweepMap& before, const MapDifference& difference);
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> difference_document(const SweepMap& before, const MapDifference& difference);
-/// What changed, in words and tables.
+/// The changes, as text with tables.
 std::string difference_text(const SweepMap& before, const MapDifference& difference,
                             const TextStyle& style);
-/// The stable JSON that docs/sweep.md describes.
+/// JSON as described in docs/sweep.md.
 std::string difference_json(const SweepMap& before, const MapDifference& difference);
 
 }  // namespace tiltrim

@@ -15,7 +15,7 @@ ordered_json requirement_json(const Requirement& asked) {
       {"measure", name_of(asked)}, {"of", asked.of}, {"unit", std::string(unit(asked.measure))}};
 }
 
-// What was asked and its worst case; the goal's limit is null.
+// A requirement and its worst case; the goal's limit is null.
 ordered_json worst_json(const TuningReport& report, std::size_t asked) {
   const Requirement requirement = asked_of(report.problem)[asked];
   const Achieved* a = worst(report.result, asked, everywhere);
@@ -29,7 +29,7 @@ ordered_json worst_json(const TuningReport& report, std::size_t asked) {
   return j;
 }
 
-// By the models' names, in SI units; with a schedule its places, then each gain's values at them.
+// By the models' names, in SI units; with a schedule its tilts, then each gain's values there.
 ordered_json gains_json(const TuneProblem& problem, const TuneResult& result) {
   if (!has_gains(problem, result)) return nullptr;
   ordered_json gains = ordered_json::object();
@@ -67,7 +67,7 @@ ordered_json effect_json(const GainEffect& e) {
           {"limits_more", e.limits_more}};
 }
 
-// A search's answer but for what is only told of the first.
+// The result of a search, without the parts reported only for the first.
 ordered_json answer_json(const TuneProblem& problem, const TuneResult& r) {
   return {{"status", to_string(r.status)},
           {"message", r.message},

@@ -1,4 +1,4 @@
-/// What the text, the JSON and the TOML of a tuning have in common. Internal to report/.
+/// Shared by the text, JSON and TOML of a tuning result. Internal to report/.
 #pragma once
 
 #include <algorithm>
@@ -15,13 +15,13 @@ inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 std::size_t places(const TuningReport& report);
 bool has_gains(const TuneProblem& problem, const TuneResult& result);
 const std::string& point_name(const TuneProblem& problem, const TunePlace& place);
-/// A gain's values at the places of the schedule; without one, its only value.
+/// A gain's values at the tilts of the schedule; without a schedule, its only value.
 std::vector<double> values_of(const TuneProblem& problem, const TuneResult& result,
                               std::size_t gain);
-/// The study's key for a number of the models; a model of one's own may have others.
+/// The study's key of a signal; a user-defined model may have other keys.
 Key key_of(const TuneProblem& problem, const std::string& signal);
 
-/// The worst of a requirement among the places that count; none where it does not apply at any.
+/// The worst value of a requirement over the places that count; empty if it applies at none.
 template <class Counts>
 const Achieved* worst(const TuneResult& result, std::size_t asked, const Counts& counts) {
   const Achieved* found = nullptr;
@@ -40,7 +40,7 @@ bool any_active(const TuneResult& result, std::size_t asked, const Counts& count
   });
 }
 
-/// A number, or nothing for what is none.
+/// A number, or an empty cell for NaN.
 inline SheetCell number(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
 
 inline bool everywhere(const TunePlace&) { return true; }

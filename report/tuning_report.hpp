@@ -1,5 +1,5 @@
 /// @file
-/// Tuning, as text, JSON, CSV, and as TOML to paste into a study.
+/// Tuning results as text, JSON, CSV, and as TOML to paste into a study.
 #pragma once
 
 #include <optional>
@@ -11,38 +11,39 @@
 
 namespace tiltrim {
 
-/// What `tiltrim tune` has to say of one study.
+/// The results of `tiltrim tune` for one study.
 struct TuningReport {
-  TuneProblem problem;                     ///< as asked
+  TuneProblem problem;                     ///< as given
   bool user_model = false;                 ///< of a study with [model]
-  TuneOptions options{};                   ///< as asked
+  TuneOptions options{};                   ///< as given
   TuneResult result{};                     ///< the answer
-  std::string second_algorithm{};          ///< whose answer stands beside; empty: none
-  std::optional<TuneResult> second{};      ///< that answer
-  std::optional<Robustness> robustness{};  ///< of the answer
-  /// The goal over a limit that moves: with the limit at each value, the answer.
+  std::string second_algorithm{};          ///< algorithm of the comparison; empty: none
+  std::optional<TuneResult> second{};      ///< its result
+  std::optional<Robustness> robustness{};  ///< of the result
+  /// One point of the front: the limit and the optimum.
   struct FrontPoint {
-    double limit;       ///< its value
-    TuneResult result;  ///< with it
+    double limit;       ///< value of the limit
+    TuneResult result;  ///< optimum with it
   };
-  bool interrupted = false;         ///< somewhere: what comes after was not done
-  Requirement front_limit{};        ///< the limit that moves
-  std::vector<FrontPoint> front{};  ///< in the order of its values
+  bool interrupted = false;         ///< later parts were not computed
+  Requirement front_limit{};        ///< the limit that is varied
+  std::vector<FrontPoint> front{};  ///< in order of the limit
 };
 
-/// The verdict, the gains to paste, what was asked and what became of it, what each gain does; for
-/// people, in the study's units.
+/// The verdict, the gains to paste, the requirements and their values, the effect of each gain; in
+/// the study's units.
 std::string tuning_text(const TuningReport& report, const TextStyle& style);
-/// What the text has, for documents.
+/// The contents of the text, for documents.
 std::vector<Sheet> tuning_document(const TuningReport& report);
-/// Everything, in SI units and the measures' own, every digit; null for what is not finite.
+/// Everything, in SI units and the measures' own, with every digit; null for values that are not
+/// finite.
 std::string tuning_json(const TuningReport& report);
-/// Each requirement at each place, one row each; empty where it does not apply.
+/// One row per requirement and place; empty if it does not apply.
 Sheet tuning_sheet(const TuningReport& report);
-/// "[gains]" (and "[aircraft]") with the tuned numbers in the study's units, so that parse_study()
-/// reads the same bits; angles to rounding. With a schedule, lists over schedule_eta_deg. Of a
-/// study with [model] "[model.values]". Empty where the result has no gains; a comment for what no
-/// study has.
+/// "[gains]" (and "[aircraft]") with the tuned values in the study's units, from which
+/// parse_study() recovers the same bits (angles: to rounding). With a schedule, lists over
+/// schedule_eta_deg. For a study with [model] "[model.values]". Empty if the result has no gains; a
+/// comment for variables that no study has.
 std::string tuning_toml(const TuningReport& report);
 
 }  // namespace tiltrim

@@ -12,7 +12,7 @@ namespace tiltrim {
 namespace tuning {
 namespace {
 
-// Characters of the longest line.
+// Length of the longest line in characters.
 std::size_t width_of(const std::string& text) {
   std::size_t widest = 0;
   std::istringstream lines(text);
@@ -36,7 +36,7 @@ Sheet columns_of(const Sheet& sheet, std::size_t from, std::size_t to) {
   return part;
 }
 
-// A wide table in as many as the width asks for, the first column before each.
+// A table split to fit the width; the first column is repeated.
 std::string as_narrow_text(const Sheet& sheet, const TextStyle& style) {
   std::string text = sheet.title + '\n';
   for (std::size_t from = 1, to = 2; from < sheet.columns.size(); from = to++) {
@@ -59,13 +59,13 @@ std::string gains_text(const TuningReport& report) {
   return text;
 }
 
-// Into lines of at most `room` characters where the commas allow it.
+// Broken at commas into lines of at most `room` characters, if possible.
 std::vector<std::string> broken_at_commas(const std::string& words, std::size_t room) {
   std::vector<std::string> lines{""};
   for (std::size_t at = 0; at < words.size();) {
     const std::size_t comma = words.find(", ", at);
     const std::string part = words.substr(at, comma == std::string::npos ? comma : comma + 2 - at);
-    const std::size_t space = part.ends_with(' ') ? 1 : 0;  // at a line's end it takes no room
+    const std::size_t space = part.ends_with(' ') ? 1 : 0;  // at a line end it takes no space
     if (!lines.back().empty() && width_of(lines.back() + part) > room + space) lines.emplace_back();
     lines.back() += part;
     at += part.size();
@@ -73,7 +73,7 @@ std::vector<std::string> broken_at_commas(const std::string& words, std::size_t 
   return lines;
 }
 
-// A row, its last cell in as many lines as it needs.
+// Adds a row whose last cell spans as many lines as needed.
 void add_row(Sheet& sheet, std::vector<SheetCell> row, const std::string& last, std::size_t room) {
   for (const std::string& line : broken_at_commas(last, room)) {
     row.emplace_back(line);
@@ -100,7 +100,9 @@ Sheet requirements_sheet(const TuningReport& report, const TextStyle& style) {
   std::size_t taken = 0;
   for (std::size_t i = 0; i < asked.size(); ++i)
     taken = std::max(taken, width_of(asked_in_words(asked[i], i == 0)));
-  constexpr std::size_t others = 36, least = 24;  // the columns between, the place's own
+  constexpr std::size_t others = 36,
+                        least =
+                            24;  // width of the columns between, minimum width of the place column
   const std::size_t room = std::max(least, style.width - std::min(style.width, taken + others));
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const std::string words = asked_in_words(asked[i], i == 0);
@@ -130,7 +132,7 @@ std::vector<SheetCell> point_row(const TuningReport& report, const std::string& 
   return row;
 }
 
-// Words to the right of a column, its heading too.
+// Right-aligns the text of a column, including its heading.
 void align_right(Sheet& sheet, std::size_t column) {
   std::vector<std::string*> words{&sheet.columns[column].title, &sheet.columns[column].unit};
   for (auto& row : sheet.rows) words.push_back(&std::get<std::string>(row[column].value));
@@ -151,7 +153,7 @@ std::vector<PlacesOfPoint> places_by_point(const TuningReport& report) {
   return counts;
 }
 
-// And how many rows are left out.
+// The table of points, and the number of rows omitted.
 std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
   Sheet sheet;
@@ -255,7 +257,7 @@ Sheet front_sheet(const TuningReport& report) {
   return sheet;
 }
 
-// The gains in the study's units, one row each; a column for each place of a schedule.
+// The gains in the study's units, one row each, one column per tilt of a schedule.
 Sheet gains_sheet(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
   const Key over = key_of(problem, problem.schedule_over);
@@ -308,7 +310,7 @@ std::vector<Sheet> tuning_document(const TuningReport& report) {
   for (const std::string& words : paragraphs(report)) sheets.push_back({"", {}, {}, {words}});
   if (!report.front.empty()) sheets.push_back(front_sheet(report));
   sheets.push_back({"", {}, {}, {effort_in_words(report)}});
-  for (Sheet& sheet : sheets)  // as captions, not as text's lines
+  for (Sheet& sheet : sheets)  // in documents titles are captions
     if (sheet.title.ends_with(':')) sheet.title.pop_back();
   return sheets;
 }

@@ -50,7 +50,7 @@ bool in_a_study(const std::string& signal) {
          std::ranges::any_of(study_keys(), [&](const Key& key) { return key.signal == signal; });
 }
 
-// In the study's unit, the shortest that is read as these bits; where none is, the nearest.
+// In the study's unit, the shortest number that reads back as these bits, or the nearest.
 double as_written(const Key& key, double si) {
   const double near = key.in_study(si);
   for (const double value : {std::strtod(fmt::format("{:.15g}", near).c_str(), nullptr), near,
@@ -59,7 +59,7 @@ double as_written(const Key& key, double si) {
   return near;
 }
 
-// A TOML float: the fewest digits that are read as the same bits, never a whole number.
+// A TOML float: the fewest digits that read back as the same bits, never an integer.
 std::string toml_number(double value) {
   const std::string digits = fmt::format("{}", value);
   return digits.find_first_not_of("-0123456789") == std::string::npos ? digits + ".0" : digits;
@@ -124,7 +124,8 @@ std::string user_toml(const TuneProblem& problem, const TuneResult& result) {
 }  // namespace
 
 std::string tuning_toml(const TuningReport& report) {
-  if (report.result.status == TuneStatus::no_trim) return "";  // no gains that anything is known of
+  if (report.result.status == TuneStatus::no_trim)
+    return "";  // without a trim nothing is known about the gains
   if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
   if (report.user_model) return user_toml(report.problem, report.result);
   return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)

@@ -13,7 +13,7 @@ using Eigen::Index;
 
 namespace {
 
-// "gains.K_Lp at eta = 30 deg", as GainEffect has it.
+// "gains.K_Lp at eta = 30 deg", as in GainEffect.
 std::string variable_name(const TuneProblem& problem, Index variable) {
   if (problem.schedule.empty()) return problem.gains[std::size_t(variable)].name;
   const Index n = std::ssize(problem.schedule);
@@ -122,7 +122,7 @@ std::string verdict_text(const TuningReport& report, const TextStyle& style) {
 
 namespace {
 
-// The tuned number that differs most, over the larger of the two.
+// The tuned variable with the largest relative difference.
 struct Difference {
   Index variable = 0;
   double relative = 0.0;
@@ -146,7 +146,7 @@ std::string second_in_words(const TuningReport& report) {
   if (second.status == TuneStatus::no_trim || !std::isfinite(second.goal))
     return words + (second.message.empty() ? "." : ", " + second.message + ".");
   words += fmt::format(", worst {} {}", in_words(problem.goal), quantity(second.goal, measure));
-  constexpr double settled = 1e-6;  // of a goal or a gain: as far as searches go
+  constexpr double settled = 1e-6;  // relative convergence of a search in goal or gain
   const double more = (more_is_better(measure) ? 1 : -1) * (second.goal - first.goal);
   if (first && second)
     words += std::abs(more) <= settled * std::abs(first.goal)
@@ -167,7 +167,7 @@ std::string second_in_words(const TuningReport& report) {
 std::string robustness_in_words(const TuningReport& report) {
   const Robustness& r = *report.robustness;
   if (r.samples <= 0) return "No random samples were tried.";
-  // As many digits as tell one sample from none.
+  // Enough digits to resolve one sample.
   const int digits = std::max(1, int(std::ceil(std::log10(double(r.samples)))) - 2);
   std::string words = fmt::format(
       "{} of {} random samples meet all limits: {:.{}f} %, 95 % interval {:.{}f} to {:.{}f} %",

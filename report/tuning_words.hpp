@@ -1,4 +1,4 @@
-/// A tuning in words, for its text and its tables. Internal to report/.
+/// A tuning result in words, for its text and tables. Internal to report/.
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 
 namespace tiltrim::tuning {
 
-inline constexpr double rounding = 1e-9;  ///< of a reserve: not yet a miss
+inline constexpr double rounding = 1e-9;  ///< tolerance on a reserve: not yet a violation
 
 /// "phase margin of theta0"
 std::string in_words(const Requirement& asked);
@@ -25,9 +25,9 @@ std::string unit_in_text(std::string_view unit);
 /// "12,345"
 std::string grouped(long count);
 
-/// What became of it, before the tables.
+/// The verdict that precedes the tables.
 std::string verdict_text(const TuningReport& report, const TextStyle& style);
-/// What is said after the tables, one paragraph each.
+/// The paragraphs after the tables.
 std::vector<std::string> paragraphs(const TuningReport& report);
 std::string effort_in_words(const TuningReport& report);
 

@@ -16,7 +16,7 @@ SheetColumn column_of(const Signal& s) {
   return {s.name + (in_degrees(s) ? "_deg" : ""), s.name, in_degrees(s) ? "°" : s.unit, "{:.7g}"};
 }
 
-// Every signal that has a column, and its number.
+// Every signal that has a column, and its value.
 template <class Show>
 void for_each(const Model& model, const std::vector<std::string>& parameters, const Show& show) {
   const auto all = [&](const Signals& signals, const auto& vector) {

@@ -1,5 +1,5 @@
-/// Columns of the signals of a model of the user's own: all of them, angles in degrees.
-/// Internal to report/.
+/// Columns of the signals of a user-defined model: all of them, angles in degrees. Internal to
+/// report/.
 #pragma once
 
 #include "report/sheet.hpp"
@@ -7,7 +7,7 @@
 
 namespace tiltrim {
 
-/// Which parameters stand beside states, inputs and outputs: those that a trim finds or is given.
+/// The parameters shown with states, inputs and outputs: those that a trim solves for or is given.
 std::vector<std::string> shown_parameters(const std::vector<Condition>& conditions);
 
 std::vector<SheetColumn> user_columns(const Model& model,
