@@ -56,7 +56,7 @@ struct TuneTable {
 
 /// The commanded flight.
 struct ScheduleTable {
-  /// Where they come from.
+  /// Source of the command.
   enum class Kind {
     corridor,      ///< (16) over height
     hold,          ///< the command of the condition named by `start`, else of the first
