@@ -12,8 +12,8 @@ namespace tiltrim::markup {
 void append_utf8(std::string& text, char32_t c);
 
 /// Escapes text: `written(points, at)` returns the replacement of the character points[at], or
-/// nothing to keep it. Control characters except
-/// '\n' and '\t' are dropped; invalid UTF-8 becomes U+FFFD.
+/// nothing to keep it. Control characters other than tab and line feed are dropped; invalid UTF-8
+/// becomes U+FFFD.
 template <class Written>
 std::string rewritten(const std::string& text, const Written& written) {
   const std::u32string points = code_points(text);
