@@ -80,7 +80,7 @@ ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,
   return report;
 }
 
-// `models`: files of linear models were asked for, so what is not in them is said.
+// `models`: linear-model files were requested, so conditions missing from them are reported.
 std::string printed(const std::vector<ConditionReport>& reports, const Common& common,
                     const Sheet& csv, const TextStyle& style, bool models = false) {
   const auto left_out = [&](const TextStyle& words) {
@@ -149,7 +149,7 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
       all ? answered : unanswered};
 }
 
-// The branch asked for on the command line, or in the study.
+// The branch requested on the command line or in the study.
 static FollowTable asked(const FollowCommand& command, const Study& study) {
   const std::string file = study.file.string();
   if (command.parameter.empty() != !command.to)
@@ -197,7 +197,7 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
           code};
 }
 
-// The envelope asked for on the command line, or in the study, or the conversion corridor.
+// The envelope requested on the command line or in the study, or the conversion corridor.
 static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
   if (study.user_model && !study.envelope)
     throw StudyError(
@@ -216,8 +216,8 @@ static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
   return table;
 }
 
-// Rows for people: every ten degrees of tilt or path angle, and the ends; of any other number, a
-// tenth of its range.
+// Rows to print: every ten degrees of tilt or path angle and the ends; for any other variable,
+// every tenth of its range.
 static std::vector<double> rows_of(const EnvelopeTable& table, bool own) {
   constexpr double step = 10.0;
   constexpr int tenths = 10;
@@ -285,7 +285,7 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
           code};
 }
 
-// What is wrong with the frequencies whatever the condition.
+// Checks the frequencies that do not depend on the condition.
 static void check_frequencies(const LoopsOptions& options) {
   const auto check = [](const char* flag, const std::optional<double>& value) {
     if (value && !(*value > 0 && std::isfinite(*value)))
@@ -298,7 +298,7 @@ static void check_frequencies(const LoopsOptions& options) {
     throw StudyError(fmt::format("--from {} is not below --to {}", *options.from, *options.to));
 }
 
-// Where loops are to be broken, before any is.
+// Checks the names of all loops before the first is broken.
 static void check_loops(const std::vector<std::string>& asked, const Study& study) {
   std::vector<std::string> all = actuators();
   if (study.user_model) {

@@ -1,4 +1,4 @@
-/// The program's commands: each calls the library and returns what is to be printed.
+/// The program's commands: each calls the library and returns the text to print.
 #pragma once
 
 #include <cstdint>
@@ -24,19 +24,19 @@ enum Exit { answered = 0, unanswered = 1, bad_input = 2 };
 
 enum class Format { text, json, csv, markdown, latex };
 
-/// What every command takes.
+/// Options common to all commands.
 struct Common {
   std::filesystem::path study;
   std::optional<Format> asked;    ///< --format
-  Format format = Format::text;   ///< asked for, or what the ending of `output` names
+  Format format = Format::text;   ///< as requested, or implied by the ending of `output`
   std::filesystem::path output;   ///< empty: standard output
-  std::vector<std::string> only;  ///< names of conditions; empty: all
+  std::vector<std::string> only;  ///< condition names; empty: all
 };
 
 struct TrimCommand {
   Common common;
   TrimOptions options;
-  bool all = false;  ///< every equilibrium that can be found
+  bool all = false;  ///< find all equilibria
 };
 
 struct LinearizeCommand {
@@ -44,12 +44,12 @@ struct LinearizeCommand {
   TrimOptions options;
   Method method = Method::exact;
   std::vector<std::string> inputs;
-  std::vector<std::filesystem::path> models;  ///< files of all linear models; empty: none
+  std::vector<std::filesystem::path> models;  ///< files for all linear models; empty: none
 };
 
 struct ModesCommand {
-  Common common;                    ///< its study is the matrix; "-": standard input
-  std::filesystem::path error;      ///< bounds of its entries; empty: none
+  Common common;                    ///< its study is the matrix file; "-": standard input
+  std::filesystem::path error;      ///< error bounds of the entries; empty: none
   std::vector<std::string> states;  ///< empty: those of the file, or x1, x2, ...
   std::string variable = "A";       ///< of MATLAB files and JSON objects
 };
@@ -72,7 +72,7 @@ struct SensitivitiesCommand {
   Common common;
   TrimOptions trimming;
   std::vector<std::string> parameters;
-  std::size_t most = 8;  ///< parameters for each mode, in text
+  std::size_t most = 8;  ///< parameters per mode, in text
 };
 
 struct MarginsCommand {
@@ -84,41 +84,41 @@ struct MarginsCommand {
 
 struct SweepCommand {
   Common common;
-  int threads = 0;          ///< 0: as many as the machine has
+  int threads = 0;          ///< 0: one per processor
   double checkpoint = 1.0;  ///< s
 };
 
 struct TuneCommand {
   Common common;
-  std::optional<long> evaluations;  ///< these three: else the study's
+  std::optional<long> evaluations;  ///< these three: default from the study
   std::optional<double> seconds;
   std::optional<std::uint64_t> seed;
   int threads = 0;
-  std::filesystem::path gains;  ///< where they are written as TOML; empty: nowhere
+  std::filesystem::path gains;  ///< TOML file for the gains; empty: none
 };
 
 struct SimulateCommand {
   Common common;
-  std::filesystem::path samples;  ///< every sample as .nc or .csv; empty: nowhere
+  std::filesystem::path samples;  ///< .nc or .csv file for all samples; empty: none
   std::filesystem::path plots;    ///< folder for the paper's figures; empty: none
-  bool tilt_rate_limit = false;   ///< these three: instead of the study's flight
+  bool tilt_rate_limit = false;   ///< these three replace the study's flight
   std::vector<double> tilts;      ///< degrees, from and to; empty: 90, 0
   bool monte_carlo = false;
-  std::vector<std::string> response;  ///< "theta_deg=2", ...: linear against nonlinear
-  std::optional<long> flight;         ///< this one of the Monte-Carlo flights
-  std::filesystem::path log;          ///< from which a killed Monte-Carlo run goes on
+  std::vector<std::string> response;  ///< "theta_deg=2", ...: linear and nonlinear response
+  std::optional<long> flight;         ///< number of a Monte-Carlo flight to simulate
+  std::filesystem::path log;          ///< to resume an interrupted Monte-Carlo run
   int threads = 0;
 };
 
 struct ReportCommand {
   Common common;                              ///< its output is the page
   std::vector<std::filesystem::path> sweeps;  ///< maps to use instead of computing them
-  std::filesystem::path figures, tables;      ///< folders for both as files; empty: none
+  std::filesystem::path figures, tables;  ///< folders for figures and tables as files; empty: none
   int threads = 0;
 };
 
 struct DiffCommand {
-  Common common;  ///< its study is the map before
+  Common common;  ///< its study is the first map
   std::filesystem::path after;
 };
 
@@ -126,11 +126,11 @@ struct TablesCommand {
   Common common;  ///< its study may be empty: the reference vehicle
 };
 
-/// What a command has to say: the text for its output, and the exit code.
+/// The result of a command: the text for its output, and the exit code.
 struct Outcome {
   std::string output;
   int exit_code = answered;
-  bool written = false;  ///< the output file is there already, `output` is for the terminal
+  bool written = false;  ///< the output file is already written, `output` goes to the terminal
 };
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop);
@@ -147,7 +147,7 @@ Outcome run(const SimulateCommand& command, const TextStyle& style, const std::s
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TablesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
-/// What is asked for, and nothing else, is made: `document` for Markdown and LaTeX.
+/// Makes only the requested format: `document` for Markdown and LaTeX.
 template <class Json, class Csv, class Text, class Document>
 std::string in_format(Format format, const Json& json, const Csv& csv, const Text& text,
                       const Document& document) {
@@ -166,24 +166,25 @@ std::string in_format(Format format, const Json& json, const Csv& csv, const Tex
   return text();
 }
 
-/// load_study(), which the first signal ends.
+/// load_study(), terminated by the first signal.
 Study read_study(const std::filesystem::path& file);
-/// The conditions asked for by name, in the study's order. Throws StudyError with all names.
+/// The conditions of these names, in the study's order. Throws StudyError with all names.
 std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only);
-/// What decides the numbers of a run that can be taken up again: a log is for the same alone.
+/// Identifies everything that determines the results of a resumable run; a log is valid only for
+/// the same.
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions);
 
-/// Calls work(condition, progress) on each condition in turn. What cannot be asked of one is said
-/// with its name, as a StudyError.
+/// Calls work(condition, progress) on each condition in turn. Errors are reported with the
+/// condition's name, as a StudyError.
 void for_each(const Study& study, const Common& common,
               const std::function<void(const Condition&, Progress&)>& work);
-/// Trimmed, linearized and its modes found, as far as it goes. Inputs: LinearizeCommand's.
+/// Trims, linearizes and computes modes, as far as possible. Inputs: LinearizeCommand's.
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});
-/// The study's flight, or this one of its Monte-Carlo flights.
+/// The study's flight, or one of its Monte-Carlo flights.
 FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop);
-/// The study's grid for these conditions, progress said. Throws StudyError where it cannot be
-/// swept.
+/// The study's grid for these conditions, with a progress display. Throws StudyError if it cannot
+/// be swept.
 SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
                SweepOptions options);
 

@@ -1,4 +1,4 @@
-// Completion scripts for shells, from the same options as --help.
+// Shell completion scripts, generated from the same options as --help.
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
@@ -19,7 +19,7 @@ std::vector<std::string> flags(const CLI::Option& option) {
 bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
 
 std::string value_name(const CLI::Option& option) {
-  const std::string name = option.get_type_name();  // and what is accepted, "N:INT in [0 - 9]"
+  const std::string name = option.get_type_name();  // includes the range, "N:INT in [0 - 9]"
   return name.substr(0, name.find(':'));
 }
 
@@ -36,7 +36,7 @@ Options named(const CLI::App& command) {
 
 std::vector<const CLI::App*> commands(const CLI::App& app) { return app.get_subcommands({}); }
 
-// "csv json text" of an option that takes one of these.
+// "csv json text" for an option with these choices.
 std::string choices(const CLI::Option& option) {
   std::string names = option.get_type_name();
   if (names.find('|') == names.npos) return {};
@@ -44,7 +44,7 @@ std::string choices(const CLI::Option& option) {
   return names;
 }
 
-// What stands without a flag: "toml" for STUDY.toml; empty if the command takes no file.
+// Ending of the positional argument: "toml" for STUDY.toml; empty if the command takes no file.
 std::string positional_ending(const CLI::App& command) {
   const auto all = command.get_options([](const CLI::Option* o) { return o->get_positional(); });
   if (all.empty()) return {};
@@ -107,7 +107,7 @@ complete -o filenames -F _tiltrim tiltrim
                      fmt::join(names, " "), values, words);
 }
 
-// Text between single quotes of a shell, without what zsh's _arguments reads in it.
+// Text for single quotes in a shell, without characters that zsh's _arguments interprets.
 std::string quoted(std::string text) {
   std::string out;
   for (const char c : text) {

@@ -14,7 +14,7 @@ namespace tiltrim::cli {
 
 namespace fs = std::filesystem;
 
-// The first lines of what it said.
+// The first lines of gnuplot's error output.
 static std::string said(const fs::path& errors) {
   std::ifstream in(errors);
   std::string words, line;

@@ -1,4 +1,4 @@
-/// gnuplot, run on a script in a folder.
+/// Runs gnuplot on a script in a folder.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace tiltrim::cli {
 
-/// Runs `script`, a file of the folder, there. Throws std::runtime_error if gnuplot is not
-/// installed or fails, with what it said; `kept` is added to that.
+/// Runs `script` in the folder that contains it. Throws std::runtime_error with gnuplot's output if
+/// gnuplot is not installed or fails; `kept` is appended to the message.
 void run_gnuplot(const std::filesystem::path& folder, const std::filesystem::path& script,
                  const std::string& kept);
 

@@ -51,7 +51,7 @@ int finish(const Common& common, const Run& run) {
   return interrupt.signal() == 0 ? outcome.exit_code : 128 + interrupt.signal();
 }
 
-// What is wrong with the arguments, in one line.
+// An error in the arguments, in one line.
 std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std::string& first) {
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
@@ -65,7 +65,7 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std
                      near.empty() ? "" : fmt::format("; did you mean '{}'?", near), all);
 }
 
-// A subcommand, and what it does once it is chosen.
+// A subcommand and the function that runs it.
 struct Choice {
   const CLI::App* command;
   std::function<int()> go;
@@ -80,7 +80,7 @@ Choice choice(const CLI::App* app, const Command& command) {
           }};
 }
 
-// Every command's options, as they are before anything is said of them.
+// The default options of every command.
 struct Commands {
   TrimCommand trim;
   LinearizeCommand linearize;
@@ -113,7 +113,7 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_tables(app, all.tables), all.tables)};
 }
 
-// What the program says of itself: scripts for shells, pages of the manual.
+// Commands about the program: completion scripts and manual pages.
 struct Itself {
   std::string shell, page;
 };
@@ -138,14 +138,14 @@ std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
       {manual, [&app, &itself, print] { return print(manual_page(app, itself.page)); }}};
 }
 
-// What depends on other options.
+// Fills in options that depend on others.
 void fill_in(const CLI::App& app, Commands& all) {
   for (Common* common :
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
         &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.sweep.common,
         &all.tune.common, &all.simulate.common, &all.diff.common, &all.tables.common})
     settle_format(*common);
-  constexpr int many = 200;  // starts, where every equilibrium is looked for
+  constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)
     all.trim.options.starts = many;
   if (all.report.common.output.empty())
@@ -185,11 +185,12 @@ int run_program(int argc, char** argv) {
 }  // namespace tiltrim::cli
 
 int main(int argc, char** argv) {
-  const tiltrim::RoundToNearest environment;  // a library may have set another while it was loaded
-  std::signal(SIGXFSZ, SIG_IGN);              // a write beyond the limit of size fails, and says so
+  const tiltrim::RoundToNearest
+      environment;                // a library may have changed the mode while it was loaded
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file-size limit fails with an error
   try {
     return tiltrim::cli::run_program(argc, argv);
-  } catch (const std::bad_alloc&) {  // to format a message would take memory
+  } catch (const std::bad_alloc&) {  // formatting a message would need memory
     std::fputs("tiltrim: not enough memory for:", stderr);
     for (int i = 1; i < argc; ++i) {
       std::fputc(' ', stderr);

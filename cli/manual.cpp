@@ -1,4 +1,4 @@
-// Pages of the manual in roff (man), from the same options as --help.
+// Manual pages in roff (man), generated from the same options as --help.
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
@@ -11,7 +11,7 @@ namespace tiltrim::cli {
 
 namespace {
 
-// Text as roff prints it: hyphens as they are typed, no line that begins with a request.
+// Escapes text for roff: literal hyphens, no line that begins with a request.
 std::string roff(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {

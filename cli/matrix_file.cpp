@@ -29,7 +29,7 @@ std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 24;
   std::string shown(text.substr(0, longest));
   while (shown.size() < text.size() && !shown.empty() && (text[shown.size()] & 0xC0) == 0x80)
-    shown.pop_back();  // not in the middle of a character
+    shown.pop_back();  // keeps characters complete
   for (char& c : shown)
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
   return "'" + shown + (shown.size() < text.size() ? "...'" : "'");
@@ -97,10 +97,10 @@ struct Line {
 
 struct Field {
   std::string text;
-  std::size_t byte;  // at which it starts
+  std::size_t byte;  // offset of its first byte
 };
 
-// Fields between separators; ' ' stands for runs of blanks. A field in quotes may hold separators,
+// Fields between separators; ' ' stands for runs of blanks. A quoted field may contain separators,
 // and "" for a quote.
 std::vector<Field> fields_of(const Line& line, char separator) {
   const std::string_view text = line.text;
@@ -139,7 +139,7 @@ std::optional<double> number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || error == std::errc::invalid_argument) return {};
-  if (error == std::errc::result_out_of_range) return std::nan("");  // refused as not finite
+  if (error == std::errc::result_out_of_range) return std::nan("");  // reported as not finite
   return value;
 }
 
@@ -153,7 +153,7 @@ std::string matrix_numbers(std::size_t n) {
   return fmt::format("{} number{}", n, n == 1 ? "" : "s");
 }
 
-// The lines that say something, one after another.
+// The lines with content, in order.
 class Lines {
  public:
   Lines(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {
@@ -235,9 +235,9 @@ MatrixFile read_csv(const std::string& name, std::string_view text, bool bounds)
   return file;
 }
 
-// The document, or its line and column where it is none.
+// The document; if it is invalid, throws with line and column.
 json parsed(const std::string& name, std::string_view text) {
-  // What a hostile file would fill the memory with.
+  // Limits the memory that a malicious file can use.
   constexpr int deepest = 12;
   constexpr std::size_t most = 4 * std::size_t(largest_matrix * largest_matrix);
   std::size_t values = 0;

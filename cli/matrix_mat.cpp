@@ -1,6 +1,6 @@
-// MATLAB's Level 5 MAT-files, of which one real matrix is read. Not through matio: it takes
-// what is left of a truncated file for the whole.
-//   "MAT-File Format", The MathWorks: header of 128 bytes, then elements: type, size, data.
+// Reads one real matrix from a MATLAB Level 5 MAT-file. matio is not used: it reads a truncated
+// file as if it were complete.
+// "MAT-File Format", The MathWorks: header of 128 bytes, then elements: type, size, data.
 #include <fmt/ranges.h>
 #include <zlib.h>
 
@@ -49,11 +49,11 @@ Number value_at(std::string_view data, std::size_t i, bool swapped) {
   return std::bit_cast<Number>(bytes);
 }
 
-// Takes the first element off the bytes; nothing if they do not hold it whole.
+// Removes the first element from the bytes; empty if it is incomplete.
 std::optional<Element> take(std::string_view& bytes, bool swapped) {
   if (bytes.size() < 8) return {};
   const auto type = value_at<std::uint32_t>(bytes, 0, swapped);
-  if (const std::uint32_t size = type >> 16; size != 0) {  // up to four bytes within the tag
+  if (const std::uint32_t size = type >> 16; size != 0) {  // up to four bytes inside the tag
     if (size > 4) return {};
     const Element small{type & 0xFFFF, bytes.substr(4, size)};
     bytes.remove_prefix(8);
@@ -69,10 +69,10 @@ std::optional<Element> take(std::string_view& bytes, bool swapped) {
 
 struct Inflated {
   std::string bytes;
-  bool whole = false;  // to its end, and the checksum agrees
+  bool whole = false;  // complete, with a valid checksum
 };
 
-// The first `most` bytes of what was compressed.
+// The first `most` bytes of the decompressed data.
 Inflated inflated(std::string_view data, std::size_t most) {
   Inflated result;
   z_stream stream{};
@@ -92,7 +92,7 @@ Inflated inflated(std::string_view data, std::size_t most) {
   return result;
 }
 
-// What comes before an array's numbers; `rest` holds these.
+// An array's header; `rest` holds its numbers.
 struct Head {
   std::uint32_t flags = 0;
   std::vector<std::size_t> size;
@@ -121,7 +121,7 @@ std::optional<Head> head_of(std::string_view bytes, bool swapped) {
 template <class Number>
 bool convert(std::string_view data, bool swapped, Eigen::MatrixXd& A) {
   if (data.size() != std::size_t(A.size()) * sizeof(Number)) return false;
-  for (Index i = 0; i < A.size(); ++i)  // by columns, as Eigen has them
+  for (Index i = 0; i < A.size(); ++i)  // column-major, as in Eigen
     A.data()[i] = double(value_at<Number>(data, std::size_t(i), swapped));
   return true;
 }
@@ -195,13 +195,13 @@ Eigen::MatrixXd read_mat(const std::string& file, std::string_view bytes,
   while (!bytes.empty()) {
     auto element = take(bytes, swapped);
     if (!element) refuse(file, "ends within a variable, or is damaged", "a whole MAT-file");
-    // Beside the numbers: tags, dimensions, name, and a second element that there should not be.
+    // In addition to the numbers: tags, dimensions, name, and a possible second element (an error).
     constexpr std::size_t most = std::size_t(largest_matrix * largest_matrix) * 8 + 4096;
     Inflated whole{{}, true};
     if (element->type == compressed) {
       whole = inflated(element->data, most);
       std::string_view inside = whole.bytes;
-      // Of one that is too large the head is enough to see that.
+      // The header suffices to reject a matrix that is too large.
       if (inside.size() >= 8)
         element = Element{value_at<std::uint32_t>(inside, 0, swapped), inside.substr(8)};
     }

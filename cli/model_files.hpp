@@ -1,4 +1,4 @@
-/// The files of linear models that `linearize --models` writes.
+/// The linear-model files of `linearize --models`.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace tiltrim::cli {
 
-/// Throws, before any work, if a file's ending is none that is known, if two are one file, or one
-/// the study or the output, or if a file could not be written.
+/// Throws, before any computation, if a file's ending is unknown, if two files coincide or one is
+/// the study or the output, or if a file cannot be written.
 void check_model_files(const std::vector<std::filesystem::path>& files,
                        const std::filesystem::path& study, const std::filesystem::path& output);
-/// Each whole or not at all.
+/// Writes each file completely or not at all.
 void write_model_files(const std::vector<std::filesystem::path>& files,
                        const std::vector<ConditionReport>& conditions);
 

@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-// The names asked for, or the file's, or x1, x2, ...
+// The names given on the command line, or the file's, or x1, x2, ...
 Signals states_of(const ModesCommand& command, const MatrixFile& file, const std::string& where) {
   const Index n = file.values.rows();
   std::vector<std::string> names = command.states.empty() ? file.states : command.states;

@@ -1,4 +1,4 @@
-/// Each command's options on the command line. Internal to cli/.
+/// Command-line options of each command. Internal to cli/.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@ class Option;
 
 namespace tiltrim::cli {
 
-/// Adds the command, whose options are read into `command`.
+/// Adds the command; its options are stored in `command`.
 CLI::App* add_trim(CLI::App& app, TrimCommand& command);
 CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command);
 CLI::App* add_modes(CLI::App& app, ModesCommand& command);
@@ -28,21 +28,21 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command);
 CLI::App* add_diff(CLI::App& app, DiffCommand& command);
 CLI::App* add_tables(CLI::App& app, TablesCommand& command);
 
-/// A command line to try, and what it answers: in --help, in the command's own and in the manual.
+/// An example command line and its result, for --help, the command's help and the manual.
 struct Example {
   std::string command, line, answers;
 };
 const std::vector<Example>& examples();
-/// Those of one command, or all for an empty name, as --help prints them.
+/// The examples of one command, or all for an empty name, as --help prints them.
 std::string examples_text(const std::string& command);
 
 /// Without --format the ending of the output decides: .json, .csv, .md, .tex, .txt. Throws
-/// std::invalid_argument where both are given and differ.
+/// std::invalid_argument if the two contradict each other.
 void settle_format(Common& common);
 
 /// "-f", "--format"
 std::vector<std::string> flags(const CLI::Option& option);
-bool takes_value(const CLI::Option& option);        ///< not a switch
+bool takes_value(const CLI::Option& option);        ///< false for a switch
 std::string value_name(const CLI::Option& option);  ///< "FILE"
 
 /// The script that completes commands, options and their values in "bash", "zsh" or "fish".

@@ -1,4 +1,4 @@
-// tiltrim report: what a study has to show, computed where it is not given, as one page.
+// tiltrim report: all results of a study, computed unless given, on one page.
 #include <fmt/ranges.h>
 #include <unistd.h>
 
@@ -22,22 +22,22 @@ namespace fs = std::filesystem;
 
 // ---- Which maps ---------------------------------------------------------------------------------
 
-// The printed equations do not fly, and no gain makes a point of theirs stable: of them the
-// conditions alone are shown.
+// The printed equations do not describe flight, and no gain stabilizes them: only their conditions
+// are reported.
 bool has_closed_loop(const Study& study) {
   return !study.user_model && study.vehicle.equations == Equations::consistent &&
          std::ranges::any_of(study.conditions,
                              [](const Condition& c) { return bool(c.command()); });
 }
 
-// Where the study does not say: the corridor, and a gain over it.
+// Default maps: the corridor, and a gain over the corridor.
 std::vector<ReportTable::Map> maps_of(const Study& study) {
   if (study.report && !study.report->maps.empty()) return study.report->maps;
   if (study.sweep && study.sweep->axes.size() <= 2) return {{"", *study.sweep}};
   if (!has_closed_loop(study)) return {};
   const auto heights = [](std::size_t count) { return spaced(0, 120, count); };
   std::vector<ReportTable::Map> maps{{"", {{corridor_axis(heights(481), study.schedule)}}}};
-  if (!study.schedule.eta.empty()) return maps;  // a gain that moves with the tilt is no axis
+  if (!study.schedule.eta.empty()) return maps;  // a scheduled gain cannot be an axis
   const SweepAxis gain{"K_Lp", {column_of(study_key("gains.K_Lp"), spaced(0.05, 5, 101, true))}};
   maps.push_back({"", {{corridor_axis(heights(121), {}), gain}}});
   return maps;
@@ -48,7 +48,7 @@ bool along_corridor(const SweepTable& grid) {
                              [](const SweepAxis& a) { return a.columns.front().signal.empty(); });
 }
 
-// A map has conditions of one formulation; the corridor makes all of them the same.
+// A map has conditions of one formulation; the corridor makes all conditions equal.
 std::vector<Condition> conditions_of(const ReportTable::Map& map,
                                      const std::vector<Condition>& all) {
   std::vector<Condition> closed, airframe;
@@ -64,9 +64,9 @@ std::vector<Condition> conditions_of(const ReportTable::Map& map,
   return chosen;
 }
 
-// ---- Maps that are given ------------------------------------------------------------------------
+// ---- Precomputed maps ---------------------------------------------------------------------------
 
-// Numbers, limits and polar by which two studies differ beside what the map's axes set.
+// Parameters, limits and polar in which two studies differ, except those set by the map's axes.
 std::vector<std::string> differences(const Study& a, const Study& b, const SweepMap& map) {
   const auto is_axis = [&](const std::string& signal) {
     return std::ranges::any_of(map.axes, [&](const SweepAxis& axis) {
@@ -156,7 +156,7 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
 
 // ---- The rest -----------------------------------------------------------------------------------
 
-// Tables 1-3 are those of the paper's aircraft.
+// Tables 1-3 are for the paper's aircraft.
 bool wants_audit(const Study& study) {
   if (study.user_model) return false;
   if (study.report && study.report->audit) return *study.report->audit;
@@ -182,7 +182,7 @@ StudyReport computed(const ReportCommand& command, const std::stop_token& stop) 
   TrimOptions trimming;
   trimming.stop = stop;
   trimming.time_limit = study.time_limit;
-  // What comes after a stop is not begun, and named.
+  // After an interrupt, analyses are skipped and listed.
   const auto examined = [&](bool wanted, const std::string& what) {
     if (wanted && stop.stop_requested()) report.not_examined.push_back(what);
     return wanted && !stop.stop_requested();
@@ -213,7 +213,7 @@ std::string slurp(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// A folder of this process's own, removed at the end.
+// A temporary folder of this process, removed at the end.
 struct Workshop {
   fs::path path;
   Workshop() {
@@ -256,7 +256,7 @@ void write_tables(const fs::path& folder, const std::vector<NamedSheet>& sheets)
   }
 }
 
-// As a shell takes it.
+// The command line, quoted for a shell.
 std::string command_line(const ReportCommand& command) {
   const auto word = [](const std::string& text) {
     const bool plain = !text.empty() &&

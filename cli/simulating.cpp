@@ -1,4 +1,4 @@
-// tiltrim simulate: a flight, how fast the tilt may be, responses, Monte Carlo.
+// tiltrim simulate: a flight, the tilt-rate limit, responses, Monte Carlo.
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 std::string study_name(const Study& study) { return study.file.stem().string(); }
 
-// ---- What is asked ------------------------------------------------------------------------------
+// ---- Options ------------------------------------------------------------------------------------
 
 void check_samples(const SimulateCommand& command) {
   const fs::path& samples = command.samples;
@@ -39,7 +39,7 @@ void check_samples(const SimulateCommand& command) {
   check_writable(samples);
 }
 
-// What would be passed over in silence is refused; so is what cannot be written.
+// Refuses options that would be ignored, and files that cannot be written.
 void check(const SimulateCommand& command) {
   const auto goes_with = [](bool given, const char* option, bool asked, const char* what) {
     if (given && !asked)
@@ -59,7 +59,7 @@ void check(const SimulateCommand& command) {
 
 // ---- The flight ---------------------------------------------------------------------------------
 
-// The paper's own flight: (16) from the ground.
+// The paper's flight: (16) from the ground.
 bool as_in_paper(const Study& study) {
   const SimulateTable table = study.simulate.value_or(SimulateTable{});
   return table.schedule.kind == ScheduleTable::Kind::corridor && from_ground(table);
@@ -125,7 +125,7 @@ Outcome fly_study(const SimulateCommand& command, const Study& study, const Text
           code};
 }
 
-// Of a study with [model].
+// The motion of a study with [model].
 Outcome move_model(const SimulateCommand& command, const Study& study, const TextStyle& style,
                    const std::stop_token& stop) {
   TrimOptions trimming;
@@ -147,7 +147,7 @@ Outcome move_model(const SimulateCommand& command, const Study& study, const Tex
           motion.answered() ? answered : unanswered};
 }
 
-// ---- Instead of it ------------------------------------------------------------------------------
+// ---- Alternatives to the flight -----------------------------------------------------------------
 
 Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, const TextStyle& style,
                         const std::stop_token& stop) {
@@ -177,7 +177,7 @@ Outcome limit_tilt_rate(const SimulateCommand& command, const Study& study, cons
       code};
 }
 
-// What a response of the tiltrotor may be offset in.
+// States of the tiltrotor in which a response may be offset.
 std::vector<Key> flight_keys() {
   std::vector<Key> keys;
   for (const char* name :
@@ -273,7 +273,7 @@ Outcome scatter(const SimulateCommand& command, const Study& study, const TextSt
       command.common.format, [&] { return monte_carlo_json(run); },
       [&] { return as_csv(monte_carlo_sheet(run)); }, [&] { return monte_carlo_text(run, style); },
       [&] { return monte_carlo_document(run); });
-  // The answer is safe before the log goes.
+  // The log is removed only after the result is saved.
   if (command.common.output.empty())
     print_whole(text);
   else

@@ -1,4 +1,4 @@
-// tiltrim sweep and diff: maps, and what changed between two.
+// tiltrim sweep and diff: maps, and the differences between two.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -70,7 +70,7 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   if (std::isnan(command.checkpoint))
     throw std::invalid_argument("--checkpoint: nan is no number of seconds");
   const std::filesystem::path& output = command.common.output;
-  // One log whatever link leads to the output.
+  // The same log, whichever link leads to the output.
   const std::filesystem::path log = filing::target_of(output).string() + ".log";
   SweepMap map;
   try {

@@ -81,7 +81,7 @@ sigset_t stopping_signals() {
 using filing::refuse;
 using filing::target_of;
 
-// The signal that came; whether a file is being read.
+// The signal received; whether a file is being read.
 std::atomic<int> arrived = 0;
 std::atomic<bool> reading = false;
 

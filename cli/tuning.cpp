@@ -1,4 +1,4 @@
-// tiltrim tune: search, a second search beside it, random samples, a front.
+// tiltrim tune: search, comparison with a second algorithm, random samples, front.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace tiltrim::cli {
 
 namespace {
 
-// "decay 0.3371 1/s, held by damping at climb; 1234 of 4000, 850/s"; the terminal's line is short.
+// "decay 0.3371 1/s, held by damping at climb; 1234 of 4000, 850/s", short enough for one line.
 std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
   const std::string_view in = unit(problem.goal.measure);
   const std::string where = at.decides.substr(0, at.decides.find(','));
@@ -23,7 +23,7 @@ std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
                      at.evaluations, at.of, double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 
-// The search, its progress under a heading of its own.
+// The search, with progress under its own heading.
 template <class Work>
 auto watched(const std::string& what, const TuneProblem& problem, TuneOptions options,
              const Work& work) {
@@ -41,8 +41,8 @@ TuneResult searched(const std::string& what, const TuneProblem& problem,
   return watched(what, problem, options, [&](const TuneOptions& o) { return tune(problem, o); });
 }
 
-// The goal with one limit, there already or not, at each of its values: from the strictest on, each
-// search beginning at the answer before, which meets the next limit too.
+// The optimum for each value of one limit, from the strictest on; each search starts at the
+// previous optimum, which satisfies the next limit too.
 std::vector<TuningReport::FrontPoint> front_of(const TuneProblem& problem,
                                                const TuneTable::Front& front, TuneOptions options) {
   const auto limit_at = [&](int k) {
@@ -66,11 +66,11 @@ std::vector<TuningReport::FrontPoint> front_of(const TuneProblem& problem,
   return points;
 }
 
-// Whichever search found it, the better answer is the answer.
+// The better of the two optima is the result.
 bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
   if (a.status != b.status) return a.status < b.status;
   const double more = (more_is_better(problem.goal.measure) ? 1 : -1) * (a.goal - b.goal);
-  constexpr double rounding = 1e-6;  // of the goal: as far as searches go
+  constexpr double rounding = 1e-6;  // of the goal: convergence of a search
   return a && more > rounding * std::abs(b.goal);
 }
 
