@@ -1,6 +1,6 @@
 // A blimp with a pitch damper, through every verb: trim, linearize, margins, sensitivities, follow,
-// envelope, sweep, tune, simulate. A vehicle is a function that returns a Model; no file of the
-// library knows this one.
+// envelope, sweep, tune, simulate. A vehicle is a function that returns a Model; the library
+// contains nothing specific to this one.
 #include <algorithm>
 #include <cstdio>
 #include <numbers>
@@ -15,9 +15,9 @@
 
 using Eigen::VectorXd;
 
-// Longitudinal motion in body axes about the centre of buoyancy. LoopInputs mass makes the hull
-// heavier across than along, mz > mx, so that it turns broadside (the Munk moment); its weight
-// hangs low.
+// Longitudinal motion in body axes about the centre of buoyancy. Added mass makes the hull heavier
+// across than along, mz > mx, so that it tends to turn broadside (the Munk moment); the centre of
+// gravity is low.
 //   mx u' = T - mz w q - Du u|u| - N sin θ
 //   mz w' = mx u q - Dw w|w| - L u w + N cos θ - Zδ u² δ
 //   Jy q' = (mz - mx) u w - Dq u q - G sin θ + Mδ u² δ,   δ = trim - k_theta θ - k_q q
@@ -51,7 +51,7 @@ tiltrim::Model blimp() {
   return exact_model(m, f, h);
 }
 
-// Level flight at a speed u that is given; the tab, the thrust and the attitude follow.
+// Level flight at a given speed u; the tab, the thrust and the attitude follow.
 const tiltrim::TrimSpec level{.free = {"w", "pitch", "thrust", "trim_tab"},
                               .steady = {"u", "w", "q"},
                               .bounds = {{"climb_angle", {0, 0}}, {"trim_tab", {-0.4, 0.4}}},

@@ -1,5 +1,4 @@
-// An inverted pendulum on a cart, held up by linear state feedback: eigenvalues where they were
-// put.
+// An inverted pendulum on a cart, stabilized by linear state feedback with pole placement.
 #include <cmath>
 #include <cstdio>
 
@@ -9,7 +8,7 @@
 
 using Eigen::VectorXd;
 
-constexpr double M = 2.0, m = 0.1, l = 0.5, g = 9.81;  // cart, bob, rod: those of [49]
+constexpr double M = 2.0, m = 0.1, l = 0.5, g = 9.81;  // cart, bob, rod: values of [49]
 
 // (M + m) x" + m l (θ" cos θ - θ'² sin θ) = F,   l θ" + x" cos θ = g sin θ
 tiltrim::Model cart_pole() {
@@ -38,8 +37,8 @@ tiltrim::Model state_feedback(const Eigen::Vector4d& k) {
   return law;
 }
 
-// Linear: θ" = a θ - F/(M l), x" = -(m g/M) θ + F/M; with s⁴ + c3 s³ + c2 s² + c1 s + c0 wanted
-// the four gains follow one by one.
+// Linear: θ" = a θ - F/(M l), x" = -(m g/M) θ + F/M; the desired s⁴ + c3 s³ + c2 s² + c1 s + c0
+// determines the four gains one by one.
 Eigen::Vector4d gains(double c3, double c2, double c1, double c0) {
   const double a = (M + m) * g / (M * l);
   const double k3 = -c0 * M * l / g, k4 = -c1 * M * l / g;

@@ -1,5 +1,5 @@
-// The F-16 in level flight at sea level: what holds it there at each speed, and its modes. The
-// printed values are in data/references/f16.json.
+// The F-16 in level flight at sea level: trim and modes at each speed. The printed values are in
+// data/references/f16.json.
 #include "examples/f16.hpp"
 
 #include <cstdio>
@@ -9,7 +9,7 @@
 
 using Eigen::VectorXd;
 
-// Level flight at a speed; the guess serves all of them.
+// Level flight at a speed; one guess serves all of them.
 tiltrim::TrimResult level(const tiltrim::Model& m, double V, double xcg) {
   const tiltrim::TrimSpec spec{.free = {"alpha", "theta", "power", "throttle", "elevator"},
                                .steady = {"V", "alpha", "q", "power"},

@@ -43,7 +43,7 @@ inline constexpr OverAlpha C_xq = {-.267, -.110, .308, 1.34, 2.08, 2.91,
                                    2.76,  2.05,  1.50, 1.49, 1.83, 1.21};
 inline constexpr OverAlpha C_zq = {-8.80, -25.8, -28.9, -31.4, -31.2, -30.7,
                                    -27.7, -28.2, -29.0, -29.8, -38.3, -35.3};
-// At -5 degrees the book prints -.540, a tenth of its neighbours.
+// At -5 degrees the book prints -.540, a tenth of the neighbouring values.
 inline constexpr OverAlpha C_mq = {-7.21, -5.40, -5.23, -5.26, -6.11, -6.64,
                                    -5.69, -6.00, -6.20, -6.40, -6.60, -6.00};
 
@@ -62,7 +62,7 @@ inline constexpr Thrust maximum = {
     Row<6>{22700, 16860, 12250, 8154, 5000, 2835},  Row<6>{24240, 18910, 13760, 9285, 5700, 3215},
     Row<6>{26070, 21075, 15975, 11115, 6860, 3950}, Row<6>{28886, 23319, 18300, 13484, 8642, 5057}};
 
-// Linear between the entries of a table, and beyond its ends as in the last interval.
+// Linear between the entries of a table; the end intervals are extrapolated.
 template <std::size_t n>
 double between(const Row<n>& row, double at) {
   const double low = std::clamp(std::floor(at), 0.0, double(n - 2));
@@ -92,8 +92,8 @@ inline double commanded_power(double throttle) {
   return throttle <= 0.77 ? 64.94 * throttle : 217.38 * throttle - 117.38;
 }
 
-// The engine follows its command at 5 1/s with the afterburner, else the more slowly the further
-// away it is; into and out of the afterburner it goes by way of a power beyond 50.
+// The engine follows its command at 5 1/s with afterburner; otherwise the rate falls with the
+// distance from the command. It enters and leaves the afterburner by way of a power beyond 50.
 inline double power_rate(double power, double command) {
   const bool burns = power >= 50, shall_burn = command >= 50;
   const double aim = burns == shall_burn ? command : shall_burn ? 60 : 40;
@@ -147,14 +147,15 @@ inline Eigen::VectorXd rates(const Eigen::VectorXd& v, const Eigen::VectorXd& u,
   return d;
 }
 
-// Flight path, and the load at the pilot's place 15 ft ahead of the centre of gravity [g].
+// Flight path, and the load factor at the pilot's position 15 ft ahead of the centre of gravity
+// [g].
 inline Eigen::VectorXd outputs(const Eigen::VectorXd& v, const Eigen::VectorXd& u,
                                const Eigen::VectorXd& p) {
   const Loads at = loads(v, u[1], p);
   return Eigen::Vector2d{v[2] - v[1], (15 * at.pitch - at.z) / gravity};
 }
 
-// Zero, with a change of sign, at the inner entries of a table of n; `at` counts them from 0.
+// A function with a simple zero at each inner entry of a table of n; `at` counts them from 0.
 inline double kinks(double at, double n) {
   return std::sin(std::numbers::pi * std::clamp(at, 0.5, n - 1.5));
 }

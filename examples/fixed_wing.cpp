@@ -9,8 +9,8 @@
 
 using Eigen::VectorXd;
 
-// Small disturbances from level flight, in ft, s, rad:
-//   u' = X_u u + X_w w - g θ,  w' = Z_u u + Z_w w + Z_q q,  q' = M_u u + M_w w + M_q q,  θ' = q
+// Small perturbations of level flight, in ft, s, rad:
+// u' = X_u u + X_w w - g θ,  w' = Z_u u + Z_w w + Z_q q,  q' = M_u u + M_w w + M_q q,  θ' = q
 tiltrim::Model longitudinal() {
   tiltrim::Model m;
   m.name = "Boeing 747-100";

@@ -1,6 +1,6 @@
 # cmake -D BUILD=<build> -D NINJA=<ninja> -D TARGET=<file> -P general.cmake
-# Whatever the target is built from, and that from, lies outside the folders of particular vehicles and of studies: the
-# library of the general folders stands alone.
+# Checks that everything the target is built from lies outside the folders of particular vehicles
+# and of studies: the library of the general folders is self-contained.
 cmake_minimum_required(VERSION 3.25)
 execute_process(COMMAND ${NINJA} -C ${BUILD} -t inputs ${TARGET} OUTPUT_VARIABLE inputs COMMAND_ERROR_IS_FATAL ANY)
 string(REGEX MATCHALL "[^\n]+" inputs "${inputs}")

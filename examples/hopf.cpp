@@ -1,5 +1,5 @@
 // Branches of equilibria with known bifurcations: the normal forms of fold and Hopf point [30], and
-// Lorenz' equations, whose convection loses its stability at r = σ(σ + b + 3)/(σ - b - 1).
+// the Lorenz equations, whose convection loses stability at r = σ(σ + b + 3)/(σ - b - 1).
 #include <cmath>
 #include <cstdio>
 
@@ -16,7 +16,7 @@ tiltrim::Model flow(const tiltrim::Signals& states, const char* parameter,
   return m;
 }
 
-// Follows the equilibria of m from near x at p until the parameter comes to `to`.
+// Follows the equilibria of m from near x at p until the parameter reaches `to`.
 void walk(const char* name, const tiltrim::Model& m, const VectorXd& x, double p, double to) {
   const auto states = names(m.states);
   const tiltrim::TrimSpec still{.free = states, .steady = states};
@@ -39,7 +39,8 @@ int main() {
   walk("fold",
        flow({{"x", "", 1}}, "mu",
             [](const VectorXd& x, double mu) -> VectorXd {
-              return VectorXd::Constant(1, mu + x[0] * x[0]);  // two equilibria below 0, none above
+              return VectorXd::Constant(
+                  1, mu + x[0] * x[0]);  // two equilibria below 0, no equilibrium above
             }),
        VectorXd::Constant(1, -1.0), -1, 1);
   walk("Hopf",
