@@ -1,7 +1,7 @@
-// Eigenvalues of many 6 x 6 matrices: the kernel across lanes, balancing, scaling and checks
-// included, and in turn with it, on the same matrices, Eigen::EigenSolver and (where LAPACK is
-// installed) dgeev, eigenvalues alone and without balancing of their own in Eigen's case. The
-// ratios are medians over the turns, in CPU time of this thread.
+// Eigenvalues of many 6 x 6 matrices: the SIMD kernel with balancing, scaling and checks, compared
+// on the same matrices, in alternation, with Eigen::EigenSolver and (if LAPACK is installed) dgeev,
+// eigenvalues only and, for Eigen, without balancing. The ratios are medians over the alternations,
+// in CPU time of this thread.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Eigenvalues>
@@ -31,7 +31,7 @@ using Eigen::MatrixXd;
 namespace {
 
 constexpr Index n = 6, count = 5000;
-constexpr std::size_t sample = 500;  // of the matrices, for those that take their time
+constexpr std::size_t sample = 500;  // matrices, for the slower methods
 constexpr double degree = std::numbers::pi / 180;
 
 double cpu_seconds() {
@@ -49,7 +49,7 @@ std::vector<MatrixXd> gaussian() {
   return all;
 }
 
-// The closed loop trimmed at three conditions, every entry moved by up to 40 %.
+// The closed loop trimmed at three conditions, every entry perturbed by up to 40 %.
 std::vector<MatrixXd> closed_loops() {
   std::vector<MatrixXd> trimmed;
   for (const Command& command : {Command{2.0, 90 * degree, 90 * degree},

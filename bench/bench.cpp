@@ -1,6 +1,6 @@
-// What one condition costs: evaluation, derivatives, trim, linearization and modes of the closed
-// loop, and each as a fraction of one cold Ipopt trim in the same run. Absolute times belong to
-// one machine on one day; the ratios travel.
+// Cost of one condition: evaluation, derivatives, trim, linearization and modes of the closed loop,
+// each also as a fraction of one cold Ipopt trim in the same run. Absolute times depend on the
+// machine; the ratios carry over.
 #include <benchmark/benchmark.h>
 #include <fmt/core.h>
 
@@ -24,7 +24,8 @@ using namespace tiltrim;
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
-// Helicopter, half way, airplane: cyclic and elevator at work, every angle nonzero but in the last.
+// Helicopter, half way, airplane: cyclic and elevator active, every angle nonzero except in the
+// last.
 constexpr std::array<Command, 3> commands{
     {{2.0, 90 * degree, 90 * degree}, {6.0, 45 * degree, 45 * degree}, {15.0, 0.0, 0.0}}};
 
@@ -41,7 +42,7 @@ Case prepared(const benchmark::State& state) {
   return {std::move(problem), result.point};
 }
 
-// Moves the state by a few ulps, so that no evaluation can be taken from the last.
+// Perturbs the state by a few ulps, so that no evaluation can be reused.
 void disturb(Eigen::VectorXd& x) {
   x[0] += 1e-13;
   x[1] += 1e-14;
@@ -103,14 +104,14 @@ void trim_newton_cold(benchmark::State& state) {
     benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess, options));
 }
 
-// As the program does it: Ipopt, then 32 starts for other equilibria.
+// As in the program: Ipopt, then 32 starts for other equilibria.
 void trim_all_starts(benchmark::State& state) {
   const Case c = prepared(state);
   for (auto _ : state)
     benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess));
 }
 
-// One Newton step from a neighbour's trim: residuals, exact slopes, three equations solved.
+// One Newton step from a neighbouring trim: residuals, exact Jacobian, three equations solved.
 void newton_step(benchmark::State& state) {
   Case c = prepared(state);
   const Problem problem = make_problem(c.problem.model, c.problem.spec, c.trimmed);
@@ -125,7 +126,7 @@ void newton_step(benchmark::State& state) {
   }
 }
 
-// Whole problems of level flight on the wing; `points` says how many trims are in each.
+// Complete problems of level flight on the wing; `points` is the number of trims in each.
 Condition level_flight(double V) {
   Condition level;
   level.name = "level";
@@ -133,7 +134,7 @@ Condition level_flight(double V) {
   return level;
 }
 
-// From 20 m/s through the stall until the elevator gives out, with its folds, limits and crossings.
+// From 20 m/s through the stall to elevator saturation, with folds, limits and crossings.
 void follow_level_branch(benchmark::State& state) {
   const TrimProblem p = closed_loop_problem(reference_vehicle(), {20.0, 0.0, 0.0});
   TrimSpec spec = p.spec;
@@ -149,7 +150,7 @@ void follow_level_branch(benchmark::State& state) {
   state.counters["points"] = double(points);
 }
 
-// The conversion corridor: V over tilt, 100 x 100, border and rows.
+// The conversion corridor: V over tilt, 100 x 100, boundary and rows.
 void envelope_100_by_100(benchmark::State& state) {
   const Vehicle vehicle = reference_vehicle();
   const Condition level = level_flight(15.0);
@@ -178,7 +179,7 @@ BENCHMARK(trim_newton_cold)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_ipopt_cold)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_all_starts)->DenseRange(0, 2)->ArgName("condition");
 
-// The console's table, and the medians behind it.
+// The table on the console, and the medians it is based on.
 class Ratios final : public benchmark::ConsoleReporter {
  public:
   void ReportRuns(const std::vector<Run>& runs) override {
@@ -203,7 +204,7 @@ class Ratios final : public benchmark::ConsoleReporter {
     if (ipopt == seconds_.end()) return;
     fmt::print("\nCPU time of one cold Ipopt trim over that of:\n");
     for (const auto& [name, by_condition] : seconds_) {
-      std::string ratios;  // none of benchmarks that are of no one condition
+      std::string ratios;  // empty for benchmarks without a condition
       for (const auto& [condition, time] : by_condition)
         if (const auto at = ipopt->second.find(condition); at != ipopt->second.end())
           ratios += fmt::format(" {:10.4g}", at->second / time);

@@ -1,5 +1,5 @@
-// What exact derivatives of a user's model cost beside differences: a longitudinal aircraft of four
-// states and two inputs, its functions written on double and on any scalar.
+// Cost of exact derivatives of a user-defined model compared with differences: an aircraft with
+// four longitudinal states and two inputs, its functions written for double and for any scalar.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -76,7 +76,7 @@ void user_model_on_any_scalar(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(m.f(at.x, at.u, at.p));
 }
 
-// Time of differences over that of exact derivatives, in turns: four rates by six variables.
+// Time of differences over that of exact derivatives, in alternation: four rates by six variables.
 template <class Differences>
 void differences_over_exact(benchmark::State& state, const Differences& differences) {
   using clock = std::chrono::steady_clock;

@@ -1,5 +1,5 @@
-// What a flight costs: the whole transition of 90 s, and the same flight by SciPy's solve_ivp
-// (RK45, the same tolerance) in the same run, where Python has SciPy.
+// Cost of a flight: the whole transition of 90 s, and the same flight by SciPy's solve_ivp (RK45,
+// the same tolerance) in the same run, if Python has SciPy.
 #include <benchmark/benchmark.h>
 
 #include <array>
@@ -15,7 +15,7 @@ using namespace tiltrim;
 
 namespace {
 
-// "transition" of data/reference_flights.json, whose gains bench/flight_scipy.py flies too.
+// "transition" of data/reference_flights.json, with the gains that bench/flight_scipy.py uses.
 Flight reference_flight() {
   Flight flight{reference_vehicle()};
   std::ifstream in(data_directory() / "reference_flights.json");
@@ -29,7 +29,7 @@ Flight reference_flight() {
   return flight;
 }
 
-// Seconds that SciPy takes; 0 where there is none.
+// SciPy's time in seconds; 0 if SciPy is missing.
 double scipy_seconds() {
   const std::string script = (data_directory().parent_path() / "bench/flight_scipy.py").string();
   const std::string command = "/usr/bin/python3 '" + script + "' --time 2>/dev/null";

@@ -1,5 +1,5 @@
 // Stability without eigenvalues: verdicts, maps over two gains, crossings along a line; each also
-// as a multiple of what Eigen's EigenSolver needs for the same matrices in the same run.
+// as a multiple of the time of Eigen's EigenSolver for the same matrices in the same run.
 #include <benchmark/benchmark.h>
 
 #include <Eigen/Eigenvalues>
@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-// The helicopter's closed loop in climb, over pitch and pitch-rate gain.
+// The closed loop of the helicopter in climb, over pitch and pitch-rate gain.
 AffineFamily cyclic_family() {
   const auto loop = [](double k_pa, double k_da) {
     Vehicle vehicle = reference_vehicle();
@@ -26,7 +26,7 @@ AffineFamily cyclic_family() {
         closed_loop_problem(vehicle, {2.0, 1.5707963267948966, 1.5707963267948966});
     const TrimResult result = trim(problem.model, problem.spec, problem.guess, {.starts = 0});
     if (!result) throw std::runtime_error(result.message);
-    // a1s stays: K_Li x2/(1 + K_Lp) + k_pa θ
+    // a1s is constant: K_Li x2/(1 + K_Lp) + k_pa θ
     OperatingPoint at = result.point;
     const double step = k_pa - vehicle.gains.k_pa;
     at.x[5] -= step * at.x[2] * (1 + vehicle.gains.K_Lp) / vehicle.gains.K_Li;
@@ -56,7 +56,7 @@ MatrixXd at(const AffineFamily& family, double a, double b) {
   return family.A0 + a * family.A1 + b * family.A2;
 }
 
-// Seconds of one EigenSolver, eigenvalues alone: the least of some rounds.
+// Seconds per EigenSolver, eigenvalues only: the minimum over several rounds.
 double eigen_seconds(const std::vector<MatrixXd>& matrices) {
   using Clock = std::chrono::steady_clock;
   Eigen::EigenSolver<MatrixXd> solver(matrices.front().rows());
@@ -71,7 +71,7 @@ double eigen_seconds(const std::vector<MatrixXd>& matrices) {
   return least / double(matrices.size());
 }
 
-// Counters: seconds for one of them, and how many of them in the time of one EigenSolver.
+// Counters: seconds per item, and items per EigenSolver time.
 void count(benchmark::State& state, double each_iteration, double eigen) {
   using benchmark::Counter;
   state.counters["each"] =

@@ -1,4 +1,4 @@
-// What a point of a map costs, before it is written.
+// Cost of a map point before it is written.
 #include <benchmark/benchmark.h>
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -35,14 +35,14 @@ Study two_gains() {
                                 axis("gains.k_de", 0.05, 20, 1000, "log"));
 }
 
-// The height fastest: no two neighbours have the same equilibrium.
+// Height varies fastest: no two neighbours have the same equilibrium.
 Study gain_over_corridor() {
   return study_of(level,
                   axis("gains.K_Lp", 0.05, 5, 101, "log") + axis("h", 0, 120, 961, "linear"));
 }
 
-// A map's memory (200 MB) stays the process's from one run to the next: what the system takes for
-// fresh pages, a second on some virtual machines, is not what a point costs.
+// Keeps a map's memory (200 MB) in the process between runs: the time the system needs for fresh
+// pages, a second on some virtual machines, is not part of the cost of a point.
 void keep_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);
@@ -80,7 +80,7 @@ void sweep_trimmed_at_every_point(benchmark::State& state) {
   count_points(state, points);
 }
 
-// Wall time of one thread over that of two, in turns.
+// Wall time of one thread over that of two, in alternation.
 void sweep_two_cores_over_one(benchmark::State& state) {
   using clock = std::chrono::steady_clock;
   keep_memory();

@@ -1,5 +1,5 @@
-// What a candidate of a tuning costs: all its places trimmed again from where they were,
-// linearized, their eigenvalues; with slopes; and, to compare, trimmed from nothing.
+// Cost of a tuning candidate: all its operating points trimmed again from the previous trims,
+// linearized, with eigenvalues; with gradients; and, for comparison, trimmed from scratch.
 #include <benchmark/benchmark.h>
 
 #include <random>
