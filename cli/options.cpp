@@ -34,9 +34,9 @@ CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, con
 
 void add_output(CLI::App* app, Common& common) {
   add_choice(app, "-f,--format", common.asked, formats,
-             "text (default), json and csv with every digit, markdown or latex tables; without it "
+             "text (default), json and csv with every digit, markdown or latex tables; if omitted, "
              "the ending of FILE decides");
-  app->add_option("-o,--output", common.output, "write to this file, whole or not at all")
+  app->add_option("-o,--output", common.output, "write to this file, completely or not at all")
       ->type_name("FILE");
 }
 
@@ -48,7 +48,7 @@ void add_common(CLI::App* app, Common& common, bool needs_study) {
 }
 
 void add_only(CLI::App* app, Common& common) {
-  app->add_option("--only", common.only, "only the conditions of these names")
+  app->add_option("--only", common.only, "only the conditions with these names")
       ->allow_extra_args(false)
       ->type_name("NAME");
 }
@@ -56,9 +56,9 @@ void add_only(CLI::App* app, Common& common) {
 void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
   add_only(app, common);
   add_choice(app, "--solver", options.method, methods,
-             "ipopt (default), or newton alone (as many unknowns as equations)");
+             "ipopt (default), or newton (needs as many unknowns as equations)");
   app->add_option("--starts", options.starts,
-                  "further starts, which look for other equilibria (32)")
+                  "additional starts to search for other equilibria (32)")
       ->check(CLI::Range(0, 100000))
       ->type_name("N");
 }
@@ -120,7 +120,7 @@ CLI::App* add_trim(CLI::App& app, TrimCommand& command) {
   add_common(trim, command.common, true);
   add_trim_options(trim, command.common, command.options);
   trim->add_flag("--all", command.all,
-                 "every equilibrium that 200 starts (or --starts) and the branches from them find");
+                 "all equilibria found from 200 starts (or --starts) and along their branches");
   return trim;
 }
 
@@ -133,7 +133,7 @@ CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
              "exact derivatives (default), or differences");
   linearize
       ->add_option("--inputs", command.inputs,
-                   "inputs of B and D: any inputs or parameters, as V,gains.K_Lp (default: the "
+                   "inputs of B and D: any inputs or parameters, e.g. V,gains.K_Lp (default: the "
                    "model's inputs; closed loop: V,gamma,eta)")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -152,20 +152,22 @@ CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
       "modes", "eigenvalues, modes and stability verdict of a matrix from anywhere");
   modes
       ->add_option("matrix", command.common.study,
-                   "numbers as CSV, JSON or MATLAB has them; - reads standard input")
+                   "the matrix as a CSV, JSON or MATLAB file; - reads standard input")
       ->type_name("A.csv")
       ->required();
   modes
       ->add_option("--error", command.error,
-                   "bounds of the matrix's error, entry by entry, in a file of the same kinds")
+                   "error bounds of the matrix entries, in a file of one of these formats")
       ->type_name("E.csv");
-  modes->add_option("--states", command.states, "names of the states (the file's, or x1,x2,...)")
+  modes
+      ->add_option("--states", command.states,
+                   "names of the states (default: the file's, or x1,x2,...)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("NAME,...");
   modes
       ->add_option("--variable", command.variable,
-                   "of a .mat file or a JSON object (A); of --error: the same with _error")
+                   "variable of a .mat file or JSON object (A); for --error, the same with _error")
       ->type_name("NAME");
   add_output(modes, command.common);
   return modes;
@@ -178,16 +180,16 @@ CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
   add_trim_options(follow, command.common, command.trimming);
   follow
       ->add_option("--parameter", command.parameter,
-                   "any number of the study: V, gamma_deg, aircraft.mass, gains.K_Lp (default: "
+                   "any variable of the study: V, gamma_deg, aircraft.mass, gains.K_Lp (default: "
                    "the study's [follow])")
       ->type_name("KEY");
-  follow->add_option("--to", command.to, "where it goes, in the study's unit")->type_name("VALUE");
+  follow->add_option("--to", command.to, "final value, in the study's unit")->type_name("VALUE");
   follow
       ->add_option("--max-step", command.options.max_step,
-                   "longest step, every unknown over its nominal size (0.5)")
+                   "longest step, in nominal sizes of the unknowns (0.5)")
       ->check(CLI::Range(1e-6, 100.0))
       ->type_name("STEP");
-  follow->add_option("--max-points", command.options.max_points, "of a branch (5000)")
+  follow->add_option("--max-points", command.options.max_points, "most points on a branch (5000)")
       ->check(CLI::Range(2, 1000000))
       ->type_name("N");
   return follow;
@@ -199,8 +201,7 @@ CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
   add_common(envelope, command.common, true);
   add_only(envelope, command.common);
   envelope
-      ->add_option("--over", command.over,
-                   "the other axis beside V: eta_deg (default) or gamma_deg")
+      ->add_option("--over", command.over, "the axis other than V: eta_deg (default) or gamma_deg")
       ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
       ->type_name("KEY");
   envelope->add_option("--count", command.count, "grid points along each axis (100)")
@@ -216,11 +217,12 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
   add_trim_options(sensitivities, command.common, command.trimming);
   sensitivities
       ->add_option("--parameters", command.parameters,
-                   "numbers of the study, as V,aircraft.mass,gains.K_Lp (default: all)")
+                   "variables of the study, e.g. V,aircraft.mass,gains.K_Lp (default: all)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("KEY,...");
-  sensitivities->add_option("--most", command.most, "parameters printed for each mode (8)")
+  sensitivities
+      ->add_option("--most", command.most, "number of parameters printed for each mode (8)")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
   return sensitivities;
@@ -234,13 +236,11 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
   add_trim_options(margins, command.common, command.trimming);
   margins
       ->add_option("--loop", options.actuators,
-                   "where to break it: theta0, a1s, delta_e, or the model's own (default: each)")
+                   "loop to break: theta0, a1s, delta_e, or a loop of the model (default: each)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("ACTUATOR,...");
-  margins
-      ->add_option("--bode", command.bode,
-                   "write Bode data to this file as CSV, whole or not at all")
+  margins->add_option("--bode", command.bode, "write Bode data to this CSV file")
       ->type_name("FILE.csv");
   margins
       ->add_option("--from", options.from,
@@ -250,7 +250,7 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
       ->add_option("--to", options.to,
                    "highest frequency (default: ten times the fastest eigenvalue)")
       ->type_name("RAD_PER_S");
-  margins->add_option("--points", options.points, "frequencies of the Bode data (200)")
+  margins->add_option("--points", options.points, "number of frequencies in the Bode data (200)")
       ->check(CLI::Range(2, 1000000))
       ->type_name("N");
   return margins;
@@ -261,12 +261,14 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
       "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
   add_common(sweep, command.common, true);
   add_only(sweep, command.common);
-  sweep->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+  sweep
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
       ->check(CLI::Range(0, 1024))
       ->type_name("N");
   sweep
       ->add_option("--checkpoint", command.checkpoint,
-                   "seconds between writes to FILE.log, from which a killed sweep goes on (1)")
+                   "seconds between writes to FILE.log, from which a sweep can be resumed (1)")
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");
   return sweep;
@@ -276,18 +278,21 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
   CLI::App* tune = app.add_subcommand(
       "tune", "gains whose worst case over the operating points of the study's [tune] is best");
   add_common(tune, command.common, true);
-  tune->add_option("--gains", command.gains, "write the gains to this file, as a study has them")
+  tune->add_option("--gains", command.gains,
+                   "write the gains to this file, in the format of a study")
       ->type_name("FILE.toml");
-  tune->add_option("--evaluations", command.evaluations, "candidates tried (the study's, 4000)")
+  tune->add_option("--evaluations", command.evaluations,
+                   "number of candidates (default: the study's, 4000)")
       ->check(CLI::Range(0L, 1'000'000'000L))
       ->type_name("N");
-  tune->add_option("--seconds", command.seconds, "longest time of each search; 0: no limit")
+  tune->add_option("--seconds", command.seconds, "time limit of each search; 0: no limit")
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");
-  tune->add_option("--seed", command.seed, "of all random numbers (the study's, 1)")
+  tune->add_option("--seed", command.seed, "seed of all random numbers (default: the study's, 1)")
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
       ->type_name("N");
-  tune->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+  tune->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
       ->check(CLI::Range(0, 1024))
       ->type_name("N");
   return tune;
@@ -306,31 +311,34 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
       ->type_name("DIR");
   CLI::App* const instead = simulate->add_option_group("instead of the flight");
   instead->add_flag("--tilt-rate-limit", command.tilt_rate_limit,
-                    "the fastest tilt at which frozen eigenvalues decide");
+                    "largest tilt rate at which frozen eigenvalues predict the flight");
   instead->add_flag("--monte-carlo", command.monte_carlo,
                     "the flights of the study's [montecarlo]");
-  instead->add_option("--flight", command.flight, "this one of the Monte-Carlo flights")
+  instead->add_option("--flight", command.flight, "this flight of the Monte-Carlo run")
       ->check(CLI::Range(0L, 10'000'000L))
       ->type_name("N");
   instead
       ->add_option("--response", command.response,
-                   "linear against nonlinear response of each condition to an offset of V, "
+                   "linear and nonlinear response of each condition to an offset of V, "
                    "gamma_deg, theta_deg, q, energy_integral, distribution_integral")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("NAME=VALUE,...");
   instead->require_option(0, 1);
   simulate
-      ->add_option("--tilts", command.tilts, "of --tilt-rate-limit: from and to, degrees (90,0)")
+      ->add_option("--tilts", command.tilts,
+                   "for --tilt-rate-limit: first and last tilt in degrees (90,0)")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::Range(0.0, 90.0))
       ->type_name("FROM,TO");
   simulate
       ->add_option("--log", command.log,
-                   "keep finished Monte-Carlo flights here, from which a killed run goes on")
+                   "log of finished Monte-Carlo flights, from which a run can be resumed")
       ->type_name("FILE");
-  simulate->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+  simulate
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
       ->check(CLI::Range(0, 1024))
       ->type_name("N");
   return simulate;
@@ -344,23 +352,25 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
       ->required();
   report
       ->add_option("-o,--output", command.common.output,
-                   "the page, written whole or not at all (STUDY.html in this folder)")
+                   "the page, written completely or not at all (STUDY.html in this folder)")
       ->type_name("FILE.html");
   add_only(report, command.common);
   report
       ->add_option("--sweep", command.sweeps,
-                   "use this map, which sweep wrote, instead of computing one over the same axes")
+                   "use this map, written by sweep, instead of computing one over the same axes")
       ->allow_extra_args(false)
       ->type_name("MAP.nc");
   report
       ->add_option("--figures", command.figures,
-                   "write each figure into this folder too: SVG, PDF, PNG for a column of 88 mm")
+                   "also write each figure to this folder: SVG, PDF, PNG, 88 mm wide")
       ->type_name("DIR");
   report
       ->add_option("--tables", command.tables,
-                   "write each table into this folder too: text, CSV, Markdown, LaTeX")
+                   "also write each table to this folder: text, CSV, Markdown, LaTeX")
       ->type_name("DIR");
-  report->add_option("--threads", command.threads, "0 (default): as many as the machine has")
+  report
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
       ->check(CLI::Range(0, 1024))
       ->type_name("N");
   return report;
@@ -369,7 +379,7 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
 CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
   CLI::App* diff =
       app.add_subcommand("diff", "which points of two maps differ in status or stability");
-  diff->add_option("before", command.common.study, "a map that sweep wrote")
+  diff->add_option("before", command.common.study, "a map written by sweep")
       ->type_name("BEFORE.nc")
       ->required();
   diff->add_option("after", command.after, "another, over the same grid")
