@@ -1,6 +1,6 @@
 """The build backend of `pip install .` (PEP 517): CMake builds, this writes the wheel.
 
-With the environment's TILTRIM_BUILD=<folder> an existing build folder is used as it is configured
+With the environment variable TILTRIM_BUILD=<folder> an existing build folder is used as configured
 (-D TILTRIM_PYTHON=ON for this Python); else one is made under build/, for this Python.
 """
 
@@ -39,7 +39,7 @@ WHEEL = f"Wheel-Version: 1.0\nGenerator: tiltrim\nRoot-Is-Purelib: false\nTag: {
 
 
 def run(*command, failed):
-    """Runs a program; what it says goes to the terminal, `failed` is the last word if it fails."""
+    """Runs a program with its output on the terminal; exits with `failed` if it fails."""
     try:
         subprocess.run([str(word) for word in command], cwd=ROOT, check=True)
     except (OSError, subprocess.CalledProcessError) as error:
@@ -66,7 +66,7 @@ def configured():
 
 
 def staged(folder):
-    """The package as it is imported, built and put into `folder`."""
+    """The importable package, built and installed into `folder`."""
     build = configured()
     run(
         "cmake", "--build", build, "--target", "tiltrim_python", "--parallel", os.cpu_count() or 2,
@@ -86,7 +86,7 @@ def record(name, content):
 
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
-    """PEP 517: what pip asks before it lets build."""
+    """PEP 517: metadata that pip requests before building."""
     info = Path(metadata_directory) / INFO
     info.mkdir()
     (info / "METADATA").write_text(METADATA)
@@ -116,5 +116,5 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
 
 
 def build_sdist(sdist_directory, config_settings=None):
-    """PEP 517 asks for it; the repository is the source."""
+    """Required by PEP 517; the repository is the source."""
     sys.exit("tiltrim: there is no source distribution; expected a wheel, or pip install <folder>")

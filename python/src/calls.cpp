@@ -13,7 +13,7 @@ namespace {
 
 thread_local Call* innermost = nullptr;
 
-constexpr auto between_looks = 50ms;  // for signals
+constexpr auto between_looks = 50ms;  // between checks for signals
 
 [[noreturn]] void raise(const py::object& exception) {
   PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(exception.ptr())), exception.ptr());
@@ -43,13 +43,13 @@ py::set handlers() {
   return codes;
 }
 
-// Two verbs with callables do not run at once: one would wait for Ipopt's lock with the GIL, the
-// other for the GIL with the lock.
+// Two verbs with callables must not run at once: one would wait for Ipopt's lock while holding the
+// GIL, the other for the GIL while holding the lock.
 std::timed_mutex one_at_a_time;
 
 std::unique_lock<std::timed_mutex> my_turn() {
   std::unique_lock lock(one_at_a_time, std::defer_lock);
-  if (Call::current()) return lock;  // within a callable: this thread has it
+  if (Call::current()) return lock;  // within a callable: this thread has the lock
   while (!lock.try_lock()) {
     {
       py::gil_scoped_release released;
@@ -99,7 +99,7 @@ std::string in_words(const py::handle& exception) {
   try {
     const std::string words = py::str(exception);
     return words.empty() ? type : type + ": " + words;
-  } catch (py::error_already_set&) {  // an exception whose own words raise
+  } catch (py::error_already_set&) {  // an exception whose str() raises
     return type;
   }
 }

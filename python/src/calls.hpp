@@ -1,5 +1,5 @@
-/// Verbs called from Python: who holds the GIL, how Ctrl-C ends them, what becomes of exceptions
-/// that a model's callables raise.
+/// Verbs called from Python: holding the GIL, ending on Ctrl-C, and exceptions raised by a model's
+/// callables.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -17,7 +17,7 @@ namespace tiltrim::python {
 
 namespace py = pybind11;
 
-/// What a verb keeps of the callables it calls, one for each verb that runs in a thread.
+/// State of a verb that calls callables; one for each verb running in a thread.
 class Call {
  public:
   Call();
@@ -25,15 +25,15 @@ class Call {
   Call(const Call&) = delete;
   Call& operator=(const Call&) = delete;
 
-  /// The innermost one of this thread; null where no verb is running.
+  /// The innermost call of this thread; null if no verb is running.
   static Call* current();
 
   bool ended() const { return bool(raise_); }
-  /// Ends the verb: this exception will be raised, and no callable is called any more.
+  /// Ends the verb: this exception will be raised, and no further callable is called.
   void end(py::object exception);
-  /// The callable raised it; the verb decides what that means.
+  /// Keeps an exception raised by a callable; the verb decides how to react.
   void keep(py::object exception);
-  /// Raises what ended the verb, if anything did.
+  /// Raises the exception that ended the verb, if any.
   void raise_if_ended() const;
   /// Raises the last exception that was kept.
   [[noreturn]] void raise_last() const;
@@ -51,16 +51,16 @@ class Call {
   Call* outer_;
 };
 
-/// A callable raised an exception: its words. The exception itself is the Call's.
+/// A callable raised an exception: its text. The Call keeps the exception itself.
 struct CallableRaised : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// The verb is to end. Nothing that catches std::exception is meant to see it.
+/// Ends the verb. Not a std::exception, so that nothing in the library catches it.
 struct VerbEnded {};
 
 /// "ValueError: no row 7".
 std::string in_words(const py::handle& exception);
-/// The exception behind a pybind11 error, its traceback with it.
+/// The exception of a pybind11 error, with its traceback.
 py::object exception_of(py::error_already_set& error);
 
 /// The exception that a signal's handler raised since the last look; null if none.
@@ -69,20 +69,21 @@ py::object from_signals();
 /// Does `work` where the callables are: in this thread, with the GIL. One such verb at a time; the
 /// others wait, without the GIL. Raises what ended it.
 void do_here(const std::function<void(Call&)>& work);
-/// Does `work`, which needs no Python, in a thread of its own without the GIL, and looks for
-/// signals meanwhile: a handler's exception stops the work, then is raised.
+/// Runs `work`, which needs no Python, in another thread without the GIL, and checks for signals
+/// meanwhile: an exception from a handler stops the work and is raised.
 void do_beside(const std::function<void(const std::stop_token&)>& work);
 
-/// Throws std::invalid_argument where a model's function is what calls: Ipopt is one at a time.
+/// Throws std::invalid_argument if called from a model's function: Ipopt is not reentrant.
 void refuse_within_callable(const char* verb, const char* expected);
 
-/// How long built-in work may take: at once, where nobody would press Ctrl-C, or any time.
+/// Duration of built-in work: too short for Ctrl-C, or unlimited.
 enum class Lasts { a_moment, any_time };
 
-/// work(stop), here or beside, and the first exception that a callable raised (else None).
+/// Runs work(stop), here or in another thread; returns the first exception that a callable raised
+/// (else None).
 template <class Work>
 auto run(bool callables, const Work& work, Lasts lasts = Lasts::any_time) {
-  const RoundToNearest environment;  // which a thread beside takes over
+  const RoundToNearest environment;  // inherited by the other thread
   std::optional<decltype(work(std::stop_token{}))> result;
   py::object raised = py::none();
   if (callables) {

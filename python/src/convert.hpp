@@ -31,12 +31,11 @@ inline OperatingPoint point_of(const PointTuple& point) {
 }
 inline PointTuple tuple_of(const OperatingPoint& point) { return {point.x, point.u, point.p}; }
 
-/// What is asked of a trim, by its fields' names: free, steady, rates, bounds, implied,
-/// effort, moving.
+/// A trim specification from its fields: free, steady, rates, bounds, implied, effort, moving.
 TrimSpec spec_of(const py::dict& fields);
 py::dict dict_of(const TrimSpec& spec);
-/// method, tolerance, step_tolerance, starts, max_iterations, max_boxes, closest; those not named
-/// are as in `defaults`. Throws std::invalid_argument for other names.
+/// method, tolerance, step_tolerance, starts, max_iterations, max_boxes, closest; omitted fields
+/// keep the values of `defaults`. Throws std::invalid_argument for other names.
 TrimOptions trim_options_of(const py::dict& fields, TrimOptions defaults = {});
 
 py::dict dict_of(const TrimResult& result);

@@ -1,4 +1,4 @@
-// trim, follow, linearize, modes, sensitivities of any model.
+// trim, follow, linearize, modes, sensitivities for any model.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -137,7 +137,7 @@ py::dict sensitive(const HeldModel& held, const py::dict& spec, const PointTuple
   return in_dict(run(held.callables, work, Lasts::a_moment).first);
 }
 
-// Points of a branch as arrays over them.
+// Points of a branch as arrays.
 py::dict arrays_of(const std::vector<const BranchPoint*>& points) {
   const auto rows = [&](const auto& vector_of) {
     const auto columns = points.empty() ? 0 : vector_of(*points.front()).size();
@@ -174,7 +174,7 @@ py::dict dict_of(const Branch& branch) {
   for (const BranchPoint& p : branch.points) points.push_back(&p);
   const BranchPoint& last = branch.events.back().at;
   if (!points.empty() && last.point.x.size() > 0 && last.parameter != points.back()->parameter)
-    points.push_back(&last);  // the end is a trim too
+    points.push_back(&last);  // the end is a trim as well
   py::list events;
   for (const BranchEvent& e : branch.events) {
     py::dict d;

@@ -17,9 +17,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-// ---- Answers of callables -----------------------------------------------------------------------
+// ---- Return values of callables -----------------------------------------------------------------
 
-// What a callable answered is not what it was asked for, whatever the numbers.
+// A callable returned an object of the wrong kind or shape, whatever its numbers.
 struct WrongAnswer : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
@@ -40,7 +40,7 @@ std::string shape_of(const py::array& array) {
   return fmt::format("an array of shape {}", std::string(py::str(array.attr("shape"))));
 }
 
-// As numpy sees it, if those are real numbers.
+// Converted by numpy, if it holds real numbers.
 py::array_t<double> as_numbers(const py::handle& answer, const std::string& what,
                                const std::string& expected) {
   const py::array given = py::array::ensure(answer);
@@ -52,7 +52,7 @@ py::array_t<double> as_numbers(const py::handle& answer, const std::string& what
   return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
 }
 
-// What most answers are, without copies and detours: an array as it is wanted, or a list or tuple
+// The common return values, read without copies or conversion: a suitable array, or a list or tuple
 // of floats. False for any other.
 bool read_floats(const py::handle& answer, VectorXd& values) {
   PyObject* const p = answer.ptr();
@@ -68,7 +68,7 @@ bool read_floats(const py::handle& answer, VectorXd& values) {
   values.resize(size);
   for (Py_ssize_t i = 0; i < size; ++i) {
     PyObject* const item = PySequence_Fast_GET_ITEM(p, i);
-    if (!PyFloat_Check(item)) return false;  // numpy.float64 is one, too
+    if (!PyFloat_Check(item)) return false;  // includes numpy.float64
     values[i] = PyFloat_AS_DOUBLE(item);
   }
   return true;
@@ -118,7 +118,7 @@ MatrixXd as_matrix(const py::handle& answer, const std::string& what, Index rows
   throw VerbEnded{};
 }
 
-// work() with what it raises turned into what C++ is to see. The GIL is held.
+// Runs work(), translating Python exceptions to C++. The GIL is held.
 template <class Work>
 auto guarded(const Work& work) {
   Call* const call = Call::current();
@@ -150,7 +150,7 @@ Function vector_function(const std::shared_ptr<Held>& held, const std::string& w
 
 // ---- The model ----------------------------------------------------------------------------------
 
-// As the library names it, where it finds the fault itself.
+// The callable as named in the library's own error messages.
 std::string answer_of(const Model& model, const char* function) {
   return model.name.empty() ? fmt::format("the model's {}", function)
                             : fmt::format("model '{}': its {}", model.name, function);

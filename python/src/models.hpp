@@ -1,4 +1,4 @@
-/// A Model whose functions may be Python's.
+/// A Model whose functions may be Python callables.
 #pragma once
 
 #include <memory>
@@ -9,22 +9,22 @@
 
 namespace tiltrim::python {
 
-/// A Python callable that C++ holds. Its owner, a HeldModel, shows it to the garbage collector.
+/// A Python callable held by C++. Its owner, a HeldModel, reports it to the garbage collector.
 struct Held {
   py::object function;
 };
 
-/// A model, and the Python objects behind it.
+/// A model and the Python objects it depends on.
 struct HeldModel {
   Model model;
   std::vector<std::shared_ptr<Held>> own;  ///< callables of this model
-  std::vector<py::object> parts;           ///< models that it was made of
-  bool callables = false;                  ///< somewhere in it Python is called
+  std::vector<py::object> parts;           ///< models it is composed of
+  bool callables = false;                  ///< whether it calls Python anywhere
 
   static HeldModel built_in(Model model) { return {std::move(model), {}, {}, false}; }
 };
 
-/// The callable's answer to these arguments, as a vector of so many numbers; `what` names it.
+/// Calls the callable with these arguments; returns a vector of the expected size. `what` names it.
 Eigen::VectorXd call_for_vector(const Held& held, const std::string& what, Eigen::Index expected,
                                 const py::tuple& arguments);
 

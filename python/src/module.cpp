@@ -1,4 +1,4 @@
-// The module tiltrim._tiltrim: what the package's Python calls. Its words are tiltrim's own.
+// The module tiltrim._tiltrim: the functions that the package's Python code calls.
 #include <pybind11/pybind11.h>
 
 #include "python/src/models.hpp"
@@ -8,7 +8,7 @@
 namespace py = pybind11;
 using namespace tiltrim;
 
-// The exceptions of the package: ValueErrors, with the words of the library's.
+// The exceptions of the package: ValueErrors with the library's messages.
 static void add_exceptions(py::module_& module) {
   static PyObject* const invalid =
       py::exception<std::invalid_argument>(module, "InvalidArgument", PyExc_ValueError)

@@ -38,7 +38,8 @@ IntegrateOptions options_of(const py::dict& fields) {
   return options;
 }
 
-// A model whose inputs a callable gives: along time, as simulate() takes one whose inputs are held.
+// A model whose inputs come from a callable of time, in the form simulate() takes for constant
+// inputs.
 class Driven {
  public:
   Driven(const Model& model, const OperatingPoint& start, const Held& input)
@@ -68,7 +69,7 @@ class Driven {
     });
   }
 
-  // Samples of u and y.
+  // Samples u and y.
   void fill(Simulation& s) {
     for (Index k = 0; k < std::ssize(s.t); ++k) {
       s.u.col(k).setConstant(nan);
@@ -81,7 +82,7 @@ class Driven {
     }
   }
 
-  // The model's words, where it threw last; empty if it did not.
+  // The last exception text of the model; empty if there was none.
   const std::string& thrown() const { return thrown_; }
   void forget() { thrown_.clear(); }
 
@@ -130,7 +131,7 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   s.u.resize(start.u.size(), samples);
   s.p = start.p.replicate(1, samples);
   s.y.resize(std::ssize(model.outputs), samples);
-  if (found) driven.forget();  // thrown beside the way, by a step that was refused
+  if (found) driven.forget();  // thrown at a trial point of a rejected step
   driven.fill(s);
   for (const MotionEvent& e : found.events)
     s.events.push_back({model.switches[e.which].name, e.t, e.rising});

@@ -1,4 +1,4 @@
-// Studies of the tiltrotor, and their conditions.
+// Studies and their conditions.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -139,7 +139,7 @@ py::dict tuned(const HeldStudy& held, const py::dict& fields) {
   return d;
 }
 
-// The conditions as a study's [tune] would have them.
+// The conditions as a tuning problem, as [tune] would define it.
 TuneProblem tuning_of(const std::vector<HeldCondition>& conditions, const py::dict& asked) {
   std::vector<SweepRequest> points;
   for (const HeldCondition& held : conditions)
@@ -148,7 +148,7 @@ TuneProblem tuning_of(const std::vector<HeldCondition>& conditions, const py::di
   TuneProblem problem = tune_problem_of(points, asked);
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     if (!conditions[i].condition.command()) {
-      problem.loops.clear();  // an airframe has none to open
+      problem.loops.clear();  // an airframe has no loop to break
       break;
     }
     const bool wind = find(points[i].model.states, "V_err") >= 0;

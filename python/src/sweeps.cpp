@@ -1,4 +1,4 @@
-// sweep and tune of any problems.
+// sweep and tune for any problem.
 #include "python/src/sweeps.hpp"
 
 #include <fmt/core.h>
@@ -15,9 +15,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-// ---- What is asked ------------------------------------------------------------------------------
+// ---- Arguments ----------------------------------------------------------------------------------
 
-/// name, model, spec, guess, inputs to be kept
+/// name, model, spec, guess, inputs to keep
 using ProblemTuple =
     std::tuple<std::string, py::object, py::dict, PointTuple, std::vector<std::string>>;
 /// name, columns of (signal, unit, values)
@@ -47,7 +47,7 @@ std::vector<SweepAxis> axes_of(const std::vector<AxisTuple>& tuples) {
   return axes;
 }
 
-// Python is in one thread at a time, and this is the one.
+// Models with callables use one thread: this one.
 int threads_of(int threads, bool callables) {
   if (!callables) return threads;
   if (threads > 1)
@@ -130,7 +130,7 @@ py::list axes_of(const SweepMap& map) {
   return axes;
 }
 
-// Words of the enumerators from 0 to `last`.
+// Names of the enumerators from 0 to `last`.
 template <class Enum>
 std::vector<std::string> words_to(Enum last) {
   std::vector<std::string> words;

@@ -1,4 +1,4 @@
-/// Sweeps and tuning, for problems of one's own and for studies.
+/// Sweeps and tuning, for user-defined problems and for studies.
 #pragma once
 
 #include "python/src/models.hpp"
@@ -7,16 +7,17 @@
 
 namespace tiltrim::python {
 
-/// A map's arrays, flat, and the sizes to shape them by.
+/// A map's arrays, flat, and their shapes.
 py::dict dict_of(const SweepMap& map);
 /// threads, crossings, starts; `trimming` as trim's options.
 SweepOptions sweep_options_of(const py::dict& fields, bool callables,
                               double time_limit = unlimited);
 
-/// What is asked of the points: gains, uncertain, corners, samples, schedule, goal, limits.
+/// The problem at these points: gains, uncertain, corners, samples, schedule, goal, limits.
 TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked);
 py::dict dict_of(const TuneProblem& problem, const TuneResult& result);
-/// evaluations, seconds, seed, threads, global_search, local_search; those not named stay.
+/// evaluations, seconds, seed, threads, global_search, local_search; omitted fields keep their
+/// defaults.
 TuneOptions tune_options_of(const py::dict& fields, TuneOptions defaults, bool callables);
 
 }  // namespace tiltrim::python

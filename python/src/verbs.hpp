@@ -1,4 +1,4 @@
-/// The doors to the verbs, one function for each part of the module.
+/// Registration of the verbs, one function per part of the module.
 #pragma once
 
 #include <pybind11/pybind11.h>

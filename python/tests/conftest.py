@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def fail_if_skipped(report):
-    """Where TILTRIM_NO_SKIP is set, what would be skipped fails."""
+    """If TILTRIM_NO_SKIP is set, skipped tests fail."""
     if os.environ.get("TILTRIM_NO_SKIP") and report.skipped and not hasattr(report, "wasxfail"):
         report.outcome = "failed"
         report.longrepr = f"skipped, and TILTRIM_NO_SKIP is set: {report.longrepr}"
@@ -32,7 +32,7 @@ def studies():
 
 @pytest.fixture(scope="session")
 def program():
-    """program("trim", study, ...): what `tiltrim trim study ... --format json` says."""
+    """program("trim", study, ...): the JSON output of `tiltrim trim study ... --format json`."""
     path = os.environ.get("TILTRIM_PROGRAM", str(ROOT / "build/bin/tiltrim"))
 
     def run(*words):

@@ -1,5 +1,5 @@
-"""endless.py VERB: runs a verb on Python callables that would not end by itself, says "running"
-once it is within a callable of it, and how it ended."""
+"""endless.py VERB: runs a verb on Python callables that never finish, prints "running" once a
+callable has been entered, and then how it ended."""
 
 import sys
 
@@ -19,7 +19,7 @@ def say():
 
 
 def nowhere(x, u, p):
-    """Without an equilibrium, which would be looked for to the end of days."""
+    """A model without an equilibrium, for which the search does not end."""
     say()
     return [p[0] + x[0] ** 2]
 

@@ -1,5 +1,5 @@
-"""installed.py SOURCE BUILD SCRATCH: pip install into an environment of its own, without network,
-from a build folder; then a program far from both."""
+"""installed.py SOURCE BUILD SCRATCH: pip install into a fresh environment, without network, from a
+build folder; then runs a program far from both."""
 
 import os
 import shutil

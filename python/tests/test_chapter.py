@@ -1,6 +1,6 @@
-"""The Python blocks of README.md, docs/python.md and the tutorials print what stands below them.
+"""The Python blocks of README.md, docs/python.md and the tutorials print the output below them.
 
-test_chapter.py --write puts what they print into the documents.
+test_chapter.py --write updates the output in the documents.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ def printed(code, document, namespace):
 
 @contextlib.contextmanager
 def studies_of_the_tutorials():
-    """A working folder with the studies that the tutorials print: "# my.toml" and on."""
+    """A working folder with the studies printed in the tutorials, from "# my.toml" on."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
         for page in TUTORIALS:

@@ -1,5 +1,5 @@
-"""Ctrl-C and threads: a verb stops and raises; who holds the GIL. Nothing here is timed: what does
-not stop runs into the test's own limit."""
+"""Ctrl-C and threads: a verb stops and raises; who holds the GIL. No test is timed: a verb that
+does not stop exceeds the test's time limit."""
 
 import _thread
 import functools
@@ -27,7 +27,7 @@ BUILT_IN = {
 
 
 def interrupted(*command):
-    """What a program says that is interrupted when it has said that it is running."""
+    """Output of a program that is interrupted once it has printed "running"."""
     process = subprocess.Popen(
         [sys.executable, "-u", *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -45,7 +45,7 @@ def interrupted(*command):
 def test_ctrl_c_in_built_in_work(verb):
     if verb == "sweep":
         pytest.importorskip("xarray")
-    # A thread says so when the verb has begun: the GIL is released.
+    # A thread reports that the verb has begun: the GIL is released.
     script = f"""
 import threading
 import numpy as np

@@ -1,5 +1,5 @@
-"""Models that misbehave: each way has a named status or an exception (the table of
-docs/your-model.md), from every verb."""
+"""Models that misbehave: for every verb, each failure has a named status or an exception (the table
+of docs/your-model.md)."""
 
 import ctypes
 import math

@@ -1,4 +1,4 @@
-"""Signals, models, points: names in, numbers out, mistakes said in names."""
+"""Signals, models, points: names in, numbers out, errors reported by name."""
 
 import dataclasses
 import gc
@@ -86,7 +86,7 @@ def test_a_study_that_is_wrong_says_where():
 
 
 class Plant:
-    """Holds the model that calls its own method: a cycle."""
+    """Holds the model that calls its own method: a reference cycle."""
 
     def __init__(self):
         self.model = Model("plant", self.rates, states=["x"])
@@ -117,7 +117,7 @@ def test_arrays_of_a_callable_are_its_own():
 
     def f(x, u, p):
         kept.append(x)
-        x[:] = 7.0  # harms nobody
+        x[:] = 7.0  # has no effect
         return [1.0 - kept[-1][0] * 0]
 
     m = Model("m", f, states=["x"])
@@ -149,7 +149,7 @@ def test_steady_has_an_old_name():
 
 
 def verbs():
-    """Every verb that takes the fields of a TrimSpec, with what else it needs."""
+    """Every verb that takes the fields of a TrimSpec, with its other arguments."""
     m, at = magnet(), {**BALL, "gap": 0.01, "current": 1.0}
     return {
         "trim": lambda **asked: tiltrim.trim(m, at, **asked),
@@ -171,7 +171,7 @@ def test_both_names_and_misspelt_ones_are_refused(verb):
 
 
 def resident():
-    """Memory of this process, bytes."""
+    """Resident memory of this process, bytes."""
     import resource
     from pathlib import Path
 

@@ -1,7 +1,7 @@
-"""The notebooks run from the first cell to the last and print what is stored in them. They are run
+"""The notebooks run from the first cell to the last and reproduce their stored output. They run
 without Jupyter.
 
-test_notebooks.py --write stores what they print.
+test_notebooks.py --write stores the output.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ def stored(cell):
 
 
 def run(notebook, path):
-    """What each code cell prints, all of them in one namespace."""
+    """Output of each code cell, all run in one namespace."""
     namespace = {}
     for cell in code_cells(notebook):
         out = io.StringIO()

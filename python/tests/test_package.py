@@ -1,4 +1,4 @@
-"""The package as it is read: reprs, HTML, docstrings, types, and stubs that say what there is."""
+"""The package as a user reads it: reprs, HTML, docstrings, types, and stubs that match it."""
 
 import ast
 import html.parser
@@ -20,7 +20,7 @@ PACKAGE = Path(__file__).resolve().parents[1] / "tiltrim"
 
 
 def results():
-    """One of each result."""
+    """One result of each kind."""
     problem = held_ball()
     held = tiltrim.trim(problem)
     linear = tiltrim.linearize(held)
@@ -131,7 +131,7 @@ def test_every_verb_shows_the_fields_of_a_spec():
 
 
 def stubbed():
-    """{name: parameters} of functions and methods, {name: None} of all else."""
+    """{name: parameters} of functions and methods, {name: None} for everything else."""
     found = {}
     tree = ast.parse((PACKAGE / "_tiltrim.pyi").read_text())
 
@@ -201,7 +201,7 @@ def test_the_stubs_are_those_of_the_module():
 
 
 def test_types(tmp_path):
-    """The package and a user's program are without fault; of a faulty one each fault is seen."""
+    """The package and a user's program type-check; every error in a faulty program is reported."""
     pytest.importorskip("mypy")
     wrong = tmp_path / "wrong.py"
     wrong.write_text(

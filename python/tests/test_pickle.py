@@ -1,4 +1,4 @@
-"""Everything that goes in and comes out can be sent to another process and copied."""
+"""Every argument and result can be pickled and copied."""
 
 import copy
 import multiprocessing

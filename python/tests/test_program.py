@@ -1,4 +1,4 @@
-"""The built-in model: Python's answers are the program's, to the last bit.
+"""The built-in model: Python's results equal the program's, bit for bit.
 
 The program's JSON has every digit that a double needs, so equal numbers are equal bits.
 """
@@ -12,7 +12,7 @@ import tiltrim
 
 
 def same(own, printed):
-    """Bit for bit; JSON has null for what is not finite."""
+    """Equal bits; JSON has null for values that are not finite."""
     own = np.asarray(own, dtype=float).ravel().tolist()
     flat = np.asarray(printed, dtype=object).ravel().tolist()
     assert len(own) == len(flat)

@@ -1,4 +1,4 @@
-"""The verbs on a model of one's own: numbers against closed forms."""
+"""The verbs on a user-defined model: numbers against closed forms."""
 
 import importlib.util
 import math

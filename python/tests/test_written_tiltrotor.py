@@ -1,4 +1,4 @@
-"""The tiltrotor written in Python from docs/model.md, against the built-in one: 1e-9."""
+"""The tiltrotor written in Python from docs/model.md agrees with the built-in one to 1e-9."""
 
 import numpy as np
 import pytest

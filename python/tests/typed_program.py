@@ -1,4 +1,4 @@
-"""A user's program, as the type checker sees it; it runs, too."""
+"""A user's program for the type checker; it also runs."""
 
 from typing import Dict
 

@@ -1,5 +1,5 @@
 """Models written in Python for tests and benchmarks: the tiltrotor from docs/model.md, a planar
-VTOL, the longitudinal motion of an aircraft, a magnet that holds a ball."""
+VTOL, the longitudinal motion of an aircraft, a magnetically suspended ball."""
 
 import cmath
 import csv
@@ -39,13 +39,13 @@ class Polar:
 
 
 class Tiltrotor:
-    """x' = f(x, u, p) of the closed loop in wind axes; p as the built-in model has it."""
+    """x' = f(x, u, p) of the closed loop in wind axes; p is ordered as in the built-in model."""
 
     def __init__(self):
         self.polar = Polar()
 
     def terms(self, x, p, of=math):
-        """Rates and outputs; `of` has the functions, cmath for complex steps."""
+        """Rates and outputs; `of` supplies the functions, cmath for complex steps."""
         sin, cos, sqrt = of.sin, of.cos, of.sqrt
         V_err, gamma_err, theta, q, x1, x2 = x.tolist()
         (
@@ -90,7 +90,7 @@ class Tiltrotor:
         return self.terms(x, p)[1]
 
     def derivatives(self, x, u, p):
-        """All of them to rounding: Im f(z + ih)/h, h too small to matter."""
+        """All derivatives to rounding: Im f(z + ih)/h, with negligible h."""
         h = 1e-100
         z = np.concatenate([x, p]).astype(complex)
         columns = []
@@ -103,7 +103,7 @@ class Tiltrotor:
 
 
 def authority(eta, off, blend):
-    """1 at and above the hand-over, 0 below; a smoothstep over `blend`."""
+    """1 at and above the handover, 0 below; a smoothstep over `blend`."""
     if blend.real == 0:
         return 1.0 if eta.real >= off.real else 0.0
     t = (eta - off) / blend + 0.5
@@ -113,7 +113,7 @@ def authority(eta, off, blend):
 
 
 def tiltrotor_like(built_in, exact=False):
-    """The written tiltrotor with the built-in model's signals, and nothing else of it."""
+    """The written tiltrotor with the built-in model's signals, and nothing else from it."""
     own = Tiltrotor()
     return tiltrim.Model(
         "tiltrotor, written",
@@ -130,7 +130,7 @@ def tiltrotor_like(built_in, exact=False):
 
 
 def magnet():
-    """An iron ball below a magnet: m z'' = m g - k (i/z)²."""
+    """An iron ball suspended below a magnet: m z'' = m g - k (i/z)²."""
     return tiltrim.Model(
         "magnet",
         lambda x, u, p: [x[1], 9.81 - p[1] * u[0] ** 2 / x[0] ** 2 / p[0]],
@@ -156,7 +156,7 @@ BALL = {"mass": 0.1, "k": 9.81e-5}
 
 
 def held_ball(k_p=200.0, k_d=2.0):
-    """The magnet with its law, as a problem: hangs at 10 mm with 1 A."""
+    """The magnet with its law, as a problem: in equilibrium at 10 mm with 1 A."""
     values = {**BALL, "gap": 0.01, "bias": 1.0, "aim": 0.01, "k_p": k_p, "k_d": k_d}
     return tiltrim.Problem(
         tiltrim.close_loop(magnet(), magnet_law()),
@@ -195,8 +195,8 @@ def vtol():
 
 
 def aircraft_rates(x, u, p):
-    """A light aircraft through its stall: lift linear below it and that of a flat plate beyond, the
-    two blended. Its numbers are of no aircraft in particular.
+    """A light aircraft including stall: attached-flow lift below and flat-plate lift beyond it.
+    Its parameters are of no particular aircraft.
     """
     m, g, S, c, inertia, rho = 13.5, 9.81, 0.55, 0.19, 1.135, 1.2682
     CL0, CLa, CLq, CLd = 0.28, 3.45, 0.0, -0.36

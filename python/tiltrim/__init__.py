@@ -1,8 +1,8 @@
-"""Trim, linear stability, maps, tuning and simulation of a model of one's own or of the tiltrotor.
+"""Trim, linear stability, maps, tuning and simulation of user-defined models and the tiltrotor.
 
-A Model is names, units and functions x' = f(x, u, p), y = h(x, u, p); tiltrotor() and read_study()
-give conditions of the built-in vehicle. The verbs: trim, follow, linearize, modes, sweep, tune,
-simulate, fly. SI units and radians, degrees where a name ends in _deg.
+A Model has names, units and functions x' = f(x, u, p), y = h(x, u, p); tiltrotor() and
+read_study() return conditions of the built-in vehicle. The verbs: trim, follow, linearize, modes,
+sweep, tune, simulate, fly. SI units and radians, degrees where a name ends in _deg.
 """
 
 from __future__ import annotations

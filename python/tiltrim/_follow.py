@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 
 @dataclass(repr=False)
 class BranchEvent(Shown):
-    """Something that happens on a branch."""
+    """An event on a branch."""
 
     kind: str  #: fold, limit, limit_left, zero, hopf, branch_point, end
-    parameter: float  #: where, in the branch's unit
-    error: float  #: how far that may be off; inf: not determined
+    parameter: float  #: its location, in the branch's unit
+    error: float  #: error bound of the location; inf: not determined
     point: Point
     outputs: Array  #: shape (ny,)
-    which: str  #: the limit, the mode, or why it ends
-    after: int  #: points of the branch that lie before it
-    unstable: Optional[int]  #: eigenvalues with positive real part
-    eigenvalue: Optional[complex]  #: on the axis, 1/s
+    which: str  #: the limit, the mode, or the reason for the end
+    after: int  #: number of points of the branch before it
+    unstable: Optional[int]  #: number of eigenvalues with positive real part
+    eigenvalue: Optional[complex]  #: on the imaginary axis, 1/s
     modes: Optional[Modes]
 
     def _page(self) -> Page:
@@ -46,15 +46,15 @@ class BranchEvent(Shown):
 class Branch(Shown):
     """Verified trims along a parameter: branch["gap"] is any variable or output over the points.
 
-    parameter : the signal that it is along; values its numbers, shape (points,)
+    parameter : the continuation parameter; values are its values, shape (points,)
     x, u, p   : shapes (points, nx), (points, nu), (points, np);  outputs: (points, ny)
-    unstable  : eigenvalues with positive real part, shape (points,); -1 where no_stability says why
-    least     : whether the trim is one of least effort, where an effort decides
+    unstable  : eigenvalues with positive real part, shape (points,); -1: see no_stability
+    least     : whether the trim minimizes the effort, if there is one
     """
 
     end: str  #: reached, limit, closed, switched, not_implied, stuck, not_finite, singular, points,
     #: no_start, interrupted
-    message: str  #: the end in words
+    message: str  #: the reason for the end
     model: Model
     parameter: Signal
     values: Array
@@ -65,8 +65,8 @@ class Branch(Shown):
     residual: Array
     unstable: NDArray[np.int32]
     least: NDArray[np.bool_]
-    events: List[BranchEvent]  #: along the way; the last is the end
-    no_stability: str  #: why no point's eigenvalues are counted, if so
+    events: List[BranchEvent]  #: along the branch; the last is the end
+    no_stability: str  #: why eigenvalues were not computed; else empty
     evaluations: int
     exception: Optional[BaseException] = None
 
@@ -91,11 +91,11 @@ class Branch(Shown):
         ]
 
     def point(self, number: int) -> Point:
-        """One of its points, 0 the start."""
+        """A point of the branch; 0 is the start."""
         return Point(self.model, self.x[number], self.u[number], self.p[number])
 
     def to_xarray(self) -> xarray.Dataset:
-        """A Dataset over `point`, with the events over `event`; needs xarray."""
+        """A Dataset over `point`, with events over `event`; needs xarray."""
         xr = need("xarray", "xarray", "to_xarray()")
         m = self.model
         data: Dict[str, Any] = {
@@ -171,7 +171,7 @@ def follow(
     time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> Branch:
-    """The trims along a parameter, from the one at `start` towards parameter = `to`.
+    """Follows trims along a parameter, from the one at `start` to parameter = `to`.
 
     what      : a Model, with a start (values by name, or a Point) and what is asked; a TrimResult,
                 which has all three; a Problem, trimmed first; or a Condition of the tiltrotor
@@ -182,7 +182,7 @@ def follow(
     tolerance, step_tolerance : as of trim()
     time_limit : of the trim of a Problem or a Condition, s of wall clock
 
-    ValueError for names that the model does not have. A branch without a start has no points.
+    Raises ValueError for unknown names. A branch without a start has no points.
     """
     own = spec_of("follow", spec, fields)
     options = {

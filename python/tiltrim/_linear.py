@@ -1,4 +1,4 @@
-"""linearize and modes: linear models with error bounds, eigenvalues with a verdict."""
+"""linearize and modes: linear models with error bounds, eigenvalues with a stability verdict."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ Complex = NDArray[np.complex128]
 
 @dataclass(repr=False)
 class LinearModel(Shown):
-    """x' = A dx + B du, y = C dx + D du at a point, with a bound of every entry's error.
+    """x' = A dx + B du, y = C dx + D du at a point, with an error bound for every entry.
 
-    A has shape (nx, nx), B (nx, nu), C (ny, nx), D (ny, nu), in the signals' units. True where the
-    status is "linear"; else there are no matrices, and message says why.
+    A has shape (nx, nx), B (nx, nu), C (ny, nx), D (ny, nu), in the signals' units. True if the
+    status is "linear"; else there are no matrices, and message gives the reason.
     """
 
     status: str  #: linear, not_equilibrium, not_finite, model_threw, not_repeatable, time_limit
@@ -33,8 +33,8 @@ class LinearModel(Shown):
     inputs: Tuple[Signal, ...]
     outputs: Tuple[Signal, ...]
     point: Point
-    rates: Array  #: left over at the point, shape (nx,)
-    residual: float  #: the largest over its nominal size, 1/s
+    rates: Array  #: residual rates at the point, shape (nx,)
+    residual: float  #: the largest rate over its nominal size, 1/s
     A: Array
     B: Array
     C: Array
@@ -44,11 +44,11 @@ class LinearModel(Shown):
     C_error: Array
     D_error: Array
     method: str  #: exact or differences
-    A_differences: Optional[Array]  #: beside an exact A
+    A_differences: Optional[Array]  #: for comparison with an exact A
     A_differences_error: Optional[Array]
     remarks: List[str]
     message: str
-    exception: Optional[BaseException] = None  #: the first that the model's functions raised
+    exception: Optional[BaseException] = None  #: the first raised by the model's functions
 
     def __bool__(self) -> bool:
         return self.status == "linear"
@@ -58,7 +58,7 @@ class LinearModel(Shown):
             raise _tiltrim.InvalidArgument(f"no linear model: {self.message or self.status}")
 
     def _matrices(self) -> Tuple[Tuple[Array, Array, Array, Array], List[str]]:
-        # A model without outputs shows its states.
+        # Without outputs y is the state.
         self._check()
         if self.outputs:
             return (self.A, self.B, self.C, self.D), [s.name for s in self.outputs]
@@ -66,7 +66,7 @@ class LinearModel(Shown):
         return (self.A, self.B, np.eye(nx), np.zeros((nx, nu))), [s.name for s in self.states]
 
     def to_scipy(self) -> Any:
-        """A scipy.signal.StateSpace; of a model without outputs, y is the state."""
+        """A scipy.signal.StateSpace; for a model without outputs, y is the state."""
         signal = need("scipy.signal", "scipy", "to_scipy()")
         (A, B, C, D), _ = self._matrices()
         return signal.StateSpace(A, B, C, D)
@@ -108,18 +108,18 @@ class LinearModel(Shown):
 
 @dataclass(repr=False)
 class Mode(Shown):
-    """One eigenvalue of A and what is known of it; a complex pair is two modes."""
+    """An eigenvalue of A and its properties; a complex pair is two modes."""
 
     eigenvalue: complex  #: 1/s
     frequency: float  #: |eigenvalue|, rad/s
-    damping: float  #: -Re/| |
-    time_to_half: float  #: s; to double if unstable
-    error: float  #: a true eigenvalue lies within it
+    damping: float  #: -Re(eigenvalue)/|eigenvalue|
+    time_to_half: float  #: s; time to double if unstable
+    error: float  #: bound: a true eigenvalue lies within it
     condition: float
     backward_error: float
     right: Complex  #: eigenvector, shape (nx,)
     left: Complex
-    participation: Array  #: share of each state, shape (nx,), summing to one
+    participation: Array  #: of each state, shape (nx,); sums to one
     name: str
     determined: bool
 
@@ -129,9 +129,9 @@ class Mode(Shown):
 
 @dataclass(repr=False)
 class Modes(Shown):
-    """Eigenvalues by rising real part, with bounds, names and a verdict."""
+    """Eigenvalues by rising real part, with error bounds, mode names and a verdict."""
 
-    verdict: str  #: stable, unstable, or undecided: the axis lies within the bounds
+    verdict: str  #: stable, unstable, or undecided: the bounds include the imaginary axis
     modes: List[Mode]
     spectral_abscissa: float  #: largest real part, 1/s
     states: Tuple[str, ...]
@@ -139,7 +139,7 @@ class Modes(Shown):
 
     @property
     def eigenvalues(self) -> Complex:
-        """All of them, 1/s, shape (nx,)."""
+        """All eigenvalues, 1/s, shape (nx,)."""
         return np.array([m.eigenvalue for m in self.modes], dtype=complex)
 
     @property
@@ -154,12 +154,12 @@ class Modes(Shown):
 
     @property
     def error(self) -> Array:
-        """Bounds of the eigenvalues' errors, 1/s, shape (nx,)."""
+        """Error bounds of the eigenvalues, 1/s, shape (nx,)."""
         return np.array([m.error for m in self.modes])
 
     @property
     def names(self) -> List[str]:
-        """Of the modes, by the states that take part."""
+        """Names of the modes, from the participating states."""
         return [m.name for m in self.modes]
 
     def __getitem__(self, number: int) -> Mode:
@@ -175,7 +175,7 @@ class Modes(Shown):
         rows = []
         for m in self.modes:
             if m.eigenvalue.imag < 0:
-                continue  # with its conjugate
+                continue  # together with its conjugate
             shares = sorted(zip(m.participation, self.states), reverse=True)
             taking_part = ", ".join(f"{n} {100 * s:.0f} %" for s, n in shares if s >= 0.1)
             rows.append(
@@ -217,7 +217,7 @@ def linearize(
     moving: Sequence[str] = (),
     time_limit: Optional[float] = None,
 ) -> LinearModel:
-    """The linear model at an equilibrium.
+    """Linearizes a model at an equilibrium.
 
     what   : a Model, with a point; a TrimResult; a Problem or a Condition, which are trimmed first
     method : "exact", the model's own derivatives where it has them; or "differences"
@@ -278,7 +278,7 @@ def modes(
     *,
     time_limit: Optional[float] = None,
 ) -> Modes:
-    """Eigenvalues with bounds, names and a verdict.
+    """Eigenvalues with error bounds, mode names and a stability verdict.
 
     what   : a LinearModel; a matrix A of shape (n, n), 1/s; or what linearize() takes
     error  : bounds of the entries of such a matrix, shape (n, n); default: none
@@ -288,7 +288,7 @@ def modes(
     Without states, as of a matrix of shape (0, 0), there are no modes and nothing that could be
     unstable: "stable", with a spectral abscissa of -inf.
 
-    ValueError for a matrix that is not square or not finite, or where there is no linear model.
+    Raises ValueError for a matrix that is not square or not finite, or if no linear model exists.
     """
     if isinstance(what, (TrimResult, Problem, Condition)):
         what = linearize(what, time_limit=time_limit)

@@ -1,4 +1,4 @@
-"""Signals, models and points: what the verbs are called with."""
+"""Signals, models and points: the arguments of the verbs."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ Array = NDArray[np.float64]
 class Signal(NamedTuple):
     """One component of a state, input, output or parameter vector.
 
-    `nominal` is the size of a change that matters: steps, tolerances and ranks are judged in it.
-    Wherever a Signal is expected, a tuple (name, unit, nominal) or a bare name will do.
+    `nominal` is the size of a significant change: it scales steps, tolerances and rank tests.
+    Wherever a Signal is expected, a tuple (name, unit, nominal) or a bare name is accepted.
     """
 
     name: str
@@ -38,7 +38,7 @@ class Signal(NamedTuple):
 
 
 class Effort(NamedTuple):
-    """One term ((signal - reference)/scale)² of what decides where a trim leaves a choice."""
+    """One term ((signal - reference)/scale)² of the cost that selects among several trims."""
 
     signal: str
     scale: float = 1.0
@@ -46,10 +46,10 @@ class Effort(NamedTuple):
 
 
 AnySignal = Union[Signal, str, Tuple[Any, ...]]
-#: f(x, u, p) with arrays of shapes (nx,), (nu,), (np,); a fresh array each call
+#: f(x, u, p) with arrays of shapes (nx,), (nu,), (np,); new arrays in each call
 Callback = Callable[[Array, Array, Array], ArrayLike]
 PointTuple = Tuple[Array, Array, Array]
-#: a function and its arguments, which make the same model in another process
+#: a function and its arguments, which rebuild the model in another process
 Made = Tuple[Callable[..., Any], Tuple[Any, ...]]
 
 
@@ -72,18 +72,18 @@ def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
 class Model(Shown):
     """x' = f(x, u, p), y = h(x, u, p): names, units and functions.
 
-    name        : of the model, for people
+    name        : name of the model
     f           : f(x, u, p) -> rates, nx numbers in the states' units per second. None for a static
-                  controller, which has no states
+                  controller without states
     states, inputs, outputs, parameters : signals, in the order of the vectors
-    h           : h(x, u, p) -> outputs, ny numbers; needed if outputs are named
+    h           : h(x, u, p) -> outputs, ny numbers; required if outputs are named
     derivatives : derivatives(x, u, p) -> array of shape (nx + ny, nx + nu + np), the exact
-                  derivatives of [f; h] by [x; u; p]; without it differences are taken
-    switches    : {what happens: s(x, u, p) -> number, zero where f or h has a kink or a jump}
+                  Jacobian of [f; h] with respect to [x; u; p]; default: finite differences
+    switches    : {description: s(x, u, p) -> number, zero where f or h has a kink or a jump}
 
-    The functions get arrays of their own and must depend on these alone. A list, tuple, array or
-    (of one) a number will do as an answer; None, strings, complex numbers, other lengths or shapes
-    end the verb with InvalidArgument, NaN is a point without an answer.
+    The functions receive copies and must depend only on their arguments. They may return a list,
+    tuple, array or (for one value) a number; None, strings, complex numbers and wrong lengths or
+    shapes raise InvalidArgument. NaN means that the model is undefined at the point.
     """
 
     def __init__(
@@ -118,10 +118,10 @@ class Model(Shown):
         return model
 
     def __reduce__(self) -> Made:
-        return self._made  # pickled as what made it
+        return self._made  # pickled as the function that made it
 
     def __deepcopy__(self, memo: object) -> Model:
-        return self  # nothing of it changes
+        return self  # immutable
 
     def __copy__(self) -> Model:
         return self
@@ -139,7 +139,7 @@ class Model(Shown):
 
     @property
     def name(self) -> str:
-        """Of the model, for people."""
+        """Name of the model."""
         return self._core.name
 
     @property
@@ -164,15 +164,15 @@ class Model(Shown):
 
     @property
     def exact(self) -> bool:
-        """Whether the model has exact derivatives of its own."""
+        """Whether the model supplies exact derivatives."""
         return self._core.exact
 
     def point(
         self, values: Union[Mapping[str, float], Point, None] = None, **named: float
     ) -> Point:
-        """A point of this model by names; states and inputs that are not named are 0.
+        """A point of this model by names; unnamed states and inputs are 0.
 
-        Every parameter must be given: ValueError with those that are not.
+        Every parameter must be given: raises ValueError with the missing ones.
         """
         if isinstance(values, Point):
             point = values.copy()
@@ -214,7 +214,7 @@ class Model(Shown):
 
 
 class Point(Shown):
-    """A point of a model: arrays x, u, p, read and written by name too.
+    """A point of a model: arrays x, u, p, also accessible by name.
 
     point["gap"] is a state, input or parameter; x, u, p are arrays of shapes (nx,), (nu,), (np,).
     """
@@ -259,7 +259,7 @@ class Point(Shown):
         return len(self.x) + len(self.u) + len(self.p)
 
     def keys(self) -> List[str]:
-        """Names of states, inputs and parameters, in this order."""
+        """Names of states, inputs and parameters, in order."""
         model = self.model
         return [s.name for s in (*model.states, *model.inputs, *model.parameters)]
 
@@ -268,7 +268,7 @@ class Point(Shown):
         return {name: self[name] for name in self.keys()}
 
     def copy(self) -> Point:
-        """A point of its own."""
+        """An independent copy."""
         return Point(self.model, self.x, self.u, self.p)
 
     def replace(self, values: Optional[Mapping[str, float]] = None, **named: float) -> Point:
@@ -308,11 +308,11 @@ def _vector(values: Optional[ArrayLike], size: int, what: str) -> Array:
     return vector
 
 
-_most_parameters = 12  # shown; of more only those with a note
+_most_parameters = 12  # longer lists show only those with a note
 
 
 def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Table:
-    """Name, value, unit and a note (may be empty) of the variables of a point."""
+    """Name, value, unit and note (may be empty) of each variable of a point."""
     model = point.model
     many = len(model.parameters) > _most_parameters
     noted = notes or {}
@@ -332,16 +332,17 @@ def point_table(point: Point, notes: Optional[Mapping[str, str]] = None) -> Tabl
 
 
 def feedback(plant: Model, controller: Model) -> Model:
-    """The plant with the controller around it, joined by the signals' names.
+    """Connects a controller to a plant by signal names.
 
-    Each input of one that bears the name of an output of the other, or else of a state, is fed by
-    it; the others stay inputs. States, inputs, outputs and parameters are the plant's, then the
-    controller's. ValueError for names that clash, units that differ, nothing fed, algebraic loops.
+    Each input of one that has the name of an output of the other, or else of a state, is
+    connected to it; the others remain inputs. States, inputs, outputs and parameters are the
+    plant's, then the controller's. Raises ValueError for name clashes, unit mismatches, no match,
+    and algebraic loops.
     """
     core = _tiltrim.feedback(plant._core, controller._core)
     return Model._of(core, (feedback, (plant, controller)))
 
 
 def close_loop(plant: Model, controller: Model) -> Model:
-    """`feedback` by its earlier name."""
+    """Earlier name of `feedback`."""
     return feedback(plant, controller)

@@ -1,4 +1,4 @@
-"""Packages that are needed by one function alone, imported where it is called."""
+"""Optional packages, each imported in the function that needs it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def need(module: str, package: str, what: str) -> Any:
-    """The module, or an ImportError that names the package that has it and what needs it."""
+    """The module, or an ImportError naming the missing package and what needs it."""
     try:
         return importlib.import_module(module)
     except ImportError as missing:

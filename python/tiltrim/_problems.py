@@ -1,4 +1,4 @@
-"""What is asked of a trim, in the user's words; counted and checked before any number moves."""
+"""Trim specifications in the user's terms; counted and checked before solving."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ if TYPE_CHECKING:
 
 Verb = TypeVar("Verb", bound=Callable[..., Any])
 Guess = Union[Mapping[str, float], Point]
-#: lower and upper; None is no bound, equal ends hold the signal there
+#: lower and upper; None is no bound, equal bounds fix the signal
 Bound = Tuple[Optional[float], Optional[float]]
 
 
 @dataclass(frozen=True, init=False)
 class TrimSpec:
-    """What a trim is asked: which signals may move, which rates are held.
+    """What a trim solves for: which signals are free, which rates are held.
 
-    free    : names of states, inputs or parameters that may move
-    steady  : names of states whose rates are zero (`still` is its old name); default: every state
-              that rates, implied and moving do not name
-    rates   : {state: rate that is held}, in its unit per second
+    free    : names of states, inputs or parameters to solve for
+    steady  : states whose rates are zero (formerly `still`); default: every state not named in
+              rates, implied or moving
+    rates   : {state: prescribed rate}, in its unit per second
     bounds  : {variable or output: (lower, upper)}
-    implied : states whose rates must vanish as a consequence; verified
-    effort  : what decides where there are more unknowns than equations; empty: every free input
-              over its nominal size
-    moving  : states whose rates may be anything: a position
+    implied : states whose rates must vanish as a consequence of the others; verified
+    effort  : terms of the cost to minimize if there are more unknowns than equations; empty: every
+              free input over its nominal size
+    moving  : states whose rates are not constrained, such as a position
 
-    Where nothing is said of free, steady, rates and moving, every state is free and steady.
+    If free, steady, rates and moving are all omitted, every state is free and steady.
     """
 
     free: Tuple[str, ...]
@@ -79,18 +79,18 @@ class TrimSpec:
             ("effort", tuple(Effort(*_listed(e)) for e in effort)),
             ("moving", _names("moving", moving)),
         ):
-            object.__setattr__(self, name, value)  # it is frozen
+            object.__setattr__(self, name, value)  # frozen dataclass
 
     @property
     def still(self) -> Tuple[str, ...]:
-        """`steady` by its old name."""
+        """Earlier name of `steady`."""
         return self.steady
 
     def _asked(self) -> bool:
         return bool(self.free or self.steady or self.rates or self.moving)
 
     def _of(self, model: Model) -> TrimSpec:
-        """The spec for this model: where nothing is asked, every state is free."""
+        """The specification for this model: by default every state is free."""
         return self if self._asked() else replace(self, free=tuple(s.name for s in model.states))
 
     def _fields(self) -> Dict[str, Any]:
@@ -124,7 +124,7 @@ def _range(bound: Bound) -> Tuple[float, float]:
 
 
 class TrimFields(TypedDict, total=False):
-    """TrimSpec's arguments as types of a verb's `**fields`."""
+    """TrimSpec's arguments, as types of a verb's `**fields`."""
 
     free: Sequence[str]
     steady: Sequence[str]
@@ -137,18 +137,18 @@ class TrimFields(TypedDict, total=False):
 
 
 def shows_fields(verb: Verb) -> Verb:
-    """Shows TrimSpec's arguments in place of `**fields` in help() and inspect.signature()."""
+    """Replaces `**fields` by TrimSpec's arguments in help() and inspect.signature()."""
     asked = inspect.signature(TrimSpec).parameters.values()
     own = inspect.signature(verb)
     shown = [p.replace(kind=p.KEYWORD_ONLY) for p in asked]
     shown += [p for p in own.parameters.values() if p.kind != p.VAR_KEYWORD]
-    shown.sort(key=lambda p: p.kind)  # positional ones first
+    shown.sort(key=lambda p: p.kind)  # positional arguments first
     setattr(verb, "__signature__", own.replace(parameters=shown))
     return verb
 
 
 def spec_of(verb: str, spec: Optional[TrimSpec], fields: TrimFields) -> TrimSpec:
-    """The spec that a verb got, whole or as `**fields`; refuses keywords that are none."""
+    """The specification given to a verb, whole or as `**fields`; refuses unknown keywords."""
     for name in fields:
         if name not in TrimFields.__annotations__:
             raise TypeError(f"{verb}() got an unexpected keyword argument {name!r}")
@@ -156,9 +156,9 @@ def spec_of(verb: str, spec: Optional[TrimSpec], fields: TrimFields) -> TrimSpec
 
 
 class Problem(Shown):
-    """A trim problem ready to solve: a model, what is asked (see TrimSpec), where to start.
+    """A trim problem: a model, what to solve for (see TrimSpec), and an initial guess.
 
-    Several of them, named, are the points of a sweep or a tuning.
+    Several named problems are the operating points of a sweep or a tuning.
     """
 
     @shows_fields

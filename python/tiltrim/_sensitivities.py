@@ -1,4 +1,4 @@
-"""sensitivities: how a trim and its modes move with every parameter, the trim's shift included."""
+"""sensitivities: derivatives of a trim and its modes along every parameter, with re-trimming."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from ._trim import TrimResult, trim
 
 @dataclass(repr=False)
 class ParameterSensitivity(Shown):
-    """Derivatives along one parameter, everything per unit of it."""
+    """Derivatives along one parameter, per unit of it."""
 
     parameter: Signal
     value: float
     x: Array  #: of the trim's states, shape (nx,)
     u: Array  #: of its inputs, shape (nu,)
     outputs: Array  #: shape (ny,)
-    eigenvalue: Complex  #: of each mode; NaN where it has no derivative
+    eigenvalue: Complex  #: of each mode; NaN if not differentiable
     damping: Array
     frequency: Array
-    error: Array  #: estimated, of the eigenvalue's
+    error: Array  #: estimated error of the eigenvalue derivative
 
     def _page(self) -> Page:
         unit = f" {self.parameter.unit}" if self.parameter.unit else ""
@@ -35,9 +35,9 @@ class ParameterSensitivity(Shown):
 
 @dataclass(repr=False)
 class Sensitivities(Shown):
-    """Derivatives of a trim and its modes: sensitivities["mass"] has those along one parameter.
+    """Derivatives of a trim and its modes: sensitivities["mass"] holds those along one parameter.
 
-    True where the status is "found".
+    True if the status is "found".
     """
 
     status: str  #: found, not_trim, not_implied, singular, no_linear
@@ -45,9 +45,9 @@ class Sensitivities(Shown):
     point: Point
     rcond: float
     modes: Modes
-    simple: List[bool]  #: the mode is isolated: it has derivatives
+    simple: List[bool]  #: the mode is isolated, hence differentiable
     parameters: List[ParameterSensitivity]
-    ranked: List[List[int]]  #: of each mode: positions of parameters, what moves it most first
+    ranked: List[List[int]]  #: for each mode: indices of parameters, most influential first
 
     def __bool__(self) -> bool:
         return self.status == "found"
@@ -85,14 +85,14 @@ def sensitivities(
     *,
     time_limit: Optional[float] = None,
 ) -> Sensitivities:
-    """Derivatives of a trim and of its modes along parameters, the trim's own shift included.
+    """Derivatives of a trim and its modes along parameters, including the shift of the trim.
 
     what       : a TrimResult; a Problem or a Condition, which are trimmed first
     parameters : states, inputs or parameters that the trim does not move; default: all parameters
                  of the model that are left
     time_limit : of that trim, s of wall clock
 
-    ValueError for names that the model does not have (docs/follow.md).
+    Raises ValueError for unknown names (docs/follow.md).
     """
     held = what if isinstance(what, TrimResult) else trim(what, time_limit=time_limit)
     raw = _tiltrim.sensitivities(

@@ -1,4 +1,4 @@
-"""Results on a terminal and in a notebook: one description of a page, as text or as HTML."""
+"""Results on a terminal and in a notebook: one description, rendered as text or HTML."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import List, Sequence
 
 
 def number(value: float, digits: int = 6) -> str:
-    """A number in `digits` significant digits, whole where it is whole."""
+    """A number with `digits` significant digits; integers without a decimal point."""
     return f"{value:.{digits}g}"
 
 
@@ -19,12 +19,12 @@ def fixed(value: float, decimals: int) -> str:
 
 @dataclass
 class Table:
-    """Columns with a heading and a unit each (may be empty), and rows of as many cells."""
+    """Columns with heading and unit (either may be empty), and rows with one cell per column."""
 
     headings: Sequence[str]
     rows: Sequence[Sequence[str]]
     units: Sequence[str] = ()
-    left: Sequence[int] = ()  #: positions of the columns that are words, not numbers
+    left: Sequence[int] = ()  #: indices of text columns
 
     def text(self) -> str:
         heads = [list(self.headings)]
@@ -60,7 +60,7 @@ class Table:
 
 @dataclass
 class Page:
-    """A heading, lines of words and tables."""
+    """A heading, lines of text and tables."""
 
     heading: str
     lines: List[str] = field(default_factory=list)
@@ -79,7 +79,7 @@ class Page:
 
 
 class Shown:
-    """What has a page: its repr is the text, a notebook shows the HTML."""
+    """Base of results that have a page: text in repr(), HTML in a notebook."""
 
     def _page(self) -> Page:
         raise NotImplementedError

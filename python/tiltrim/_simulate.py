@@ -32,7 +32,7 @@ from ._trim import TrimResult
 if TYPE_CHECKING:
     import xarray
 
-#: inputs that are held, by name; or a function of the time [s] that gives all of them, shape (nu,)
+#: constant inputs by name; or a function of time [s] that returns all inputs, shape (nu,)
 Input = Union[Mapping[str, float], Callable[[float], ArrayLike]]
 
 
@@ -46,7 +46,7 @@ class Change(NamedTuple):
 
 
 class SwitchEvent(NamedTuple):
-    """One of the model's switches, met on the way; rising: its function becomes positive."""
+    """A crossing of one of the model's switches; rising: its function becomes positive."""
 
     name: str
     t: float
@@ -58,11 +58,11 @@ class Trajectory(Shown):
     """A motion: trajectory["gap"] is any state, input, parameter or output over the times t [s].
 
     x, u, p, y : shapes (samples, nx), (samples, nu), (samples, np), (samples, ny)
-    True where the end time was reached.
+    True if the end time was reached.
     """
 
     status: str  #: completed, ended_by_event, diverged, not_finite, step_too_small, step_limit, ...
-    message: str  #: where and why it ended early
+    message: str  #: where and why the motion ended early
     model: Model
     start: Point
     t: Array
@@ -73,9 +73,9 @@ class Trajectory(Shown):
     events: List[SwitchEvent]
     steps: int
     evaluations: int
-    error: Array  #: how far each state may be off at its worst sample; nan: not estimated
+    error: Array  #: estimated error of each state at its worst sample; nan: not estimated
     stiff: bool  #: an implicit method was used
-    exception: Optional[BaseException] = None  #: the first that the model's functions raised
+    exception: Optional[BaseException] = None  #: the first raised by the model's functions
 
     def __bool__(self) -> bool:
         return self.status == "completed"
@@ -98,7 +98,7 @@ class Trajectory(Shown):
         raise KeyError(name)
 
     def to_xarray(self) -> xarray.Dataset:
-        """A Dataset over `time`, one variable for each signal; needs xarray."""
+        """A Dataset over `time`, one variable per signal; needs xarray."""
         xr = need("xarray", "xarray", "to_xarray()")
         m = self.model
         data: Dict[str, Any] = {}
@@ -125,22 +125,22 @@ class Trajectory(Shown):
 
 @dataclass(repr=False)
 class Flight(Shown):
-    """A study's flight: flight["theta_deg"] is a column over flight["time"]. Angles are degrees.
+    """A study's flight: flight["theta_deg"] is a column over flight["time"]. Angles in degrees.
 
-    True where it flew to the end of its time, or landed. Of a study with [model] it is the motion
-    of that model, in its own units.
+    True if it reached the end of its duration or landed. For a study with [model], the motion
+    of that model, in its units.
     """
 
-    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_start; of a [model]
-    #: completed, and as a Trajectory's
+    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_start; for a [model]
+    #: completed, and the statuses of a Trajectory
     message: str
-    start: str  #: where from, in words
+    start: str  #: the initial condition
     events: List[Tuple[str, str, float]]  #: kind, what, time [s]
     columns: Dict[str, Array]
     units: Dict[str, str]
     descriptions: Dict[str, str]
-    #: of a flight how far each column's last value may be off, of a [model]'s motion each state at
-    #: its worst sample; nan: not estimated
+    #: estimated error of each column's last value for a flight, of each state at its worst sample
+    #: for the motion of a [model]; nan: not estimated
     error: Dict[str, float] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
@@ -154,7 +154,7 @@ class Flight(Shown):
         return self.columns[name]
 
     def to_xarray(self) -> xarray.Dataset:
-        """A Dataset over `time`, the events over `event`; needs xarray."""
+        """A Dataset over `time`, events over `event`; needs xarray."""
         xr = need("xarray", "xarray", "to_xarray()")
 
         def described(name: str) -> Tuple[str, Array, Dict[str, str]]:
@@ -187,19 +187,19 @@ def simulate(
     longest_step: float = 0.5,
     max_steps: int = 2_000_000,
 ) -> Trajectory:
-    """The motion of a model from a start, with error control.
+    """Simulates a model from an initial point, with error control.
 
-    start    : state, inputs and parameters: values by name, a Point or a trim
+    start    : initial state, inputs and parameters: values by name, a Point or a trim
     duration : s
-    input    : {name: value} held; or input(t) -> nu numbers, smooth but at `breaks`
-               (default: the start's own inputs, held)
-    changes  : of inputs and parameters for a time: (signal, size, from, until); not beside input(t)
-    sample   : s between samples; 0: at the steps
-    breaks   : rising times [s] at which the input jumps or has a kink
-    tolerance: of each step's error in each state, times the larger of it and its nominal size
-    longest_step : s; max_steps are tried at most, then the status is step_limit
+    input    : {name: value}, constant; or input(t) -> nu numbers, smooth except at `breaks`
+               (default: the inputs of the start, constant)
+    changes  : temporary, of inputs and parameters: (signal, size, from, until); not with input(t)
+    sample   : s between samples; 0: samples at the steps
+    breaks   : increasing times [s] at which the input jumps or has a kink
+    tolerance: of a step's error, relative to the larger of the state and its nominal size
+    longest_step : s; after max_steps attempted steps the status is step_limit
 
-    Where the model raises or gives no finite numbers the motion ends before, and says so.
+    If the model raises or returns non-finite numbers, the motion ends early with that status.
     """
     at = model.point(start.point if isinstance(start, TrimResult) else start)
     if isinstance(input, Mapping):
@@ -234,8 +234,8 @@ def simulate(
 
 
 def fly(study: Union[Study, Condition]) -> Flight:
-    """What a study's [simulate] asks: a flight with schedule, weather, actuators and the ground, or
-    the motion of its [model] (docs/simulate.md)."""
+    """Simulates a study's [simulate]: a flight with schedule, weather, actuators and the ground,
+    or the motion of its [model] (docs/simulate.md)."""
     own = study if isinstance(study, Study) else study.study
     raw = _tiltrim.fly_study(own._core)
     columns = raw["columns"]

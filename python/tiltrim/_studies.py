@@ -1,4 +1,4 @@
-"""Studies: of the built-in tiltrotor, or of a [model] written as formulas; and their conditions."""
+"""Studies of the tiltrotor or of a [model] written as formulas, and their conditions."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ Number = Union[int, float]
 
 
 class Condition(Shown):
-    """A condition of a study: `model`, `spec` and `guess` as any problem has, and all verbs take it
-    as it is. SI units and radians, or those of the study's own [model]."""
+    """A condition of a study: it has `model`, `spec` and `guess` like a Problem, and every verb
+    accepts it. SI units and radians, or the units of the study's [model]."""
 
     def __init__(self, core: _tiltrim.Condition) -> None:
         self._core = core
@@ -33,12 +33,12 @@ class Condition(Shown):
 
     @property
     def formulation(self) -> str:
-        """closed_loop, airframe, table, or model: the study's own (docs/study.md)."""
+        """closed_loop, airframe or table; model for a study with [model] (docs/study.md)."""
         return self._core.formulation
 
     @property
     def study(self) -> Study:
-        """The study that it is of."""
+        """The study it belongs to."""
         return Study(self._core.study)
 
     def _asked(self) -> Tuple[Model, TrimSpec, Point]:
@@ -51,17 +51,17 @@ class Condition(Shown):
 
     @property
     def model(self) -> Model:
-        """The model that is trimmed: the closed loop, or the airframe."""
+        """The model to trim: the closed loop, or the airframe."""
         return self._asked()[0]
 
     @property
     def spec(self) -> TrimSpec:
-        """What is asked of the trim."""
+        """The trim specification."""
         return self._asked()[1]
 
     @property
     def guess(self) -> Point:
-        """Where its trim starts; a point of one's own."""
+        """The initial guess of its trim; a copy."""
         return self._asked()[2].copy()
 
     def _page(self) -> Page:
@@ -77,7 +77,7 @@ class Condition(Shown):
 
 
 class Study(Shown):
-    """A study, of the tiltrotor or its own [model]: conditions by name, and what its tables ask."""
+    """A study of the tiltrotor or of its own [model]: conditions by name, and analyses."""
 
     def __init__(self, core: _tiltrim.Study) -> None:
         self._core = core
@@ -88,17 +88,17 @@ class Study(Shown):
 
     @property
     def conditions(self) -> Mapping[str, Condition]:
-        """Its conditions by name, in the study's order."""
+        """The conditions by name, in the study's order."""
         return MappingProxyType(self._conditions)
 
     @property
     def file(self) -> str:
-        """Where it was read from."""
+        """The path it was read from."""
         return self._core.file
 
     @property
     def text(self) -> str:
-        """The study's own text, TOML."""
+        """The text of the study, TOML."""
         return self._core.text
 
     def _page(self) -> Page:
@@ -107,12 +107,12 @@ class Study(Shown):
 
 
 def read_study(path: Union[str, os.PathLike[str]]) -> Study:
-    """Reads and checks a study file (docs/study.md); StudyError says file, line, column and key."""
+    """Reads and checks a study file (docs/study.md); StudyError has file, line, column and key."""
     return Study(_tiltrim.read_study(os.fspath(path)))
 
 
 def parse_study(text: str, name: str = "study") -> Study:
-    """The same from text; `name` stands for the file in messages."""
+    """The same from text; `name` replaces the file name in messages."""
     return Study(_tiltrim.parse_study(text, name))
 
 
@@ -141,13 +141,13 @@ def tiltrotor(
 ) -> Condition:
     """The reference tiltrotor at an airspeed V [m/s], path angle and nacelle tilt [degrees].
 
-    aircraft, gains, limits : numbers that differ from the reference's, by the keys of a study, as
-                              {"mass": 4.4}, {"K_Lp": 0.9}, {"a1s_deg": (-20, 20)}
-    formulation : "closed_loop", with the control law around it, or "airframe"
-    keys        : further keys of the condition (docs/study.md), as theta_deg=[0, 10]
+    aircraft, gains, limits : values that differ from the reference's, by the keys of a study, such
+                              as {"mass": 4.4}, {"K_Lp": 0.9}, {"a1s_deg": (-20, 20)}
+    formulation : "closed_loop", with the control law, or "airframe"
+    keys        : further keys of the condition (docs/study.md), such as theta_deg=[0, 10]
 
-    Keys that end in _deg are degrees; everything of the condition itself is SI and radians.
-    StudyError for a key or a number that a study would not take.
+    Keys that end in _deg are in degrees; the condition's attributes are in SI units and radians.
+    Raises StudyError for a key or value that a study would refuse.
     """
     condition: Dict[str, Any] = {"name": name, "V": V, "gamma_deg": gamma_deg, "eta_deg": eta_deg}
     if formulation != "closed_loop":
@@ -183,5 +183,5 @@ def _toml_value(value: Any) -> str:
 
 
 def data_directory() -> str:
-    """Where the polars and published tables that come with tiltrim lie."""
+    """The folder of the polars and published tables shipped with tiltrim."""
     return _tiltrim.data_directory()

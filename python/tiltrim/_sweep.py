@@ -1,4 +1,4 @@
-"""sweep: trim, linearize and modes at every point of a grid, and what lies between the points."""
+"""sweep: trims, linear models and modes over a grid, and the verdict between its points."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import xarray
     from typing_extensions import Unpack
 
-#: {signal: values}, or {name of the axis: {signal: values, ...}} for signals that move together
+#: {signal: values}, or {axis name: {signal: values, ...}} for signals that vary together
 Axes = Mapping[str, Union[ArrayLike, Mapping[str, ArrayLike]]]
 Problems = Sequence[Union[Problem, Condition]]
 
@@ -41,14 +41,14 @@ def sweep(
     time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> xarray.Dataset:
-    """Eigenvalues over a grid; every crossing of the stability boundary between its points.
+    """Eigenvalues over a grid, and every crossing of the stability boundary between its points.
 
-    what  : a Model, with a guess and what is asked of the trim; a Problem or a Condition; a list of
+    what  : a Model with a guess and a trim specification; a Problem or a Condition; a list of
             those, with the same states; or a Study with its own [[sweep.axis]]
-    axes  : {signal: values}: variables that the trim does not move, the first slowest. Signals that
-            move together are one axis: {"h": {"V": [...], "eta": [...]}}. Of Conditions the keys of
-            a study, in its units: "V", "eta_deg", "gains.K_Lp", "h"
-    inputs: inputs or outputs of the model to be kept beside the state; default: its inputs
+    axes  : {signal: values}: variables that the trim does not solve for, the first slowest.
+            Signals that vary together are one axis: {"h": {"V": [...], "eta": [...]}}. For
+            Conditions, keys of a study, in its units: "V", "eta_deg", "gains.K_Lp", "h"
+    inputs: inputs or outputs of the model to store with the state; default: its inputs
     only  : conditions of a study; default: all
     crossings : look between the grid's points
     threads   : 0: as many as the machine has. Models with Python callables are swept by one
@@ -57,14 +57,14 @@ def sweep(
 
     Returns an xarray.Dataset over the axes (and `condition`, for a study or a list):
 
-    status, verdict, reason       : words; verdict is "" where there is no equilibrium
-    eigenvalue (..., mode)        : complex, 1/s, modes followed from point to point; mode_name
-    state_value (..., state), input_value (..., input) : at the equilibrium; NaN without
+    status, verdict, reason       : text; verdict is "" without an equilibrium
+    eigenvalue (..., mode)        : complex, 1/s, modes tracked from point to point; mode_name
+    state_value (..., state), input_value (..., input) : at the equilibrium; else NaN
     spectral_abscissa, damping, residual, confidence, second_branch
-    crossing_...  (crossing)      : where unstable eigenvalues change in number along an axis
-    interval_...  (interval)      : what holds on whole stretches between the points
+    crossing_...  (crossing)      : where the number of unstable eigenvalues changes along an axis
+    interval_...  (interval)      : verdicts for whole intervals between the points
 
-    Needs xarray. ValueError for names that the model does not have.
+    Needs xarray. Raises ValueError for unknown names.
     """
     own = spec_of("sweep", spec, fields)
     xr = need("xarray", "xarray", "sweep()")
@@ -93,7 +93,7 @@ def sweep(
 def _sweep_conditions(
     conditions: Sequence[Condition], axes: Axes, options: Dict[str, Any]
 ) -> Dict[str, Any]:
-    # As if their study had these axes: its keys, units and checks.
+    # As a study with these axes: its keys, units and checks apply.
     study = conditions[0].study
     if any(one.study.text != study.text for one in conditions):
         raise TypeError("sweep(): expected conditions of one study")
@@ -231,7 +231,7 @@ def _over_points(raw: Dict[str, Any], dims: List[str], shape: List[int]) -> Dict
 
 
 def _words(numbers: Any, words: List[str], otherwise: str) -> Any:
-    return np.array([*words, otherwise])[np.asarray(numbers, dtype=int)]  # -1 is the last
+    return np.array([*words, otherwise])[np.asarray(numbers, dtype=int)]  # -1 selects the last
 
 
 def _between(raw: Dict[str, Any]) -> Dict[str, Any]:

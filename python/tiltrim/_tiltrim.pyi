@@ -1,4 +1,4 @@
-"""The compiled module: tuples, dictionaries and arrays, which the package's Python gives names."""
+"""The compiled module: tuples, dictionaries and arrays, named by the package's Python code."""
 
 from typing import Any, Callable, Dict, List, Optional, Sequence, Tuple
 
@@ -15,7 +15,7 @@ _Axis = Tuple[str, List[Tuple[str, str, List[float]]]]
 version: str
 
 class InvalidArgument(ValueError):
-    """What was asked cannot be asked: the words say what was meant."""
+    """Invalid arguments; the message says what was expected."""
 
 class StudyError(ValueError):
     """A study that cannot be read: file, line, column, key, what is wrong."""

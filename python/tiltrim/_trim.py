@@ -1,4 +1,4 @@
-"""trim: find an equilibrium, verify it, and say why where there is none."""
+"""trim: find an equilibrium, verify it, and explain why none exists."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(repr=False)
 class TrimResult(Shown):
-    """How a trim ended, and the best point seen whatever the status.
+    """How a trim ended, with the best point found whatever the status.
 
-    True where the status is "converged": a verified equilibrium within all bounds. Its values are
-    read by name, outputs too: result["gap"].
+    True if the status is "converged": a verified equilibrium within all bounds. Variables and
+    outputs are read by name: result["gap"].
     """
 
     status: str  #: converged, singular, not_optimal, not_implied, infeasible, not_found,
@@ -29,14 +29,14 @@ class TrimResult(Shown):
     model: Model
     spec: TrimSpec
     point: Point
-    rates: Array  #: shape (nx,), all state rates at the point
+    rates: Array  #: all state rates at the point, shape (nx,)
     outputs: Array  #: shape (ny,)
-    residual: float  #: largest held rate's miss over its nominal size, 1/s
-    step: float  #: last Newton step, largest over nominal sizes
-    rcond: float  #: reciprocal condition of the scaled equations
-    effort: float  #: the objective
+    residual: float  #: largest error of a held rate over its nominal size, 1/s
+    step: float  #: last Newton step, largest component over nominal size
+    rcond: float  #: reciprocal condition number of the scaled equations
+    effort: float  #: value of the cost
     limits_active: List[str]  #: "current upper", ...
-    others: List[Point]  #: further verified equilibria, by rising effort
+    others: List[Point]  #: other verified equilibria, by increasing cost
     starts: int
     evaluations: int
     message: str  #: empty when converged without remark
@@ -44,7 +44,7 @@ class TrimResult(Shown):
     exception: Optional[BaseException] = None  #: the first that the model's functions raised
     #: formulation table: moment coefficients required, and of the elevator
     moment: Optional[Tuple[float, float]] = None
-    _linear_inputs: Sequence[str] = ()  # that linearize() takes if it is told none
+    _linear_inputs: Sequence[str] = ()  # default inputs for linearize()
 
     def __bool__(self) -> bool:
         return self.status == "converged"
@@ -92,7 +92,7 @@ def asked(
     spec: TrimSpec,
     verb: str,
 ) -> Tuple[Model, TrimSpec, Point]:
-    """Model, spec and guess of whatever a verb was called with."""
+    """Model, specification and guess from the arguments of a verb."""
     if isinstance(what, Model):
         if guess is None:
             raise TypeError(f"{verb}() of a model needs a guess: values by name, or a Point")
@@ -131,9 +131,9 @@ def trim(
     time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> TrimResult:
-    """An equilibrium of a model, from a guess.
+    """Finds an equilibrium of a model from a guess.
 
-    what   : a Model, with a guess (values by name, or a Point) and what is asked (see TrimSpec); or
+    what   : a Model with a guess (values by name, or a Point) and a TrimSpec's arguments; or
              a Problem or a Condition, which have both
     method : "ipopt", polished by Newton, then Newton from further starts; "newton" alone needs as
              many unknowns as equations
@@ -147,8 +147,8 @@ def trim(
                      call of the model is not cut short. Default: none, or that of a Condition's
                      study
 
-    Returns a TrimResult, true where it converged. ValueError for names that the model does not
-    have, bounds that are reversed, more equations than unknowns.
+    Returns a TrimResult, true if it converged. Raises ValueError for unknown names, reversed
+    bounds, and more equations than unknowns.
     """
     own = spec_of("trim", spec, fields)
     options = {
@@ -166,7 +166,7 @@ def trim(
         of_table = what.formulation == "table"
         result = _result(raw, Model._of(raw["model"], (_model_of, (what,))), TrimSpec() if of_table else what.spec)
         if what.formulation == "closed_loop":
-            result._linear_inputs = ("V", "gamma", "eta")  # its commands
+            result._linear_inputs = ("V", "gamma", "eta")  # the commands of the closed loop
         return result
     model, own, start = asked(what, guess, own, "trim")
     raw = _tiltrim.trim(model._core, own._fields(), start._tuple(), options)

@@ -1,4 +1,4 @@
-"""tune: gains whose worst case over operating points is as good as it can be."""
+"""tune: gains with the best worst case over operating points."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ Limits = Union[Mapping[str, float], Sequence[Tuple[Any, ...]]]
 
 @dataclass(repr=False)
 class Achieved(Shown):
-    """One requirement at one place, evaluated again at the answer."""
+    """One requirement at one place, evaluated again at the optimum."""
 
     point: str
     scatter: str  #: "mass +15 %"; empty: nominal
     measure: str
     unit: str
     of: str
-    limit: float  #: NaN: the goal
+    limit: float  #: NaN for the goal
     goal: bool
     value: float
-    eigenvalue: complex  #: which decides, where one does; else NaN
-    active: bool  #: it holds the answer where it is
-    reserve: float  #: how far the limit is met, over its size
+    eigenvalue: complex  #: the one that decides; NaN if none does
+    active: bool  #: active at the optimum
+    reserve: float  #: margin to the limit, over its size
 
     def _page(self) -> Page:
         limit = "" if self.goal else f", limit {number(self.limit)}"
@@ -43,12 +43,12 @@ class Achieved(Shown):
 
 @dataclass(repr=False)
 class GainEffect(Shown):
-    """What one of the tuned numbers does at the answer."""
+    """The effect of one tuned parameter at the optimum."""
 
     name: str
     value: float
     slopes: Array  #: d(worst value)/d(ln gain), for the goal and each limit
-    goal_less: float  #: worst goal with 10 % less of it, trimmed again
+    goal_less: float  #: worst value of the goal with the gain reduced by 10 %, trimmed again
     goal_more: float
 
     def _page(self) -> Page:
@@ -60,19 +60,19 @@ class GainEffect(Shown):
 
 @dataclass(repr=False)
 class TuneResult(Shown):
-    """Tuned gains by name, in SI units; true where all limits are met, verified."""
+    """Tuned gains by name, in SI units; true if all limits are verified to be met."""
 
     status: str  #: tuned, limits_unmet, unstable, no_trim
     message: str
     names: List[str]
-    numbers: Array  #: shape (gains,), or (gains, places of the schedule)
+    numbers: Array  #: shape (gains,), or (gains, tilts of the schedule)
     schedule: Tuple[float, ...]
-    goal: float  #: its worst value over all places
+    goal: float  #: worst value of the goal over all places
     goal_measure: str
     goal_unit: str
     achieved: List[Achieved]
     effects: List[GainEffect]  #: largest first
-    coalescing: bool  #: two eigenvalues that decide meet at the answer
+    coalescing: bool  #: two decisive eigenvalues coalesce at the optimum
     evaluations: int
     out_of_time: bool
     out_of_evaluations: bool
@@ -80,7 +80,7 @@ class TuneResult(Shown):
 
     @property
     def gains(self) -> Dict[str, Any]:
-        """{name: value}; with a schedule, arrays over its places."""
+        """{name: value}; with a schedule, arrays over its values."""
         if not len(self.numbers):
             return {}
         return {
@@ -134,14 +134,14 @@ def tune(
     time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
 ) -> TuneResult:
-    """Gains for the worst of all points, each trimmed again for every candidate.
+    """Optimizes gains for the worst of all operating points; every candidate is trimmed again.
 
-    what     : a Model with a guess and what is asked of the trim; a Problem or a Condition; a list
-               of those; or a Study with its own [tune], of which only the last options are taken
-    gains    : {parameter: (from, to)}, SI; searched in their logarithm where both are above zero,
-               but for those named in `linear`
-    goal     : its worst value is to be as good as it can be: "decay" (1/s), "damping", "frequency"
-               (rad/s), ...; ("half_time", name of the mode)
+    what     : a Model with a guess and a trim specification; a Problem or a Condition; a list of
+               those; or a Study with its own [tune], which only the last options override
+    gains    : {parameter: (from, to)}, SI; searched logarithmically if both are positive, except
+               those named in `linear`
+    goal     : optimized for its worst value: "decay" (1/s), "damping", "frequency" (rad/s), ...;
+               ("half_time", name of the mode)
     limits   : {measure: limit}, or [(measure, limit, of)] (docs/tune.md has the measures)
     uncertain: {parameter: (from, to)}: each point again at all of their corners (unless corners is
                False) and at `samples` random places between
@@ -150,7 +150,7 @@ def tune(
                local_search: budget and algorithms, defaults as of the library or the study
     time_limit : of each trim from nothing, s of wall clock
 
-    ValueError for names that the models do not have, bounds reversed, nothing free.
+    Raises ValueError for unknown names, reversed bounds, no free parameter.
     """
     own = spec_of("tune", spec, fields)
     options = {
