@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Flights of the closed loop by SciPy, written from the equations and not from the C++.
+"""Flights of the closed loop by SciPy, implemented independently of the C++ from the equations.
 
-  flight_scipy.py          self-tests: data/reference_cases.json, energy, the bumpless hand-over
+  flight_scipy.py          self-tests: data/reference_cases.json, energy, the bumpless handover
   flight_scipy.py --write  data/reference_flights.json
   flight_scipy.py --time   seconds and evaluations for the whole transition, as one line of JSON
 
@@ -118,16 +118,16 @@ POLAR = load_polar(DATA / CASES["polar"])
 
 
 class Mode(NamedTuple):
-  """On which side of its kinks a flight is; constant in each leg between two events."""
+  """The discrete state of a flight; constant between two events."""
 
   elevator: bool = False  # the elevator has the pitch
-  # Of theta0, a1s, delta_e: -1 at the lower limit, 0 between, 1 at the upper; none: as values say
+  # Of theta0, a1s, delta_e: -1 at the lower limit, 0 between, 1 at the upper; none: by value
   at: tuple = None
   above: tuple = (False,) * len(KINKS)
 
 
 def closed_loop(gains, command=corridor, wind=calm):
-  """point(t, y, mode): the rates of the states, and what the law asks of the actuators."""
+  """point(t, y, mode): the rates of the states, and the law's commands to the actuators."""
   m, Iyy, cbar, S = (CRAFT[k] for k in ("mass", "inertia_yy", "chord", "wing_area"))
   rho, g, Ep = (CRAFT[k] for k in ("air_density", "gravity", "thrust_excess"))
   R, xR, zH = (CRAFT[k] for k in ("rotor_radius", "rotor_x", "rotor_z"))
@@ -167,7 +167,7 @@ def closed_loop(gains, command=corridor, wind=calm):
     theta0 = used(0, theta0_asked, mode)
     a1s = used(1, a1s_asked, mode)
 
-    # Speed: neither thrust nor drag knows the elevator
+    # Speed: neither thrust nor drag depends on the elevator
     x = pitch_scale * theta0
     vi = copysign(Omega * R * c1 / 16 * (sqrt(1 + 32 * abs(x) / c1) - 1), x)  # (3)
     W = V + wake_immersion * vi
@@ -192,7 +192,7 @@ def closed_loop(gains, command=corridor, wind=calm):
     Z = -T * sin(eta - a1s) - L * cos(alpha) - D * sin(alpha)
     M = (xR * sin(eta - a1s) - zH * sin(a1s)) * T + Ma
 
-    # Integrals, called back from beyond the limits
+    # Integrals with anti-windup
     theta0_by_x1 = K_Ei / (1 + Ep * K_Ep)
     a1s_by_x2 = K_Li / (1 + K_Lp)
     de_by_x2 = K_Li
@@ -232,14 +232,14 @@ class Flight:
 
 
 def mode_at(point, t, y, elevator):
-  """The mode that the asked commands and the height put a flight in."""
+  """The mode that the commands and the height imply."""
   asked = point(t, y, Mode(elevator))[1]
   at = tuple((a > high) - (a < low) for a, (low, high) in zip(asked, LIMITS))
   return Mode(elevator, at, tuple(y[HEIGHT] > h for h in KINKS))
 
 
 def bumpless_x2(point, t, y, before):
-  """x2 at which the law on the other side asks for this pitch acceleration, or the nearest."""
+  """x2 at which the law on the other side commands this pitch acceleration, or the nearest."""
   i = 1 if before.elevator else 2
   after = Mode(not before.elevator, (before.at[0], 0, 0))
   there_is = point(t, y, before)[0][PITCH_RATE]
@@ -259,7 +259,7 @@ def bumpless_x2(point, t, y, before):
 
 
 def watch(mode, asked_at):
-  """The ways out of a mode: name, a function of t and y that is zero there, the mode beyond."""
+  """The exits of a mode: name, a function of t and y that vanishes there, the mode beyond."""
   exits = []
 
   def add(name, miss, direction, beyond):
@@ -286,7 +286,7 @@ def watch(mode, asked_at):
 
 
 class Leg(NamedTuple):
-  """To an event, or to the end of the grid, where event is empty."""
+  """To an event, or to the end of the grid if event is empty."""
 
   t: float
   y: list
@@ -320,7 +320,7 @@ def fly_leg(point, mode, t, y, grid, settings):
 
 
 def step_over(flight, point, mode, leg):
-  """State and mode beyond an event, and what else it brings about."""
+  """State and mode after an event, and its other effects."""
   t, y = leg.t, leg.y
   if leg.event == "hand_over":
     begun = []
@@ -333,7 +333,7 @@ def step_over(flight, point, mode, leg):
         begun.append(f"{actuator} reaches {END[side]} limit")
     return y, after, begun
 
-  # The command just met is as the event says; of the others their values must say the same
+  # The event decides the command just met; the values of the others must agree with their modes
   now = mode_at(point, t, y, mode.elevator).at
   if any(was == beyond != value for was, beyond, value in zip(mode.at, leg.beyond.at, now)):
     raise RuntimeError(f"{flight.name}: a limit passed unseen before t = {t}")
@@ -423,7 +423,7 @@ def spread(a, b):
 
 
 def record(flight):
-  """A flight's numbers; their spread is how far a hundred times looser tolerances move them."""
+  """A flight's numbers; their spread is the change with tolerances a hundred times looser."""
   flown = fly(flight, REFERENCE)
   looser = fly(flight, COARSER)
   if [name for _, name, _ in flown.events] != [name for _, name, _ in looser.events]:
@@ -494,7 +494,7 @@ def check_trim(case):
   found = fsolve(rates, known * 1.001 + 1e-4, xtol=1e-13)
   inputs = point(0.0, [*found, 0.0, 0.0, 0.0, 0.0], mode)[1]
 
-  # Central differences of fourth order: h⁴ beside ε/h
+  # Central differences of fourth order: error h⁴ + ε/h
   h = 1e-3 * np.maximum(1e-1, np.abs(found))
   step = lambda k, j: rates(found + k * h * (np.arange(6) == j))
   slope = lambda j: (8 * (step(1, j) - step(-1, j)) - (step(2, j) - step(-2, j))) / (12 * h[j])
@@ -509,14 +509,14 @@ def check_trim(case):
 
 
 def check_energy(flight):
-  """V²/2 + g h - thrust_work + drag_work stays, in calm air."""
+  """V²/2 + g h - thrust_work + drag_work is conserved in calm air."""
   states = fly(flight, REFERENCE).states
   energy = [(y[0] ** 2 + y[1] ** 2) / 2 + CRAFT["gravity"] * y[7] - y[8] + y[9] for y in states]
   return check(f"{flight.name}, energy", max(abs(e - energy[0]) for e in energy), 1e-9)
 
 
 def check_bumpless(flight):
-  """The pitch acceleration goes on."""
+  """The pitch acceleration is continuous."""
   point = closed_loop(flight.gains)
   events = {name: (t, y) for t, name, y in fly(flight, REFERENCE).events}
   sides = [("hand_over", Mode(elevator=False)), ("x2 set anew", Mode(elevator=True))]

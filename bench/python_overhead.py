@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a call from C++ to a Python function costs, beside the built-in model.
+"""Cost of a call from C++ to a Python function, compared with the built-in model.
 
   python_overhead.py [--seconds 1]     one line for each model: time of an evaluation, and the ratio
 

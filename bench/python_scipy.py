@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Equilibria and eigenvalues from random starts: tiltrim beside scipy.optimize.root and
+"""Equilibria and eigenvalues from random starts: tiltrim and scipy.optimize.root and
 numpy.linalg.eigvals, on the same Python functions.
 
   python_scipy.py [--starts 1000]     a table for each of three models
