@@ -100,8 +100,8 @@ FlightTable flight_table(const Flight& flight, const FlightResult& flown) {
   for (std::size_t k = 0; k < flown.t.size(); ++k)
     each(flown.t[k], flown.states[k], flown.modes[k],
          [](FlightColumn& column, double value) { column.values.push_back(value); });
-  // The error is proportional to the tolerance, so the rough run's difference contains the error as
-  // well.
+  // The error is proportional to the tolerance: the rough run's error is the difference plus the
+  // error sought.
   if (const auto& rough = flown.rough_end)
     each(rough->t, rough->state, rough->mode, [](FlightColumn& column, double value) {
       column.error = std::abs(value - column.values.back()) / (rough_tolerance - 1);

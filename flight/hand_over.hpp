@@ -41,13 +41,11 @@ struct HandOverCheck {
   double t = 0.0, height = 0.0;                      ///< of the handover along the schedule, s, m
   Command command{};                                 ///< the command there
   HandOverSide front{}, behind{};                    ///< trims before and after the handover
-  Actuators asked{};  ///< by the law after it, in the state before it (bumpless: x2 reset)
-  double integral_jump =
-      0.0;  ///< K_Li x2 after minus before: what the switch leaves to the integral
-  FlightStatus ends =
-      FlightStatus::flown;     ///< of the flight that continues from the trim before it
-  double ends_at = 0.0;        ///< s after the handover
-  double seconds_there = 0.0;  ///< if the schedule is followed exactly, s
+  Actuators asked{};           ///< by the law after it, in the state before it (bumpless: x2 reset)
+  double integral_jump = 0.0;  ///< K_Li x2 after minus before: left to the integral
+  FlightStatus ends = FlightStatus::flown;  ///< of the flight that continues from before
+  double ends_at = 0.0;                     ///< s after the handover
+  double seconds_there = 0.0;               ///< if the schedule is followed exactly, s
 };
 
 /// Options of check_hand_over().

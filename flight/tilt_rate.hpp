@@ -71,8 +71,7 @@ struct TiltRateLimit {
   std::vector<SlowTilt> stretches;                ///< between handovers and kinks of the gains
   std::vector<Growth> growth;                     ///< at the rates flown, rising
   double holds = 0.0, fails = 0.0;  ///< rad/s: the prediction holds at one and fails at the other
-  double disturbance =
-      1.0;  ///< fraction of the options' disturbances from which the frozen loop recovers
+  double disturbance = 1.0;         ///< fraction of the options' that the frozen loop recovers from
   std::vector<TiltFlight> flights;  ///< all flights
   TiltFlight worst;                 ///< the slowest flight that failed
 };
