@@ -129,7 +129,7 @@ std::vector<std::string> actuators();
 struct ActuatorLoop {
   std::string actuator;  ///< theta0, a1s or delta_e
   bool in_use = false;   ///< false: not commanded by the law here, or without effect; L = 0
-  LoopTransfer loop;     ///< from the actuator's input to the law's command, negative feedback
+  LoopTransfer loop;     ///< from the actuator's input to the law's command, sign reversed
   Margins margins;       ///< of a loop in use, like the following
   Bode bode;             ///< of a loop in use
 };

@@ -121,8 +121,7 @@ struct UserCondition {
 /// variables fixed, free or bounded), "table" (coefficients given, the paper's Table 2), "model".
 struct Condition {
   std::string name;  ///< unique in the study
-  std::variant<Command, AirframeCondition, TableCondition, UserCondition>
-      asked;  ///< by formulation
+  std::variant<Command, AirframeCondition, TableCondition, UserCondition> asked;  ///< by kind
 
   /// The command of a closed-loop condition; null for other formulations, like the next three.
   const Command* command() const { return std::get_if<Command>(&asked); }
@@ -171,8 +170,7 @@ struct ReportTable {
   };
   std::vector<Map> maps;         ///< empty: chosen by the report
   std::optional<bool> flight{};  ///< not given: if the study has a closed loop
-  std::optional<bool>
-      audit{};  ///< of the paper's tables; not given: if the aircraft is the paper's
+  std::optional<bool> audit{};   ///< of the paper's tables; not given: for its aircraft
 };
 
 /// The default envelope over "eta_deg" or "gamma_deg".

@@ -33,8 +33,7 @@ void refuse(const std::filesystem::path& file, Place place, std::string_view mes
 std::string in_quotes(std::string_view text) {
   std::string shown(text.substr(0, widest));
   if (shown.size() < text.size()) {
-    while (!shown.empty() && (shown.back() & 0xC0) == 0x80)
-      shown.pop_back();  // complete UTF-8 only
+    while (!shown.empty() && (shown.back() & 0xC0) == 0x80) shown.pop_back();  // valid UTF-8
     if (!shown.empty() && (shown.back() & 0x80)) shown.pop_back();
     shown += "...";
   }
