@@ -116,11 +116,10 @@ struct Identification {
   IdentifyStatus status = IdentifyStatus::evaluation_limit;
   std::string message;
   Reading reading = Reading::truncated;
-  double thrust_excess = 0.0;  ///< Ep
-  double k = 0.0;              ///< ½ρ(V + vi)²S/(m g)
-  double effective_speed =
-      0.0;             ///< V + vi implied by k [m/s]; needs g, which the paper does not give
-  double worst = 0.0;  ///< largest |miss|; at most 0.5: every printed digit is reproduced
+  double thrust_excess = 0.0;    ///< Ep
+  double k = 0.0;                ///< ½ρ(V + vi)²S/(m g)
+  double effective_speed = 0.0;  ///< V + vi implied by k [m/s]; the paper omits the g it needs
+  double worst = 0.0;            ///< largest |miss|; at most 0.5: every printed digit is reproduced
   /// Deviation from the centre of the digits' interval, in units of the last digit: theta0 of the
   /// columns, then a1s.
   std::array<double, 6> misses{};
