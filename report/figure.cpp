@@ -16,8 +16,7 @@ namespace {
 // In font heights.
 constexpr double least_left = 5.6, right = 1.4, below = 4.2, below_bare = 2.4, above = 0.9,
                  below_key = 0.5;
-constexpr double letter = 0.62,
-                 key_sample = 4.5;  // widths of a letter and of a line sample in the key
+constexpr double letter = 0.62, key_sample = 4.5;  // widths: letter, line sample in the key
 
 constexpr double page_font = 13;  // in user units of the page's SVG
 

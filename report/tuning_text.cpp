@@ -100,9 +100,7 @@ Sheet requirements_sheet(const TuningReport& report, const TextStyle& style) {
   std::size_t taken = 0;
   for (std::size_t i = 0; i < asked.size(); ++i)
     taken = std::max(taken, width_of(asked_in_words(asked[i], i == 0)));
-  constexpr std::size_t others = 36,
-                        least =
-                            24;  // width of the columns between, minimum width of the place column
+  constexpr std::size_t others = 36, least = 24;  // columns between; least width of the place's
   const std::size_t room = std::max(least, style.width - std::min(style.width, taken + others));
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const std::string words = asked_in_words(asked[i], i == 0);

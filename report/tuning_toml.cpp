@@ -124,8 +124,7 @@ std::string user_toml(const TuneProblem& problem, const TuneResult& result) {
 }  // namespace
 
 std::string tuning_toml(const TuningReport& report) {
-  if (report.result.status == TuneStatus::no_trim)
-    return "";  // without a trim nothing is known about the gains
+  if (report.result.status == TuneStatus::no_trim) return "";  // no trim: gains are meaningless
   if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
   if (report.user_model) return user_toml(report.problem, report.result);
   return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
