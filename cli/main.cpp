@@ -185,8 +185,7 @@ int run_program(int argc, char** argv) {
 }  // namespace tiltrim::cli
 
 int main(int argc, char** argv) {
-  const tiltrim::RoundToNearest
-      environment;                // a library may have changed the mode while it was loaded
+  const tiltrim::RoundToNearest environment;  // libraries may have changed it while loading
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file-size limit fails with an error
   try {
     return tiltrim::cli::run_program(argc, argv);
