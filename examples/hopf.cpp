@@ -39,8 +39,7 @@ int main() {
   walk("fold",
        flow({{"x", "", 1}}, "mu",
             [](const VectorXd& x, double mu) -> VectorXd {
-              return VectorXd::Constant(
-                  1, mu + x[0] * x[0]);  // two equilibria below 0, no equilibrium above
+              return VectorXd::Constant(1, mu + x[0] * x[0]);  // two equilibria below 0, none above
             }),
        VectorXd::Constant(1, -1.0), -1, 1);
   walk("Hopf",
