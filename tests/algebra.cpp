@@ -77,7 +77,7 @@ double largest_singular_value(const MatrixXd& A) {
   return Eigen::JacobiSVD<MatrixXd, Eigen::NoQRPreconditioner>(A).singularValues()[0];
 }
 
-// Those of [Re A, -Im A; Im A, Re A] are those of A, each twice.
+// The eigenvalues of [Re A, -Im A; Im A, Re A] are those of A, each twice.
 double least_singular_value(const MatrixXcd& A) {
   const Index n = A.rows();
   MatrixXd real(2 * n, 2 * n);
@@ -96,7 +96,7 @@ MatrixXd pseudo_inverse(const MatrixXd& A) {
   return whole.topLeftCorner(A.cols(), A.rows());
 }
 
-// exp(A) = exp(A/2ⁿ)^(2ⁿ), by Taylor's series of a matrix whose entries sum to 1/2 at most.
+// exp(A) = exp(A/2ⁿ)^(2ⁿ), by the Taylor series of a matrix whose entries sum to at most 1/2.
 MatrixXd exponential(const MatrixXd& A) {
   const double size = A.cwiseAbs().sum();
   const int halvings = size > 0 ? std::max(0, std::ilogb(size) + 2) : 0;

@@ -1,5 +1,5 @@
-/// Linear algebra as a second road to what the library computes by its own: Eigen's decompositions,
-/// and elimination. Compiled once: a test that calls it needs Eigen/Core only.
+/// Linear algebra independent of the library's own: Eigen's decompositions, and elimination.
+/// Compiled once: a test that calls it needs Eigen/Core only.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// Memory that runs out: the k-th allocation of a run fails, for every k or for many spread over the
-// run. Eigen's come through malloc, all others through operator new; both are this program's own.
+// Out of memory: the k-th allocation of a run fails, for every k or for many spread over the run.
+// Eigen allocates by malloc, everything else by operator new; both are replaced in this program.
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
@@ -40,7 +40,7 @@ void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace {
 
-// How runs of `act` end, one allocation of each having failed: "" for an answer.
+// The outcomes of `act` with one failing allocation each: "" for a result.
 std::map<std::string, int> endings(const std::function<void()>& act) {
   const auto run = [&](long k) -> std::string {
     std::string why;
@@ -56,10 +56,10 @@ std::map<std::string, int> endings(const std::function<void()>& act) {
     failing = 0;
     return why;
   };
-  REQUIRE(run(0).empty());  // once more than once: what is made at first use is made
+  REQUIRE(run(0).empty());  // first run: allocations at first use are made
   REQUIRE(run(0).empty());
   const long all = counted;
-  const long every = 40, most = trials(160);  // first one by one
+  const long every = 40, most = trials(160);  // one by one at first
   std::map<std::string, int> found;
   for (long k = 1; k <= all; k += k < every ? 1 : std::max(1L, (all - every) / most))
     ++found[run(k)];
@@ -76,7 +76,7 @@ TEST_CASE("an allocation that fails: reading a study") {
   for (const char* name : {"paper.toml", "levitation.toml", "tune_transition.toml"}) {
     const Study whole = study_of(name);
     const auto found = endings([&] {
-      const Study study = study_of(name);  // where the library does without: whole all the same
+      const Study study = study_of(name);  // the library copes without: the result is complete
       REQUIRE(study.text == whole.text);
       REQUIRE(study.conditions.size() == whole.conditions.size());
       REQUIRE(study.tune.has_value() == whole.tune.has_value());

@@ -29,7 +29,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double denormal = std::numeric_limits<double>::denorm_min();
-constexpr double backward = 1e-14;  // times n ‖A‖: what an eigenvalue may be a perturbation of
+constexpr double backward = 1e-14;  // times n ‖A‖: backward error allowed for an eigenvalue
 
 MatrixXd filled(Index n, const std::function<double(Index, Index)>& entry) {
   MatrixXd A(n, n);
@@ -43,7 +43,7 @@ MatrixXd gaussian(Random& random, Index n) {
   return filled(n, [&](Index, Index) { return normal(random); });
 }
 
-// The closed loop at three trims, every entry moved by up to 40 %.
+// The closed loop at three trims, every entry perturbed by up to 40 %.
 const std::vector<MatrixXd>& loops() {
   static const std::vector<MatrixXd> matrices = [] {
     const double degree = 3.14159265358979 / 180;
@@ -66,7 +66,7 @@ MatrixXd closed_loop_like(Random& random) {
   return filled(6, [&](Index i, Index j) { return A(i, j) * uniform(random, 0.6, 1.4); });
 }
 
-// --- Matrices known to be hard.
+// --- Matrices known to be difficult.
 
 MatrixXd companion(const std::vector<double>& roots) {
   std::vector<double> c = {1};  // highest power first
@@ -125,7 +125,7 @@ std::vector<MatrixXd> classics(Index n) {
       })};
 }
 
-// The same with sizes at the ends of what a double holds, and with sizes mixed.
+// The same scaled to the ends of the range of doubles, and with mixed scales.
 std::vector<MatrixXd> hard(Index n) {
   std::vector<MatrixXd> all = classics(n);
   if (n == 7) all.push_back(godunov());
@@ -166,14 +166,14 @@ VectorXcd spectrum(const MatrixBatch& A, const BatchEigenvalues& answer, Index k
   return lambda;
 }
 
-// Near one, so that no square overflows or vanishes; by a power of two.
+// Scaled near one by a power of two, so that no square overflows or vanishes.
 double unit(const MatrixXd& A) {
   const double largest = A.cwiseAbs().maxCoeff();
   return largest > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(largest), -1000, 1000)) : 1.0;
 }
 
-// σ_min(A - λI)/(n ‖A‖₂): the least perturbation that makes λ an eigenvalue. First by the vector of
-// one inverse iteration, which is never less; the decomposition only where that does not do.
+// σ_min(A - λI)/(n ‖A‖₂): the smallest perturbation that makes λ an eigenvalue. Bounded above by
+// one inverse iteration; decomposed only if that bound is not small enough.
 double backward_error(const MatrixXd& A, double norm, Complex lambda) {
   const Index n = A.rows();
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(n, n);
@@ -183,8 +183,8 @@ double backward_error(const MatrixXd& A, double norm, Complex lambda) {
   return algebra::least_singular_value(shifted) / (double(n) * norm);
 }
 
-// The largest over the spectrum, and of the sum against the trace: no eigenvalue is there twice in
-// another's place.
+// The largest over the spectrum, and of the sum against the trace: no eigenvalue is repeated in
+// place of another.
 double worst_of(const MatrixXd& given, VectorXcd lambda) {
   const double size = unit(given);
   const MatrixXd A = given / size;
@@ -197,10 +197,10 @@ double worst_of(const MatrixXd& given, VectorXcd lambda) {
     if (z.imag() < 0) continue;  // its conjugate has the same
     worst = std::max(worst, backward_error(A, norm, z));
   }
-  return worst - denormal / size / norm;  // below it no answer can be written down
+  return worst - denormal / size / norm;  // below it no result can be represented
 }
 
-// Pairs stand together, the positive imaginary part first.
+// Complex pairs are adjacent, positive imaginary part first.
 bool paired(const VectorXcd& lambda) {
   for (Index i = 0; i < lambda.size(); ++i) {
     if (lambda[i].imag() == 0) continue;
@@ -211,8 +211,8 @@ bool paired(const VectorXcd& lambda) {
   return true;
 }
 
-// One to one with the eigenvalues that modes() finds: each the nearest that is left, by rising
-// condition, and no farther than their conditions explain. A perturbation E moves an eigenvalue of
+// Matched one to one with the eigenvalues of modes(): each with the nearest unmatched one, by
+// condition number, within the distance it explains. A perturbation E moves an eigenvalue of
 // condition κ by κ ‖E‖, and none by more than (2n - 1) (2‖A‖ + ‖E‖)^(1 - 1/n) ‖E‖^(1/n).   [31]
 double farthest_from_reference(const MatrixXd& given, VectorXcd lambda) {
   const double size = unit(given);
@@ -238,7 +238,7 @@ double farthest_from_reference(const MatrixXd& given, VectorXcd lambda) {
 
 // --- Instruction sets.
 
-// TILTRIM_SIMD names this one while it lives.
+// Sets TILTRIM_SIMD during its lifetime.
 class Asked {
  public:
   explicit Asked(const std::string& set) {
@@ -253,7 +253,7 @@ class Asked {
   std::optional<std::string> before_;
 };
 
-// Those that this processor has. Asked for here, not within a CHECK: it would count what is thrown.
+// The instruction sets of this processor. Not evaluated in CHECK, which would count exceptions.
 std::vector<std::string> sets_here() {
   std::vector<std::string> sets;
   for (const char* set : {"scalar", "baseline", "avx2", "avx512"}) {
@@ -342,8 +342,8 @@ TEST_CASE("matrices known to be hard, of every size") {
 }
 
 TEST_CASE("triangular in disguise and states in units of their own keep small eigenvalues") {
-  // A chain of first-order lags, its rows shuffled, its units far apart: no normwise bound asks for
-  // these digits, balancing gives them.
+  // A chain of first-order lags with rows shuffled and units far apart: balancing recovers digits
+  // that no normwise bound promises.
   const std::vector<Index> order = {3, 0, 5, 2, 4, 1};
   const MatrixXd chain = filled(6, [](Index i, Index j) {
     return i == j ? -std::pow(10.0, -double(i)) : j == i + 1 ? 1e6 : 0.0;
@@ -462,7 +462,7 @@ TEST_CASE("every instruction set gives the same bits") {
     int more = trials(200);
     for (int k = 0; k < more; ++k) {
       const double scale = std::pow(10.0, uniform(random, -3, 3));
-      // So shifted, some are stable, some unstable, some undecided.
+      // With these shifts some are stable, some unstable, some undecided.
       const double shift = uniform(random, 0, 2 * std::sqrt(double(n)));
       matrices.push_back(scale * (gaussian(random, n) - shift * MatrixXd::Identity(n, n)));
       if (n == 6) matrices.push_back(closed_loop_like(random));

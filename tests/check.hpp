@@ -1,4 +1,4 @@
-/// Comparisons that say what was compared, to 17 digits, and by how much it missed.
+/// Comparisons that print both values to 17 digits and the difference.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -22,8 +22,8 @@
                               near_a_, near_e_, std::abs(near_a_ - near_e_), near_t_));       \
   } while (false)
 
-/// Half a unit of the last digit of a number as it is printed: printed_to("0.1485") is 5e-5,
-/// printed_to("1.49E-01") is 5e-4.
+/// Half a unit of the last printed digit: printed_to("0.1485") is 5e-5, printed_to("1.49E-01") is
+/// 5e-4.
 inline double printed_to(std::string_view printed) {
   const std::size_t e = std::min(printed.find_first_of("eE"), printed.size());
   const std::size_t point = std::min(printed.find('.'), e);
@@ -58,9 +58,9 @@ inline constexpr bool sanitized = true;
 inline constexpr bool sanitized = false;
 #endif
 
-/// Random trials: a tenth under sanitizers, which look for faults, not for rates. TILTRIM_TRIALS in
-/// the environment scales them, down to one: 0.02 in an emulator. Numbers that a test needs while
-/// it is compiled stay as they are.
+/// Number of random trials: a tenth under sanitizers, which look for faults, not for rates. The
+/// environment's TILTRIM_TRIALS scales it, down to one: 0.02 in an emulator. Compile-time constants
+/// are not scaled.
 constexpr int trials(int n) {
   const int most = sanitized ? n / 10 : n;
   if (std::is_constant_evaluated()) return most;

@@ -32,7 +32,7 @@ std::string slurp(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-// A folder of this process's own, emptied when the test ends.
+// A temporary folder of this process, removed when the test ends.
 struct Scratch {
   fs::path path = fs::temp_directory_path() / ("tiltrim-cli-" + std::to_string(::getpid()));
   Scratch() { fs::create_directories(path); }
@@ -147,7 +147,7 @@ TEST_CASE("text, CSV and JSON say the same; output goes to a file whole; same in
             .exit_code == 0);
   const std::string first = slurp(file);
   CHECK(first == tiltrim(scratch, "linearize " + studies + "paper.toml -f json").out);
-  CHECK(std::distance(fs::directory_iterator(scratch.path), {}) == 3);  // no debris beside it
+  CHECK(std::distance(fs::directory_iterator(scratch.path), {}) == 3);  // no temporary files left
 }
 
 TEST_CASE(
@@ -170,14 +170,14 @@ TEST_CASE(
   CHECK(j["conditions"][1].contains("modes"));
   CHECK_FALSE(j["conditions"][1].contains("diagnosis"));
 
-  // Why, and what would have to give.
+  // The reasons, and the limits that would have to be relaxed.
   const json& why = j["conditions"][0]["diagnosis"];
   const auto said = [&](const std::string& words) {
     return std::ranges::any_of(why["words"], [&](const json& line) {
       return line.get<std::string>().find(words) != std::string::npos;
     });
   };
-  CHECK(said("theta0 at its lower limit 0"));  // the wake of any thrust presses down more
+  CHECK(said("theta0 at its lower limit 0"));  // the wake of any thrust adds more download
   CHECK(said("at the thrust limit, theta0 = 1: "));
   CHECK(said(" N down; thrust would have to be "));
   CHECK(said("any V between 0.5 m/s and 60 m/s (shown)"));
@@ -194,7 +194,7 @@ TEST_CASE(
   CHECK(remedy("lever", "V")["searched"] == json({0.5, 60.0}));
   CHECK(remedy("limit", "theta0")["helps"] == false);
   CHECK(remedy("equation", "q")["kind"] == "equation");
-  // With as little of the wake over the wing as is said to help, there is an equilibrium.
+  // With wake immersion reduced to the reported value, an equilibrium exists.
   const json wake = remedy("lever", "aircraft.wake_immersion");
   REQUIRE(wake["helps"] == true);
   const fs::path less =
@@ -205,7 +205,7 @@ TEST_CASE(
   CHECK(tiltrim(scratch, "trim " + less.string()).exit_code == 0);
 }
 
-// The branch's speeds, each by an optimiser or a plain trim that knows nothing of branches.
+// The branch's speeds, each confirmed by an optimiser or a plain trim, independent of continuation.
 TEST_CASE("follow: level flight through the stall, to the contract; its speeds by another road") {
   const Scratch scratch;
   const std::string level = "follow " + studies + "stall.toml --only level";
@@ -295,7 +295,7 @@ TEST_CASE("follow: text, CSV and JSON say the same; same input, same bytes") {
     CHECK(cells_of(lines[row])[1] == "start");
     CHECK(cells_of(lines[row + points + events - 1])[1] == "end");
     for (const json& event : branch["events"]) {
-      // In the order of the branch: points before it, and events before it.
+      // In branch order: the number of points and events before it.
       const auto at =
           row + event["after"].get<std::size_t>() + std::size_t(&event - &branch["events"][0]);
       const std::vector<std::string> cells = cells_of(lines[at]);
@@ -364,7 +364,7 @@ TEST_CASE("envelope: its rows end where branches do; CSV and JSON") {
   const json e = json::parse(ran.out)["envelopes"][0];
   CHECK(e["condition"] == "level");
   CHECK(e["over"] == "eta_deg");
-  REQUIRE(e["parts"].size() == 2);  // below and from the hand-over on
+  REQUIRE(e["parts"].size() == 2);  // below the handover and from it on
   const json& row = e["parts"][0]["rows"][0];
   CHECK(row["eta_deg"] == 0.0);
   REQUIRE(row["intervals"].size() == 1);
@@ -391,7 +391,7 @@ TEST_CASE("envelope: its rows end where branches do; CSV and JSON") {
   CHECK(csv.out.starts_with("name,piece,stopped_by,V,eta_deg,theta_deg,theta0,"));
   CHECK(lines_of(csv.out).size() == points + 1);
 
-  // What the study asks, and the command line instead.
+  // The study's request, then the command line's.
   const fs::path study = scratch.write(
       "s.toml", "[envelope]\nover = \"gamma_deg\"\nV = [9, 12]\ngamma_deg = [0, 15]\ncount = 8\n" +
                     condition(10, 0, 0));
@@ -420,7 +420,7 @@ TEST_CASE("sensitivities: as differences of trims and of eigenvalues") {
   CHECK(V["value"] == 15.0);
   CHECK(V["unit"] == "m/s");
   REQUIRE(V["modes"].size() == c["modes"].size());
-  constexpr double h = 1e-3;  // m/s: what is left out is h² of some third derivative, near 1e-8
+  constexpr double h = 1e-3;  // m/s: the truncation error is h² times a third derivative, near 1e-8
   json side[2];
   for (const int up : {0, 1}) {
     const fs::path study = scratch.write("h.toml", condition(15 + (up ? h : -h), 0, 0));
@@ -436,7 +436,7 @@ TEST_CASE("sensitivities: as differences of trims and of eigenvalues") {
     for (const char* part : {"re", "im"})
       CHECK_NEAR(V["modes"][i][part].get<double>(),
                  slope(json::json_pointer(fmt::format("/modes/{}/{}", i, part))), 1e-5);
-  // A gain of the law leaves attitude and inputs where they are.
+  // A gain of the law does not change attitude and inputs.
   CHECK_NEAR(c["parameters"][1]["state"]["theta"].get<double>(), 0.0, 1e-12);
 
   const Ran text = tiltrim(scratch, level + " --most 2");
@@ -469,7 +469,7 @@ TEST_CASE("trim --all: three trims of one speed near the stall, on one branch") 
     CHECK(one["verdict"] == verdicts[i]);
     if (i > 0) CHECK(one["effort"] >= all["found"][i - 1]["effort"]);
   }
-  // Without starts the branches lead to the same.
+  // Without random starts the branches find the same.
   const json led = json_of(scratch, trim + " --all --starts 0")["conditions"][0]["equilibria"];
   REQUIRE(led["found"].size() == 3);
   for (std::size_t i = 0; i < 3; ++i)
@@ -603,17 +603,17 @@ TEST_CASE("tables: the contract's keys") {
     CHECK(t["table3"][row]["published"].size() == 3);
     CHECK(t["table3"][row]["computed"].size() == 3);
   }
-  if (sanitized) return;  // the same once more, and slow
+  if (sanitized) return;  // the same again, slowly
   CHECK(tiltrim(scratch, "tables").out.find("Table 3") != std::string::npos);
   CHECK(tiltrim(scratch, "tables -f csv").out.starts_with("table,quantity,column,"));
 }
 
-// One-digit magnitudes of round-off ("3e-15") differ between compilers; the rest may not.
+// Round-off magnitudes ("3e-15") differ between compilers; all other digits must agree.
 static std::string without_round_off(const std::string& text) {
   return std::regex_replace(text, std::regex("[0-9]e-[0-9]+"), "#e-##");
 }
 
-// Steps and evaluations along a curve differ between compilers too.
+// Steps and evaluations along a curve also differ between compilers.
 static std::string comparable(const std::string& text) {
   const std::regex counts("[0-9]+(?=\\s+(verified|evaluations))| +[0-9]+(?=\n)");
   return std::regex_replace(without_round_off(text), counts, "#");
@@ -621,7 +621,7 @@ static std::string comparable(const std::string& text) {
 
 namespace {
 
-// What a document shows of a command: "..." stands for any lines.
+// Output of a command as printed in a document: "..." stands for any lines.
 struct Shown {
   std::string arguments;
   std::vector<std::string> stretches{""};
@@ -629,7 +629,7 @@ struct Shown {
 
 }  // namespace
 
-// Commands after "$ build/bin/tiltrim", and the studies that begin with their name, "# my.toml".
+// Commands after "$ build/bin/tiltrim", and the studies printed with their name, "# my.toml".
 static std::vector<Shown> shown_in(const fs::path& document, const Scratch& scratch) {
   const std::string prompt = "    $ build/bin/tiltrim ";
   std::vector<Shown> all;
@@ -657,12 +657,12 @@ static std::vector<Shown> shown_in(const fs::path& document, const Scratch& scra
   return all;
 }
 
-// Text against text: of the commands themselves the other cases see to it.
+// Compares text with text; the other cases test the commands.
 TEST_CASE("the documents show what the program prints" * doctest::skip(sanitized)) {
   const Scratch scratch;
   const fs::path source = TILTRIM_SOURCE_DIR;
   fs::create_directory_symlink(source / "studies", scratch.path / "studies");
-  std::map<std::string, std::string> ran;  // a study of one name is the same in all documents
+  std::map<std::string, std::string> ran;  // a study name means the same study in all documents
   std::vector<std::string> documents = {"README.md",       "docs/follow.md",    "docs/trim.md",
                                         "docs/sweep.md",   "docs/linearize.md", "docs/tune.md",
                                         "docs/simulate.md"};

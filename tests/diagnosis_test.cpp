@@ -1,4 +1,4 @@
-// What would have to give: diagnoses against closed forms, the tiltrotor's against its equations.
+// Diagnoses of infeasible trims: against closed forms, the tiltrotor's against its equations.
 #include <Eigen/Core>
 #include <algorithm>
 #include <numbers>
@@ -23,8 +23,8 @@ static double sign(Random& g) { return g() % 2 ? 1.0 : -1.0; }
 
 namespace {
 
-// States x, y held where they are, inputs u1, u2, ... to be found within a box, a parameter p. The
-// rates, and an output z if there is one, are polynomials.
+// States x, y held at their values, inputs u1, u2, ... free within a box, a parameter p. The rates,
+// and an optional output z, are polynomials.
 struct Asked {
   Model model;
   TrimSpec spec;
@@ -73,7 +73,7 @@ static Diagnosis diagnosed(const Asked& q, const TrimOptions& options = {}) {
   return diagnose(q.model, q.spec, q.guess, none.point, {{"p", {-100, 100}}}, options);
 }
 
-// ---- problems out of reach, all known: nothing else holds back, nothing else helps ----
+// ---- infeasible problems with known causes and remedies ----
 
 namespace {
 
@@ -89,7 +89,7 @@ struct Known {
   VectorXd closest;  // of the first inputs
   std::vector<Holding> holding;
   std::vector<Way> ways;
-  int starts = 0;  // beyond the guess: of convex problems any start finds all there is
+  int starts = 0;  // beyond the guess: for convex problems one start finds everything
 };
 
 }  // namespace
@@ -107,7 +107,7 @@ static void check(const Known& known) {
     const auto same = std::ranges::find_if(known.holding, is_same);
     const bool pulls = same != known.holding.end();
     CHECK(pulls == (i < known.holding.size()));
-    // What has no pull is some 1e-5 from its limit: the interior point's distance.
+    // Inputs without effect stay about 1e-5 from their limit: the interior point's distance.
     CHECK_NEAR(h.pull, pulls ? same->pull : 0, pulls ? 1e-6 + 1e-5 * std::abs(h.pull) : 1e-4);
     if (!pulls) continue;
     CHECK(h.limit.upper == same->limit.upper);
@@ -159,7 +159,7 @@ static Known line(Random& g, bool plain) {
     const double more = missing / c[k], pull = -std::abs(missing * c[k]) * u.nominal;
     known.holding.push_back({{u.name, more > 0, corner[k]}, pull / (rate_size * rate_size)});
     const Range& own = box[std::size_t(k)];
-    if (std::abs(more) < 10 * (own.upper - own.lower))  // that far it is looked for
+    if (std::abs(more) < 10 * (own.upper - own.lower))  // search range
       known.ways.push_back({limit, u.name, more > 0, corner[k], corner[k] + more});
   }
   return known;
@@ -223,7 +223,7 @@ static Known output(Random& g) {
   return known;
 }
 
-// x' = a·u - p,  y' = k a·u - b  with b ≠ k p: no limit has to do with it.
+// x' = a·u - p,  y' = k a·u - b  with b ≠ k p: no limit is involved.
 static Asked conflict(double a1, double a2, double k, double b, double p, const Range& range) {
   return {2, {range, range}, p, [=](const VectorXd& u, double to) {
             const double sum = a1 * u[0] + a2 * u[1];
@@ -261,7 +261,7 @@ TEST_CASE("u1 + u2 = 1 and = 2, without limits") {
   CHECK_NEAR(d.remedies[2].to, 2, 1e-9);   // p
 }
 
-// ---- shown, or only not found ----
+// ---- proved, or only not found ----
 
 static Range squared(const Range& r) {
   const double a = r.lower * r.lower, b = r.upper * r.upper;
@@ -293,8 +293,8 @@ TEST_CASE("a lever that cannot help: shown where the model has an enclosure of i
 
 namespace {
 
-// x' = sum of the first unknowns' terms - level,  y' = last unknown's term - level + mix x': there
-// is a solution exactly where each level lies within the range of its terms.
+// x' = sum of the first unknowns' terms - level,  y' = last unknown's term - level + mix x': a
+// solution exists if and only if each level lies within the range of its terms.
 struct Sums {
   struct Term {
     double slope, curvature;
@@ -378,7 +378,7 @@ TEST_CASE("random boxes: never infeasible where there is a solution, nor converg
     shown += r.status == TrimStatus::infeasible;
     if (solvable) CHECK(r.status != TrimStatus::infeasible);
     if (!solvable) CHECK(r.status >= TrimStatus::infeasible);
-    // The enclosure of one sum is its exact range: a single box shows it.
+    // The enclosure of one sum is its exact range: a single box proves it.
     if (!solvable && sums.levels.size() == 1) CHECK(r.status == TrimStatus::infeasible);
     if (r) CHECK(sums.rates(r.point.u).lpNorm<Eigen::Infinity>() <= TrimOptions{}.tolerance);
   }
@@ -389,7 +389,7 @@ TEST_CASE("random boxes: never infeasible where there is a solution, nor converg
 }
 
 // ---- the tiltrotor ----
-// Sanitizers make seconds of each of these minutes: there two stand for all.
+// Under sanitizers each of these seconds becomes minutes: two cases suffice there.
 
 static const Remedy& of(const Diagnosis& d, RemedyKind kind, const std::string& signal) {
   const auto at = std::ranges::find_if(
@@ -400,7 +400,7 @@ static const Remedy& of(const Diagnosis& d, RemedyKind kind, const std::string& 
 
 namespace {
 
-// The airframe's equations once more, in plain arithmetic, without pitch rate.
+// The airframe's equations again, in plain arithmetic, without pitch rate.
 struct Forces {
   double thrust_up, wing_up, weight;  // N
   double V_rate, gamma_rate, q_rate;
@@ -438,7 +438,7 @@ static std::string in_words(const Forces& f) {
                      std::abs(f.wing_up), f.wing_up < 0 ? "down" : "up");
 }
 
-// Does the airframe have an equilibrium, with the pitch control that the tilt leaves?
+// Whether the airframe has an equilibrium with the pitch control available at the tilt.
 static bool flies(const Vehicle& v, const Command& d) {
   AirframeCondition c;
   c.values = {{"V", {d.V, d.V}}, {"gamma", {d.gamma, d.gamma}}, {"eta", {d.eta, d.eta}}};
@@ -483,7 +483,7 @@ struct Explained {
     CHECK(says("closest point: " + in_words(at(d().closest)) + "; held back by " + words));
   }
 
-  // At the remedy's own point all balances, within all limits but one that gives way.
+  // At the remedy's point everything balances, within all limits except the relaxed one.
   void check_balanced(const Remedy& r) const {
     REQUIRE(r.trim.status == TrimStatus::converged);
     const Forces f = at(r.trim.point);
@@ -501,7 +501,7 @@ struct Explained {
     }
   }
 
-  // Nothing flies nearer than `to` on either side; just beyond it, something does.
+  // Nothing can be flown nearer than `to` on either side; just beyond it, something can.
   void check_nearest(const char* signal, double Command::*member) const {
     const Remedy& r = of(d(), lever, signal);
     CAPTURE(signal);
@@ -520,7 +520,7 @@ struct Explained {
         if (there >= r.searched.lower && there <= r.searched.upper) CHECK_FALSE(flies_at(there));
   }
 
-  // A lower limit that gives way: just that far, and no farther than it must.
+  // A relaxed lower limit: just that far is enough, and anything less is not.
   void check_down(const char* signal, Range Limits::*limits, double unit, const char* name) const {
     const Remedy& r = of(d(), limit, signal);  // the lower one comes first
     check_balanced(r);
@@ -543,7 +543,7 @@ TEST_CASE("(3) as printed: no climb, for the wing's download") {
   const Diagnosis& d = climb.d();
   climb.check_held_back("theta0", "theta0 at its lower limit 0, theta at its upper limit 74.48°");
 
-  // With all the thrust there is, straight up: theta0 = 1, and the wing square in its wake.
+  // With maximum thrust straight up: theta0 = 1, and the wing normal to the wake.
   OperatingPoint full = d.closest;
   for (const auto& [name, to] : {std::pair{"theta0", 1.0}, {"theta", 0.0}, {"a1s", 0.0}})
     set_value(full, variable(climb.why.airframe, name), to);
@@ -615,7 +615,7 @@ TEST_CASE("what is not explained") {
   CHECK(level->words[0].starts_with("the airframe alone has an equilibrium"));
 }
 
-// ---- the caller's mistakes, and the words ----
+// ---- the caller's mistakes, and messages ----
 
 TEST_CASE("the caller's mistakes throw") {
   const Asked q = conflict(1, 1, 1, 2, 1, Range{});
@@ -652,9 +652,9 @@ TEST_CASE("remedies in words") {
   CHECK(words(lever, false, infeasible, 2, "°") == "any s between -4° and 6° (shown)");
 }
 
-// ---- faults that were found, and mended ----
+// ---- regressions ----
 
-// The optimality test decomposed Jᵀ with no rows active, once the equation is left out.
+// The optimality test decomposed Jᵀ with no rows active, once the equation is omitted.
 TEST_CASE("a single equation, nothing at its limit") {
   const Asked q(1, {{-1, 2}}, 0, [](const VectorXd& u, double) { return vec({u[0] * u[0] + 1}); });
   CHECK_NEAR(of(diagnosed(q), equation, "x").to, 1, 1e-9);
@@ -684,7 +684,7 @@ TEST_CASE("a converged lever is the nearest") {
   CHECK_NEAR(r.to, 0.70133, printed_to("0.70133"));
 }
 
-// u1 - 1.5 u2 = p and = 8/3: one direction of (u1, u2) is nobody's, and u runs off along it.
+// u1 - 1.5 u2 = p and = 8/3: one direction of (u1, u2) is undetermined, and u runs off along it.
 TEST_CASE("a lever with a free direction left over") {
   const Asked q = conflict(1, -1.5, 0.75, 2, 0, Range{});
   CHECK(nearest(q.model, q.spec, q.guess, {"p", {-100, 100}}).helps());
@@ -697,7 +697,7 @@ TEST_CASE("a glide at 16 m/s: V = 10.66 flies, 40.7 is not the nearest" *
   CHECK(of(glide.d(), lever, "V").to < 16);
 }
 
-// From above, the elevator's tilts end just before 60°: at 60° itself the cyclic has taken over.
+// From above, the elevator's tilts end just before 60°: at 60° the cyclic is already active.
 TEST_CASE("the nearest tilt flies" * doctest::skip(sanitized)) {
   const Explained descent(reference_vehicle(), {10, -20 * degree, 70 * degree});
   const Remedy& r = of(descent.d(), lever, "eta");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every relative link and anchor of the repository's Markdown leads somewhere, in the sources and in the site that
+"""Every relative link and anchor of the repository's Markdown has a target, in the sources and in the site that
 mkdocs makes of them: docs_site.py SOURCE_FOLDER
 
 Exit code 0: they do; 1: not; 77: the sources' do, and there is no mkdocs (Debian: mkdocs) to make the site.
@@ -25,14 +25,14 @@ ELSEWHERE = re.compile(r"[a-z]+:")
 
 
 def documents(root):
-    """All Markdown of the repository, without what is built or installed in it."""
+    """All Markdown of the repository except built and installed files."""
     for folder, inner, files in os.walk(root):
         inner[:] = [d for d in inner if not d.startswith((".", "build", "env", "venv", "node_modules"))]
         yield from (pathlib.Path(folder, name) for name in files if name.endswith(".md"))
 
 
 def anchors(text):
-    """What GitHub makes of the headings."""
+    """The anchors that GitHub makes of the headings."""
     found = collections.Counter()
     for heading in re.findall(r"^#+ +(.*)$", FENCED.sub("", text), re.MULTILINE):
         words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").strip().lower()
@@ -58,7 +58,7 @@ def broken_in_sources(root):
 
 
 class Page(html.parser.HTMLParser):
-    """The ids of a page, and what it refers to."""
+    """The ids of a page, and its references."""
 
     def __init__(self, file):
         super().__init__()

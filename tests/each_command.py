@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Runs every command of the program once, on a study that is shipped, and looks at its exit code and its words.
+"""Runs every command of the program once, on a shipped study, and checks its exit code and a word of its output.
 
     each_command.py <tiltrim> <source tree>
 
-For sanitizers, under which the tests of the command line take too long; those look at what is printed.
+For sanitizers, under which the tests of the command line take too long; those check the output in full.
 """
 import pathlib
 import re
@@ -15,7 +15,7 @@ program, source = sys.argv[1], pathlib.Path(sys.argv[2])
 studies = source / "studies"
 MAPPED = studies / "map_corridor.toml"
 
-# Command, arguments, exit code (1: a condition without answer), a word of what it prints.
+# Command, arguments, exit code (1: a condition without answer), a word of its output.
 COMMANDS = [
     ("trim", [studies / "paper.toml"], 0, "converged"),
     ("linearize", [studies / "paper.toml", "--format", "json"], 0, '"verdict"'),

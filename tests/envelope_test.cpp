@@ -1,5 +1,5 @@
-// Envelopes of known regions and of the tiltrotor, by roads that know nothing of them; all
-// equilibria of a condition.
+// Envelopes of known regions and of the tiltrotor, by independent methods; all equilibria of a
+// condition.
 #include "follow/envelope.hpp"
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ using Eigen::VectorXd;
 
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static constexpr double degree = std::numbers::pi / 180;
-static constexpr double located = 1e-9;  // of an end or corner: Newton's settled step
+static constexpr double located = 1e-9;  // of an end or corner: convergence of Newton's method
 
 // ---- regions known in closed form ----
 
@@ -52,7 +52,7 @@ struct Region {
 static const TrimSpec equilibrium{.free = {"x"}, .steady = {"x"}};
 static const OperatingPoint origin{vec({0.5}), {}, vec({0, 0})};
 
-// What every envelope says of itself.
+// Consistency checks for every envelope.
 static Envelope explored(const Region& r, const EnvelopeOptions& options = {}) {
   const Model m = scalar(r.rate);
   TrimSpec spec = equilibrium;
@@ -77,7 +77,7 @@ static double at(const EnvelopeAxis& axis, int k) {
   return axis.range.lower + (axis.range.upper - axis.range.lower) * k / (axis.count - 1);
 }
 
-// The number of trims at every grid point but those within 1e-6 of where it changes.
+// The number of trims at every grid point except within 1e-6 of a change.
 static void check_count(const Envelope& e, const std::function<int(double a, double b)>& expected) {
   int wrong = 0;
   for (int i = 0; i < e.x.count; ++i)
@@ -230,7 +230,7 @@ TEST_CASE("two sheets, each within limits in part: inner where the other has a t
   check_row(e.rows[1], {{{-1, "edge"}, {1, "edge"}}});
 }
 
-// ---- edges, refusals, models that give no numbers ----
+// ---- edges, refusals, models without finite values ----
 
 TEST_CASE("a region that goes on beyond the plane ends at its edge") {
   const Envelope e = explored({.rate = circle, .a = {0, 1.5}}, {.rows = {-0.6, 1.2}});
@@ -346,7 +346,7 @@ static TrimProblem limited_problem(const EnvelopeAnswer& a) {
   return p;
 }
 
-// The trim holds, the named limit with equality, the others are kept; at a fold J is singular.
+// The trim holds, the named limit with equality, the others are satisfied; at a fold J is singular.
 static void check_border_points(const EnvelopeAnswer& a) {
   const TrimProblem problem = limited_problem(a);
   std::vector<double> elsewhere;
@@ -384,7 +384,7 @@ static void check_border_points(const EnvelopeAnswer& a) {
     }
 }
 
-// Just across an outer border there is no trim; at an inner one there is another.
+// Just across an outer boundary there is no trim; across an inner one there is another.
 static int check_sides(const EnvelopeAnswer& a, std::size_t stride) {
   int looked_at = 0;
   constexpr double step = 1e-3, end = 0.02;  // m/s; m/s and rad
@@ -407,7 +407,7 @@ static int check_sides(const EnvelopeAnswer& a, std::size_t stride) {
     }
   return looked_at;
 }
-// The interval's ends are where follow() ends or turns: the events of one branch.
+// The interval's ends are the ends or folds of the branch computed by follow().
 static double event(const Branch& branch, EventKind kind, const std::string& which, int k = 0) {
   for (const BranchEvent& e : branch.events)
     if (e.kind == kind && (which.empty() || e.which == which) && k-- == 0) return e.at.parameter;
@@ -483,7 +483,7 @@ TEST_CASE("over the path angle: ends and folds as follow() meets them") {
   CHECK(slow.to.name == "fold");
   CHECK_NEAR(slow.from.x, slowest, 1e-8);
   CHECK_NEAR(slow.to.x, fold, 1e-8);
-  // Faster, thrust is left again where the branch from 28 m/s loses it.
+  // At higher speed, thrust is freed again where the branch from 28 m/s loses it.
   REQUIRE(a.parts[0].rows[0].intervals.size() == 2);
   const EnvelopeInterval& fast = a.parts[0].rows[0].intervals[1];
   CHECK(fast.from.name == "theta0 lower");
@@ -570,7 +570,7 @@ static AllEquilibria least(const std::function<double(double u1, double u2)>& ra
 }
 
 TEST_CASE("of least effort, too: the one, or both of two, the lesser first") {
-  const double tolerance = 1e-7;  // the effort's slope vanishes to 1e-9; 100 for its own slopes
+  const double tolerance = 1e-7;  // the effort's gradient vanishes to 1e-9; conditioning 100
   const AllEquilibria one = least([](double u1, double u2) { return u1 + 2 * u2; });
   REQUIRE(one.equilibria.size() == 1);
   CHECK_NEAR(one.equilibria[0].trim.point.u[0], 0.1 + 0.7 / 5, tolerance);
@@ -619,7 +619,7 @@ TEST_CASE("the caller's mistakes throw") {
   }
 }
 
-// ---- faults that were found, and mended ----
+// ---- regressions ----
 
 TEST_CASE("a row's interval between two grid points") {
   const double y = 0.999, half = std::sqrt(1 - y * y);  // 0.045, of 0.14 between grid points

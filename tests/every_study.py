@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Runs every shipped study through every command that takes it, in every format, and keeps what each writes.
+"""Runs every shipped study through every command that takes it, in every format, and keeps the output.
 
     every_study.py <tiltrim> <source tree> <folder>
 
-Compare two folders with `diff -r` before and after a change that must not change an answer. Searches and
-Monte-Carlo runs are cut short; what names the program's version or the time taken is left out.
+Compare two folders with `diff -r` before and after a change that must not change results. Searches and
+Monte-Carlo runs are cut short; version numbers and run times are left out.
 """
 import concurrent.futures
 import os
@@ -16,7 +16,7 @@ import sys
 program, source, folder = (pathlib.Path(a).absolute() for a in sys.argv[1:4])
 studies = sorted((source / "studies").glob("*.toml"))
 FORMATS = ["text", "json", "csv", "markdown", "latex"]
-# What takes a study at all: name, further arguments, formats, and a word of the study it needs.
+# Commands that take a study: name, further arguments, formats, and a word of the study it needs.
 COMMANDS = [
     ("trim", [], FORMATS, ""),
     ("trim", ["--all", "--starts", "20"], ["text", "json"], ""),

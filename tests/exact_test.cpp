@@ -27,15 +27,15 @@ namespace {
 constexpr double ulp = std::numeric_limits<double>::epsilon();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// A number that moves along the first direction alone.
+// A number with slope along the first direction only.
 Dual moving(double value) {
   Dual x = value;
   x.slopes[0] = 1;
   return x;
 }
 
-// dg/dx by central differences of eighth order in extended precision: truncation and rounding are
-// some 1e-16 of the terms.
+// dg/dx by eighth-order central differences in extended precision: truncation and rounding are
+// about 1e-16 of the terms.
 double slope(const std::function<long double(long double)>& g, double x) {
   const long double h = std::ldexp(std::max(std::abs(x), 0.5), -9), at = x;
   const auto odd = [&](int k) { return g(at + k * h) - g(at - k * h); };
@@ -55,7 +55,7 @@ Case case_of(std::string name, const G& g, std::vector<double> at) {
   return {std::move(name), g, g, g, std::move(at)};
 }
 
-// An expression in x: std's functions on numbers, a Dual's own on Duals.
+// An expression in x: std functions on numbers, Dual's own on Duals.
 #define IN_X(text, ...)          \
   case_of(#text,                 \
           [](auto x) {           \
@@ -180,15 +180,15 @@ TEST_CASE("powers at their edges") {
     CAPTURE(c.exponent);
     CHECK(pow(moving(c.base), c.exponent).value == c.value);
     CHECK(pow(moving(c.base), c.exponent).slopes[0] == c.slope);
-    const Dual still = c.exponent;  // one that does not move
+    const Dual still = c.exponent;  // without slope
     CHECK(pow(moving(c.base), still).value == c.value);
     CHECK(pow(moving(c.base), still).slopes[0] == c.slope);
   }
-  CHECK(pow(moving(-2.0), 2).slopes[0] == -4.0);  // a whole exponent is a number like any other
+  CHECK(pow(moving(-2.0), 2).slopes[0] == -4.0);  // an integer exponent is not a special case
   CHECK(pow(0.0, moving(2.0)).value == 0.0);
   CHECK(pow(0.0, moving(2.0)).slopes[0] == 0.0);
   CHECK(pow(1.0, moving(2.0)).slopes[0] == 0.0);
-  CHECK(std::isnan(pow(-2.0, moving(3.0)).slopes[0]));  // -2 to a power near 3 is no real number
+  CHECK(std::isnan(pow(-2.0, moving(3.0)).slopes[0]));  // -2 to a power near 3 is not real
 }
 
 TEST_CASE("chain: a function known by its value and slope") {
@@ -215,7 +215,7 @@ TEST_CASE("Eigen's vectors and matrices of them") {
 
 namespace {
 
-// A pendulum with torque, seen by the height of its bob; length and damping are parameters.
+// A pendulum with torque; the output is the height of its bob; length and damping are parameters.
 const auto pendulum_rates = [](auto x, auto u, auto p, auto rates) {
   rates[0] = x[1];
   rates[1] = u[0] - p[1] * x[1] - 9.81 / p[0] * sin(x[0]);
@@ -294,7 +294,7 @@ TEST_CASE("linearize: exact, and the differences agree within their estimates") 
   REQUIRE(lin.A_differences);
   const MatrixXd apart = (lin.A - lin.A_differences->value).cwiseAbs();
   CHECK((apart.array() <= (lin.A_error + lin.A_differences->error).array()).all());
-  CHECK(apart.maxCoeff() > 0);  // two roads
+  CHECK(apart.maxCoeff() > 0);  // two different methods
 }
 
 TEST_CASE("linearize: at a kink the exact derivative is of one side, and that is said") {
@@ -339,8 +339,8 @@ TEST_CASE("trim, follow, sweep take it; the answers are those without derivative
 }
 
 TEST_CASE("a crossing at which the trim's own equations are singular is one crossing") {
-  // A damped spring of stiffness k - 1: rest is an equilibrium for every k, at k = 1 no isolated
-  // one, and no trim settles there.
+  // A damped spring of stiffness k - 1: rest is an equilibrium for every k; at k = 1 it is not
+  // isolated, and no trim converges there.
   Model m;
   m.states = {{"x", "m", 0.1}, {"v", "m/s", 1.0}};
   m.parameters = {{"k", "1/s²", 0.1}};

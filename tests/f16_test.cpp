@@ -1,4 +1,4 @@
-// A nonlinear model with tables against the numbers its book prints.
+// A nonlinear model with tables against the published numbers.
 #include "examples/f16.hpp"
 
 #include <fstream>
@@ -30,7 +30,7 @@ const TrimSpec level_flight{.free = {"alpha", "theta", "power", "throttle", "ele
                             .bounds = {{"gamma", {0, 0}}},
                             .implied = {"theta"}};
 
-// From one guess for all speeds.
+// One guess for all speeds.
 TrimResult level(double V, double xcg) {
   VectorXd x(5);
   x << V, 0.1, 0.1, 0, 10;
@@ -84,7 +84,7 @@ TEST_CASE("its printed linear model") {
       CAPTURE(j);
       const std::string text = book.at("A")[std::size_t(i)][std::size_t(j)];
       if (i == 0 && j == 1) continue;  // the next test
-      if (i == 3 && j == 0)  // no moment, whatever the speed: the book prints its round-off
+      if (i == 3 && j == 0)            // zero at every speed: the book prints round-off
         CHECK_NEAR(lin.A(i, j), 0, 1e-11);
       else
         check_printed(lin.A(i, j), text);
@@ -93,8 +93,8 @@ TEST_CASE("its printed linear model") {
   const auto& load = book.at("normal_load");
   check_printed(lin.C(1, 1), load.at("alpha"));
   check_printed(lin.C(1, 3), load.at("q"));
-  // 5e-6 beside the printed -0.048523, that is 1e-4 of the two terms which cancel in it, although
-  // the pitching moment that makes the larger one is as printed in B. No reason was found.
+  // 5e-6 from the printed -0.048523, or 1e-4 of the two terms that cancel in it, although the
+  // pitching moment in the larger one agrees with the printed B. The reason is unknown.
   const std::string elevator = load.at("elevator");
   CHECK_NEAR(lin.D(1, 1), number(elevator) - 5.02e-6, 1e-8);
 }
@@ -149,7 +149,7 @@ TEST_CASE("at an entry of its tables a slope is one-sided, and the table is name
   REQUIRE(lin.remarks.size() == 1);
   CAPTURE(lin.remarks[0]);
   CHECK(lin.remarks[0].find("an entry of the tables over alpha") != std::string::npos);
-  const auto pitch = [&](double step) {  // its tables are linear: any step within the interval does
+  const auto pitch = [&](double step) {  // linear tables: any step within an interval is exact
     OperatingPoint aside = r.point;
     aside.x[1] += step;
     return (evaluate(m, aside).rates[3] - r.rates[3]) / step;

@@ -99,7 +99,7 @@ Model height_hold() {
   return m;
 }
 
-// The same loop written out: states angle, rate, integral; inputs push, aim; outputs height,
+// The same loop written explicitly: states angle, rate, integral; inputs push, aim; outputs height,
 // torque; parameters length, gain, damping.
 VectorXd by_hand(const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   const double height = -p[0] * std::cos(x[0]);
@@ -366,7 +366,7 @@ TEST_CASE("an algebraic loop is recognised") {
                          doctest::Contains("algebraic loop"), std::invalid_argument);
     CHECK_THROWS_AS((void)loop.derivatives({VectorXd::Constant(1, 11.0), none, none}, {0}),
                     std::invalid_argument);
-    // Trim says it in its own words: no exception leaves it.
+    // Trim reports it in its message: no exception leaves it.
     const TrimResult met = trim(loop, {.free = {"x"}, .steady = {"x"}, .bounds = {{"x", {11, 12}}}},
                                 {VectorXd::Constant(1, 11.5), none, none});
     CHECK(met.status == TrimStatus::model_threw);

@@ -1,11 +1,11 @@
-/// Files that go away with the test.
+/// Files that are removed at the end of the test.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <string>
 
-/// A new folder, removed with all that is in it.
+/// A new folder, removed with its contents.
 struct Folder {
   std::filesystem::path path;
   explicit Folder(const std::filesystem::path& in = std::filesystem::temp_directory_path());

@@ -1,5 +1,4 @@
-// The program's files where they are unusual: a limit on their size, names that are too long,
-// symbolic links, pipes.
+// Unusual files: a limit on their size, names that are too long, symbolic links, pipes.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <fmt/core.h>
@@ -34,8 +33,8 @@ TEST_CASE("a limit on the size of files: the message, and nothing is left behind
   };
   refused("trim s.toml -f json -o ", "out.json");
   refused("simulate s.toml --samples ", "f.nc");
-  // A map's log is kept, so that the sweep can go on. Blocks of 512 bytes or of 1024: the log is
-  // below 30 KB, the map above 60.
+  // The log of a map is kept, so that the sweep can be resumed. Blocks of 512 or 1024 bytes: the
+  // log is below 30 KB, the map above 60.
   const Ran ran = run(scratch, "sweep s.toml -o map.nc --checkpoint 1000", {"ulimit -f 60;"});
   CHECK(ran.exit_code == 2);
   CHECK(ran.err == "tiltrim: map.nc: File too large\n");
@@ -117,7 +116,7 @@ TEST_CASE("a pipe that nobody ends: the first signal does") {
     for (const int signal : {SIGINT, SIGTERM}) {
       CAPTURE(command);
       const Running waiting = start(scratch, command);
-      int writer = -1;  // opens only where the program has opened the other end
+      int writer = -1;  // opens once the program has opened the other end
       CHECK(
           holds_soon([&] { return (writer = ::open(pipe.c_str(), O_WRONLY | O_NONBLOCK)) >= 0; }));
       ::kill(waiting.pid, signal);

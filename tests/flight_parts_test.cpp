@@ -1,4 +1,4 @@
-// What a flight is made of: schedules, weather, plans, actuators, integrals, the ground, hand-over.
+// Parts of a flight: schedules, weather, plans, actuators, integrals, the ground, handover.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -27,7 +27,7 @@ TEST_CASE("corridor_height inverts (16) to rounding") {
   for (int k = 0; k <= 100'000; ++k) {
     const double h = 120.0 * k / 100'000, eta = corridor(h).eta, back = corridor_height(eta);
     REQUIRE(std::abs(corridor(back).eta - eta) <= 1e-15);
-    // (16) is flat at its ends: there a rounding of the tilt is 1e-6 m of height.
+    // (16) is flat at its ends: there round-off in the tilt is 1e-6 m of height.
     const double u = h / 120, slope = 3 * pi * u * (1 - u);
     REQUIRE(std::abs(back - h) * slope <= 2e-13);
   }
@@ -129,7 +129,7 @@ static double monotone_cubic(const std::vector<double>& x, const std::vector<dou
 
 TEST_CASE("commands over height: through the points, monotone, smooth, held outside") {
   const std::vector<double> at{-5, 10, 14, 40, 90}, V{2, 3, 8, 8, 15};
-  const std::vector<double> gamma{1.5, 1.0, 1.2, 0.3, 0.0};  // turns twice
+  const std::vector<double> gamma{1.5, 1.0, 1.2, 0.3, 0.0};  // two extrema
   Commands commands{at, {}};
   for (std::size_t k = 0; k < at.size(); ++k)
     commands.values.push_back({V[k], gamma[k], 1.5 - at[k] / 100});
@@ -262,7 +262,7 @@ TEST_CASE("turbulence has the deviation asked for, in the long run") {
 }
 
 TEST_CASE("turbulence follows the Dryden spectra in octaves") {
-  // One record's bins are few waves each: the mean of many seeds.
+  // Each bin of one record contains few waves: average over many seeds.
   constexpr int n = 2048, seeds = sanitized ? 8 : 60;
   constexpr double dt = 0.25, length = 50.0, speed = 15.0, sigma = 2.0;
   for (const bool up : {false, true}) {
@@ -511,7 +511,7 @@ TEST_CASE("a plan of what the study has not is refused; so is an aircraft of no 
   const Study study = studied("[simulate]\n");
   SimulateTable table;
   table.start = "hover";
-  CHECK(refusal([&] { (void)flight_of(study, table); }).empty());  // of no use to a corridor
+  CHECK(refusal([&] { (void)flight_of(study, table); }).empty());  // not applicable to a corridor
   table.schedule.kind = ScheduleTable::Kind::hold;
   CHECK(refusal([&] { (void)flight_of(study, table); }) == "simulate: no condition 'hover'");
   Study other = study;
@@ -608,8 +608,8 @@ TEST_CASE("steady wind carries the flight along and changes nothing else") {
 }
 
 TEST_CASE("an actuator is a lag that goes no faster than its rate: a closed form") {
-  // Of the tilt, which nothing acts on: a step of 0.2 rad down at 1 s, at 0.1 rad/s as long as the
-  // rest is more than 0.1 rad/s times the lag.
+  // A 0.2 rad step of the tilt command at 1 s, on a tilt that nothing else acts on: at 0.1 rad/s
+  // while the remaining error exceeds 0.1 rad/s times the lag.
   constexpr double rate = 0.1, lag = 0.3, step = 0.2;
   Flight flight = holding(level);
   flight.rates.eta = rate;
@@ -662,11 +662,11 @@ TEST_CASE("no actuator is faster than its rate nor beyond its limits, and each c
   CHECK(a1s == 0.2);
   CHECK(delta_e == 0.4);
   CHECK(eta == 0.05);
-  CHECK_NEAR(largest_a1s, 0.2, 1e-6);  // a lag comes to its limit, never quite
+  CHECK_NEAR(largest_a1s, 0.2, 1e-6);  // a lag approaches its limit asymptotically
   CHECK(largest_a1s <= 0.2);
   CHECK_NEAR(largest_delta_e, 0.1, 1e-6);
   CHECK(largest_delta_e <= 0.1);
-  // The samples themselves go no faster.
+  // The samples themselves obey the rate limit.
   for (std::size_t k = 1; k < flown.t.size(); ++k) {
     const double dt = flown.t[k] - flown.t[k - 1];
     const FlightState &a = flown.states[k - 1], &b = flown.states[k];
@@ -698,8 +698,8 @@ TEST_CASE("ever shorter lags come to actuators that follow at once, as the lag i
 
 // ---- limits and integrals ----
 
-// On the ground at full thrust, which does not carry the weight; the wake does not touch the wing,
-// so that but the integrals nothing moves.
+// On the ground at full thrust that does not carry the weight; the wake misses the wing, so that
+// only the integrals change.
 static Flight too_heavy() {
   Flight flight = holding(climbing);
   flight.vehicle.aircraft.thrust_excess = 0.9;
@@ -866,7 +866,7 @@ TEST_CASE("on the ground: landed if softly, else not") {
   const FlightResult soft = touched_down({-14, -1});
   CHECK(soft.status == FlightStatus::landed);
   CHECK(soft.message.starts_with("on the ground at 1 m/s down, 1 m/s along, θ = "));
-  CHECK_NEAR(soft.t.back(), 0.5, 2e-6);  // a thousandth of a millimetre is not contact
+  CHECK_NEAR(soft.t.back(), 0.5, 2e-6);  // a thousandth of a millimetre is no contact
   CHECK(soft.states.back().height == 0.0);
   CHECK_NEAR(soft.states.back().distance, 0.5, 2e-6);
   const auto contacts = events(soft, FlightEventKind::ground_contact);
@@ -884,7 +884,7 @@ TEST_CASE("a flight that starts at the ground's height and sinks is on the groun
   const FlightResult flown = fly(flight, trimmed(flight, 0.0), for_seconds(2));
   CHECK(flown.status == FlightStatus::ground_contact);
   CHECK_NEAR(flown.t.back(), 0.0, 2e-6);
-  // Level there, it is not, until a gust presses it down.
+  // Level flight does not touch down until a gust pushes it down.
   flight.wind = {};
   CHECK(fly(flight, trimmed(flight, 0.0), for_seconds(50)));
   flight.wind = [](double t) { return Wind{0, t < 1 ? 0.0 : -1.0}; };
@@ -1021,9 +1021,9 @@ TEST_CASE("what cannot fly is refused in words") {
   refused([](auto& f, auto&, auto&) { f.vehicle.limits.theta0 = {1, 0}; }, "limits");
 }
 
-// ---- hand-over ----
+// ---- handover ----
 
-// Near the hand-over with everything in motion, gains of studies/transition_bumpless.toml.
+// Near the handover with every state moving, gains of studies/transition_bumpless.toml.
 static Flight handed_over() {
   Flight flight =
       flight_plan(load_study(TILTRIM_SOURCE_DIR "/studies/transition_bumpless.toml")).flight;
@@ -1067,7 +1067,7 @@ TEST_CASE("bumpless beyond the limits: the nearer limit; without K_Li nothing") 
     CHECK(std::abs(before.used.a1s) == 0.35);
     x.x2 = bumpless_x2(flight, {false, false}, 0, x);
     const FlightPoint behind = flight_point(flight, {false, true}, 0, x);
-    // The disc leant forward pitches down, as a positive elevator does.
+    // Disc tilted forward pitches down, like a positive elevator deflection.
     CHECK_NEAR(behind.asked.delta_e, push > 0 ? 0.002 : -0.001, 1e-12);
   }
   flight.vehicle.gains.K_Li = 0;

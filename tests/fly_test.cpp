@@ -74,7 +74,7 @@ FlyOptions sharp(double duration) {
   return options;
 }
 
-// ½V² + gh less all work, per mass.
+// ½V² + gh minus all works, per unit mass.
 double energy(const FlightResult& flown, std::size_t k, double gravity) {
   const FlightState& x = flown.states[k];
   return (x.along * x.along + x.across * x.across) / 2 + gravity * x.height - x.thrust_work +
@@ -99,7 +99,7 @@ TEST_CASE("flights agree with an independent implementation") {
     for (std::size_t k = 0; k < times.size(); ++k) {
       while (at < flown.t.size() && std::abs(flown.t[at] - times[k]) > 1e-9) ++at;
       if (at == flown.t.size()) {
-        CHECK(lost);  // nothing but a flight that is lost ends early
+        CHECK(lost);  // only a lost flight ends early
         break;
       }
       const std::vector<double> ours = values_of(flown.states[at]);
@@ -121,7 +121,7 @@ TEST_CASE("wind and body axes fly the same flight") {
   FlightState turned = first;
   turned.along = std::hypot(first.along, first.across);
   turned.across = first.theta - std::atan2(first.across, first.along);
-  const FlightResult a = fly(body, {first, false}, sharp(28.0));  // across the hand-over
+  const FlightResult a = fly(body, {first, false}, sharp(28.0));  // across the handover
   const FlightResult b = fly(wind, {turned, false}, sharp(28.0));
   REQUIRE(a);
   REQUIRE(b);
@@ -214,6 +214,6 @@ TEST_CASE("the error of a flight's end, for less than the flight once more") {
       CHECK(column.error <= 3 * off + rounding);
       covered = std::max(covered, column.error);
     }
-    CHECK(covered > 1e-10);  // it is no estimate of nothing
+    CHECK(covered > 1e-10);  // the estimate is not trivially zero
   }
 }

@@ -22,8 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
-static constexpr double located = 1e-10;     // of an event: Newton's settled step, with margin
-static constexpr double differences = 1e-8;  // of an event on slopes by differences, good to 1e-10
+static constexpr double located = 1e-10;     // of an event: Newton's convergence, with margin
+static constexpr double differences = 1e-8;  // of an event with differenced slopes (1e-10)
 
 // ---- models without inputs ----
 
@@ -31,7 +31,7 @@ static OperatingPoint at(VectorXd x, VectorXd p) { return {std::move(x), {}, std
 
 namespace {
 
-/// A branch to be followed.
+/// A branch to follow.
 struct Route {
   Model model;
   TrimSpec spec;
@@ -42,7 +42,7 @@ struct Route {
 
 }  // namespace
 
-// All states free, all rates still.
+// All states free, all rates zero.
 static Route equilibria(const Model& m, OperatingPoint start, const std::string& parameter,
                         double to, const std::map<std::string, Range>& bounds = {}) {
   const std::vector<std::string> states = names(m.states);
@@ -117,7 +117,7 @@ static Route corner_route(double u1, double u2, double to) {
                     {vec({0}), vec({u1, u2}), vec({u1 + u2})}, to);
 }
 
-// ---- following, with what holds on every branch ----
+// ---- following, with checks of every branch ----
 
 static double left_over(const Route& r, const OperatingPoint& point) {
   const VectorXd rates = evaluate(r.model, point).rates;
@@ -133,7 +133,7 @@ static double value(const Model& m, const OperatingPoint& point, const std::stri
   return value_of(point, variable(m, name));
 }
 
-// By how much a bound on a free variable is exceeded.
+// Violation of a bound on a free variable.
 static double beyond_bounds(const Route& r, const OperatingPoint& point) {
   double most = 0;
   for (const std::string& name : r.spec.free)
@@ -187,7 +187,7 @@ static std::vector<BranchEvent> of(const Branch& branch, EventKind kind) {
   return found;
 }
 
-// Largest difference of the events' parameters, the ends apart.
+// Largest difference of the events' parameters, without the ends.
 static double apart(const Branch& one, const Branch& other) {
   REQUIRE(one.events.size() == other.events.size());
   double most = 0;
@@ -196,7 +196,7 @@ static double apart(const Branch& one, const Branch& other) {
   return most;
 }
 
-// From the far end the same events come in reverse order, and the start is reached.
+// From the other end the same events come in reverse order, and the start is reached.
 static void check_way_back(const Route& there, const Branch& branch) {
   Route back = there;
   back.start = branch.events.back().at.point;
@@ -205,7 +205,7 @@ static void check_way_back(const Route& there, const Branch& branch) {
   CHECK(again.end == BranchEnd::reached);
   auto expected = branch.events;
   expected.pop_back();
-  if (branch.end == BranchEnd::limit) expected.pop_back();  // the way back starts on it
+  if (branch.end == BranchEnd::limit) expected.pop_back();  // the reverse branch starts on it
   std::ranges::reverse(expected);
   REQUIRE(again.events.size() == expected.size() + 1);
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -319,8 +319,8 @@ static Model rolling_aircraft() {
 
 namespace {
 
-/// Roll to beta, elevator, aileron as printed, in the order in which the branch meets them. Eight
-/// entries are misprinted: seven are given as the others require, what is printed is beside them.
+/// Roll to beta, elevator, aileron as printed, in the order along the branch. Eight entries are
+/// misprinted: seven are corrected from the others, with the printed value in a comment.
 struct LimitPoints {
   double towards;
   std::vector<std::array<std::string, 7>> rows;
@@ -377,7 +377,7 @@ TEST_CASE("ACM algorithm 596: the limit points of a rolling aircraft, to their p
     }
 }
 
-// ---- limits that the least effort meets ----
+// ---- limits of minimum-effort trims ----
 
 static Model with_output(Model m) {
   m.outputs = {{"load", "", 1.0}};
@@ -639,7 +639,7 @@ TEST_CASE("trim() finds the branch's points again") {
   }
 }
 
-// ---- events that hide within a step ----
+// ---- events hidden within a step ----
 
 TEST_CASE("two folds within one step are both found") {
   std::mt19937 random(11);
@@ -663,7 +663,7 @@ TEST_CASE("a limit touched and left within one step ends the branch") {
       const Branch branch = walk(scalar_route([&](double x, double q) { return bump(q) - x; },
                                               bump(p), p, 3, {{"x", {-1, 1 - over}}}));
       CHECK(story(branch) == "limit x upper, end: limit");
-      // 1/(1 + p²) = 1 - over, where the slope 2p magnifies what is left of x.
+      // 1/(1 + p²) = 1 - over, where the slope 2p magnifies the residual of x.
       CHECK_NEAR(branch.events[0].at.parameter, -std::sqrt(over / (1 - over)), 1e-9);
     }
 }
@@ -677,7 +677,7 @@ TEST_CASE("the caller's mistakes throw") {
   };
   CHECK_THROWS_AS(asked("speed", 3), std::invalid_argument);  // unknown
   CHECK_THROWS_AS(asked("x", 3), std::invalid_argument);      // free in the trim
-  CHECK_THROWS_AS(asked("p", 0), std::invalid_argument);      // there already
+  CHECK_THROWS_AS(asked("p", 0), std::invalid_argument);      // the start already
   CHECK_THROWS_AS(asked("p", NaN), std::invalid_argument);
   CHECK_THROWS_AS(asked("p", std::numeric_limits<double>::infinity()), std::invalid_argument);
   CHECK_THROWS_AS((void)follow(r.model, r.spec, at(vec({0, 0}), vec({0})), "p", 3),
@@ -714,7 +714,7 @@ static MatrixXd slopes(const Model& m, const OperatingPoint& point,
   return J;
 }
 
-// The trim nearest to a guess at which one variable is as given, another free in its place.
+// The trim nearest to a guess with one variable fixed and another freed instead.
 static TrimResult retrim(const Route& r, OperatingPoint guess, const std::string& given, double v,
                          const std::string& instead = "") {
   TrimSpec spec = r.spec;
@@ -723,8 +723,8 @@ static TrimResult retrim(const Route& r, OperatingPoint guess, const std::string
   return trim(r.model, spec, guess, {.method = TrimMethod::newton, .starts = 0});
 }
 
-// V(θ), found by trim() with the speed free, turns at the fold; on the one side of it there are
-// two trims, on the other none near.
+// V(θ), from trim() with the speed free, has its extremum at the fold; on one side of it two trims
+// exist, on the other none nearby.
 static void check_fold(const Route& r, const BranchEvent& fold) {
   const double theta = value(r.model, fold.at.point, "theta"), V = fold.at.parameter;
   constexpr double h = 2e-3;
@@ -766,7 +766,7 @@ static void check_hopf(const Route& r, const BranchEvent& hopf) {
   CHECK_NEAR(nearest.imag(), hopf.eigenvalue.value().imag(), 1e-6);
 }
 
-// The limit holds at the point; a hair further the trim would need more than it allows.
+// At the limit the trim holds; slightly further it would exceed the limit.
 static void check_limit(const Route& r, const BranchEvent& limit, const std::string& signal,
                         double bound, double further) {
   CHECK(limit.which == signal + " lower");
@@ -780,7 +780,7 @@ static void check_limit(const Route& r, const BranchEvent& limit, const std::str
   CHECK(evaluate(r.model, beyond.point).outputs[i] < bound);
 }
 
-// What the branch says of itself, by roads that know nothing of it.
+// Checks of the branch by independent methods.
 static void check_flight(const Route& r, const Branch& branch) {
   for (const BranchEvent& fold : of(branch, EventKind::fold)) check_fold(r, fold);
   for (const BranchEvent& hopf : of(branch, EventKind::hopf)) check_hopf(r, hopf);
@@ -889,7 +889,7 @@ TEST_CASE("tiltrotor: with more inputs than equations the branch is what trim() 
   }
 }
 
-// ---- faults that were found, and mended ----
+// ---- regressions ----
 
 TEST_CASE("branch points are located and passed: x' = q x - x³ on x = 0") {
   for (const double from : {-1.0, -0.7}) {
@@ -962,7 +962,7 @@ TEST_CASE("a position that moves takes no stability from a branch") {
   CHECK(branch.end == BranchEnd::reached);
   CHECK(branch.no_stability.empty());
   for (const BranchPoint& p : branch.points) CHECK(p.unstable == 0);
-  // Where the rate is held at a value the branch says why there is no count.
+  // If the rate is held at a value the branch explains why eigenvalues are not counted.
   const TrimSpec held{.free = {"speed", "position"}, .rates = {{"position", 1}, {"speed", 0.5}}};
   CHECK(contains(follow(m, held, at(vec({0, 1}), vec({1.5})), "thrust", 4).no_stability,
                  "not an equilibrium"));

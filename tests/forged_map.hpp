@@ -1,5 +1,5 @@
-/// Maps that lie about themselves: numbers in HDF5's structure changed, every checksum made to
-/// hold.
+/// Maps with inconsistent contents: numbers in HDF5's structure changed, with every checksum
+/// corrected.
 #pragma once
 
 #include <cstddef>
@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-/// A piece of the file: of HDF5's structure with its checksum (Jenkins' lookup3) after it, or, once
-/// each, the superblock and the whole, which have none.
+/// A piece of the file: a part of HDF5's structure followed by its checksum (Jenkins' lookup3), or
+/// the superblock or the whole file, which have none.
 struct Hdf5Piece {
   std::size_t at, size;
   bool checked = true;
 };
 
-/// A change within a piece; every number is taken modulo what there is.
+/// A change within a piece; every number is reduced modulo its range.
 struct Forgery {
   std::uint16_t piece, at;
   std::uint8_t width, choice;  ///< 1, 2, 4 or 8 bytes; value itself, a bit of it flipped, or an end

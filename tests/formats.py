@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Runs the program on a study and compares Markdown and LaTeX with CSV: formats.py PROGRAM STUDY
 
-Every number in either must be the CSV's number, rounded to the digits that are shown. LaTeX must keep
-its own rules (braces, environments, as many cells as columns, commands that exist); where pdflatex is
-installed, it must be set without a warning. Exit code 0: all as expected; 1: not.
+Every number in either must be the CSV's number, rounded to the printed digits. LaTeX must keep
+its rules (braces, environments, as many cells as columns, commands that exist); where pdflatex is
+installed, it must compile without a warning. Exit code 0: all as expected; 1: not.
 """
 
 import csv
@@ -20,7 +20,7 @@ sys.dont_write_bytecode = True
 from packages import leave_out  # noqa: E402
 
 PACKAGES = "amsmath,array,booktabs,graphicx,siunitx"
-# What a table may call: LaTeX, the packages above, nothing else.
+# Commands a table may use: LaTeX's and those of the packages above.
 COMMANDS = set(
     """begin end centering caption footnotesize setlength tabcolsep resizebox ifdim width textwidth else fi toprule midrule
     bottomrule cmidrule multicolumn raggedright arraybackslash par medskip paragraph unit degree metre per second radian
@@ -144,7 +144,7 @@ def set_in_type(text):
 
 
 def plain(latex):
-    """A LaTeX cell as Markdown has it."""
+    """A LaTeX cell as Markdown."""
     for command, character in {"$-$": "-", "$\\pm$": "±", "{--}": "–", "--": "–", "\\%": "%", "\\_": "_"}.items():
         latex = latex.replace(command, character)
     return latex.strip("{}")
@@ -174,7 +174,7 @@ def compare_modes(form, name, table, rows):
         expect(mode.replace("\\", "").startswith(row["mode"]), f"{form}: {name}: mode {mode}, CSV has {row['mode']}")
 
 
-# ---- What has no answer, and names that are markup -----------------------------------------------
+# ---- Conditions without an answer, and names that are markup -------------------------------------
 
 HOSTILE = "a_b 100% $x$ & #1 {c} \\\\input{d} ^ ~ <b>e</b> | `f` *g* [h](i) 'j' \\\"k\\\" é γ"
 
@@ -186,7 +186,7 @@ def unescaped(markdown):
 
 
 def check_refusal(program, command):
-    """A condition without an answer is said in every format, under its own name; returns the LaTeX."""
+    """A condition without an answer is reported by name in every format; returns the LaTeX."""
     with tempfile.NamedTemporaryFile("w", suffix=".toml", encoding="utf-8") as study:
         study.write(f'[[condition]]\nname = "{HOSTILE}"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n')
         study.write('[[condition]]\nname = "too fast"\nV = 95.0\ngamma_deg = 0.0\neta_deg = 0.0\n')

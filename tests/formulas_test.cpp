@@ -1,4 +1,4 @@
-// Formulas against <cmath>, and what is none in words.
+// Formulas against <cmath>, and messages for invalid ones.
 #include "model/formulas.hpp"
 
 #include <bit>
@@ -135,7 +135,7 @@ TEST_CASE("operators and what binds before what") {
   }
   CHECK(value_of("a + b*a - b/a") == doctest::Approx(a + b * a - b / a).epsilon(1e-15));
   CHECK_NEAR(value_of("a^b"), std::pow(a, b), 1e-16);
-  CHECK(value_of("a < 0 ? sqrt(a) : -1") == -1);  // the side not taken is no NaN
+  CHECK(value_of("a < 0 ? sqrt(a) : -1") == -1);  // the branch not taken gives no NaN
 }
 
 TEST_CASE("a name not known is said with the nearest and with all") {

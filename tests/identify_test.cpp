@@ -1,4 +1,4 @@
-// Two constants behind six numbers: planted ones are found, and every refusal is reached.
+// Two constants from six numbers: planted ones are found, and every refusal is reached.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -33,7 +33,7 @@ SixNumbers made_table(double Ep, double k, const Columns<double>& CL, const Colu
   return six;
 }
 
-// Does some Ep go with k? In closed form: a1s bounds k alone, and each theta0 bounds Ep at k.
+// Whether some Ep fits k, in closed form: a1s bounds k alone, and each theta0 bounds Ep at k.
 struct Allowed {
   double lower, upper;
   bool any;

@@ -1,7 +1,7 @@
 # cmake -D BUILD=<build folder> -D SCRATCH=<folder> ... -P install.cmake
-# Installs, moves what is installed, and outside the source tree builds and runs the program of
-# docs/your-model.md with it, as printed there, with differences and with exact derivatives. What is
-# installed is what docs/api.md lists.
+# Installs, moves the installation, and outside the source tree builds and runs with it the program
+# of docs/your-model.md, as printed there, with differences and with exact derivatives. The installed
+# files must be those listed in docs/api.md.
 cmake_minimum_required(VERSION 3.25)
 
 function(run)
@@ -37,7 +37,7 @@ run(${CMAKE_COMMAND} -D CHAPTER=${CMAKE_CURRENT_LIST_DIR}/../docs/api.md
     -D HEADERS=${SCRATCH}/moved/include/tiltrim -D HELP=${SCRATCH}/help.txt
     -P ${CMAKE_CURRENT_LIST_DIR}/public_headers.cmake)
 
-# Builds and runs ${main} in ${user}; it must print what the chapter says.
+# Builds and runs ${main} in ${user}; its output must match the chapter.
 function(build_and_run)
   file(WRITE ${user}/main.cpp "${main}")
   run(${CMAKE_COMMAND} --build ${user}/build)
@@ -66,7 +66,7 @@ string(SUBSTRING "${main}" ${to} -1 behind)
 set(main "${before}${text}\n${behind}")
 build_and_run()
 
-# Numbers that are rounding alone, and what their widths do to columns, are not compared.
+# Numbers that are pure round-off, and the column widths they cause, are not compared.
 function(without_rounding name)
   string(REGEX REPLACE "[0-9.]+e-[0-9]+" "tiny" text "${${name}}")
   string(REGEX REPLACE " +" " " text "${text}")

@@ -18,7 +18,7 @@ static constexpr double pi = std::numbers::pi;
 static constexpr double inf = std::numeric_limits<double>::infinity();
 static constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-// One state x with a rate of its own.
+// One state x with a given rate.
 static Motion of_one(std::function<double(double t, double x)> rate) {
   Motion motion;
   motion.states = {{"x", "m", 1.0}};
@@ -49,7 +49,7 @@ static void watch(Motion& motion, const EventFunction& watched,
   };
 }
 
-// Thrown up at v = 1 from the ground at weight 1; it keeps a share of its speed at each bounce.
+// Thrown up at v = 1 from the ground, unit gravity; each bounce keeps a fraction of the speed.
 static Motion ball(double keeps) {
   Motion motion;
   motion.states = {{"height", "m", 1.0}, {"speed", "m/s", 1.0}};
@@ -187,7 +187,7 @@ TEST_CASE("the longest step is kept, by samples at the steps themselves") {
     const Trajectory flown =
         integrate(still, {0.0}, 0, 0.0, 1.7, {.sample = 0, .longest_step = longest});
     REQUIRE(flown);
-    CHECK(largest_step(flown) <= longest * (1 + 2e-9));  // the last takes its crumbs with it
+    CHECK(largest_step(flown) <= longest * (1 + 2e-9));  // the last step absorbs a tiny remainder
     CHECK(flown.samples() == std::size_t(flown.steps) + 1);
     CHECK(std::ranges::adjacent_find(flown.t, std::greater_equal{}) == flown.t.end());
   }
@@ -335,7 +335,7 @@ TEST_CASE("a ball bounces in a geometric sequence until it may no longer be foll
 }
 
 TEST_CASE("crossings of an oscillator, in each direction") {
-  // Off the event's own error the solution's: tolerance times a hundred steps.
+  // In addition to the event's error the solution's: tolerance times a hundred steps.
   const auto crossings = [](EventFunction::Direction direction) {
     Motion motion = oscillator();
     watch(motion, {"x", direction}, [](double, const double* x) { return x[0]; });
@@ -449,7 +449,7 @@ TEST_CASE("of several events in one step each is at its own time, in order") {
 }
 
 TEST_CASE("modes: a thermostat between two temperatures has a closed form") {
-  // x' = m - x, m = 1 until x = 0.75, then 0 until 0.25: ln 3 each way behind the first, ln 4.
+  // x' = m - x, m = 1 until x = 0.75, then 0 until 0.25: ln 3 each way after the first, ln 4.
   Motion motion = of_one([](double, double) { return 0.0; });
   motion.f = [](double, const double* x, int mode, double* rates) { rates[0] = mode - x[0]; };
   watch(motion, {"hot", rising}, [](double, const double* x) { return x[0] - 0.75; });

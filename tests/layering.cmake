@@ -1,5 +1,5 @@
 # cmake -D ROOT=<source tree> -P layering.cmake
-# Holds every #include of the folders to what CMakeLists.txt says in tiltrim_module(... USES ...):
+# Checks every #include of the folders against tiltrim_module(... USES ...) in CMakeLists.txt:
 #   - a folder includes itself, what it USES, and what those use;
 #   - a public header includes public headers of ours, Eigen and the standard library only;
 #   - a solver's or parser's headers enter a folder by one .cpp, its door;
@@ -20,7 +20,7 @@ set(door_MPI "^mpi\\.h$")
 set(door_NetCDF "^netcdf")
 set(door_matio "^matio")
 
-# <folder>_HEADERS and <folder>_MAY (include) from the build's own words.
+# <folder>_HEADERS and <folder>_MAY (include), read from the build files.
 file(READ ${ROOT}/CMakeLists.txt build)
 string(REGEX REPLACE "#[^\n]*" "" build "${build}")
 string(REGEX MATCHALL "tiltrim_module\\([^)]*\\)" modules "${build}")
@@ -39,7 +39,7 @@ if(NOT folders)
   message(FATAL_ERROR "no tiltrim_module in ${ROOT}/CMakeLists.txt")
 endif()
 
-# Sets `fault` to what is wrong with folder/name including path, empty if nothing is.
+# Sets `fault` to the violation if folder/name includes path; empty if permitted.
 function(judge folder name path quoted)
   set(fault "")
   set(public FALSE)

@@ -38,7 +38,7 @@ std::vector<Index> states_and_inputs_of(const Model& model) {
   return all;
 }
 
-// What linearize() threw; empty if it did not.
+// The message that linearize() threw; empty if it did not.
 std::string refusal(const Model& model, const OperatingPoint& point,
                     const LinearizeOptions& options) {
   try {
@@ -175,7 +175,7 @@ std::vector<Known> small_models() {
   return all;
 }
 
-// --- The tiltrotor, its equations once more, independently of model/ and on complex long doubles.
+// --- The tiltrotor's equations again, independently of model/ and in complex long double.
 
 Vehicle tiltrotor() {
   Vehicle v;
@@ -276,7 +276,7 @@ WideRates wide_airframe(Wide V, Wide gamma, Wide theta, Wide q, Wide theta0, Wid
           (T * (a.rotor_x * std::sin(eta - a1s) - a.rotor_z * std::sin(a1s)) + M) / a.inertia_yy};
 }
 
-// The closed loop (14) in wind axes; eta away from the hand-over.
+// The closed loop (14) in wind axes; eta away from the handover.
 WideRates wide_loop(Wide V, Wide gamma, Wide theta, Wide q, Wide x1, Wide x2, const Command& d,
                     Wide& He, Wide& Le) {
   const Gains k;
@@ -407,7 +407,7 @@ std::vector<Known> tiltrotor_models() {
   return all;
 }
 
-// How an estimate's errors compare with the true ones, over the entries that are not zero.
+// Estimated errors compared with the true ones, over the nonzero entries.
 struct Score {
   long entries = 0, covered = 0;
   std::vector<double> overstatement;  // estimate over true error, where there is one
@@ -619,8 +619,8 @@ TEST_CASE("error estimates of differences bound the true error and do not overst
 }
 
 TEST_CASE("noise that no size of a value tells is seen in the differences") {
-  // Terms of 1e3 that cancel to almost nothing: round-off is that of the terms, and nothing but the
-  // scatter of neighbouring values shows it. Few samples: a lower bar than for ordinary rows.
+  // Terms of 1e3 that cancel almost completely: the round-off is that of the terms, visible only in
+  // the scatter of neighbouring values. Few samples: a lower bar than for ordinary rows.
   Random random(3);
   const Known k = known(
       "cancelling", Eigen::Vector3d::Ones(),
@@ -701,7 +701,7 @@ TEST_CASE("a kink anywhere within a difference's reach is met or within the erro
       const Differences d = difference(m, at(0), {0});
       const double slope = d.jacobian.value(0, 0);
       const double miss = std::min(std::abs(slope + 0.75), std::abs(slope - 1.25));
-      // The slope of either side: within two steps of a kink both are the model's.
+      // One-sided slopes: within two steps of a kink both belong to the model.
       CHECK(miss <= d.jacobian.error(0, 0));
     }
   }
@@ -718,7 +718,7 @@ TEST_CASE("at the hand-over the closed loop is linearized from one side, in word
   REQUIRE(lin.remarks.size() == 1);
   CHECK(contains(lin.remarks[0], "eta: one-sided difference from above"));
   CHECK(contains(lin.remarks[0], "hand-over"));
-  // From above the cyclic rules on: the slope there is the exact one at the same authority.
+  // From above the cyclic is active: the slope there is the exact one at the same authority.
   const LinearModel same = linearize(loop, trimmed.point, {.inputs = {"eta"}});
   CHECK_NEAR((lin.B - same.B).cwiseAbs().maxCoeff() / same.B.cwiseAbs().maxCoeff(), 0, 1e-7);
   CHECK(linearize(loop, trimmed.point).remarks.empty());  // no state crosses it
@@ -787,7 +787,7 @@ TEST_CASE("away from an equilibrium nothing is linearized") {
   CHECK_NEAR(lin.rates[2], 0.01, 0);
   CHECK(lin.residual > 0.1);  // 0.01 rad/s over theta's 0.1 rad at least
   CHECK_THROWS_AS((void)modes(lin), std::invalid_argument);
-  // The tolerance draws the line, in nominal sizes
+  // The tolerance decides, in nominal sizes
   Model drifting = scalar_model([](double x) { return 1e-3 - x; });
   drifting.states[0].nominal = 1000;
   CHECK(linearize(drifting, at(0), {.tolerance = 1e-6}));
@@ -829,7 +829,7 @@ TEST_CASE("no derivative, no linear model") {
   };
   check_refused(linearize(exact_root, at(0)), "x'", "along x");
 
-  // Hover in still air: no angle of attack, and so no derivative along u and w
+  // Hover in calm air: no angle of attack, hence no derivative along u and w
   const double theta0 = 1 / craft().aircraft.thrust_excess;
   const OperatingPoint hover{VectorXd::Zero(4), Eigen::Vector4d{theta0, 0, 0, pi / 2},
                              airframe_parameters(craft())};
@@ -1112,7 +1112,7 @@ TEST_CASE("the edge of a model's domain is seen without bounds, thrown or not a 
     CHECK_NEAR(lin.A(0, 0), 1, lin.A_error(0, 0));
     CHECK(contains(lin.remarks.at(0), "from above, at the edge of the model's domain"));
   }
-  // Where no side gives a number, the model's own words.
+  // If no side gives a finite value, the model's own message.
   const Model nowhere =
       scalar_model([](double x) { return x == 0 ? 0 : throw std::domain_error("only zero"); });
   CHECK(contains(linearize(nowhere, at(0)).message, "only zero"));

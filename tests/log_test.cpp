@@ -149,7 +149,7 @@ TEST_CASE("cut off at every length, the whole records before the cut are there a
       for (std::size_t k = std::size_t(expected); k < records.size(); ++k)
         log.append(records[k].first, bytes_of(records[k].second));
     }
-    REQUIRE(contents(file) == whole.bytes);  // gone on with, it is the log that was never cut
+    REQUIRE(contents(file) == whole.bytes);  // resumed, it equals the log that was never truncated
   }
 }
 
@@ -166,7 +166,7 @@ TEST_CASE("one flipped bit, at every place, is seen") {
     if (bit / 8 < whole.ends[0]) {
       const Text why = refusal<LogError>([&] { Log(file, identity); });
       REQUIRE(contains(why, "delete it, or choose another output"));
-      REQUIRE(contents(file) == bytes);  // refused, and left as it is
+      REQUIRE(contents(file) == bytes);  // refused, and left unchanged
       ++refused;
       continue;
     }
@@ -321,8 +321,8 @@ TEST_CASE("remove() leaves nothing, and nothing can be appended after it") {
 TEST_CASE("a disk that fills up: the record is not there, the log is, and goes on when it may") {
   const Folder folder;
   const fs::path file = folder.path / "log";
-  // A limit on the size of files stands for the full disk: its writes are cut short and then fail
-  // in the same way, and it needs no rights.
+  // A file-size limit stands in for a full disk: writes are truncated and then fail in the same
+  // way, without special rights.
   const auto old_action = std::signal(SIGXFSZ, SIG_IGN);
   rlimit old_limit{};
   REQUIRE(::getrlimit(RLIMIT_FSIZE, &old_limit) == 0);
@@ -346,7 +346,7 @@ TEST_CASE("a disk that fills up: the record is not there, the log is, and goes o
 }
 
 TEST_CASE("a full device gives the system's words") {
-  // /dev/full refuses every write, and is no file to recover from.
+  // /dev/full refuses every write and cannot be recovered from.
   if (!fs::exists("/dev/full")) return;
   CHECK(refusal<LogError>([] { Log("/dev/full", identity); }) ==
         "/dev/full: is not a regular file");
@@ -401,7 +401,7 @@ TEST_CASE("killed at random moments, a writer loses no record that it was told i
   CHECK(done > 0);
 }
 
-// A checksum holds for what was forged, too: lines go straight into the map's arrays.
+// Checksums of forged records are valid: lines go straight into the map's arrays.
 TEST_CASE("lines that do not fit the sweep are refused") {
   const LineSizes sizes{.conditions = 1, .axes = 2, .points = 2, .states = 1, .inputs = 1};
   LinePoints points;

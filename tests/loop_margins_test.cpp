@@ -1,5 +1,5 @@
-// Margins of a study's loops: against the loops opened by hand, by changing what passes there, and
-// the command as a user runs it.
+// Margins of a study's loops: against loops opened manually and against perturbed loops, and the
+// command as a user runs it.
 #include <Eigen/Core>
 #include <algorithm>
 #include <limits>
@@ -36,7 +36,7 @@ static Condition condition(const std::string& name, const Command& command) {
   return c;
 }
 
-// The paper's conditions, one in body axes, and two at which cyclic and elevator share (blended()).
+// The paper's conditions, one in body axes, and two with blended cyclic and elevator (blended()).
 static std::vector<Condition> conditions() {
   return {condition("climb", {2, pi / 2, pi / 2}), condition("transition", {6, pi / 4, pi / 4}),
           condition("level", {15, 0, 0}),          condition("slow", {0.4, pi / 2, pi / 2}),
@@ -46,7 +46,7 @@ static std::vector<Condition> conditions() {
 static Vehicle blended() {
   Vehicle vehicle = reference_vehicle();
   vehicle.aircraft.cyclic_blend = 0.5;
-  vehicle.limits.a1s = {-1.2, 1.2};  // one integral for both: they work against each other
+  vehicle.limits.a1s = {-1.2, 1.2};  // one integral for both: they oppose each other
   vehicle.limits.delta_e = {-1.2, 1.2};
   return vehicle;
 }
@@ -77,9 +77,9 @@ static void for_each_loop(const Check& check) {
   }
 }
 
-// ---- a second road: the loop opened by hand, in the nonlinear model, by differences ----
+// ---- independent method: the nonlinear model's loop opened manually, by differences ----
 
-// What arrives at actuator j is v, whatever the law commands: x' = f(x, v - h_j(x)), y = h_j(x).
+// The input of actuator j is v, whatever the law commands: x' = f(x, v - h_j(x)), y = h_j(x).
 static LoopTransfer opened_by_hand(const Model& model, const OperatingPoint& trim, Index j) {
   const auto command = [=](const VectorXd& x, const VectorXd& p) {
     return model.h(x, VectorXd::Zero(3), p)[j];
@@ -190,9 +190,9 @@ TEST_CASE("Bode data: the loop opened by hand, a decade beyond the eigenvalues o
   });
 }
 
-// ---- what passes there, changed ----
+// ---- perturbed loops ----
 
-// The closed loop with k times the command at actuator j, counted from the trim's.
+// The closed loop with k times the command at actuator j, relative to the trim's.
 static MatrixXd scaled(const Model& model, const OperatingPoint& trim, Index j, double k) {
   const double steady = model.h(trim.x, trim.u, trim.p)[j];
   Model changed = model;
@@ -270,7 +270,7 @@ TEST_CASE("(13) has no direct feedthrough; with the acceleration measured any de
   Vehicle vehicle = reference_vehicle();
   vehicle.aircraft.wake_immersion = 0;  // else drag takes a share
   for (const Condition& c : conditions()) {
-    if (c.name == "shared") continue;  // the hand-over, not blended
+    if (c.name == "shared") continue;  // the handover, not blended
     CAPTURE(c.name);
     const LoopsAnswer answer = actuator_loops(vehicle, c, {.actuators = {"theta0"}});
     REQUIRE(answer.loops.size() == 1);
@@ -290,7 +290,7 @@ TEST_CASE("(13) has no direct feedthrough; with the acceleration measured any de
   }
 }
 
-// ---- what is in use, and why there are no margins ----
+// ---- loops in use, and why margins may be missing ----
 
 static std::vector<std::string> in_use(const LoopsAnswer& answer) {
   std::vector<std::string> found;
@@ -384,7 +384,7 @@ TEST_CASE("an actuator that is commanded and moves nothing has no margins") {
   says(text_of(answer), "moves nothing");
 }
 
-// Between a stable and an unstable condition of the corridor, until rounding does not tell.
+// Between a stable and an unstable condition of the corridor, to the limit of rounding.
 TEST_CASE("at the stability boundary: undecided, and no margins") {
   Command stable = corridor(55.0), unstable = corridor(52.5);
   LoopsAnswer answer;

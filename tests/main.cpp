@@ -1,6 +1,6 @@
-// The program of every folder's tests. It refuses to pass without a test: a filter that matches no
-// test case, or none that asserts anything, is a failure. It exits with code 77, and prints why,
-// only where the environment's TILTRIM_SIMD names an instruction set that this processor lacks.
+// main() of every folder's tests. It fails if no test ran: a filter that matches no test case, or
+// only test cases without assertions. It exits with code 77, with a message, only if the
+// environment's TILTRIM_SIMD names an instruction set that this processor lacks.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int skipped = 77;
 
-/// Of a whole run, what doctest itself does not judge.
+/// Checks of a whole run that doctest does not make.
 struct Ran : doctest::IReporter {
   static inline unsigned cases = 0;
   static inline int assertions = 0;
@@ -42,7 +42,7 @@ struct Ran : doctest::IReporter {
 };
 REGISTER_LISTENER("ran", 1, Ran);
 
-/// The instruction set asked for, if there is one of this name and the processor lacks it.
+/// The requested instruction set, if it exists and the processor lacks it.
 const char* missing_instruction_set() {
   const char* asked = std::getenv("TILTRIM_SIMD");
   constexpr std::array<std::string_view, 4> known = {"scalar", "baseline", "avx2", "avx512"};

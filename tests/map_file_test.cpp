@@ -121,7 +121,7 @@ SweepMap random_map(unsigned seed) {
   for (std::size_t k = below(3); k > 0; --k) map.inputs.push_back({word(), word(), number()});
   const std::size_t n = map.states.size(), points = map.points();
   for (std::size_t k = 0; k < map.conditions.size(); ++k) map.mode_names.push_back(words(n));
-  // Any number from `least` on that a list of `size` has a place for.
+  // Any number from `least` on for which a list of `size` has room.
   const auto positions = [&](auto& array, std::size_t count, std::size_t size, int least = 0) {
     array.resize(count);
     for (auto& value : array)
@@ -195,7 +195,7 @@ bool same(const std::vector<AxisInterval>& a, const std::vector<AxisInterval>& b
   });
 }
 
-// The names of what is another; empty if the maps are the same, bit for bit.
+// The names of the fields that differ; empty if the maps are equal bit for bit.
 Text what_differs(const SweepMap& a, const SweepMap& b) {
   Text differ;
   const auto compare = [&](const char* name, bool equal) {
@@ -233,7 +233,7 @@ Text what_differs(const SweepMap& a, const SweepMap& b) {
   return differ;
 }
 
-// What stands in a map after it was written and read.
+// The contents of a map after writing and reading.
 SweepMap through_a_file(const SweepMap& map) {
   const Folder folder;
   write_netcdf(map, folder.path / "map.nc");
@@ -266,7 +266,7 @@ TEST_CASE("words of the enumerators") {
 }
 
 TEST_CASE("what is written is read, bit for bit, and kept for other readers") {
-  // tests/read_map.py reads this file with a NetCDF library of its own.
+  // tests/read_map.py reads this file with an independent NetCDF library.
   const fs::path file = "map_file_test.nc";
   const SweepMap map = planted_map();
   write_netcdf(map, file);
@@ -276,7 +276,7 @@ TEST_CASE("what is written is read, bit for bit, and kept for other readers") {
 }
 
 TEST_CASE("random maps: written, read and written again they are the same bytes") {
-  const fs::path memory = "/dev/shm";  // where there is one: syncing to a disk is what takes time
+  const fs::path memory = "/dev/shm";  // if available: syncing to a disk dominates the time
   const Folder folder(::access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path());
   const fs::path first = folder.path / "1.nc", again = folder.path / "2.nc";
   for (unsigned seed = 0; seed < unsigned(trials(150)); ++seed) {
@@ -413,7 +413,7 @@ TEST_CASE("10000 times a flipped bit: every one is seen") {
   Text bytes = contents(file);
   std::mt19937_64 random(1);
   int missed = 0;
-  // In place: only what is read matters.
+  // In place: only the read contents matter.
   const int fd = ::open(file.c_str(), O_WRONLY);
   for (int trial = 0; trial < trials(10000); ++trial) {
     const std::size_t at = random() % bytes.size();
@@ -466,7 +466,7 @@ TEST_CASE("whole, but not what is expected: what is missing is named") {
                  ": contents: NetCDF: "));
 }
 
-// HDF5 crashes on some of these, and does not come to an end on others.
+// HDF5 crashes on some of these and does not terminate on others.
 TEST_CASE("forged, every checksum holding: read, or refused by name") {
   const fs::path memory = "/dev/shm";
   const Folder folder(::access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path());
@@ -524,8 +524,8 @@ TEST_CASE("a disk that fills up leaves the old file and nothing else") {
   const Text old = contents(file);
   SweepMap other = planted_map();
   other.study += "# another\n";
-  // A limit on the size of files stands for the full disk: its writes are cut short and then fail
-  // in the same way, and it needs no rights.
+  // A file-size limit stands in for a full disk: writes are truncated and then fail in the same
+  // way, without special rights.
   const auto old_action = std::signal(SIGXFSZ, SIG_IGN);
   rlimit old_limit{};
   REQUIRE(::getrlimit(RLIMIT_FSIZE, &old_limit) == 0);

@@ -51,7 +51,7 @@ LoopTransfer in_units(const LoopTransfer& g, const VectorXd& unit) {
   return {inverse.asDiagonal() * g.A * T, inverse.asDiagonal() * g.b, g.c * T, g.d};
 }
 
-// The closed loop with a factor, real or not, at the place where the loop is broken.
+// The closed loop with a real or complex factor where the loop is broken.
 double abscissa(const LoopTransfer& g, Complex factor) {
   const MatrixXcd A = g.A.cast<Complex>() - (factor / (1.0 + factor * g.d)) * (g.b * g.c);
   return algebra::eigenvalues(A).real().maxCoeff();
@@ -61,13 +61,13 @@ bool stable(const LoopTransfer& g, double factor) {
   return eigenvalues(g.A - factor / (1 + factor * g.d) * g.b * g.c).real().maxCoeff() < 0;
 }
 
-/// The same margins from L on a dense grid, refined where something happens between its points.
+/// The same margins from L on a dense grid, refined around features between its points.
 struct Scan {
   double gain_up = infinity, gain_down = 0, phase = infinity, delay = infinity, half = 0, peak = 0;
   int crossovers = 0;
 };
 
-// L by partial fractions: another road than the library's, and a fast one.
+// L by partial fractions: a fast method independent of the library's.
 struct Fractions {
   VectorXcd poles, residues;
   double d;
@@ -154,7 +154,7 @@ Scan scan(const Response& L, double d, double from, double to, int points) {
   return s;
 }
 
-// What the scan sees is there. What it does not see lies between its points, and is worse.
+// What the scan finds exists. What it misses lies between its points, and is worse.
 int check_found(const Margins& m, const Scan& s) {
   int finer = 0;
   const auto agree = [&](double ours, double scanned, bool worse) {
@@ -172,8 +172,8 @@ int check_found(const Margins& m, const Scan& s) {
   return finer;
 }
 
-// Poles and zeros over two decades, one in ten at rest, as many right of the axis as a stable
-// closed loop bears.
+// Poles and zeros over two decades, one in ten at the origin, as many in the right half plane as a
+// stable closed loop can have.
 struct Factored {
   struct Factor {
     double frequency, damping;
@@ -218,8 +218,7 @@ struct Factored {
   }
 };
 
-// A stable loop: as often one that is opened from a stable closed one, and may itself be unstable,
-// as one that is closed.
+// A stable closed loop: built either closed, or from an open loop that may itself be unstable.
 LoopTransfer stable_loop(Random& random) {
   for (;;) {
     const Index n = 1 + Index(random() % 8);
@@ -477,7 +476,7 @@ TEST_CASE("margins: poles and zeros of L on the axis") {
   CHECK(response(g, 2.0).real() == infinity);
   CHECK(std::abs(response(g, 3.0)) < 1e-15);
   check_true(g, m);
-  // An integrator that the loop closes, but not one beside it
+  // An integrator that the loop stabilizes, but not one outside it
   LoopTransfer beside{MatrixXd{{0, 0}, {1, 0}}, VectorXd{{1, 0}}, RowVectorXd{{1, 0}}, 0};
   CHECK(margins(beside).closed_loop == Verdict::undecided);
   CHECK(margins(beside).phase == 0);
@@ -534,11 +533,11 @@ TEST_CASE("opened: a plant and a controller, broken by hand at the plant's input
                    J = normal(random, nu, ny);
     MatrixXd closed(n + l, n + l);
     closed << A - B * J * C, -B * H, G * C, F;
-    // At input 0: what is added comes out as u₀ + v; the rest stays closed
+    // At input 0: what is added appears as u₀ + v; the other loops remain closed
     const VectorXd b = (VectorXd(n + l) << B.col(0), VectorXd::Zero(l)).finished();
     const RowVectorXd c = (RowVectorXd(n + l) << -J.row(0) * C, -H.row(0)).finished();
     const LoopTransfer L = opened(closed, b, c);
-    // By hand: u₀ does not act, what it would have been is the answer with its sign turned
+    // Manually: u₀ is cut, and its would-be value is the response, negated
     const MatrixXd cut = closed - b * c;
     // At output 1: what is added comes out as y₁ + w
     const VectorXd b_out = (VectorXd(n + l) << -B * J.col(1), G.col(1)).finished();
@@ -553,7 +552,7 @@ TEST_CASE("opened: a plant and a controller, broken by hand at the plant's input
                       Ic = Complex(0, w) * MatrixXcd::Identity(l, l);
       const MatrixXcd P = C * algebra::solve(MatrixXcd(Ip - A), MatrixXcd(B.cast<Complex>()));
       const MatrixXcd K = H * algebra::solve(MatrixXcd(Ic - F), MatrixXcd(G.cast<Complex>())) + J;
-      // L at one place of a matrix: the other place stays closed.  1/(1 + L) is S's entry
+      // L at one place of a matrix: the other place remains closed.  1/(1 + L) is S's entry
       const MatrixXcd S_in = algebra::inverse(MatrixXcd(MatrixXcd::Identity(nu, nu) + K * P));
       const MatrixXcd S_out = algebra::inverse(MatrixXcd(MatrixXcd::Identity(ny, ny) + P * K));
       CHECK(std::abs(1.0 / (1.0 + response(L, w)) - S_in(0, 0)) <= 1e-8 * (1 + S_in.norm()));
@@ -659,7 +658,7 @@ TEST_CASE("bode: phase without jumps") {
   const Bode fast = bode(ratio({1}, under), 1e-6, 1e6, 2);
   CHECK_NEAR(fast.phase[0], 0, 1e-4);
   CHECK_NEAR(fast.phase[1], -4.5 * pi, 1e-4);
-  // The same whatever the grid
+  // Independent of the grid
   Random random(6);
   for (int k = 0; k < trials(100); ++k) {
     const LoopTransfer g = stable_loop(random);

@@ -15,8 +15,8 @@
 #include "tests/check.hpp"
 #include "vehicles/tiltrotor/coefficients.hpp"
 
-// Complex steps: a step of 1e-30 along the imaginary axis leaves the derivative there, without any
-// difference of near-equal numbers. The physics finds these by overload, so they come before it.
+// Complex steps: a step of 1e-30 along the imaginary axis gives the derivative without subtractive
+// cancellation. The physics finds these by overload, so they come before it.
 namespace tiltrim::physics {
 
 using Complex = std::complex<double>;
@@ -64,7 +64,7 @@ struct Dice {
 #define CHECK_CONTAINS(text, part) \
   CHECK_MESSAGE(contains(text, part), fmt::format("'{}' does not say '{}'", text, part))
 
-// The middle of the envelope; inputs free of the control law, and of either sign.
+// The middle of the flight envelope; inputs independent of the control law, of either sign.
 static OperatingPoint airframe_point(Dice& dice, const Vehicle& vehicle) {
   return {
       vec({dice.between(3, 20), dice.between(-1, 1.5), dice.between(-1, 1), dice.between(-1, 1)}),
@@ -122,7 +122,7 @@ TEST_CASE("the reference file: equilibria, Jacobians and inputs of an independen
     double largest = 0;
     for (const auto& row : known["A"])
       for (double a : row) largest = std::max(largest, std::abs(a));
-    // Two spline solvers differ in curvature by round-off over the square of the spacing, 1e-12.
+    // Two spline solvers differ in curvature by round-off over the squared spacing, 1e-12.
     for (std::size_t i = 0; i < 6; ++i)
       for (std::size_t j = 0; j < 6; ++j)
         CHECK_NEAR(J(Index(i), Index(j)), known["A"][i][j].get<double>(), 1e-11 * largest);
@@ -306,7 +306,7 @@ TEST_CASE("wind and body axes tell of one closed loop") {
     const auto [rates, outputs] = evaluate(closed_loop(vehicle), at);
     const auto [moved, seen] =
         evaluate(closed_loop(vehicle, Axes::body), in_body_axes(at, V, alpha));
-    // The law's gains, up to k_V = 10 per second, raise round-off with everything it is fed.
+    // The law's gains, up to k_V = 10 per second, amplify round-off in its inputs.
     const double size = 10 * (1 + V * rates.head(2).cwiseAbs().sum() + std::abs(at.x[5]));
     const auto [u, w] = body_rates(V, alpha, -rates[0], rates[2] + rates[1]);
     CHECK_NEAR(moved[0], u, 1e-12 * size);
@@ -364,7 +364,7 @@ TEST_CASE("induced velocity (3) is the printed formula where that holds, and odd
     const double root = std::sqrt(1 + 32 * a.pitch_scale * theta0 / c1);
     const double printed = tip_speed * c1 / 16 * (root - 1);
     const double vi = physics::induced_velocity(theta0, a);
-    // The printed difference loses what root and 1 have in common.
+    // The printed difference loses the digits that root and 1 have in common.
     CHECK_NEAR(vi, printed, 8 * epsilon * (vi + tip_speed * c1 / 16 * root));
     CHECK(physics::induced_velocity(-theta0, a) == -vi);
   }
@@ -442,7 +442,7 @@ TEST_CASE("the printed equations differ in the two rows that are wrong, and in n
     const double commanded = vehicle.gains.k_V * at.x[0];
     CHECK_NEAR(wrong[0] - right[0], commanded,
                4 * epsilon * (std::abs(commanded) + std::abs(right[0])));
-    // With lift and thrust turned over only the weight is left of the sum: 2 g cos γ / V.
+    // With lift and thrust reversed only the weight remains in the sum: 2 g cos γ / V.
     CHECK_NEAR(wrong[1] + right[1], 2 * vehicle.aircraft.gravity * std::cos(gamma) / V,
                8 * epsilon * (std::abs(wrong[1]) + std::abs(right[1])));
     for (Index k = 2; k < 6; ++k) CHECK(wrong[k] == right[k]);
@@ -451,7 +451,7 @@ TEST_CASE("the printed equations differ in the two rows that are wrong, and in n
 
 TEST_CASE("the thrust's moment is hub position times force") {
   Vehicle vehicle = reference();
-  vehicle.aircraft.wake_immersion = 0;  // the aerodynamic moment then knows nothing of theta0
+  vehicle.aircraft.wake_immersion = 0;  // the aerodynamic moment is then independent of theta0
   const Aircraft& a = vehicle.aircraft;
   const Model wind = airframe(vehicle);
   Dice dice;
@@ -540,7 +540,7 @@ static double largest_miss(const Polar& polar) {
   return miss;
 }
 
-// The shipped polar's table, read by other means.
+// The shipped polar's table, read independently.
 static std::vector<std::array<double, 4>> table() {
   std::ifstream in(source / "data/naca8h12_re150k.csv");
   std::vector<std::array<double, 4>> rows;
@@ -723,7 +723,7 @@ TEST_CASE("tables that make no polar are refused, the row named") {
   }
 }
 
-// A file that goes when the test does.
+// A file removed at the end of the test.
 struct Scratch {
   fs::path path = fs::temp_directory_path() / fmt::format("tiltrim_polar_{}.csv", getpid());
   explicit Scratch(std::string_view text) { std::ofstream(path) << text; }
@@ -827,7 +827,7 @@ TEST_CASE("an enclosure shrinks with its box") {
   }
 }
 
-// --- the seam ---------------------------------------------------------------------------------
+// --- interface --------------------------------------------------------------------------------
 
 static Model pendulum() {
   Model m;

@@ -1,5 +1,5 @@
-// tiltrim modes, and linearize --models, as a user runs them. What other programs read in the files
-// of models: read_models.py.
+// tiltrim modes, and linearize --models, as a user runs them. The model files are read by other
+// programs in read_models.py.
 #include <algorithm>
 #include <bit>
 #include <complex>
@@ -20,7 +20,7 @@ json json_of(const Scratch& scratch, const std::string& arguments) {
   return json::parse(run(scratch, arguments + " -f json").out);
 }
 
-// Exit code 2, nothing printed, and one line on standard error that begins and ends so.
+// Exit code 2, nothing printed, and one line on standard error with this beginning and end.
 void check_refused(const Scratch& scratch, const std::string& arguments, const std::string& begin,
                    const std::string& end) {
   const Ran ran = run(scratch, arguments);
@@ -397,7 +397,7 @@ TEST_CASE("--models leaves out what has no linear model, and says so") {
   REQUIRE(models["left_out"].size() == 1);
   CHECK(models["left_out"][0] ==
         json{{"name", "too steep"}, {"why", "no equilibrium: infeasible"}});
-  // Machine-readable output stays what it is.
+  // Machine-readable output is unchanged.
   const std::string level = "linearize study.toml --only level -f json";
   CHECK(run(scratch, level + " --models all.json").out == run(scratch, level).out);
   // The same input gives the same bytes; --only chooses.

@@ -92,7 +92,7 @@ MatrixXd wilkinson(Index n) {
   });
 }
 
-// Triangular, its rows shrinking: ill conditioned and no entry says so.
+// Triangular with decreasing rows: ill conditioned although no entry shows it.
 MatrixXd kahan(Index n) {
   const double s = std::sin(1.2), c = std::cos(1.2);
   return filled(n, [=](Index i, Index j) {
@@ -197,15 +197,15 @@ Verdict truth(const std::vector<Complex>& eigenvalues) {
   return rightmost < 0 ? Verdict::stable : rightmost > 0 ? Verdict::unstable : Verdict::undecided;
 }
 
-// Eigenvalues with eleven bits more than a double: against discs that hold the rounding of doubles
-// they are the true ones, but for a share of each disc that is checked with.
+// Eigenvalues with eleven bits more than a double: compared with discs that include the rounding of
+// doubles they are exact, up to a fraction of each disc, which is checked.
 std::vector<std::complex<long double>> precise(const algebra::WideMatrix& A) {
   std::vector<std::complex<long double>> values;
   REQUIRE_NOTHROW(values = algebra::eigenvalues(A));
   return values;
 }
 
-// How far outside of every disc the value lies, over the nearest disc's radius: <= 1 if inside.
+// Distance of a value outside the discs, over the nearest disc's radius: <= 1 if inside.
 template <class Value>
 double outside(const Modes& m, const Value& z) {
   double least = infinity;
@@ -222,7 +222,7 @@ void check_contained(const Modes& m, const Values& eigenvalues) {
   for (const auto& z : eigenvalues) CHECK_NEAR(outside(m, z), 0, 1);
 }
 
-// What every answer must be, whatever the matrix.
+// Properties of every result, whatever the matrix.
 void check_modes(const MatrixXd& A, const Modes& m) {
   REQUIRE(m.converged);
   REQUIRE(std::ssize(m.modes) == A.rows());
@@ -531,7 +531,7 @@ TEST_CASE("on the axis nothing is decided") {
   for (const Index n : {2, 3, 4}) {
     CHECK(modes(jordan(0, n)).verdict == Verdict::undecided);
     CHECK(modes(jordan(0, n).transpose()).verdict == Verdict::undecided);
-    // In a larger stable matrix, coupled and turned
+    // In a larger stable matrix, coupled and rotated
     MatrixXd A =
         block_diagonal(jordan(0, n), -2 * MatrixXd::Identity(4, 4) + 0.3 * dense(random, 4));
     A.topRightCorner(n, 4).setOnes();
@@ -587,7 +587,7 @@ TEST_CASE("balancing is an exact similarity") {
               A(b.order[std::size_t(i)], b.order[std::size_t(j)]));
     }
     CHECK(b.same(A) == b.B);
-    // What nothing isolates does not grow. (Couplings to isolated states may.)
+    // The part without isolated states does not grow. (Couplings to isolated states may.)
     if ((A.array() != 0).all()) CHECK(b.B.cwiseAbs().sum() <= A.cwiseAbs().sum() * (1 + 1e-12));
     // Eigenvectors come back as those of A
     const algebra::Eigensystem system = algebra::eigensystem(b.B);
@@ -856,11 +856,11 @@ TEST_CASE("classical names from the states that take part") {
   CHECK(name(real, {0, 0, 0, 0.1, 0, 0.9}, loop) == "distribution integral");
   // A pair's names are for pairs: the same shares on a real eigenvalue
   CHECK(name(real, {0.02, 0.08, 0.4, 0.5}, wind) == "q + theta");
-  // Nothing classical: the states that carry it, largest first
+  // No classical mode: named by the states that take part, largest first
   CHECK(name(oscillation, {0.3, 0.1, 0, 0.1, 0.5, 0}, loop) == "energy_integral + V_err");
   CHECK(name(real, {0.5, 0.4, 0.1}, {"tank", "valve", "pump"}) == "tank + valve");
   CHECK(name(real, {1, 0, 0}, {"tank", "valve", "pump"}) == "tank");
-  // No state stands out: still a name; no participation: none
+  // No dominant state: a name all the same; no participation: no name
   CHECK(name(real, {0.1, 0.1, 0.1, 0.2 / 3, 0.2 / 3, 0.2 / 3, 0.1, 0.1, 0.1, 0.1, 0.1},
              {"a", "b", "c", "d", "e", "f", "g", "h", "i", "j", "k"}) != "");
   CHECK(name(real, {0, 0, 0}, {"tank", "valve", "pump"}).empty());
@@ -879,7 +879,7 @@ TEST_CASE("planted modes are named as planted") {
   CHECK(m.modes[1].name == "short period");
   CHECK(m.modes[2].name == "phugoid");
   CHECK(m.modes[3].name == "phugoid");
-  CHECK(modes(A).modes[0].name.empty());  // without names there is none
+  CHECK(modes(A).modes[0].name.empty());  // without state names there is none
 }
 
 // ---- block by block ----

@@ -1,4 +1,4 @@
-// Monte-Carlo flights: laws of chance, of the log, of threads, and of the flights themselves.
+// Monte-Carlo flights: laws of probability, of the log, of threads, and of the flights themselves.
 #include "flight/monte_carlo.hpp"
 
 #include <unistd.h>
@@ -349,7 +349,7 @@ TEST_CASE("stopped after some flights it goes on from the log to the same answer
   const MonteCarlo rest = flown(text, options);
   CHECK_FALSE(rest.interrupted);
   check_same(rest, whole);
-  const MonteCarlo again_from_log = flown(text, options);  // it stays: nothing is flown twice
+  const MonteCarlo again_from_log = flown(text, options);  // the log is kept: nothing runs twice
   check_same(again_from_log, whole);
 }
 

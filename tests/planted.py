@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Trims and spectra whose truth is known by construction, as many as asked for; prints what was answered wrongly.
+"""Trims and spectra whose truth is known by construction, in any number; prints the wrong results.
 
     planted.py <folder of trim_tests and linearize_tests> [trims] [spectra] [processes]
 
-A million trims and 100,000 spectra by default, in shares with draws of their own. Ends with 1 if one is wrong.
+A million trims and 100,000 spectra by default, in batches with different random draws. Ends with 1 if one is wrong.
 """
 import collections
 import concurrent.futures
@@ -16,7 +16,7 @@ import time
 
 folder = pathlib.Path(sys.argv[1])
 trims, spectra, processes = (int(a) for a in (sys.argv[2:] + ["1000000", "100000", str(os.cpu_count())][len(sys.argv) - 2:]))
-# What one share of each program holds, for TILTRIM_TRIALS = 1.
+# Trials in one batch of each program, for TILTRIM_TRIALS = 1.
 PROGRAMS = [("trim_tests", ["--source-file=*/trim_planted_test.cpp"], 3600, 10, trims),
             ("linearize_tests", ["--source-file=*/modes_test.cpp", "-tc=*planted spectrum*"], 2000, 5, spectra)]
 

@@ -1,4 +1,4 @@
-/// The program as a user runs it: in a folder of its own, waited for, interrupted or killed.
+/// The program as a user runs it: in its own folder, waited for, interrupted or killed.
 #pragma once
 
 #include <sys/types.h>
@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 std::string slurp(const fs::path& file);
 
-/// A folder of this process's own to work in, and one beside it for what programs say; both are
-/// removed at the end.
+/// A working folder of this process, and another for the programs' output; both are removed at the
+/// end.
 struct Scratch {
   fs::path root, path, said;
   explicit Scratch(const std::string& name);
@@ -29,11 +29,11 @@ struct Scratch {
   Scratch& operator=(const Scratch&) = delete;
 
   fs::path write(const std::string& name, const std::string& text) const;
-  /// Names of all files in the folder to work in.
+  /// Names of all files in the working folder.
   std::set<std::string> files() const;
 };
 
-/// Exactly one of exit_code and signal says how it ended; the other is -1.
+/// Exactly one of exit_code and signal tells how it ended; the other is -1.
 struct Ran {
   int exit_code = -1, signal = -1;
   std::string out, err;
@@ -53,7 +53,7 @@ struct Surroundings {
 Running start(const Scratch& scratch, const std::string& arguments,
               const Surroundings& around = {});
 
-/// Waits for its end; ends it when patience is over, which is then its signal.
+/// Waits for its end; kills it when the time limit is exceeded, which is then its signal.
 Ran finish(const Running& run, std::chrono::seconds patience = std::chrono::seconds(120));
 
 Ran run(const Scratch& scratch, const std::string& arguments, const Surroundings& around = {});
@@ -68,7 +68,7 @@ bool holds_soon(const Condition& condition) {
   return false;
 }
 
-/// 0 for a file that is not there.
+/// 0 for a missing file.
 std::uintmax_t size_of(const fs::path& file);
 
 using Row = std::vector<std::string>;

@@ -1,6 +1,6 @@
 # cmake -D CHAPTER=<docs/api.md> -D HEADERS=<installed include/tiltrim> -D HELP=<what --help prints>
 #       -P public_headers.cmake
-# Holds what is installed to what the chapter lists: every header, no other, none that includes one
+# Checks the installation against the chapter: exactly the listed headers, no header that includes one
 # that is not installed; and the program's commands.
 cmake_minimum_required(VERSION 3.25)
 

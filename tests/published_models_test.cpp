@@ -26,7 +26,7 @@ static MatrixXd entries(const nlohmann::json& rows, const Of& of) {
   return A;
 }
 
-// x' = A x without derivatives of its own: what is linearized is found by differences.
+// x' = A x without exact derivatives: it is linearized by differences.
 static Model published(const nlohmann::json& entry) {
   const MatrixXd A = entries(entry.at("A"), number);
   Model m;

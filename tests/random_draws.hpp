@@ -6,10 +6,11 @@
 
 using Random = std::mt19937_64;
 
-/// Draws of that number; others for every TILTRIM_SEED of the environment, as `make planted` wants.
+/// Random stream of this number; different for every TILTRIM_SEED of the environment, as for `make
+/// planted`.
 Random draws(std::uint64_t number);
-/// One line for `make planted` to sum, where TILTRIM_SEED is set: of so many trials with a planted
-/// truth so many were answered wrongly, and so many not at all.
+/// If TILTRIM_SEED is set, prints a line for `make planted` to sum: numbers of trials with planted
+/// truth, of wrong results, and of missing results.
 void tally(const char* kind, int trials, int wrong, int unanswered);
 
 double uniform(Random& random, double low, double high);

@@ -3,7 +3,7 @@
 
 NAME is a variable, or NAME@ATTRIBUTE without an index. VALUE is a number, compared exactly, a text,
 or -- for a masked value. Exit code 0: all as expected; 1: not; 77: no netCDF4 package (skipped).
-Where there is xarray it must open the file, too, and find the same shapes.
+If xarray is installed it must also open the file and find the same shapes.
 """
 
 import importlib.util

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Reads what `linearize --models` writes as other programs do: read_models.py TILTRIM STUDY.toml
+"""Reads the files of `linearize --models` as other programs do: read_models.py TILTRIM STUDY.toml
 
 MAT-files with scipy.io, JSON and CSV with the standard library, Python by importing it. Every matrix
-must be, bit for bit, what `linearize --format json` prints. Exit code 0: so it is; 1: not; 77: no
+must equal the output of `linearize --format json` bit for bit. Exit code 0: they do; 1: not; 77: no
 SciPy (skipped).
 """
 
@@ -134,7 +134,7 @@ def check_python(path, conditions):
         bound = max(m["error"] for m in c["modes"])
         assert abs(found - expected).max() <= 1e-12 + bound, (found, expected)
 
-        sys.modules["control"] = stub  # python-control is no Debian package: what it is told
+        sys.modules["control"] = stub  # python-control is no Debian package: a stand-in
         assert linear.to_control(name) == "system"
         given, names = recorded.pop()
         assert all(same(g, e) for g, e in zip(given, matrices(c["linear"]).values()))
@@ -156,7 +156,7 @@ def check(program, study, *more):
 
 
 def check_modes_of_mat(program, A):
-    """What SciPy saves, `modes` reads; cut off anywhere it refuses it."""
+    """`modes` reads files saved by SciPy, and refuses them truncated anywhere."""
     names = [f"x{i + 1}" for i in range(len(A))]
     np.savetxt("A.csv", A, delimiter=",", header="by numpy", fmt="%.17g")
     expected = run(program, "modes", "A.csv", "--format", "json").stdout
@@ -170,7 +170,7 @@ def check_modes_of_mat(program, A):
                 file.write(whole[:size])
             ran = run(program, "modes", "cut.mat")
             assert ran.returncode == 2 and ran.stderr.startswith("tiltrim: cut.mat: "), (size, ran)
-        # A changed byte of what is compressed shows in its checksum, unless it is in a name or unused.
+        # A changed byte in compressed data is detected by its checksum, unless it is in a name or unused.
         for at in range(len(whole) - 100, len(whole), 9) if compressed else []:
             with open("cut.mat", "wb") as file:
                 file.write(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1:])

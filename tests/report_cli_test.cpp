@@ -1,4 +1,4 @@
-// The program as a user calls it: tiltrim report. What a browser makes of the page: report_page.py.
+// tiltrim report as a user runs it. report_page.py tests the page in a browser.
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -35,7 +35,7 @@ std::string map_over(const std::string& key, int count) {
 
 const std::string small = bare + map_over("gains.K_Lp", 5) + level;
 
-// What the page's script is given.
+// The data of the page's script.
 json data_of(const std::string& page) {
   const std::string begin = "<script type=\"application/json\" id=\"data\">";
   const std::size_t at = page.find(begin) + begin.size();
@@ -77,7 +77,7 @@ TEST_CASE("the page is STUDY.html here, and the terminal is told the verdict") {
   const std::string page = slurp(scratch.path / "s.html"),
                     other = slurp(scratch.path / "other.html");
   CHECK(says(other, "tiltrim report s.toml -o other.html"));
-  CHECK(page.size() == other.size() - 4);  // the same but for the name: s, other
+  CHECK(page.size() == other.size() - 4);  // identical except for the name: s, other
 }
 
 TEST_CASE("the numbers of a line are those of sweep, to ten digits") {
@@ -113,7 +113,7 @@ TEST_CASE("--sweep: a map that is there is taken over, and the page says from wh
   CHECK(data_of(reused) == data_of(computed));
   CHECK(says(reused, "Read from map.nc."));
   CHECK(!says(computed, "Read from"));
-  // Over other axes it stands beside what is computed.
+  // A map over other axes is added to the computed ones.
   const std::string both =
       page_of(scratch, bare + map_over("gains.K_Li", 3) + level, "--sweep map.nc");
   CHECK(data_of(both)["tracks"].size() > data_of(computed)["tracks"].size());

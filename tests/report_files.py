@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares what `tiltrim report` writes beside its page: report_files.py PROGRAM SOURCE_FOLDER
+"""Compares the files of `tiltrim report` with its page: report_files.py PROGRAM SOURCE_FOLDER
 
 The tables of the page, of CSV and of LaTeX are the same tables with the same numbers at printed
 precision; every figure is there as SVG, PDF and PNG of a column's width. Exit code 0: all as
@@ -88,12 +88,12 @@ def printed_as(shown, value):
 
 
 def letters(text):
-    """What is left of words when LaTeX's commands and all marks are taken out."""
+    """The letters of LaTeX text without commands and marks."""
     return re.sub(r"[^A-Za-z0-9]", "", re.sub(r"\\(?:char\d+|[A-Za-z]+)", "", text))
 
 
 def latin(text):
-    """The same of words that are no LaTeX."""
+    """The same for plain text."""
     return re.sub(r"[^A-Za-z0-9]", "", text.replace("²", "2").replace("³", "3"))
 
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Opens the pages that `tiltrim report` makes in a browser: report_page.py PROGRAM SOURCE_FOLDER
 
-What they show must be what the program's other commands answer, every word readable, every name
-only a name. Where axe-core is (TILTRIM_AXE=axe.min.js) it judges them, too. Exit code 0: all as
+They must agree with the program's other commands, be readable, and treat every name as plain
+text. With axe-core (TILTRIM_AXE=axe.min.js) accessibility is checked, too. Exit code 0: all as
 expected; 1: not; 77: no Chromium, chromedriver, selenium or gnuplot (skipped).
 """
 
@@ -97,7 +97,7 @@ def place(panel, x, y):
 
 
 def number_at(point, key):
-    """What a curve's key means, of a point of `sweep -f json`; ζ and ω from re and im."""
+    """Value of a curve's key at a point of `sweep -f json`; ζ and ω from re and im."""
     mode = re.fullmatch(r"(re|im|zeta|omega)_(\d+)", key)
     if not mode:
         known = {**point["state"], **point["input"]}
@@ -365,7 +365,7 @@ def check_readable(driver):
 
 
 def colours_too_near(colours, paper):
-    """Curves are told apart by their colour alone: every two of the six, however they are seen."""
+    """Pairs of the six curve colours that are too similar, for any colour vision."""
     curves = colours[1:7]
     for k, colour in enumerate(curves, 1):
         if colour_vision.contrast(colour, paper) < 3:

@@ -1,4 +1,4 @@
-// Sheets: what is aligned, quoted and rounded.
+// Sheets: alignment, quoting and rounding.
 #include <cmath>
 #include <nlohmann/json.hpp>
 

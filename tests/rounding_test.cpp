@@ -50,7 +50,7 @@ start = "level"
 duration = 0.7
 )";
 
-// Every kind of verb once, what it answers to the last bit.
+// Every kind of verb once; results to the last bit.
 std::string all_verbs() {
   const Study read = parse_study(study, "s.toml");
   const Condition& level = read.conditions.front();
@@ -78,7 +78,7 @@ std::string all_verbs() {
   return all;
 }
 
-// All that a host may have set: rounding, and on x86 FTZ and DAZ.
+// Settings a host may have made: rounding, and on x86 FTZ and DAZ.
 struct Setting {
   int rounding = std::fegetround();
 #if defined(__SSE2__)

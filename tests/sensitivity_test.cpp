@@ -66,8 +66,8 @@ struct Derivative {
 
 }  // namespace
 
-// Central differences at h, h/2, h/4, ..., extrapolated to zero: of all entries of the tableau the
-// one that agrees best with the two it is made of. Steps with a sample NaN are left out.
+// Central differences at h, h/2, h/4, ..., extrapolated to zero: the entry of the tableau that
+// agrees best with the two it is computed from. Steps with a NaN sample are omitted.
 static Derivative derivative(const std::function<VectorXd(double step)>& curve, double h) {
   constexpr int halvings = 20, columns = 5;
   constexpr double rounding = 1e-15;  // of a sample
@@ -123,20 +123,20 @@ static Derivative retrimmed(TrimProblem problem, const Sensitivities& s,
   return derivative(at, 0.03 * size_of(along));
 }
 
-// To a millionth of the derivative; where all of the parameter would move the quantity by less than
-// a thousandth of its size, to a millionth of that.
+// To a millionth of the derivative; or, if all of the parameter moves the quantity by less than a
+// thousandth of its size, to a millionth of that.
 static constexpr double digits = 1e-6, no_effect = 1e-3;
 
 namespace {
 
-// Comparisons made, those that the reference cannot judge, those that miss.
+// Numbers of comparisons, of those beyond the reference's accuracy, and of misses.
 struct Tally {
   int compared = 0, not_judged = 0, missed = 0;
 };
 
 }  // namespace
 
-// All that `s` says along one parameter. Where it misses, by no more than its own estimate says.
+// All results of `s` along one parameter. A miss must lie within its own error estimate.
 static void compare(const TrimProblem& problem, const Sensitivities& s, std::size_t parameter,
                     Tally& tally, const TrimOptions& options = newton) {
   const ParameterSensitivity& along = s.parameters.at(parameter);
@@ -194,7 +194,7 @@ static Sample drawn(Random& g) {
   }
 }
 
-// Any parameter but those of the hand-over, a jump where there is no blend.
+// Any parameter except those of the handover, which is a jump if not blended.
 static std::string parameter(Random& g, const Model& model) {
   std::vector<std::string> all = names(model.parameters);
   std::erase_if(all, [](const std::string& n) { return n.starts_with("aircraft.cyclic"); });
@@ -212,7 +212,7 @@ TEST_CASE("random aircraft: as differences of re-trimmed points") {
     REQUIRE(s.status == Status::found);
     compare(sample.problem, s, 0, tally);
   }
-  CHECK(tally.compared > 36 * points);  // of 37: hardly a mode is not simple
+  CHECK(tally.compared > 36 * points);  // of 37: nearly all modes are simple
   CHECK(tally.not_judged < tally.compared / 1000);
   CHECK(tally.missed == 0);
 }
@@ -406,7 +406,7 @@ TEST_CASE("least effort: shares by weight, of what a limit leaves") {
   check_shares(shared_out({1, 2, 3}, vec({4, 3, 2}), {{"y", {-5, 13}}}), vec({-1, 1.2, 0.8}));
 }
 
-// Skipped, not failing: it writes beyond a matrix.
+// Skipped, not failing: it writes out of bounds.
 TEST_CASE("least effort: a limit that leaves no freedom") {
   check_shares(shared_out({1, 2}, vec({0.5, 0.5}), {{"a", {-1, 0.5}}}), vec({0, 1}));
 }

@@ -1,5 +1,5 @@
-// Sheets as Markdown, LaTeX and HTML: nothing in a name acts as markup, and every number is the
-// same number in all five formats.
+// Sheets as Markdown, LaTeX and HTML: nothing in a name acts as markup, and every number is equal
+// in all five formats.
 #include "report/sheet.hpp"
 
 #include <fmt/core.h>
@@ -42,7 +42,7 @@ std::string stripped(const std::string& text) {
 
 using Cells = std::vector<std::vector<std::string>>;
 
-// Each reader knows its format only, not how we write it. Cells hold no blanks here.
+// Each reader knows its format only, not the writer. Cells contain no blanks here.
 Cells of_text(const std::string& text, std::size_t head) {
   Cells cells;
   std::istringstream in(text);
@@ -116,7 +116,7 @@ std::size_t count_of(const std::string& text, const std::string& what) {
   return split(text, what).size() - 1;
 }
 
-// A LaTeX text to characters again, for the commands that may stand for ASCII; "" if it has others.
+// Converts LaTeX text back to characters, for commands that represent ASCII; "" for any others.
 std::string read_latex(std::string text) {
   const std::vector<std::pair<std::string, std::string>> commands{{"\\textbackslash{}", "\x01"},
                                                                   {"\\textasciicircum{}", "^"},

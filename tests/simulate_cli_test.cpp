@@ -46,7 +46,7 @@ std::string simulate(const std::string& study, const std::string& options) {
   return fmt::format("simulate '{}{}.toml' {}", studies, study, options);
 }
 
-// Samples of a flight, with what the paper's figures are asked about.
+// Samples of a flight, with the quantities of the paper's figures.
 class Samples {
  public:
   explicit Samples(const json& flight) : all_(flight["samples"]), t_(all_["time"]) {}
@@ -370,7 +370,7 @@ TEST_CASE("--plots without gnuplot: said, and what it would have drawn is kept")
   CHECK(fs::exists(scratch.path / "figures/flight.csv"));
 }
 
-// ---- What is refused ---------------------------------------------------------------------------
+// ---- Refusals ----------------------------------------------------------------------------------
 
 namespace {
 
@@ -389,7 +389,7 @@ std::string flights(int n, const std::string& keys = "") {
   return fmt::format("[montecarlo]\nflights = {}\n{}", n, keys);
 }
 
-// In one line, with nothing written.
+// In one line, without writing anything.
 void refused(const Scratch& scratch, const std::string& arguments, const std::string& words) {
   CAPTURE(arguments);
   const Names before = scratch.files();
@@ -746,7 +746,7 @@ TEST_CASE("of the way back landings are good") {
   CHECK(j["ends"]["landed"] == 3);
 }
 
-// ---- The other answers -------------------------------------------------------------------------
+// ---- Alternatives to the flight ----------------------------------------------------------------
 
 TEST_CASE("--response: text, JSON and CSV agree, and a small offset is a linear one") {
   const Scratch scratch("simulate");
@@ -813,7 +813,7 @@ TEST_CASE("--help names every option") {
 
 namespace {
 
-// What a run on a terminal of its own prints until the pattern is met; then it is killed.
+// Output of a run on a terminal until the pattern appears; then it is killed.
 std::string on_terminal(const Scratch& scratch, const std::string& command,
                         const std::regex& pattern) {
   int terminal = -1;

@@ -1,5 +1,4 @@
-// [simulate] and [montecarlo] of a study: what is read, and what is refused where and in which
-// words.
+// [simulate] and [montecarlo] of a study: values read, and refusals with position and message.
 #include <fstream>
 #include <iterator>
 #include <numbers>
@@ -43,7 +42,7 @@ static MonteCarloTable repeated(const std::string& text) {
   return *read.montecarlo;
 }
 
-// A number at a key is refused below and above its range, without one, and as no number.
+// A number is refused below and above its range, if missing, and if not a number.
 static void check_range(const auto& with, const std::string& place, const std::string& key,
                         const std::vector<std::string>& inside,
                         const std::vector<std::string>& outside) {
@@ -59,7 +58,7 @@ static void check_range(const auto& with, const std::string& place, const std::s
   check_refused(with("2024-01-01"), place, {key + ": a date"});
 }
 
-// ---- what is read ----
+// ---- accepted ----
 
 using ScheduleKind = ScheduleTable::Kind;
 
@@ -324,7 +323,7 @@ TEST_CASE("a gain that is the same at all tilts may be scattered") {
                  "from 1 to 2", "expected a number that is the same"});
 }
 
-// ---- what is refused ----
+// ---- refused ----
 
 TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
   check_refused(study("durtion = 3\n"), "7:1",
@@ -733,7 +732,7 @@ TEST_CASE("scatter between whose ends the control law divides by zero is refused
                 "11:7", {"1 + thrust_excess K_Ep"});
 }
 
-// A study with everything in it.
+// A study with all keys.
 static const std::string everything =
     level + hover +
     "[simulate]\nduration = 60\nstart = 'level'\nheight = 10\naxes = 'body'\n"
@@ -760,7 +759,7 @@ TEST_CASE("a [simulate] with bytes changed, lost or doubled loads or is refused"
   check_damaged(everything, trials(5000));
 }
 
-// What stands at a key is exchanged for each of these in turn, or the key is left out.
+// The value of each key is replaced by each of these in turn, or the key is removed.
 TEST_CASE("a [simulate] with a value of another kind at any key loads or is refused") {
   check_exchanged(everything, "[simulate]",
                   {"1", "-0.0", "1e308", "5e-324", "nan", "'x'", "''", "true", "2024-01-01", "[]",

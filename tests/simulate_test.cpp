@@ -45,7 +45,7 @@ bool says(const std::string& message, std::string_view words) {
   return message.find(words) != std::string::npos;
 }
 
-// θ" = -(g/l) sin θ, with where it hangs straight as a switch.
+// θ" = -(g/l) sin θ, with the lowest position as a switch.
 Model pendulum() {
   return model_of({.name = "pendulum",
                    .states = {{"angle", "rad", 0.1}, {"rate", "rad/s", 0.1}},
@@ -95,7 +95,7 @@ TEST_CASE("a linear model moves by the matrix exponential, a step on its input a
 
 TEST_CASE("inputs and parameters change exactly at their times") {
   const Model m = scalar([](double, double u, double p) { return u + p; });
-  // To rounding, whatever the tolerance: no step goes across a change.
+  // To rounding, whatever the tolerance: no step crosses a change.
   const Simulation s =
       simulate(m, from(0, 2, 0), 1.0,
                {{"u", 1.0, 0.3, 0.7}, {"u", 0.5, 0.123456789}, {"p", -4.0, 0.0, 0.41}},
@@ -134,8 +134,8 @@ TEST_CASE("a pendulum's period by the elliptic integral, its lowest point locate
 }
 
 TEST_CASE("what is not smooth is met where the model says so") {
-  // x' = 1 below x = 0.37, then 2. The rates jump where they are asked beyond the switch, too, so
-  // that the error is of the order of the tolerance.
+  // x' = 1 below x = 0.37, then 2. The rates are also evaluated beyond the switch, so the error is
+  // of the order of the tolerance.
   Model m = scalar([](double x, double, double) { return x < 0.37 ? 1.0 : 2.0; });
   m.switches.push_back({"faster", [](const OperatingPoint& at) { return at.x[0] - 0.37; }});
   const Simulation s = simulate(m, from(0), 1.0, {}, {.tolerance = 1e-10});
@@ -337,7 +337,7 @@ TEST_CASE("the error is that of the motion, not of a step") {
       simulate(scalar([](double x, double, double) { return x; }), from(1e-3), 10.0);
   CHECK_NEAR(last(growing), 1e-3 * std::exp(10.0), 1.3 * growing.error[0]);
   CHECK(growing.error[0] < 1e-5);
-  // Of samples at the steps two runs share the ends alone.
+  // With samples at the steps two runs have only the ends in common.
   const Simulation steps = simulate(turning, {Eigen::Vector2d{1, 0}, none, none}, end, {},
                                     {.tolerance = 1e-7, .sample = 0.0});
   CHECK(steps);
@@ -366,7 +366,7 @@ TEST_CASE("inaccurate: where the error has eaten a chaotic motion, it ends") {
   CHECK(s.t.back() > 15);
   CHECK(s.t.back() < 45);
   CHECK(says(s.message, "a smaller tolerance reaches farther"));
-  // As far as it goes it is the motion, as a run of much smaller tolerance has it.
+  // Up to its end it is the motion, as computed with a much smaller tolerance.
   const Simulation truth = simulate(lorenz, start, s.t.back(), {}, {.tolerance = 1e-13});
   for (Eigen::Index k = 0; k < s.x.cols(); ++k)
     CHECK((s.x.col(k) - truth.x.col(k)).cwiseAbs().maxCoeff() < 6);

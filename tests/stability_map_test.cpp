@@ -25,7 +25,7 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 double abscissa(const MatrixXd& A) { return eigenvalues(A).real().maxCoeff(); }
 
-// A verdict that modes() denies. The eigenvalues alone say so first: modes() is slow.
+// A verdict that contradicts modes(). The eigenvalues alone are tested first: modes() is slow.
 bool contradicted(const MatrixXd& A, Verdict verdict) {
   if (verdict == Verdict::undecided) return false;
   if ((abscissa(A) < 0) == (verdict == Verdict::stable)) return false;
@@ -52,7 +52,7 @@ int contradictions(const std::vector<MatrixXd>& matrices) {
   return count;
 }
 
-// Share of matrices that the kernel leaves to the eigenvalues.
+// Fraction of matrices that the kernel leaves to the eigenvalue solver.
 double undecided_share(const std::vector<MatrixXd>& matrices, bool balanced) {
   const MatrixBatch b = batch(matrices);
   std::vector<RouthVerdict> said(matrices.size());
@@ -118,8 +118,8 @@ void solve(const Model& model, OperatingPoint& at, const std::vector<Index>& sta
   }
 }
 
-// Trim and exact Jacobian with other gains. The inputs stay, so first the integrals are brought
-// where the law gives the same theta0 and a1s or delta_e: from afar Newton finds other trims.
+// Trim and exact Jacobian with other gains at the same inputs: the integrals first take the values
+// that give the same theta0 and a1s or delta_e; from far away Newton finds other trims.
 Loop loop(const Trimmed& trimmed, const Gains& gains) {
   static const Model model = closed_loop(craft());
   const VectorXd p = closed_loop_parameters(craft(), trimmed.command);
@@ -161,7 +161,7 @@ AffineFamily family_of(const Trimmed& trimmed, Gain first, Gain second) {
 const Trimmed& helicopter() { return trims()[0]; }
 const Trimmed& airplane() { return trims()[6]; }
 
-// --- The classic hard ones, of n states.
+// --- Classic difficult matrices with n states.
 
 MatrixXd frank(Index n) {
   return MatrixXd::NullaryExpr(
@@ -551,7 +551,7 @@ Turning turning(double side, double gap) {
           MatrixXd{{0, 0, 0}, {0, 0, 0}, {-1 - side, -side, -1}}};
 }
 
-// Three stable states more behind two reflections and a shear of integers: with a gap of few bits
+// Three more stable states mixed in by two reflections and an integer shear: with a gap of few bits
 // nothing is rounded.
 Turning hidden(Random& random, const Turning& pair, double shear) {
   MatrixXd T = MatrixXd::Identity(6, 6), inverse = T;
@@ -569,7 +569,7 @@ Turning hidden(Random& random, const Turning& pair, double shear) {
           T * block(pair.A1, MatrixXd::Zero(3, 3)) * inverse};
 }
 
-// What is complete must be right; what is not may be any crossings close to t = 0.
+// Complete results must be right; incomplete ones may contain any crossings close to t = 0.
 bool found_completely(const Turning& pair) {
   const LineCrossings found = line_crossings(pair.A0, pair.A1, -0.4, 0.9);
   const double off = std::sqrt(std::abs(pair.gap));
@@ -645,7 +645,7 @@ TEST_CASE("crossings: none missed and none invented, against bisection on random
     const LineCrossings found = line_crossings(A0, A1, 0, 1);
     const std::vector<double> expected = by_brute_force(A0, A1, 400);
     lines += found.complete;
-    // Bisection sees neither two within one of its pieces nor more than one bisected there
+    // Bisection misses two crossings within one of its pieces, or more than one bisected there
     std::vector<double> separate;
     for (const LineCrossing& c : found.crossings) separate.push_back(c.t);
     if (found.crossings.size() > expected.size())

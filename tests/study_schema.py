@@ -5,7 +5,7 @@ type or a range.
     study_schema.py <model_tests> <source tree>
 
 model_tests writes the wrong studies of its tests into the folder that TILTRIM_REFUSED names, each under its message.
-What contradicts itself only across keys (a condition that does not exist, two equal names) no schema sees.
+No schema can detect contradictions between keys (a condition that does not exist, two equal names).
 """
 
 import json

@@ -1,5 +1,5 @@
-// data/study.schema.json, the JSON schema of studies for editors, is made here of what the readers
-// ask of every key: their own ranges, units, choices and lists of keys. TILTRIM_WRITE=1 writes it.
+// data/study.schema.json, the JSON schema of studies for editors, is generated from the readers'
+// queries of every key: ranges, units, choices and lists of keys. TILTRIM_WRITE=1 writes it.
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -28,13 +28,13 @@ struct Shape {
   std::set<std::string> words;
 };
 
-// Studies of one family, of the tiltrotor or with [model], and what was asked while they were read.
+// Studies of one family, of the tiltrotor or with [model], and the queries while they are read.
 struct Family {
   bool user = false;
   Shape root;
   std::map<std::string, Asked> numbers, choices;
   std::map<std::string, std::set<std::string>> keys;
-  std::set<std::string> open;  // tables whose keys are names of the user's own
+  std::set<std::string> open;  // tables whose keys are user-defined names
 };
 
 void merge(Shape& into, const Entry& e) {
@@ -63,7 +63,7 @@ void hear(Family& family, const Asked& asked) {
   const std::set<std::string> keys(asked.words.begin(), asked.words.end());
   const auto [known, first] = family.keys.try_emplace(asked.path, keys);
   if (first || known->second == keys) return;
-  if (family.user && !asked.path.empty()) {  // what both have are the keys, the others names
+  if (family.user && !asked.path.empty()) {  // common to both are the keys, the others are names
     family.open.insert(asked.path);
     std::erase_if(known->second, [&](const std::string& k) { return !keys.contains(k); });
   } else {
@@ -159,7 +159,7 @@ std::vector<std::string> shipped() {
 
 const std::string level = "[[condition]]\nname = 'level'\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
 
-// What no study above has.
+// Keys that appear in no study above.
 const std::vector<std::string> of_the_tiltrotor{
     R"([aircraft]
 gravity = 9.81

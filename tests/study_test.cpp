@@ -50,7 +50,7 @@ TEST_CASE("what a study does not say keeps its default") {
   CHECK(formulation_of(study.conditions[0]) == "closed_loop");
 }
 
-// Every number gets a value of its own, so that none can be mistaken for another.
+// Every number gets a unique value, so that none can be confused with another.
 TEST_CASE("every number of the aircraft and the gains is read into its own place") {
   std::string text = "[aircraft]\n";
   const Signals aircraft = aircraft_signals();

@@ -1,4 +1,4 @@
-/// Studies as text: what is refused, where and in which words; texts with bytes damaged.
+/// Studies as text: refusals with position and message; texts with corrupted bytes.
 #pragma once
 
 #include <filesystem>
@@ -13,12 +13,12 @@ std::string study_refusal(const std::string& text);
 void check_refused(const std::string& text, const std::string& place,
                    const std::vector<std::string>& words);
 
-/// Loaded, or refused in one line with the file's name: nothing else may come of any text.
+/// Loaded, or refused in one line with the file's name: any text must give one of the two.
 bool loads_or_is_refused(const std::string& text);
 
-/// So it is with every one of `trials` texts that have bytes changed, inserted or erased.
+/// The same for `trials` texts that have bytes changed, inserted or erased.
 void check_damaged(const std::string& text, int trials);
 
-/// So it is where any of these values stands at any key from `table` on, or none.
+/// The same with any of these values, or none, at any key from `table` on.
 void check_exchanged(const std::string& text, const std::string& table,
                      const std::vector<std::string_view>& values);

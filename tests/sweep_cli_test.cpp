@@ -1,5 +1,4 @@
-// `tiltrim sweep` and `tiltrim diff` as a user runs them: killed, interrupted, out of room,
-// misasked.
+// `tiltrim sweep` and `tiltrim diff` as a user runs them: killed, interrupted, disk full, misused.
 #include <poll.h>
 #include <pty.h>
 #include <sched.h>
@@ -85,12 +84,12 @@ const Uninterrupted& uninterrupted() {
   return whole;
 }
 
-// What doctest would print of two files is of no use.
+// Not compared by doctest, whose printout of two files would be useless.
 bool is_whole(const path& file) { return slurp(file) == uninterrupted().bytes; }
 
 struct Killed {
   int landed = 0;
-  bool went_on = true;  // what one run has logged, the next has not done anew
+  bool went_on = true;  // what one run logged, the next did not repeat
 };
 
 // Kills runs of one command at random moments until so many kills have met a running program.
@@ -176,7 +175,7 @@ bool without_mpi() {
   return mpi_program.empty();
 }
 
-// Of a launcher one of the ranks; 0 if there is none yet.
+// The process id of one rank of a launcher; 0 if there is none yet.
 pid_t one_rank_of(pid_t launcher) {
   std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", launcher));
   pid_t child = 0;
@@ -254,7 +253,7 @@ TEST_CASE("ranks: the log is in use: all end") {
 
 namespace {
 
-// A sweep that is stopped as soon as its log says that it is under way.
+// A sweep that is stopped as soon as its log exists.
 Running under_way(const Scratch& scratch) {
   const Running sweep = start(scratch, sweep_command + "--checkpoint 0");
   CHECK(holds_soon([&] { return size_of(scratch.path / "map.nc.log") > 30'000; }));
@@ -321,8 +320,7 @@ TEST_CASE("the log of another study is refused, with the line that is another, a
 
 namespace {
 
-// A file system of so many bytes in a name space of this process's own; false where that is not
-// to be had.
+// A file system of this size in a private name space; false if not permitted.
 bool mount_small(const path& folder, std::uintmax_t bytes) {
   static const bool own = ::unshare(CLONE_NEWNS) == 0 &&
                           ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
@@ -331,7 +329,7 @@ bool mount_small(const path& folder, std::uintmax_t bytes) {
          ::mount("none", folder.c_str(), "tmpfs", 0, fmt::format("size={}", bytes).c_str()) == 0;
 }
 
-// The disk is full at some moment: said, nothing lost; then there is room.
+// The disk becomes full at some moment: reported, nothing lost; then there is room.
 void runs_out_of_room(const Scratch& scratch, const std::string& folder, const std::string& options,
                       const std::string& said, bool keeps_log, const std::string& limit,
                       const auto& make_room) {
@@ -704,7 +702,8 @@ TEST_CASE("CSV has a row for each point and every column; JSON says the same to 
   CHECK(scratch.files() == std::set<std::string>{"map.csv", "s.toml"});
 }
 
-// The numbers by another road: a branch followed along V, and the conditions on both sides.
+// The numbers by an independent method: a branch followed along V, and the conditions on both
+// sides.
 TEST_CASE("one axis: the text has its intervals; the crossing is where the branch has it") {
   const Scratch scratch("sweep-one");
   const std::string flat = condition("level", 20, 0, 0);
@@ -866,7 +865,7 @@ TEST_CASE("diff, report: a forged map, its checksums holding, is read or refused
 }
 
 TEST_CASE("memory that runs out: the program says for what, and leaves no map") {
-  if (sanitized) return;  // whose shadow takes all the address space there is
+  if (sanitized) return;  // its shadow memory takes all the address space
   const Scratch scratch("sweep-memory");
   scratch.write("s.toml", condition("level", 15, 0, 0) + axis("gains.K_Lp", 0.05, 5.0, 4000) +
                               axis("gains.k_de", 0.05, 5.0, 4000));
@@ -907,7 +906,7 @@ TEST_CASE("standard output that is full or closed, standard error that is closed
 
 namespace {
 
-// What a run on a terminal of its own prints until the pattern is met, whereupon Ctrl-C is typed.
+// Output of a run on a terminal until the pattern appears, when Ctrl-C is typed.
 Ran on_terminal(const Scratch& scratch, const std::string& arguments, const std::regex& pattern) {
   Ran ran;
   int terminal = -1;

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double located = 1e-8;   // of a crossing, in the axis's unit
-constexpr double rounded = 1e-15;  // of a coordinate near one, beside its stated error
+constexpr double rounded = 1e-15;  // of a coordinate near one, in addition to its stated error
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double pi = std::numbers::pi;
 
@@ -55,7 +55,7 @@ MatrixXd blocks(const Spectrum& spectrum) {
   return A;
 }
 
-// Of singular values 0.5 .. 2: a change of coordinates that costs no digits.
+// Singular values 0.5 .. 2: a change of coordinates that loses no digits.
 MatrixXd change_of_coordinates(Random& random, Index n) {
   const auto orthogonal = [&] {
     const MatrixXd raw = MatrixXd::NullaryExpr(n, n, [&] { return uniform(random, -1, 1); });
@@ -112,7 +112,7 @@ Model scalar(const std::function<double(double x, double p)>& rate,
   return m;
 }
 
-// All states still; the inputs free, or the states where there are none.
+// All states steady; the inputs free, or the states if there are none.
 SweepRequest request(const Model& m, const std::string& name = "planted") {
   const std::vector<std::string> inputs = names(m.inputs), states = names(m.states);
   const OperatingPoint guess{VectorXd::Zero(std::ssize(states)), VectorXd::Zero(std::ssize(inputs)),
@@ -134,7 +134,7 @@ std::vector<double> spaced(double from, double to, int count) {
   return values;
 }
 
-// Planted models ask for nothing but Newton.
+// Planted models need only Newton's method.
 SweepOptions newton_only() {
   SweepOptions options;
   options.trimming.method = TrimMethod::newton;
@@ -145,7 +145,7 @@ SweepMap swept(const SweepRequest& r, const std::vector<SweepAxis>& axes) {
   return sweep({r}, axes, newton_only());
 }
 
-// ---- what is expected of a line ----
+// ---- expectations of a line ----
 
 struct Event {
   double at;
@@ -212,7 +212,7 @@ SweepMap swept(const Study& s, const SweepOptions& options = {}) {
   return sweep(sweep_requests(s, s.conditions, s.sweep->axes), s.sweep->axes, options);
 }
 
-// By the road of one point: trim from nothing, linearize, modes.
+// One point at a time: trim without a neighbour, linearize, modes.
 Eigen::VectorXcd spectrum_of(const Vehicle& vehicle, const Command& command) {
   const TrimResult level = trim_closed_loop(vehicle, command);
   REQUIRE(level);
@@ -232,7 +232,7 @@ Spectrum spectrum_at(const SweepMap& map, std::size_t point) {
   return all;
 }
 
-// Largest relative distance of two spectra, each eigenvalue to the nearest that is left.
+// Largest relative distance of two spectra, each eigenvalue to the nearest unmatched one.
 double relative_distance(Spectrum a, const Eigen::VectorXcd& b) {
   double most = 0.0;
   for (const Complex& z : b) {
@@ -548,7 +548,7 @@ Paths random_paths(Random& random) {
   return paths;
 }
 
-// The label nearest to an eigenvalue; -1 where two are too near to tell.
+// The label nearest to an eigenvalue; -1 if two are too close to distinguish.
 int label_of(const Spectrum& labels, const Complex& z) {
   int nearest = 0, close = 0;
   for (int i = 0; i < std::ssize(labels); ++i) {
@@ -564,7 +564,7 @@ int label_of(const Spectrum& labels, const Complex& z) {
 
 namespace {
 
-// Links from a grid point to the next, and what became of them.
+// Links from a grid point to the next, and their outcome.
 struct Links {
   int all = 0, trusted = 0, swapped = 0;
 };
@@ -877,7 +877,7 @@ struct FlownAt {
   double V, gamma, eta, blend;
 };
 const FlownAt helicopter{"helicopter", 2, 90, 90, 0}, airplane{"airplane", 15, 0, 0, 0},
-    hand_over{"hand-over", 12, 0, 60, 20};  // where cyclic and elevator share the work
+    hand_over{"hand-over", 12, 0, 60, 20};  // where cyclic and elevator are blended
 
 std::string flight_text(const FlownAt& f) {
   return fmt::format(
@@ -971,7 +971,7 @@ TEST_CASE("crossings along gains are those of bisection") {
 
 namespace {
 
-// x' = p + q x - x³ beside a pair and a real mode: second branches, folds, crossings.
+// x' = p + q x - x³ together with a pair and a real mode: second branches, folds, crossings.
 SweepRequest cusp() {
   Model m;
   m.states = {{"x", "", 1.0}, {"y", "", 1.0}, {"z", "", 1.0}};
@@ -1116,7 +1116,7 @@ TEST_CASE("points where the model throws or answers NaN have a status and a reas
                         {0.6, 1, IntervalVerdict::no_trim}});
 }
 
-// (s + a)³, whose eigenvalues move by the cube root of what differences leave.
+// (s + a)³, whose eigenvalues move by the cube root of the differences' error.
 TEST_CASE("differences near a triple eigenvalue: the verdict is that of linearize and modes") {
   const Model m = flow({"x", "y", "z"}, {"a"}, [](const VectorXd& x, const VectorXd& p) {
     const double a = p[0];
@@ -1269,13 +1269,13 @@ count = 3)");
   }
 }
 
-// ---- 12. lines whose matrices are said to be affine ----
+// ---- 12. lines whose matrices are declared affine ----
 
 namespace {
 
 using Curve = std::function<double(double p)>;
 
-// x' = A(p) (x - x0(p)) with an output y(p), the states free; the parameter said to be affine.
+// x' = A(p) (x - x0(p)) with an output y(p), the states free; the parameter declared affine.
 struct Claimed {
   Matrices A;
   Curve place = [](double) { return 0.3; };
@@ -1350,7 +1350,7 @@ MatrixXd matrix_at(const Model& m, const OperatingPoint& at) {
   return jacobian(m, at, states).topRows(std::ssize(m.states));
 }
 
-// The map of a request with its claim is that without, and the model's own.
+// The map of a request with the declaration equals the map without it, and the model's values.
 void check_claim(const SweepRequest& r, const std::vector<SweepAxis>& axes,
                  const SweepOptions& options) {
   const SweepMap map = sweep({r}, axes, options), plain = sweep({unclaimed(r)}, axes, options);
@@ -1497,7 +1497,7 @@ TEST_CASE("the tiltrotor's gains: the map with the claim is the map without") {
   CHECK(saved > 4 * (steady + moving));
 }
 
-// ---- 13. many points at a time, and real modes beside a pair ----
+// ---- 13. many points at a time, and real modes near a pair ----
 
 TEST_CASE("modes that do not cross keep their places, many points at a time") {
   for (const int count : {200, 1000}) {
@@ -1509,8 +1509,8 @@ TEST_CASE("modes that do not cross keep their places, many points at a time") {
 
 namespace {
 
-// Of two real modes that do not act on each other and cross, and a pair far from them: places
-// where a mode is on the other's branch, and trusted.
+// For two decoupled real modes that cross, and a pair far from them: places where a mode is trusted
+// although it is on the other's branch.
 int swapped_beside(double pair, double crossing) {
   const auto spectrum = [=](double p) {
     return Spectrum{-1 - 0.1 * (p - crossing), -1 + 0.1 * (p - crossing), Complex(pair, 5)};

@@ -1,5 +1,4 @@
-// The paper's tables: printed digits, the two constants behind them, slips, and what is really
-// there.
+// The paper's tables: printed digits, the two constants they imply, slips, and the true equilibria.
 #include "tables/tables.hpp"
 
 #include <algorithm>
@@ -41,7 +40,7 @@ Agreement agreement(const char* printed, double computed) {
   return compare(read_printed(printed), computed).agreement;
 }
 
-// A file of the given text, gone at the end.
+// A file with this text, removed at the end.
 struct Scratch {
   std::filesystem::path file;
   explicit Scratch(const std::string& text)

@@ -1,4 +1,4 @@
-// What is said of a flight before it is flown: hand-over, tilt rate, how far linear models reach.
+// Predictions before simulating: handover, tilt rate, validity of linear models.
 #include "flight/tilt_rate.hpp"
 
 #include <Eigen/Core>
@@ -38,10 +38,10 @@ static Gains gains_of(const Flight& flight, double eta) {
 
 namespace {
 
-// The closed loop frozen at a command, by the folders trim and linearize alone.
+// The closed loop frozen at a command, with the folders trim and linearize only.
 struct Frozen {
   TrimResult trim;
-  VectorXd x;  // theta, q, x1, x2 of the trim behind two zero errors
+  VectorXd x;  // theta, q, x1, x2 of the trim after two zero errors
   MatrixXd A;
 };
 
@@ -63,12 +63,12 @@ static Frozen frozen(const Flight& flight, const Command& command) {
 
 static double abscissa(const MatrixXd& A) { return algebra::eigenvalues(A).real().maxCoeff(); }
 
-// ---- how far the linear model reaches ----
+// ---- validity of the linear model ----
 
 static const Command climbing{2.0, pi / 2, pi / 2}, between{6.0, pi / 4, pi / 4},
     level{15.0, 0.0, 0.0};
 
-// All states moved at once.
+// All states offset at once.
 static std::map<std::string, double> moved(double by) {
   return {{"V", 0.3 * by},  {"gamma", 0.1 * by},           {"theta", 0.2 * by},
           {"q", -0.1 * by}, {"energy_integral", 0.1 * by}, {"distribution_integral", by}};
@@ -105,7 +105,7 @@ TEST_CASE("the linear response is that of the eigenvalues; apart is the largest 
     const Response r = response(flight, command, moved(0.01), {.duration = 4, .most = 1});
     REQUIRE(r.t.size() == 81);
     VectorXd sign = VectorXd::Ones(6);
-    sign.head(2).setConstant(-1);  // errors are commanded less actual
+    sign.head(2).setConstant(-1);  // errors are commanded minus actual
     const auto [lambda, V] = algebra::eigensystem(loop.A);
     const VectorXcd share =
         algebra::solve(V, MatrixXcd(sign.cwiseProduct(r.offset).cast<std::complex<double>>()));
@@ -169,7 +169,7 @@ TEST_CASE("responses: without a trim, cut short, of names that are none") {
   CHECK(names.size() == 3);
 }
 
-// ---- the hand-over ----
+// ---- handover ----
 
 static HandOverCheck checked(const Flight& flight, const HandOverOptions& options = {}) {
   const auto all = check_hand_over(flight, options);
@@ -238,7 +238,7 @@ TEST_CASE("a bumpless hand-over settles, and so does the flight") {
   CHECK_NEAR(check.ends_at, 60.0, 1e-5);
   check_side(plan.flight, check, check.front);
   check_side(plan.flight, check, check.behind);
-  // What is asked for behind balances the moment: a trim has none.
+  // The moment commanded after it is balanced: a trim has none.
   CHECK(std::abs(check.asked.delta_e) < plan.flight.vehicle.limits.delta_e.upper);
   const FlightResult flown = fly(plan.flight, plan.start, plan.options);
   CHECK(flown);
@@ -269,7 +269,7 @@ TEST_CASE("integrals slower than the schedule: the trim in front is not reached"
   CHECK(-check.front.abscissa * check.seconds_there < 1);
   check_side(plan.flight, check, check.front);
   check_side(plan.flight, check, check.behind);
-  CHECK(fly(plan.flight, plan.start, plan.options));  // which flying shows
+  CHECK(fly(plan.flight, plan.start, plan.options));  // proved by the flight
 }
 
 TEST_CASE("on the way back the elevator hands over to the cyclic, at a time") {
@@ -319,7 +319,7 @@ TEST_CASE("a schedule that goes to and fro is checked at each crossing") {
   CHECK(all[2].behind.airplane);
 }
 
-// ---- the tilt's rate ----
+// ---- tilt rate ----
 
 static TiltRateOptions coarse() {
   TiltRateOptions options;
@@ -502,7 +502,7 @@ TEST_CASE("stable at every frozen tilt, lost at one degree a second") {
     if (flown.rate <= limit.holds) CHECK(flown.holds);
   const FlightResult flown = fly(plan.flight, plan.start, plan.options);
   CHECK(flown.status == FlightStatus::lost);
-  // At the rate certified it holds: a hundredth of a degree a second.
+  // At the certified rate the prediction holds: a hundredth of a degree per second.
   const double certified = limit.stretches[0].certified;
   CHECK(certified > 0);
   CHECK(certified < limit.holds);
@@ -606,7 +606,7 @@ TEST_CASE("a stretch ends at the hand-over and at the kinks of scheduled gains")
   TiltRateOptions options = coarse();
   options.slowest = options.fastest = 3;
   const TiltRateLimit limit = tilt_rate_limit(planned("fast_tilt").flight, options);
-  REQUIRE(limit.stretches.size() == 3);  // gains at 30° and, at the hand-over, 60°
+  REQUIRE(limit.stretches.size() == 3);  // gains at 30° and, at the handover, 60°
   const std::vector<double> ends{90, 60, 60, 30, 30, 0};
   for (std::size_t k = 0; k < 3; ++k) {
     CHECK_NEAR(limit.stretches[k].from, ends[2 * k] * degree, 2e-9);

@@ -1,5 +1,5 @@
-// Models that take too long: what is known by then, and a status that says so. What a model does
-// after its time is what it does when it is called too often: nothing is measured here.
+// Models that take too long: the results up to then, and a status. The models react to the number
+// of calls, so no time is measured here.
 #include <Eigen/Core>
 #include <chrono>
 #include <cmath>
@@ -51,7 +51,7 @@ TEST_CASE("a trim that takes too long ends with the best point so far") {
     CAPTURE(int(method));
     CHECK(r.status == TrimStatus::time_limit);
     CHECK_FALSE(r);
-    CHECK(calls == 4);  // none after the one that took too long
+    CHECK(calls == 4);  // no call after the one that took too long
     CHECK(contains(r.message, "the model took longer than the 0.2 s allowed: "));
     CHECK(contains(r.message, fmt::format(": {} evaluations; ", r.evaluations)));
     const double x = r.point.x[0];
@@ -72,7 +72,7 @@ TEST_CASE("a model too slow for a second call: the guess is the best point") {
   CHECK(contains(r.message, ": 1 evaluation; the closest point has a residual of 1 1/s"));
   CHECK(r.point.x == zero.x);
   CHECK(r.rates == vec({1}));
-  // No time at all: nothing is known but the guess.
+  // No time at all: only the guess is known.
   const TrimResult none = trim(m, asked, zero, {.time_limit = at_once});
   CHECK(none.status == TrimStatus::time_limit);
   CHECK(none.evaluations == 0);
@@ -89,7 +89,7 @@ TEST_CASE("what was verified in time is the answer, with a remark") {
   CHECK_NEAR(r.point.x[0] + 0.1 * std::pow(r.point.x[0], 3), 1.0, 1e-10);
   CHECK(contains(r.message, "the 0.2 s allowed were over after "));
   CHECK(r.starts < 33);
-  // With time enough no remark, and the same answer to the last bit.
+  // With enough time no remark, and the same result to the last bit.
   const TrimResult whole =
       trim(slow([](double) {}), asked, zero, {.method = TrimMethod::newton, .time_limit = 1e6});
   CHECK(whole.message.empty());

@@ -50,7 +50,7 @@ MatrixXd block_diagonal(const std::vector<MatrixXd>& blocks) {
 
 MatrixXd number(double value) { return MatrixXd::Constant(1, 1, value); }
 
-MatrixXd pair(double re, double im, double shape = 1) {  // the shape moves the eigenvectors alone
+MatrixXd pair(double re, double im, double shape = 1) {  // the shape affects the eigenvectors only
   return (MatrixXd(2, 2) << re, im * shape, -im / shape, re).finished();
 }
 
@@ -61,7 +61,7 @@ Spectrum spectrum(const MatrixXd& A) {
   return {lambda.begin(), lambda.end()};
 }
 
-// Where planted values are among computed ones: the nearest two first, each once.
+// Matches planted with computed values: the nearest two first, each once.
 std::vector<int> find(const Spectrum& planted, const Spectrum& in) {
   std::vector<int> at(planted.size(), -1);
   std::vector<char> taken(in.size(), false);
@@ -92,7 +92,7 @@ Spectrum reals(const VectorXd& v) { return {v.begin(), v.end()}; }
 
 double weakest(const Link& link) { return *std::ranges::min_element(link.confidence); }
 
-// How links of known truth came out.
+// Outcome of links with known truth.
 struct Score {
   int links = 0, low = 0, wrong = 0, wrong_trusted = 0;
 
@@ -147,7 +147,7 @@ void by_convention(const Spectrum& at, const Spectrum& next, std::vector<int>& t
     }
 }
 
-// Truth by small steps alone: from `first`, the nearest at each.
+// Truth from small steps only: from `first`, the nearest at each.
 Spectrum walked(const Matrices& A, Spectrum first, int steps) {
   for (int k = 1; k <= steps; ++k) {
     const Spectrum next = spectrum(A(double(k) / steps));
@@ -334,7 +334,7 @@ TEST_CASE("veering keeps the branch where halving resolves the gap, else it is a
       CHECK(score.wrong == 0);
       CHECK(score.low == 0);
     }
-  // without the points between, a veering this wide is not trusted to be a crossing
+  // without intermediate points, a veering this wide is not accepted as a crossing
   CHECK(weakest(modes_veering(6, 1e-2, false).once()) < trusted);
 }
 
@@ -591,11 +591,11 @@ TEST_CASE("the caller's mistakes") {
   CHECK_THROWS_AS(static_cast<void>(link(infinity * A, a, a, A, a)), std::invalid_argument);
 }
 
-// ---- many points at once, and two that meet ----
+// ---- many points at once, and two modes that meet ----
 
 namespace {
 
-// Modes along a line as a sweep has them, mode by mode; who is who is planted.
+// Modes along a line as in a sweep, mode by mode; their identity is planted.
 struct Line {
   std::vector<double> at;
   std::vector<std::vector<double>> re, im;
@@ -613,7 +613,7 @@ struct Line {
     for (std::size_t i = 0; i < z.size(); ++i) z[i] += ratio(k) * (last[i] - before[i]);
     return z;
   }
-  // Of `length` points from k on, how many stay.
+  // Of `length` points from k on, how many keep their links.
   std::size_t stay(IsolatedModes& isolated, std::size_t k, std::size_t length) const {
     std::vector<const double*> x, y;
     for (std::size_t i = 0; i < re.size(); ++i) {
@@ -654,7 +654,7 @@ Branch random_branch(Random& random, std::size_t room) {
   };
 }
 
-// Steps even, geometric or anything, from coarse to fine.
+// Even, geometric or arbitrary steps, from coarse to fine.
 std::vector<double> random_coordinates(Random& random, std::size_t count) {
   const double size = std::pow(10, uniform(random, -4, -1)), factor = uniform(random, 0.9, 1.1);
   const std::size_t kind = random() % 3;
@@ -685,9 +685,9 @@ Line random_line(Random& random, std::size_t n, std::size_t count) {
   return line;
 }
 
-// Up to 1 the point k keeps what the chapter asks of it, its line coming from point `from`: each
-// mode within an eighth of its distance to the nearest other, and off the straight line by d with
-// 3 d < 3/4 of that distance - d.
+// Up to 1 the point k satisfies the chapter's conditions, its line coming from point `from`: each
+// mode within an eighth of its distance to the nearest other, and off the straight line by d with 3
+// d < 3/4 of that distance - d.
 double strain(const Line& line, std::size_t from, std::size_t k) {
   const Spectrum centre = line.modes(from), here = line.modes(k), foreseen = line.straight_on(k);
   double most = 0.0;
@@ -707,7 +707,7 @@ bool same_kinds(const Spectrum& a, const Spectrum& b) {
   return true;
 }
 
-// What stayed, and what link_by_position() says of it.
+// The points kept, compared with link_by_position().
 struct Stays {
   int points = 0, refused = 0, swapped = 0, surer = 0, not_certain = 0, too_short = 0, too_long = 0;
 
@@ -824,7 +824,7 @@ TEST_CASE("isolated: no modes, one, no points, the longest") {
     CHECK(stays(modes, 100) == IsolatedModes::longest);
   }
   CHECK(stays(three_modes, 5) == 5);  // after more modes and after fewer
-  Line alone = at_rest({-1.0}, 40);   // has no other to be mistaken for
+  Line alone = at_rest({-1.0}, 40);   // has no other to be confused with
   for (std::size_t k = 0; k < 40; ++k) alone.re[0][k] = k % 2 ? 1e6 : -1e-6;
   CHECK(alone.stay(isolated, 2, 38) == 38);
   CHECK_NEAR(isolated.confidence(0, 37), 1.0, 0);
@@ -860,8 +860,8 @@ TEST_CASE("isolated: what has just left a pair is not foreseen to go straight on
 
 namespace {
 
-// [b 1; c b] has b ± √c: modes 0 and 1 are a pair that parts or, backwards, two real ones that
-// join, of this size. The others are that far away or farther, and go that far or less.
+// [b 1; c b] has b ± √c: modes 0 and 1 are a pair that parts or, in reverse, two real ones that
+// join, of this size. The others are at least that far away, and move at most that far.
 Planted meeting(Random& random, bool back, std::size_t n, double size, double away, double way) {
   const double b0 = uniform(random, -1, 1), b1 = b0 + size * uniform(random, -0.3, 0.3);
   const double w = size * uniform(random, 0.1, 1), r = size * uniform(random, 0.1, 1);
@@ -889,7 +889,7 @@ Planted meeting(Random& random, bool back, std::size_t n, double size, double aw
   return {A, back ? real_end : pair_end, back ? pair_end : real_end};
 }
 
-// A share of the way to where they go, the two their middle's, and beside it by up to `miss`.
+// A fraction of the way to their destination, the two at their mean, and off it by up to `miss`.
 Spectrum foreseen(Random& random, const Planted& path, double share, double miss) {
   Spectrum z = path.last;
   const auto way = [&](std::size_t i) { return path.next[std::size_t(path.truth[i])] - z[i]; };

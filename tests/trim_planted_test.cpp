@@ -1,4 +1,4 @@
-// Planted truth: random models whose equilibria are known by construction, or known not to be.
+// Planted truth: random models whose equilibria, or lack of them, are known by construction.
 #include <Eigen/Core>
 #include <cstdint>
 #include <cstdlib>
@@ -19,7 +19,7 @@ static VectorXd random_vector(Random& g, Index n) {
   return v;
 }
 
-// A matrix of singular values from 0.3 to 3: what a well-scaled model has.
+// A matrix with singular values from 0.3 to 3: a well-scaled model.
 static MatrixXd random_matrix(Random& g, Index n) {
   MatrixXd raw(n, n);
   for (Index j = 0; j < n; ++j) raw.col(j) = random_vector(g, n);
@@ -31,7 +31,7 @@ static MatrixXd random_matrix(Random& g, Index n) {
 
 namespace {
 
-// What the first row is made into.
+// Variants of the first row.
 enum class Planted { root, no_root, singular_root };
 
 // fᵢ = size (M d + ½ curvature (a d)² + ⅙ curvature (b d)³), with d = (x - x*)/size: x* is a root.
@@ -113,7 +113,7 @@ static void bound(TrimSpec& spec, const Planting& p, Random& g, bool cut_off) {
   }
 }
 
-// Does the answer hold what it promises, by evaluating the planting and nothing of trim's?
+// Verifies the result by evaluating the planted model only, without trim's code.
 static bool wrong(const Planting& p, const TrimSpec& spec, const TrimResult& r) {
   const double residual = p.rates(r.point.x).cwiseQuotient(p.size).lpNorm<Eigen::Infinity>();
   bool inside = true;
@@ -124,8 +124,8 @@ static bool wrong(const Planting& p, const TrimSpec& spec, const TrimResult& r) 
   return !(residual <= TrimOptions{}.tolerance && inside);
 }
 
-// Mostly Newton: Ipopt's time goes into its linear solver, not into what is tested here. In the
-// million of `make planted` it has one trim in forty, and no closest points to find.
+// Mostly Newton: Ipopt's time is spent in its linear solver, which is not under test. The million
+// trims of `make planted` use it once in forty, without closest points.
 static const bool million = std::getenv("TILTRIM_SEED");
 
 static TrimMethod random_method(Random& g) {
@@ -136,7 +136,7 @@ static TrimOptions with_starts(int starts, TrimMethod method) {
   return {.method = method, .starts = starts, .closest = !million};
 }
 
-// Fewer further starts than the default, so that the bar is the harder to meet.
+// Fewer further starts than the default: a harder test.
 static TrimOptions few_starts(TrimMethod method) { return with_starts(8, method); }
 
 TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong one") {
@@ -220,7 +220,7 @@ TEST_CASE("planted equilibria outside the bounds are not answers") {
   CHECK(converged < n / 2);  // bent ones may have another root within
 }
 
-// ---- with an enclosure: none is shown where there is none, and never where there is one ----
+// ---- with an enclosure: proofs of infeasibility, never where an equilibrium exists ----
 
 namespace {
 
@@ -296,7 +296,7 @@ TEST_CASE("random boxes: infeasible is shown where it is true, and only there") 
     }
     spec.steady = spec.free;
     const double depth = lattice.depth(box);
-    // Neither a root on the very edge, nor a double one: the one is undecided, the other singular.
+    // Neither a root on the very edge, which is undecided, nor a double one, which is singular.
     if (std::abs(depth) < 1e-3 || (lattice.r - lattice.s).cwiseAbs().minCoeff() < 1e-3) continue;
     TrimResult r = trim(lattice.model(), spec, guess, with_starts(0, TrimMethod::newton));
     if (r.status == TrimStatus::not_found)

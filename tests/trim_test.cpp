@@ -20,7 +20,7 @@ static constexpr double infinity = std::numeric_limits<double>::infinity();
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static const double converged_to = TrimOptions{}.tolerance;  // of rates over nominal sizes
 
-// ---- three models that are no tiltrotor ----
+// ---- three models unrelated to the tiltrotor ----
 
 // x' = p + x²: equilibria ±√-p that meet and vanish at p = 0.
 static Model fold() {
@@ -170,7 +170,7 @@ static TrimSpec bounded_fold(double lower, double upper) {
   return spec;
 }
 
-// One state, one input, whatever rate is given.
+// One state, one input, with a given rate.
 static Model plain(const std::function<double(double x, double u)>& rate) {
   Model m;
   m.states = {{"x", "m", 1.0}};
@@ -183,10 +183,10 @@ static Model plain(const std::function<double(double x, double u)>& rate) {
 
 static const OperatingPoint plain_guess{vec({0.5}), vec({0.0}), VectorXd()};
 
-// Fewer further starts than the default: enough for these, and quicker where there is no answer.
+// Fewer further starts than the default: enough here, and faster if there is no solution.
 static TrimOptions few_starts(TrimMethod method) { return {.method = method, .starts = 4}; }
 
-// Every method that can be asked; nothing else differs.
+// All trim methods, with everything else equal.
 static std::vector<TrimOptions> both_methods() {
   return {few_starts(TrimMethod::ipopt), few_starts(TrimMethod::newton)};
 }
@@ -735,7 +735,7 @@ TEST_CASE("the same input gives the same bytes; a trimmed point stays where it i
   }
 }
 
-// ---- what is asked, and what of it was met ----
+// ---- requested conditions, and which were met ----
 
 TEST_CASE("a state of which nothing is said is steady") {
   const Model m = scalar([](double x, double p) { return p - x; });
@@ -752,7 +752,7 @@ TEST_CASE("a state of which nothing is said is steady") {
       "free and held"));
   CHECK(contains(refusal([&] { (void)trim(m, {.free = {"x"}, .moving = {"y"}}, guess); }), "y"));
 
-  // A position moves and is said to; what the speed is, the trim still finds.
+  // A position is declared moving; trim finds its rate.
   const Model cruise = flow({"position", "speed"}, {"thrust"}, [](const auto& x, const auto& p) {
     return vec({x[1], p[0] - x[1] * x[1]});
   });
@@ -786,7 +786,7 @@ TEST_CASE("rates that vanish with their slopes are no equilibrium") {
   const TrimResult far = trim(decay, {.free = {"x"}, .steady = {"x"}}, {vec({0}), {}, vec({0})});
   CHECK(far.status == TrimStatus::not_found);
   CHECK(far.residual <= converged_to);
-  // A double root is one: Newton's steps to it halve.
+  // A double root is found: Newton's steps to it halve.
   const Model flat = scalar([](double x, double) { return std::pow(x - 1, 4); });
   const TrimResult root = trim(flat, {.free = {"x"}, .steady = {"x"}}, {vec({3}), {}, vec({0})});
   CHECK(root.status == TrimStatus::singular);
@@ -818,7 +818,7 @@ TEST_CASE("a singular trim names every variable that is left, and the rank") {
 }
 
 TEST_CASE("a model that knows nothing outside its domain is led back into it") {
-  // Two tanks: what flows is the root of the head, and there is no flow of a negative head.
+  // Two tanks: the flow is the root of the head, undefined for a negative head.
   const Model tanks =
       flow({"upper", "lower"}, {"in"}, [](const auto& x, const auto& p) -> VectorXd {
         if (x[0] < x[1] || x[1] < 0) throw std::domain_error("a negative head");

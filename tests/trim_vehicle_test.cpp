@@ -50,7 +50,7 @@ static std::vector<ReferenceCase> reference_cases() {
   return cases;
 }
 
-// ---- the page docs/model.md once more, in plain arithmetic ----
+// ---- docs/model.md again, in plain arithmetic ----
 
 namespace {
 
@@ -110,7 +110,7 @@ static double effort(const Controls& u) {
   return std::pow(u.theta0, 2) + std::pow(u.a1s / 0.35, 2) + std::pow(u.delta_e / 0.53, 2);
 }
 
-// By how much the limits are kept; negative: exceeded.
+// Margin to the limits; negative: exceeded.
 static double room(double theta, const Controls& u) {
   return std::min({u.theta0, 1 - u.theta0, 0.35 - std::abs(u.a1s), 0.53 - std::abs(u.delta_e),
                    1.3 - std::abs(theta)});
@@ -133,8 +133,8 @@ struct Equilibrium {
   Controls u;
 };
 
-// At each theta the speed row gives theta0, within it the moment row gives the elevator or, where
-// the cyclic does the work, a1s, both in closed form; the path row is left as a function of theta.
+// At each theta the speed row gives theta0; the moment row then gives the elevator or, where the
+// cyclic is active, a1s, both in closed form; the path row remains as a function of theta.
 class Scan {
  public:
   Scan(const Vehicle& v, const Command& d)
@@ -185,7 +185,7 @@ class Scan {
 
   std::vector<Branch> branches(double theta) const {
     constexpr int parts = 16;
-    const double from = cyclic_ ? 1e-6 : -0.05, to = 1.05;  // beyond the limits: judged later
+    const double from = cyclic_ ? 1e-6 : -0.05, to = 1.05;  // beyond the limits: tested later
     const double alpha = theta - d_.gamma;
     const Coefficients C = v_.polar->at(alpha);
     const Aircraft& a = v_.aircraft;
@@ -234,10 +234,10 @@ class Scan {
   bool cyclic_;
 };
 
-// What the scan says of a condition: those within the limits, by rising effort.
+// The scan's equilibria of a condition: those within the limits, by rising effort.
 struct Truth {
   std::vector<Equilibrium> within;
-  bool clear = true;  // none of them, or of those outside, lies on the very edge of the limits
+  bool clear = true;  // no equilibrium lies on the edge of the limits
 };
 
 }  // namespace
@@ -259,7 +259,7 @@ static Controls controls_of(const TrimResult& r, double eta) {
   return {r.outputs[0], r.outputs[1], r.outputs[2], eta};
 }
 
-// The closed loop's equations at an answer, law and airframe, by the arithmetic above.
+// The closed loop's equations at a result, law and airframe, by the arithmetic above.
 static double closed_loop_residual(const Vehicle& v, const Command& d, const TrimResult& r) {
   const Aircraft& a = v.aircraft;
   const Gains& k = v.gains;
@@ -455,7 +455,7 @@ TEST_CASE("hover, body axes: forces and moment balance") {
   CHECK_NEAR(hub * T + M, 0.0, 1e-9);
 }
 
-// Without a wake on the wing nothing but thrust and weight acts at rest.
+// Without wake on the wing only thrust and weight act at rest.
 static Vehicle without_wake() {
   Vehicle v = reference();
   v.aircraft.wake_immersion = 0;
@@ -470,7 +470,7 @@ TEST_CASE("hover without a wake: in closed form") {
   REQUIRE(open.status == TrimStatus::converged);
   CHECK_NEAR(open.point.u[0], 1 / 1.4, 1e-9);
   CHECK_NEAR(open.point.u[1], leaning, 1e-9);
-  CHECK_NEAR(open.point.u[2], 0.0, 1e-9);  // without effect, so not moved
+  CHECK_NEAR(open.point.u[2], 0.0, 1e-9);  // without effect, so unchanged
   CHECK_NEAR(open.point.x[2], leaning, 1e-9);
 
   const TrimResult closed = trim_closed_loop(without_wake(), {0.0, 0.0, pi / 2});
@@ -548,7 +548,7 @@ TEST_CASE("the airframe alone: derivatives held at targets") {
     const Controls best{r.point.u[0], r.point.u[1], r.point.u[2], 45 * degree};
     const Rates left = rates(reference(), {6, 45 * degree, r.point.x[2], 0}, best);
     CHECK(std::abs(left.V) + std::abs(left.gamma) + std::abs(left.q) <= 1e-9);
-    // The curve of equilibria, cyclic by cyclic: lowest where the answer is.
+    // The curve of equilibria, one per cyclic angle: lowest at the solution.
     for (const double step : {-0.02, -0.001, 0.001, 0.02}) {
       AirframeCondition held = condition;
       held.values["a1s"] = {best.a1s + step, best.a1s + step};

@@ -1,5 +1,5 @@
-// Tuning where it can go wrong: limits that a moved trim breaks, models that fail, and every number
-// by a second road.
+// Difficult tuning cases: limits violated when the trim moves, models that fail, and every number
+// by an independent method.
 #include <fmt/format.h>
 
 #include <Eigen/Core>
@@ -45,7 +45,7 @@ constexpr FlownAt climb{"climb", 2.0, 90.0, 90.0};
 constexpr FlownAt transition{"transition", 6.0, 45.0, 45.0};
 constexpr FlownAt level{"level", 15.0, 0.0, 0.0};
 
-// The reference aircraft, its cyclic handed over to the elevator within `blend_deg` about 60°.
+// The reference aircraft, with cyclic and elevator blended within `blend_deg` about 60°.
 Study study_of(const std::vector<FlownAt>& flights, double blend_deg = 0.0) {
   std::string text = fmt::format("[aircraft]\ncyclic_blend_deg = {}\n", blend_deg);
   for (const FlownAt& f : flights)
@@ -54,7 +54,7 @@ Study study_of(const std::vector<FlownAt>& flights, double blend_deg = 0.0) {
   return parse_study(text, "tune_cases_test.toml");
 }
 
-// All nine gains, each within a factor of what the study has.
+// All nine gains, each within a factor of the study's value.
 TuneProblem problem_of(const Study& study, double factor) {
   TuneProblem p;
   p.points = sweep_requests(study, study.conditions, {});
@@ -99,7 +99,7 @@ void take(Stability& s, const VectorXcd& lambda) {
   }
 }
 
-// By trim, linearize and modes, none of which tuning goes through.
+// Computed by trim, linearize and modes, none of which tuning uses.
 Stability stability_of(const Study& study, const VectorXd& gains) {
   Stability s;
   for (const Condition& c : study.conditions) {
@@ -117,18 +117,18 @@ bool says(const TuneResult& result, const std::string& words) {
 
 }  // namespace
 
-// ---- the trim moves with the gains ----
+// ---- the trim depends on the gains ----
 
 namespace {
 
-// The closed loop about one trim whose actuators stay where they are, whatever the gains.
+// The closed loop about one trim with fixed actuator positions, whatever the gains.
 Model frozen(const Vehicle& vehicle, const TrimResult& first) {
   const Model open = closed_loop_with_inputs(vehicle, Axes::wind);
   const auto A = [open, x = first.point.x,
                   actuators = VectorXd(first.outputs.head(3))](const VectorXd& gains) -> MatrixXd {
     VectorXd added = VectorXd::Zero(3);
     added.head(2) = (actuators - open.h(x, added, gains).head(3)).head(2);
-    added[2] = actuators[2] - open.h(x, added, gains)[2];  // which knows of the other two
+    added[2] = actuators[2] - open.h(x, added, gains)[2];  // depends on the other two
     return jacobian(open, {x, added, gains}, {0, 1, 2, 3, 4, 5}).topRows(6);
   };
   Model m;
@@ -198,7 +198,7 @@ TEST_CASE("limits met on models frozen at the first trim, missed once trimmed ag
   }
 }
 
-// ---- what fails is no success ----
+// ---- failures are no successes ----
 
 namespace {
 
@@ -258,13 +258,13 @@ TEST_CASE("a model without numbers for some gains: the answer is among the other
     check_below_edge(no_number_beyond, local);
 }
 
-// At the edge itself the slopes are not numbers, and MMA goes on to gains that are none.
+// At the edge the gradient is NaN, and MMA continues to gains that are NaN.
 TEST_CASE("a model without numbers for some gains, by MMA") {
   check_below_edge(no_number_beyond, LocalSearch::mma);
 }
 
-// The slope's own step across the edge throws out of tune(), whatever the local search: SLSQP
-// polishes what any of them has found.
+// The gradient's step across the edge throws from tune(), whatever the local search: SLSQP polishes
+// all their results.
 TEST_CASE("a model that throws for some gains: the answer is among the others") {
   for (const LocalSearch local : {LocalSearch::slsqp, LocalSearch::mma})
     check_below_edge(throws_beyond, local);
@@ -348,7 +348,7 @@ TEST_CASE("a half-time that no mode can have is not met") {
   CHECK(!met);
 }
 
-// value_of() makes of "does not apply" an infinite half-time, so that nothing is missed.
+// value_of() turns "does not apply" into an infinite half-time, so that no limit is violated.
 TEST_CASE("a limit that applies at no point is not met, and is named") {
   TuneProblem p = problem_a();
   p.limits = {{Measure::half_time, 1.0, "dutch roll"}};
@@ -448,14 +448,14 @@ TEST_CASE("a gain that is free twice is refused") {
   CHECK_THROWS_AS((void)tune(p, {.evaluations = 10}), std::invalid_argument);
 }
 
-// The free value is taken at every corner, which is then none.
+// The free value is used at every corner, which then is no corner.
 TEST_CASE("a gain both free and uncertain is refused") {
   TuneProblem p = problem_a();
   p.uncertain = {{p.gains.front().name, 1.0, 2.0}};
   CHECK_THROWS_AS((void)tune(p, {.evaluations = 10}), std::invalid_argument);
 }
 
-// The guess's value is taken for the trim's.
+// The guess's value is used for the trim's.
 TEST_CASE("a schedule over what the trim finds is refused") {
   TuneProblem p = problem_a();
   p.schedule = {-1.0, 1.0};
@@ -487,7 +487,7 @@ TEST_CASE("one number tuned, by every search") {
 TEST_CASE("local searches that mislay their best: ours is kept, and meets the limits") {
   const Study study = study_of({climb, transition, level});
   const TuneProblem p = problem_a();
-  // MMA's own arithmetic takes a hundred times as long as the model's.
+  // MMA's own arithmetic takes a hundred times longer than the model's.
   for (const auto& [local, evaluations] : {std::pair(LocalSearch::cobyla, 600L),
                                            {LocalSearch::mma, 120L},
                                            {LocalSearch::bobyqa, 600L}}) {
@@ -508,11 +508,11 @@ TEST_CASE("local searches that mislay their best: ours is kept, and meets the li
   }
 }
 
-// ---- slopes, the trim's shift included ----
+// ---- gradients, including the shift of the trim ----
 
 namespace {
 
-// The worst of a place, and how far other eigenvalues are from the one that decides.
+// The worst value at a place, and the distance of other eigenvalues from the decisive one.
 struct Deciding {
   Worst worst;
   Complex eigenvalue;  // the upper one of a pair
@@ -545,7 +545,7 @@ std::array<std::vector<PlaceModes>, 4> beside(Candidates& candidates, const Vect
 }  // namespace
 
 TEST_CASE("slopes of the worst decay and damping agree with trimming again") {
-  // The second is within the hand-over, where the attitude moves with the gains.
+  // The second is in the blending range, where the attitude depends on the gains.
   const Study study = study_of({climb, {"steep", 5.0, 50.0, 47.0}, level}, 30.0);
   const TuneProblem problem = problem_of(study, 3.0);
   Candidates candidates(problem, TrimOptions{.starts = 2, .max_boxes = 100, .closest = false});
@@ -555,7 +555,7 @@ TEST_CASE("slopes of the worst decay and damping agree with trimming again") {
   std::mt19937_64 random(23);
   std::uniform_real_distribution<double> power(-1.0, 1.0);
   std::array<int, 3> compared{};
-  double moved = 0;  // of the attitude within the hand-over, rad
+  double moved = 0;  // change of attitude in the blending range, rad
   for (int trial = 0; trial < trials(1000); ++trial) {
     VectorXd at(gains);
     for (Index j = 0; j < gains; ++j)
@@ -599,7 +599,7 @@ TEST_CASE("slopes of the worst decay and damping agree with trimming again") {
   CHECK(moved > 1e-6);
 }
 
-// ---- two gains, all of them seen ----
+// ---- two gains: exhaustive comparison ----
 
 namespace {
 
@@ -677,9 +677,9 @@ TEST_CASE("two gains: at least the best of 400 x 400 candidates, and beside it")
   }
 }
 
-// Level flight alone: three eigenvalues meet at the optimum (0.2034 1/s, found with 4,000
-// candidates), where the goal moves as a cube root, and only two at a time are held together: what
-// is found depends on the seed, and need not be the optimum to more than this.
+// Level flight only: three eigenvalues meet at the optimum (0.2034 1/s, found with 4,000
+// candidates), where the goal varies as a cube root, and only two at a time are kept together: the
+// result depends on the seed, and is this close to the optimum at best.
 TEST_CASE("two gains, three eigenvalues that meet: near the optimum from any seed") {
   constexpr double optimum = 0.2034, near = 0.06;
   const TuneProblem problem = two_gains(study_of({level}));
@@ -691,12 +691,12 @@ TEST_CASE("two gains, three eigenvalues that meet: near the optimum from any see
   }
 }
 
-// ---- each measure by a second road ----
+// ---- each measure by an independent method ----
 
 namespace {
 
-// The closed loop with actuator j cut behind the law: what arrives there is v, the law's command y
-// comes out.
+// The closed loop with actuator j cut after the law: its input is v, its output the law's command
+// y.
 LinearModel cut_at(const Vehicle& vehicle, const OperatingPoint& trimmed, Index j) {
   const Model closed = closed_loop_with_inputs(vehicle, Axes::wind);
   Model open;
@@ -982,7 +982,7 @@ TEST_CASE("use after a disturbance that drives an actuator to its end") {
   CHECK_NEAR(value_at(found, 1), 0.9, 1e-12);
 }
 
-// It rises to the trim's own 0.8 and has no maximum on the way: only its start, 0, is looked at.
+// It rises monotonically to the trim's 0.8: only its start, 0, is tested.
 TEST_CASE("use after a disturbance is no less than at rest") {
   const TuneResult found = tune(relaxing(-0.4), {.evaluations = 1, .threads = 1});
   CHECK_NEAR(value_at(found, 1), 0.8, 1e-3);

@@ -1,4 +1,4 @@
-// `tiltrim tune` as a user runs it: what it writes, what it refuses, stopped and out of time.
+// `tiltrim tune` as a user runs it: files written, refusals, interrupts and time limits.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -161,7 +161,7 @@ TEST_CASE("exit 1: limits unmet, no trim, not one candidate; what there is is st
 
 namespace {
 
-// In one line, with nothing written.
+// In one line, without writing anything.
 void refused(const Scratch& scratch, const std::string& arguments, const std::string& words) {
   CAPTURE(arguments);
   const Names before = scratch.files();
@@ -206,14 +206,14 @@ TEST_CASE("exit 2: NaN seconds") {
   refused(scratch, "s.toml --seconds nan", "--seconds");
 }
 
-// As it is, the output replaces the gains.
+// Without the check, the output replaces the gains.
 TEST_CASE("exit 2: --gains and -o are one file") {
   const Scratch scratch("tune");
   scratch.write("s.toml", study);
   refused(scratch, "s.toml --gains same.txt -o same.txt", "same.txt");
 }
 
-// As it is, the gains replace the study.
+// Without the check, the gains replace the study.
 TEST_CASE("exit 2: --gains is the study itself") {
   const Scratch scratch("tune");
   scratch.write("s.toml", study);
@@ -252,7 +252,7 @@ TEST_CASE("Ctrl-C: exit 130, the best so far, verified, and said to be so") {
   CHECK(j["robustness"].is_null());
 }
 
-// The first search is over by its time, the second under way.
+// The first search has used its time, the second is running.
 TEST_CASE("Ctrl-C in the second search is said too") {
   const Scratch scratch("tune");
   says(stopped(scratch, "--seconds 1", 1600ms).out, "interrupted");
@@ -261,7 +261,7 @@ TEST_CASE("Ctrl-C in the second search is said too") {
 TEST_CASE("--seconds ends each search in time") {
   const Scratch scratch("tune");
   scratch.write("s.toml", level + climb + table("second = \"none\"\n") + damped + two_gains + mass);
-  // Without it this would go on for hours, and run() would lose patience.
+  // Without the limit this would run for hours and exceed run()'s time limit.
   const Ran ran = run(scratch, "tune s.toml --evaluations 100000000 --seconds 1");
   CHECK(ran.exit_code == 0);
   CHECK(ran.err.empty());

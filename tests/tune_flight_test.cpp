@@ -1,4 +1,4 @@
-// Whole flights as what gains are tuned for.
+// Tuning for whole flights.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -78,7 +78,7 @@ TEST_CASE("the figures of a flight are those of the flight itself") {
   const FlightState& x = flown.states.back();
   const double V = std::abs(std::hypot(x.along, x.across) - 15.0) / 0.2;
   const double gamma = std::abs(x.theta - std::atan2(x.across, x.along)) / 0.01;
-  constexpr double coarser = 1e-5;  // candidates are flown at a tolerance of 1e-7
+  constexpr double coarser = 1e-5;  // candidates are simulated with a tolerance of 1e-7
   CHECK_NEAR(problem.figures.at("tracking")(parameters(s)), std::sqrt(sum / double(flown.t.size())),
              coarser);
   CHECK_NEAR(problem.figures.at("flight")(parameters(s)), std::max({theta / 1.3, V, gamma}),

@@ -1,4 +1,4 @@
-// [tune] of a study: what is read, and what is refused where and in which words.
+// [tune] of a study: values read, and refusals with position and message.
 #include <fstream>
 #include <iterator>
 #include <numbers>
@@ -32,7 +32,7 @@ static TuneTable tuned(const std::string& text) {
   return *read.tune;
 }
 
-// ---- what is read ----
+// ---- accepted ----
 
 TEST_CASE("without [tune] there is none; with a gain alone everything has its default") {
   CHECK_FALSE(parse_study(level, "t.toml").tune);
@@ -184,8 +184,7 @@ TEST_CASE("a disturbance: metres per second, and degrees to radians") {
   CHECK(start("").empty());
 }
 
-// What a limit on a measure needs beside it.
-// All that the tiltrotor's loop can be asked for.
+// Keys that a limit on each measure needs, and all measures of the tiltrotor's loop.
 static std::vector<Requirement> asked() {
   std::vector<Requirement> all;
   for (const Measure measure : measures())
@@ -282,7 +281,7 @@ TEST_CASE("twelve uncertain numbers have corners, thirteen do not, unless none a
       {"tune.uncertain", "13 numbers", "at most 12", "4096 corners", "corners = \"none\""});
 }
 
-// ---- what is refused ----
+// ---- refused ----
 
 TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
   check_refused(study("goals = 'decay'\n"), "7:1",
@@ -607,7 +606,7 @@ TEST_CASE("what is no table is refused") {
   check_refused("[[tune]]\n" + level, "1:1", {"tune: an array is not a table"});
 }
 
-// A study with everything in it.
+// A study with all keys.
 static const std::string everything =
     level + climb +
     "[tune]\nconditions = ['climb', 'level']\ncorridor = {from = 0, to = 120, count = 13}\n"
@@ -624,7 +623,7 @@ TEST_CASE("a [tune] with bytes changed, lost or doubled loads or is refused") {
   check_damaged(everything, trials(5000));
 }
 
-// What stands at a key is exchanged for each of these in turn.
+// The value of each key is replaced by each of these in turn.
 TEST_CASE("a [tune] with a value of another kind at any key loads or is refused") {
   check_exchanged(everything, "[tune]",
                   {"1", "-0.0", "1e308", "5e-324", "nan", "'x'", "''", "true", "2024-01-01", "[]",

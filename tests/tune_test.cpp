@@ -83,7 +83,7 @@ TEST_CASE("three conditions, nine gains: past what evolution found, by two searc
       CHECK(found.evaluations <= 4000);
       if (!sanitized) CHECK(found.goal >= evolved - printed_to("0.3346"));
       if (!sanitized) CHECK(found.coalescing);
-      // Again by other means.
+      // Verified independently.
       double decay = std::numeric_limits<double>::infinity();
       for (const Condition& condition : study.conditions)
         for (const Mode& m : modes_with(study, found.gains, condition).modes) {

@@ -1,4 +1,4 @@
-// What is said of a tuning result: words, JSON, CSV and TOML, from results made up here.
+// Reports of a tuning result: text, JSON, CSV and TOML, from constructed results.
 #include "report/tuning_report.hpp"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ TuneProblem three_points() {
   return p;
 }
 
-// One value for each of what is asked, the goal first.
+// One value for each requirement, the goal first.
 void add(TuningReport& report, const TunePlace& place, const std::vector<double>& values) {
   REQUIRE(values.size() == 1 + report.problem.limits.size());
   for (std::size_t i = 0; i < values.size(); ++i) {

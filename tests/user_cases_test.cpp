@@ -1,4 +1,4 @@
-// Models written as formulas against numbers by hand, published ones and the same in C++.
+// Models written as formulas against hand calculations, published values and the same in C++.
 #include <algorithm>
 #include <boost/math/special_functions/ellint_1.hpp>
 #include <cmath>
@@ -94,7 +94,7 @@ Study two_forces(const std::string& lines) {
 
 }  // namespace
 
-// ---- levitation.toml by hand ----
+// ---- levitation.toml by hand calculation ----
 
 TEST_CASE("levitation: trims") {
   const Study study = levitation();
@@ -134,7 +134,7 @@ TEST_CASE("levitation: unstable below k_p = i/z, on the grid and by the branch")
   CHECK_NEAR(map.crossings[0].at[0], pull, 1e-6);
   CHECK(map.crossings[0].unstable_before == 1);
   CHECK(map.crossings[0].unstable_after == 0);
-  // With the bias given every gap is a trim at k_p = i/z, and none is isolated.
+  // With a given bias every gap is a trim at k_p = i/z, and none is isolated.
   const SweepMap held = map_of(study, 0);
   for (const AxisCrossing& c : held.crossings) CHECK_NEAR(c.at[0], pull, 1e-3);
   const auto axis = study.sweep->axes[0].columns[0].values;
@@ -322,7 +322,7 @@ TEST_CASE("levitation: linear and nonlinear motion part in proportion to the off
   CHECK_THROWS_AS((void)user_response(held, {}), std::invalid_argument);
 }
 
-// ---- what a condition asks ----
+// ---- keys of a condition ----
 
 TEST_CASE("an objective decides between inputs, in its scales and about its references") {
   const auto forces = [](const std::string& lines) -> Eigen::Vector2d {

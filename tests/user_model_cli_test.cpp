@@ -34,7 +34,7 @@ bool says(const std::string& text, const std::string& words) {
   return text.find(words) != std::string::npos;
 }
 
-// What a command says of the levitated ball, as JSON; its exit code is checked.
+// JSON output of a command for the levitated ball; its exit code is checked.
 json json_of(const Scratch& scratch, const std::string& command, const std::string& options = "",
              int exit_code = 0) {
   const Ran ran = run(scratch, fmt::format("{} {} {} -f json", command, levitation, options));
@@ -60,7 +60,7 @@ double cell(const std::vector<Row>& csv, const std::string& column, std::size_t 
   return std::stod(csv.at(row).at(std::size_t(at - csv[0].begin())));
 }
 
-// x' = rate, of x and p = 1, with all that the commands need.
+// x' = rate, of x and p = 1, with the tables that all commands need.
 std::string study_of(const std::string& rate) {
   return "[model]\nstate = [{name = \"x\", rate = \"" + rate +
          "\"}]\nparameter = [{name = \"p\", value = 1}]\n"

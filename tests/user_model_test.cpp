@@ -1,4 +1,4 @@
-// [model] of a study and what a study with it may ask: everything read, everything else refused.
+// [model] of a study and the analyses it allows: valid input read, everything else refused.
 #include "study/user_model.hpp"
 
 #include <algorithm>
@@ -87,7 +87,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-// The study is refused where @ stands in it, with every one of the words.
+// The study is refused at the position of @, with every one of the words.
 void check_refused(std::string text, const std::vector<std::string>& words) {
   const std::size_t at = text.find('@');
   REQUIRE(at != text.npos);
@@ -109,13 +109,13 @@ void check_refused(std::string text, const std::vector<std::string>& words) {
   }
 }
 
-// What is wrong in [model], the rest being right.
+// Errors in [model].
 void check_model_refused(const std::string& from, const std::string& to,
                          const std::vector<std::string>& words) {
   check_refused(replaced(pendulum, from, to) + down, words);
 }
 
-// What is wrong in a condition, or in another table behind a right one.
+// Errors in a condition, or in another table after a valid one.
 void check_condition_refused(const std::string& lines, const std::vector<std::string>& words) {
   check_refused(pendulum + "[[condition]]\nname = \"a\"\n" + lines, words);
 }
@@ -175,7 +175,7 @@ TEST_CASE("angles have two keys, in rad and in degrees") {
         "angle angle rad; angle_deg angle degrees; speed speed rad/s; torque torque N m; "
         "added added ; mass mass kg; length length ; damping damping ; g g ; slope slope rad; "
         "slope_deg slope degrees; ");
-  // A name that is another's in degrees stays its own.
+  // A name with suffix _deg that already exists keeps its meaning.
   const Study taken = parsed(
       "model.state = [{name = 'a', unit = 'rad', rate = '-a'}]\n"
       "model.parameter = [{name = 'a_deg', value = 3}]\n[[condition]]\nname = 'c'\na_deg = 5\n");
@@ -258,7 +258,7 @@ TEST_CASE("formulas that are none, at their place") {
   check_model_refused("rate = \"speed\"", "rate = @\"" + std::string(5001, '1') + "\"",
                       {"5001 bytes long; expected 1 to 5000"});
   check_model_refused("\"mass*length^2\"", "@\"twice/2\"",
-                      {"model.let.value: 'twice' at character 1 is no name"});  // stands behind
+                      {"model.let.value: 'twice' at character 1 is no name"});  // defined later
   check_model_refused("\"-length*cos(angle)\"", "@\"-length*cos(angle\"",
                       {"model.output.value: a closing parenthesis is missing"});
   check_model_refused("\"cos(angle)\"\n[[model.par", "@\"log(angle)\"\n[[model.par",
@@ -328,7 +328,7 @@ TEST_CASE("a condition fixes, bounds, frees") {
   is("angle", -10 * degree, 20 * degree);
   is("speed", -far, far);
   is("torque", 0.5, 0.5);
-  is("added", 0, 0);  // there to break the loop at: zero
+  is("added", 0, 0);  // only for breaking the loop: zero
   is("mass", 1, 3);
   is("slope", 6 * degree, 6 * degree);
   is("g", -far, far);

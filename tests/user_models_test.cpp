@@ -1,5 +1,5 @@
-// Models that misbehave, as a user's may: what each verb says of them. Every way has a named status
-// or an exception, with the model's own words where it has any.
+// Models that misbehave: the response of each verb. Every failure has a named status or an
+// exception, with the model's own message if there is one.
 #include <cmath>
 #include <functional>
 #include <limits>
