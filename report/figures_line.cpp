@@ -62,7 +62,7 @@ Track track_of(const Line& line) {
 
 // A visible step much larger than its neighbours.
 bool jumps(const std::vector<double>& values, std::size_t i, double range) {
-  constexpr double times = 8, shows = 0.02;  // a square root begins with a step of 2.4
+  constexpr double times = 8, shows = 0.02;  // a square root's first ratio is 2.4
   const auto step = [&](std::size_t k) {
     const bool there = k + 1 < values.size();
     return there ? std::abs(values[k + 1] - values[k]) : 0.0;

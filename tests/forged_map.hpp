@@ -28,5 +28,5 @@ std::vector<Hdf5Piece> hdf5_pieces(const std::string& map);
 std::string forged(std::string map, const std::vector<Hdf5Piece>& pieces,
                    const std::vector<Forgery>& changes);
 
-/// The bytes with the mark and the CRC-64/XZ after them, bit by bit as its definition says.
+/// The bytes with the mark and the CRC-64/XZ after them, bit by bit by definition.
 std::string sealed_map(std::string bytes);

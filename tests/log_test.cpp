@@ -70,7 +70,7 @@ int recovered_prefix(const Log& log, const auto& records) {
   return int(log.recovered().size());
 }
 
-// CRC-64/XZ bit by bit, as its definition says; the catalogue's check value is asserted below.
+// CRC-64/XZ bit by bit by its definition; the catalogue's check value is asserted below.
 std::uint64_t crc_by_bits(const Text& bytes, std::uint64_t before) {
   std::uint64_t crc = ~before;
   for (const char c : bytes) {

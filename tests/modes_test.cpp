@@ -85,7 +85,7 @@ MatrixXd companion(const std::vector<double>& roots) {
   });
 }
 
-// Tridiagonal, |i - n/2| beside ones: eigenvalues in nearly equal pairs.
+// Tridiagonal, |i - n/2| on the diagonal, ones next to it: eigenvalues in nearly equal pairs.
 MatrixXd wilkinson(Index n) {
   return filled(n, [n](Index i, Index j) {
     return i == j ? std::abs(double(i) - double(n - 1) / 2) : std::abs(i - j) == 1 ? 1.0 : 0.0;
@@ -482,7 +482,7 @@ TEST_CASE("the verdict never contradicts a planted spectrum") {
   int decided = 0, wrong = 0, outside_discs = 0;
   double largest_condition = 0;
   for (int trial = 0; trial < n; ++trial) {
-    // Some far from the axis, some beside it as seen from the matrix's norm
+    // Some far from the axis, some close to it relative to the norm
     const int farthest = trial % 2 == 0 ? 1 : 1000;
     const int shift = whole(random, -1, 1);
     const Planted p = planted(
@@ -909,7 +909,7 @@ TEST_CASE("positions behind an aircraft: zero to the last bit, and the others as
   }
   CHECK(zeros == 3);
   CHECK(all.spectral_abscissa == alone.spectral_abscissa);
-  // Nothing unstable beside the zeros: the axis is within the bounds.
+  // Nothing unstable except the zeros: the axis is within the bounds.
   A(2, 2) = -0.58;
   CHECK(modes(A).verdict == Verdict::undecided);
   // An error where there is a zero joins the blocks.

@@ -89,7 +89,7 @@ static Derivative derivative(const std::function<VectorXd(double step)>& curve, 
   return best;
 }
 
-// Trims beside a point: states, inputs, outputs, trace of A, then of all modes, each the nearest to
+// Trims near a point: states, inputs, outputs, trace of A, then of all modes, each the nearest to
 // the point's own, Re λ, Im λ, damping and frequency. NaN where there is none on the same cubic of
 // the polar: at its knots, whole degrees, the third derivative jumps.
 static Derivative retrimmed(TrimProblem problem, const Sensitivities& s,
