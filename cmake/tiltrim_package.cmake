@@ -1,7 +1,7 @@
 # `make package`: a Debian package of what `cmake --install` installs; its dependencies are read off the binaries.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tiltrim)
-set(CPACK_PACKAGE_CONTACT "The tiltrim authors <tiltrim@localhost.localdomain>")
+set(CPACK_PACKAGE_CONTACT "The tiltrim authors <tiltrim@example.com>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "trim and linear stability of flight-dynamics models")
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
 "tiltrim finds equilibria of a flight-dynamics model, linearizes it, maps its

@@ -21,7 +21,7 @@ struct OutOfTime : std::runtime_error {
 
 /// A model whose functions throw OutOfTime after the time limit.
 struct TimedModel {
-  Model model;
+  Model model;                       ///< with a clock around its functions
   std::shared_ptr<const bool> over;  ///< true once a function has thrown OutOfTime
 };
 

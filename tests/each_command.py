@@ -31,10 +31,12 @@ COMMANDS = [
     ("simulate", [studies / "transition_reference.toml"], None, "h"),
     ("report", [studies / "paper.toml", "-o", "paper.html"], None, ""),
     ("tables", [], 0, "Table 3"),
+    ("completion", ["bash"], 0, "complete -o"),
+    ("manual", ["sweep"], 0, "SYNOPSIS"),
 ]
 
 told = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
-offered = set(re.findall(r"^  ([a-z]+) {2,}", told.split("Subcommands:")[1].split("Try:")[0], re.M))
+offered = set(re.findall(r"^  ([a-z]+) {2,}", told.split("Subcommands:")[1].split("Examples:")[0], re.M))
 faults = [f"{name}: not run here" for name in offered - {name for name, *_ in COMMANDS}]
 
 with tempfile.TemporaryDirectory() as folder:
