@@ -54,7 +54,14 @@ void merge(Shape& into, const Entry& e) {
 
 void hear(Family& family, const Asked& asked) {
   const bool table = asked.path.empty() || asked.path.ends_with('.');
-  if (asked.number && !family.numbers[asked.path].whole) family.numbers[asked.path] = asked;
+  if (asked.number) {
+    const auto [known, first] = family.numbers.try_emplace(asked.path, asked);
+    Asked& all = known->second;  // of an axis the range is that of its key
+    all.whole = all.whole || asked.whole;
+    all.lower = std::min(all.lower, asked.lower);
+    all.upper = std::max(all.upper, asked.upper);
+    if (all.unit != asked.unit) all.unit.clear();
+  }
   if (!asked.number && !table) {
     const auto [known, first] = family.choices.try_emplace(asked.path, asked);
     if (!first && known->second.words != asked.words) known->second.words.clear();  // any name
@@ -81,10 +88,12 @@ void merge(Shape& into, const Shape& other) {
 
 // Tables that the same readers read in both families.
 void share(const Family& from, Family& to) {
-  for (const char* table : {"follow", "sweep", "tune", "report"})
+  for (const std::string table : {"follow", "sweep", "tune", "report"}) {
     merge(to.root.keys[table], from.root.keys.at(table));
-  to.numbers.insert(from.numbers.begin(), from.numbers.end());
-  to.choices.insert(from.choices.begin(), from.choices.end());
+    const auto of_table = [&](const auto& asked) { return asked.first.starts_with(table + "."); };
+    std::ranges::copy_if(from.numbers, std::inserter(to.numbers, to.numbers.end()), of_table);
+    std::ranges::copy_if(from.choices, std::inserter(to.choices, to.choices.end()), of_table);
+  }
 }
 
 void learn(Family& family, const std::string& text) {
