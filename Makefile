@@ -113,7 +113,8 @@ format-check:
 	clang-format --dry-run --Werror $(SOURCES)
 
 figures: release
-	build/bin/tiltrim linearize studies/corridor.toml --format csv -o build/corridor.csv
+	sed 's/count = 241/count = 481/' studies/map_corridor.toml > build/corridor.toml
+	build/bin/tiltrim sweep build/corridor.toml --format csv -o build/corridor.csv
 	gnuplot docs/figures/corridor.gp
 	build/bin/tiltrim envelope studies/stall.toml --only level --format csv -o build/envelope.csv
 	gnuplot docs/figures/envelope.gp
