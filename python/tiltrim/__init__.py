@@ -8,8 +8,9 @@ sweep, tune, simulate, fly. SI units and radians, degrees where a name ends in _
 from __future__ import annotations
 
 from ._follow import Branch, BranchEvent, follow
-from ._linear import LinearModel, Mode, Modes, linearize, modes
+from ._linear import Bode, LinearModel, Mode, Modes, bode, linearize, modes
 from ._models import Effort, Model, Point, Signal, close_loop, feedback
+from ._plot import plot
 from ._problems import Problem, TrimSpec
 from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
 from ._simulate import Change, Flight, SwitchEvent, Trajectory, fly, simulate
@@ -22,6 +23,7 @@ from ._tune import Achieved, GainEffect, TuneResult, tune
 
 __all__ = [
     "Achieved",
+    "Bode",
     "Branch",
     "BranchEvent",
     "Change",
@@ -46,6 +48,7 @@ __all__ = [
     "TrimResult",
     "TrimSpec",
     "TuneResult",
+    "bode",
     "close_loop",
     "data_directory",
     "feedback",
@@ -54,6 +57,7 @@ __all__ = [
     "linearize",
     "modes",
     "parse_study",
+    "plot",
     "read_study",
     "sensitivities",
     "simulate",

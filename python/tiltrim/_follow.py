@@ -13,7 +13,7 @@ from ._linear import Modes, _complex, _modes
 from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
-from ._show import Page, Shown, Table, number
+from ._show import Page, Plotted, Shown, Table, number
 from ._studies import Condition, _model_of
 from ._trim import TrimResult, asked, time_limited, trim
 
@@ -43,7 +43,7 @@ class BranchEvent(Shown):
 
 
 @dataclass(repr=False)
-class Branch(Shown):
+class Branch(Plotted):
     """Verified trims along a parameter: branch["gap"] is any variable or output over the points.
 
     parameter : the continuation parameter; values are its values, shape (points,)
@@ -93,6 +93,15 @@ class Branch(Shown):
     def point(self, number: int) -> Point:
         """A point of the branch; 0 is the start."""
         return Point(self.model, self.x[number], self.u[number], self.p[number])
+
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame over the points, one column per signal; needs pandas."""
+        pd = need("pandas", "pandas", "to_dataframe()")
+        columns: Dict[str, Any] = {self.parameter.name: self.values}
+        for signals, values in self._columns():
+            columns.update({s.name: values[:, i] for i, s in enumerate(signals)})
+        columns["unstable"] = self.unstable
+        return pd.DataFrame(columns)
 
     def to_xarray(self) -> xarray.Dataset:
         """A Dataset over `point`, with events over `event`; needs xarray."""

@@ -13,7 +13,7 @@ from . import _tiltrim
 from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Bound, Guess, Problem, _range
-from ._show import Page, Shown, Table, fixed, number
+from ._show import Page, Plotted, Shown, Table, fixed, number
 from ._studies import Condition
 from ._trim import TrimResult, trim
 
@@ -128,7 +128,7 @@ class Mode(Shown):
 
 
 @dataclass(repr=False)
-class Modes(Shown):
+class Modes(Plotted):
     """Eigenvalues by rising real part, with error bounds, mode names and a verdict."""
 
     verdict: str  #: stable, unstable, or undecided: the bounds include the imaginary axis
@@ -317,3 +317,73 @@ def _modes(raw: Dict[str, Any], names: Sequence[str]) -> Modes:
         tuple(names),
         raw["converged"],
     )
+
+
+@dataclass(repr=False)
+class Bode(Plotted):
+    """Frequency response from one input to one output of a linear model."""
+
+    input: str
+    output: str
+    unit: str  #: of the gain, output over input
+    frequency: Array  #: rad/s
+    response: Complex  #: C (jωI - A)⁻¹ B + D
+
+    @property
+    def magnitude(self) -> Array:
+        """|response|, in `unit`."""
+        return np.abs(self.response)
+
+    @property
+    def phase(self) -> Array:
+        """Phase in rad, without jumps of 2π."""
+        return np.unwrap(np.angle(self.response))
+
+    def _page(self) -> Page:
+        span = f"{number(float(self.frequency[0]))} to {number(float(self.frequency[-1]))} rad/s"
+        return Page(f"{self.output} by {self.input}: {len(self.frequency)} frequencies, {span}")
+
+
+def bode(
+    what: Union[LinearModel, TrimResult, Problem, Condition],
+    input: str,
+    output: str,
+    frequency: Optional[ArrayLike] = None,
+) -> Bode:
+    """The frequency response of a linear model, or of what linearize() takes.
+
+    input, output : names; a state is an output too
+    frequency     : rad/s, rising; default: 200 from a tenth of the slowest eigenvalue (or 0.01) to
+                    ten times the fastest (or 100)
+    """
+    linear = what if isinstance(what, LinearModel) else linearize(what)
+    linear._check()
+    inputs = [s.name for s in linear.inputs]
+    rows = np.vstack([linear.C, np.eye(len(linear.states))])
+    through = np.vstack([linear.D, np.zeros((len(linear.states), len(inputs)))])
+    outputs = (*linear.outputs, *linear.states)
+    j = _place(input, inputs, "input")
+    i = _place(output, [s.name for s in outputs], "output")
+    omega = _frequencies(linear) if frequency is None else np.asarray(frequency, dtype=float)
+    if omega.ndim != 1 or omega.size < 2 or not np.all(np.diff(omega) > 0) or omega[0] <= 0:
+        raise _tiltrim.InvalidArgument("frequency: expected rising values above 0 rad/s")
+    identity = np.eye(len(linear.states))
+    response = np.array(
+        [rows[i] @ np.linalg.solve(1j * w * identity - linear.A, linear.B[:, j]) for w in omega]
+    )
+    units = [outputs[i].unit, linear.inputs[j].unit]
+    unit = "" if units[0] == units[1] else f"{units[0] or '1'}/{units[1] or '1'}"
+    return Bode(input, output, unit, omega, response + through[i, j])
+
+
+def _place(name: str, names: Sequence[str], what: str) -> int:
+    if name not in names:
+        raise _tiltrim.InvalidArgument(f"no {what} '{name}'; there are: {', '.join(names)}")
+    return list(names).index(name)
+
+
+def _frequencies(linear: LinearModel) -> Array:
+    sizes = np.abs(np.linalg.eigvals(linear.A)) if len(linear.states) else np.array([])
+    sizes = sizes[sizes > 1e-6]
+    slowest, fastest = (sizes.min(), sizes.max()) if sizes.size else (0.1, 10.0)
+    return np.geomspace(slowest / 10, 10 * fastest, 200)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 from dataclasses import dataclass, field
-from typing import List, Sequence
+from typing import Any, List, Sequence
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -89,3 +89,13 @@ class Shown:
 
     def _repr_html_(self) -> str:
         return self._page().html()
+
+
+class Plotted(Shown):
+    """A result with a picture."""
+
+    def plot(self, *names: str, axes: Any = None) -> Any:
+        """Draws the result with matplotlib and returns the axes: see tiltrim.plot()."""
+        from ._plot import plot
+
+        return plot(self, *names, axes=axes)

@@ -25,7 +25,7 @@ from . import _tiltrim
 from ._models import Array, Model, Point
 from ._needs import need
 from ._problems import Guess
-from ._show import Page, Shown, Table, number
+from ._show import Page, Plotted, Table, number
 from ._studies import Condition, Study
 from ._trim import TrimResult
 
@@ -54,7 +54,7 @@ class SwitchEvent(NamedTuple):
 
 
 @dataclass(repr=False)
-class Trajectory(Shown):
+class Trajectory(Plotted):
     """A motion: trajectory["gap"] is any state, input, parameter or output over the times t [s].
 
     x, u, p, y : shapes (samples, nx), (samples, nu), (samples, np), (samples, ny)
@@ -97,6 +97,12 @@ class Trajectory(Shown):
         _tiltrim.variable(m._core, name)  # raises, with the names there are
         raise KeyError(name)
 
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame over `time` [s], one column per signal; needs pandas."""
+        pd = need("pandas", "pandas", "to_dataframe()")
+        names = [s.name for s in (*self.model.states, *self.model.inputs, *self.model.outputs)]
+        return pd.DataFrame({n: self[n] for n in names}, index=pd.Index(self.t, name="time"))
+
     def to_xarray(self) -> xarray.Dataset:
         """A Dataset over `time`, one variable per signal; needs xarray."""
         xr = need("xarray", "xarray", "to_xarray()")
@@ -124,7 +130,7 @@ class Trajectory(Shown):
 
 
 @dataclass(repr=False)
-class Flight(Shown):
+class Flight(Plotted):
     """A study's flight: flight["theta_deg"] is a column over flight["time"]. Angles in degrees.
 
     True if it reached the end of its duration or landed. For a study with [model], the motion
@@ -152,6 +158,12 @@ class Flight(Shown):
                 f"no column '{name}'; the flight has: {', '.join(self.columns)}"
             )
         return self.columns[name]
+
+    def to_dataframe(self) -> Any:
+        """A pandas.DataFrame over `time` [s], one column per quantity; needs pandas."""
+        pd = need("pandas", "pandas", "to_dataframe()")
+        columns = {n: v for n, v in self.columns.items() if n != "time"}
+        return pd.DataFrame(columns, index=pd.Index(self.columns.get("time", []), name="time"))
 
     def to_xarray(self) -> xarray.Dataset:
         """A Dataset over `time`, events over `event`; needs xarray."""

@@ -14,7 +14,7 @@ from ._models import Array, Model
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._studies import Condition, Study, _toml_value, parse_study
-from ._trim import asked, time_limited
+from ._trim import TrimResult, asked, time_limited
 
 if TYPE_CHECKING:
     import xarray
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 #: {signal: values}, or {axis name: {signal: values, ...}} for signals that vary together
 Axes = Mapping[str, Union[ArrayLike, Mapping[str, ArrayLike]]]
-Problems = Sequence[Union[Problem, Condition]]
+Problems = Sequence[Union[Problem, Condition, TrimResult]]
 
 
 @shows_fields
 def sweep(
-    what: Union[Model, Problem, Condition, Study, Problems],
+    what: Union[Model, Problem, Condition, TrimResult, Study, Problems],
     guess: Optional[Guess] = None,
     *,
     axes: Optional[Axes] = None,
@@ -78,8 +78,8 @@ def sweep(
             raise TypeError("sweep() of a study: its axes are its own; expected no axes=")
         _check_only(what, only)
         return _dataset(xr, _tiltrim.sweep_study(what._core, list(only), options), False)
-    single = isinstance(what, (Model, Problem, Condition))
-    members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
+    single = isinstance(what, (Model, Problem, Condition, TrimResult))
+    members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
     if not axes or not members:
         raise TypeError("sweep() needs axes={signal: values} and a problem")
     conditions = [one for one in members if isinstance(one, Condition)]
@@ -132,17 +132,19 @@ def _check_only(study: Study, only: Sequence[str]) -> None:
             )
 
 
-def _first_model(members: Sequence[Union[Model, Problem, Condition]]) -> Model:
+def _first_model(members: Sequence[Union[Model, Problem, Condition, TrimResult]]) -> Model:
     first = members[0]
     return first if isinstance(first, Model) else first.model
 
 
 def _problem(
-    what: Union[Model, Problem, Condition],
+    what: Union[Model, Problem, Condition, TrimResult],
     guess: Optional[Guess],
     spec: TrimSpec,
     inputs: Sequence[str],
 ) -> Tuple[str, _tiltrim.Model, Dict[str, Any], Any, List[str]]:
+    if isinstance(what, TrimResult):
+        what = what._problem()
     model, own, at = asked(what, guess, spec, "sweep")
     kept = list(inputs) or [s.name for s in model.inputs]
     return what.name, model._core, own._fields(), at._tuple(), kept

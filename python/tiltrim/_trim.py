@@ -56,6 +56,9 @@ class TrimResult(Shown):
             return [s.name for s in self.model.states if s.name not in steady | held]
         return [*self.spec.moving, *(n for n, rate in self.spec.rates.items() if rate != 0)]
 
+    def _problem(self) -> Problem:
+        return Problem(self.model, self.point, spec=self.spec)
+
     def __getitem__(self, name: str) -> float:
         place = self.model._output_place.get(name)
         if place is not None and name not in self.point:
@@ -87,7 +90,7 @@ def time_limited(seconds: Optional[float]) -> Dict[str, float]:
 
 
 def asked(
-    what: Union[Model, Problem, Condition],
+    what: Union[Model, Problem, Condition, TrimResult],
     guess: Optional[Guess],
     spec: TrimSpec,
     verb: str,
@@ -97,6 +100,8 @@ def asked(
         if guess is None:
             raise TypeError(f"{verb}() of a model needs a guess: values by name, or a Point")
         return what, spec._of(what), what.point(guess)
+    if isinstance(what, TrimResult):
+        what = what._problem()
     if not isinstance(what, (Problem, Condition)):
         raise TypeError(
             f"{verb}(): expected a Model, a Problem or a Condition, got {type(what).__name__}"
@@ -117,7 +122,7 @@ def _result(raw: Dict[str, Any], model: Model, spec: TrimSpec) -> TrimResult:
 
 @shows_fields
 def trim(
-    what: Union[Model, Problem, Condition],
+    what: Union[Model, Problem, Condition, TrimResult],
     guess: Optional[Guess] = None,
     *,
     spec: Optional[TrimSpec] = None,
@@ -164,7 +169,8 @@ def trim(
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)
         of_table = what.formulation == "table"
-        result = _result(raw, Model._of(raw["model"], (_model_of, (what,))), TrimSpec() if of_table else what.spec)
+        model = Model._of(raw["model"], (_model_of, (what,)))
+        result = _result(raw, model, TrimSpec() if of_table else what.spec)
         if what.formulation == "closed_loop":
             result._linear_inputs = ("V", "gamma", "eta")  # the commands of the closed loop
         return result

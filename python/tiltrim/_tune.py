@@ -11,6 +11,7 @@ from ._models import Array, Model
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, Table, number
 from ._studies import Condition, Study
+from ._trim import TrimResult
 from ._sweep import Problems, _problem
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ class TuneResult(Shown):
 
 @shows_fields
 def tune(
-    what: Union[Model, Problem, Condition, Study, Problems],
+    what: Union[Model, Problem, Condition, TrimResult, Study, Problems],
     guess: Optional[Guess] = None,
     *,
     gains: Optional[Mapping[str, Tuple[float, float]]] = None,
@@ -171,7 +172,7 @@ def tune(
         if gains or limits:
             raise TypeError("tune() of a study: gains and limits are those of its [tune]")
         return _result(_tiltrim.tune_study(what._core, options))
-    members = [what] if isinstance(what, (Model, Problem, Condition)) else list(what)
+    members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
     request = {
         "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
         "uncertain": [(n, float(a), float(b)) for n, (a, b) in (uncertain or {}).items()],
