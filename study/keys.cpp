@@ -35,13 +35,20 @@ std::vector<Key> study_keys() {
 
 Key study_key(std::string_view name) { return key_among(study_keys(), name); }
 
+// "mass" is short for "aircraft.mass", "theta" for "theta_deg"; else the nearest spelling.
+static std::string suggestion(const std::string& name, const std::vector<std::string>& all) {
+  for (const std::string& full : all)
+    if (full.ends_with("." + name) || full == name + "_deg" || full.ends_with("." + name + "_deg"))
+      return full;
+  return nearest_name(name, all);
+}
+
 Key key_among(const std::vector<Key>& keys, std::string_view name) {
   const auto at = std::ranges::find(keys, name, &Key::name);
   if (at != keys.end()) return *at;
   std::vector<std::string> all;
   for (const Key& key : keys) all.push_back(key.name);
-  const bool unit_missing = std::ranges::find(all, std::string(name) + "_deg") != all.end();
-  const std::string near = unit_missing ? std::string(name) + "_deg" : nearest_name(name, all);
+  const std::string near = suggestion(std::string(name), all);
   throw std::invalid_argument(fmt::format(
       "{} is not a number of a study; {}there are: {}", reading::in_quotes(name),
       near.empty() ? "" : fmt::format("did you mean '{}'? ", near), fmt::join(all, ", ")));

@@ -472,6 +472,9 @@ TEST_CASE("wrong branches and envelopes are refused") {
                 {"follow.parameter", "'Vv'", "did you mean 'V'?", "gains.K_Lp"});
   check_refused(follow("parameter = 'gamma'\nto = 5\n"), "2:13", {"did you mean 'gamma_deg'?"});
   check_refused(follow("parameter = 'aircraft.masss'\nto = 5\n"), "2:13", {"'aircraft.mass'?"});
+  check_refused(follow("parameter = 'mass'\nto = 5\n"), "2:13", {"'aircraft.mass'?"});
+  check_refused(follow("parameter = 'cyclic_off'\nto = 5\n"), "2:13",
+                {"'aircraft.cyclic_off_deg'?"});
   check_refused(follow("parameter = 3\nto = 5\n"), "2:13", {"follow.parameter: 3 is not text"});
   check_refused(follow("parameter = 'V'\nto = 'slow'\n"), "3:6", {"follow.to", "'slow'"});
   check_refused(follow("parameter = 'V'\nto = -1\n"), "3:6", {"follow.to: -1", "m/s"});
