@@ -81,7 +81,11 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
     options.identity = identity_of(study, conditions);
     options.stop = stop;
     if (!output.empty()) options.log = log;
+    const bool resumed = !output.empty() && first_of_ranks() && std::filesystem::exists(log);
     map = swept(study, conditions, *study.sweep, options);
+    if (resumed)
+      fmt::print(stderr, "tiltrim: resumed from {}: its lines were not computed again\n",
+                 log.string());
   } catch (const SweepInterrupted& e) {
     if (e.failed_elsewhere) return {"", bad_input, true};
     if (!output.empty() && first_of_ranks())

@@ -18,7 +18,9 @@ folder = pathlib.Path(sys.argv[1])
 trims, spectra, processes = (int(a) for a in (sys.argv[2:] + ["1000000", "100000", str(os.cpu_count())][len(sys.argv) - 2:]))
 # Trials in one batch of each program, for TILTRIM_TRIALS = 1.
 PROGRAMS = [("trim_tests", ["--source-file=*/trim_planted_test.cpp"], 3600, 10, trims),
-            ("linearize_tests", ["--source-file=*/modes_test.cpp", "-tc=*planted spectrum*"], 2000, 5, spectra)]
+            ("linearize_tests", ["--source-file=*/modes_test.cpp", "-tc=*planted spectrum*"], 2000, 5, spectra),
+            # As many matrices by Routh's test against their eigenvalues.
+            ("linearize_tests", ["--source-file=*/stability_map_test.cpp", "-tc=*no random matrix*"], 250000, 1, trims)]
 
 
 def share(seed, program, arguments, scale):
