@@ -38,7 +38,7 @@ demo: packages release
 
 test: packages
 	cmake --preset release $(PARTS)
-	@echo "building the program and its tests: on two cores two to five minutes the first time, then three to run them"
+	@echo "building the program and its tests: on two cores five to eight minutes the first time, then three to six to run them"
 	cmake --build --preset release -j $(JOBS)
 	ctest --preset release -j $(JOBS)
 

@@ -3,7 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <sstream>
+#include <iterator>
 
 #include "cli/options.hpp"
 
@@ -44,18 +44,23 @@ std::string choices(const CLI::Option& option) {
   return names;
 }
 
+// The first argument without a flag; null if there is none.
+const CLI::Option* positional(const CLI::App& command) {
+  const auto all = command.get_options([](const CLI::Option* o) { return o->get_positional(); });
+  return all.empty() ? nullptr : all.front();
+}
+
 // Ending of the positional argument: "toml" for STUDY.toml; empty if the command takes no file.
 std::string positional_ending(const CLI::App& command) {
-  const auto all = command.get_options([](const CLI::Option* o) { return o->get_positional(); });
-  if (all.empty()) return {};
-  const std::string name = all.front()->get_type_name();
+  const CLI::Option* first = positional(command);
+  const std::string name = first ? first->get_type_name() : std::string();
   const std::size_t dot = name.rfind('.');
   return dot == name.npos ? std::string() : name.substr(dot + 1);
 }
 
 std::string positional_choices(const CLI::App& command) {
-  const auto all = command.get_options([](const CLI::Option* o) { return o->get_positional(); });
-  return all.empty() ? std::string() : choices(*all.front());
+  const CLI::Option* first = positional(command);
+  return first ? choices(*first) : std::string();
 }
 
 std::string bash(const CLI::App& app) {
@@ -167,7 +172,7 @@ std::string fish(const CLI::App& app) {
       "#   tiltrim completion fish > ~/.config/fish/completions/tiltrim.fish\n"
       "complete -c tiltrim -n __fish_use_subcommand -l help -d 'Print the help'\n"
       "complete -c tiltrim -n __fish_use_subcommand -l version -d 'Print the version'\n";
-  const auto said = [](const std::string& words) {
+  const auto escaped = [](const std::string& words) {
     std::string out;
     for (const char c : words)
       out += c == '\'' || c == '\\' ? std::string("\\") + c : std::string(1, c);
@@ -176,7 +181,7 @@ std::string fish(const CLI::App& app) {
   for (const CLI::App* command : commands(app)) {
     const std::string name = command->get_name();
     text += fmt::format("complete -c tiltrim -f -n __fish_use_subcommand -a {} -d '{}'\n", name,
-                        said(command->get_description()));
+                        escaped(command->get_description()));
     for (const CLI::Option* option : named(*command)) {
       text += fmt::format("complete -c tiltrim -n '__fish_seen_subcommand_from {}'", name);
       for (const std::string& s : option->get_snames()) text += " -s " + s;
@@ -186,7 +191,7 @@ std::string fish(const CLI::App& app) {
         text += fmt::format(" -x -a '{}'", among);
       else if (takes_value(*option))
         text += " -r";
-      text += fmt::format(" -d '{}'\n", said(option->get_description()));
+      text += fmt::format(" -d '{}'\n", escaped(option->get_description()));
     }
     if (const std::string among = positional_choices(*command); !among.empty())
       text += fmt::format("complete -c tiltrim -f -n '__fish_seen_subcommand_from {}' -a '{}'\n",

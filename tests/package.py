@@ -70,6 +70,16 @@ for shell, file in (("bash", "bash-completion/completions/tiltrim"), ("zsh", "zs
     else:
         leave_out(shell)
 
+# What the Tab key offers in bash: a command, an option, a value, a study.
+TYPED = {"tiltrim lin": "linearize", "tiltrim simulate --mon": "--monte-carlo", "tiltrim trim --solver ne": "newton",
+         f"tiltrim trim {usr}/share/tiltrim/studies/pap": f"{usr}/share/tiltrim/studies/paper.toml"}  # fmt: skip
+for typed, offered in TYPED.items():
+    words = shlex.split(typed)
+    script = (f"source {usr}/share/bash-completion/completions/tiltrim; COMP_WORDS=({typed}); "
+              f"COMP_CWORD={len(words) - 1}; _tiltrim; printf '%s\\n' \"${{COMPREPLY[@]}}\"")  # fmt: skip
+    found = run("bash", "-c", script).split()
+    assert found == [offered], (typed, found)
+
 (folder,) = usr.glob("lib/**/pkgconfig")
 used = shlex.split(run("pkg-config", "--cflags", "--libs", "tiltrim",
                        env={**os.environ, "PKG_CONFIG_PATH": str(folder)}))  # fmt: skip
@@ -77,6 +87,6 @@ own = [word for word in used if word.startswith("-I") and str(scratch) in os.pat
 assert len(own) == 1, used  # <prefix>/include, and no more
 (scratch / "main.cpp").write_text(MAIN)
 run(compiler, "-std=c++20", *flags, scratch / "main.cpp", "-o", scratch / "main", *used)
-said = run(scratch / "main", env={**elsewhere, "TILTRIM_DATA": str(usr / "share/tiltrim/data")})
-assert said == "stable\n", said
+printed = run(scratch / "main", env={**elsewhere, "TILTRIM_DATA": str(usr / "share/tiltrim/data")})
+assert printed == "stable\n", printed
 print(f"{package.name}: {package.stat().st_size / 1e6:.1f} MB")

@@ -17,7 +17,6 @@ from ._studies import Condition
 from ._trim import TrimResult
 
 BLUE, RED, GREY = "#0072b2", "#d55e00", "#777777"
-Plotted = Union[Modes, Branch, Trajectory, Flight, Bode]
 
 
 def plot(what: Any, *names: str, axes: Any = None) -> Any:
