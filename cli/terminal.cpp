@@ -97,6 +97,7 @@ Interrupt::Interrupt() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   watcher_ = std::jthread([this, set](const std::stop_token& ended) {
     const timespec tick{0, 50'000'000};
+    watching_.count_down();
     while (!ended.stop_requested()) {
       const int got = sigtimedwait(&set, nullptr, &tick);
       if (got <= 0) continue;
@@ -105,6 +106,7 @@ Interrupt::Interrupt() {
       source_.request_stop();
     }
   });
+  watching_.wait();  // a fork while a thread starts would copy the locks it holds
 }
 
 Interrupt::~Interrupt() {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
+#include <latch>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -47,6 +48,7 @@ class Interrupt {
 
  private:
   std::stop_source source_;
+  std::latch watching_{1};
   std::jthread watcher_;
 };
 

@@ -359,6 +359,11 @@ struct Sums {
 
 }  // namespace
 
+// k of n drawn is a share of at least `least`, to three standard deviations: few are drawn under sanitizers.
+static bool at_least(double least, int k, int n) {
+  return k >= least * n - 3 * std::sqrt(least * (1 - least) * n);
+}
+
 TEST_CASE("random boxes: never infeasible where there is a solution, nor converged without one") {
   Random g(6);
   int with = 0, without = 0, solved = 0, shown = 0;
@@ -384,8 +389,8 @@ TEST_CASE("random boxes: never infeasible where there is a solution, nor converg
   }
   CHECK(with > boxes / 4);
   CHECK(without > boxes / 4);
-  CHECK(solved > 0.95 * with);
-  CHECK(shown > 0.8 * without);  // two sums, near the border: left open
+  CHECK(at_least(0.95, solved, with));
+  CHECK(at_least(0.8, shown, without));  // two sums, near the border: left open
 }
 
 // ---- the tiltrotor ----
