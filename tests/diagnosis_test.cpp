@@ -541,7 +541,8 @@ struct Explained {
 
 }  // namespace
 
-TEST_CASE("(3) as printed: no climb, for the wing's download") {
+TEST_CASE("(3) as printed: no climb, for the wing's download" *
+          doctest::skip(sanitized)) {
   Vehicle v = reference_vehicle();
   v.aircraft.pitch_scale = v.aircraft.wake_immersion = 1;
   const Explained climb(v, {2, pi / 2, pi / 2});

@@ -606,7 +606,8 @@ TEST_CASE("margins: the same in any units") {
   }
 }
 
-TEST_CASE("margins: none missed, against a scan of the factors that L is made of") {
+TEST_CASE("margins: none missed, against a scan of the factors that L is made of" *
+          doctest::skip(sanitized)) {
   Random random(7);
   for (int k = 0; k < trials(1000);) {
     const Factored L(random);
