@@ -39,6 +39,7 @@ PYBIND11_MODULE(_tiltrim, module) {
   python::add_model(module);
   python::add_equilibria(module);
   python::add_maps(module);
+  python::add_map_files(module);
   python::add_studies(module);
   python::add_motion(module);
 }

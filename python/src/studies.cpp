@@ -116,11 +116,14 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only,
   SweepOptions options = sweep_options_of(fields, false, study.time_limit);
   options.crossings = options.crossings && study.sweep->crossings;
   const std::vector<SweepAxis>& axes = study.sweep->axes;
-  const SweepMap map =
-      run(false, [&](const std::stop_token& stop) {
-        options.stop = options.trimming.stop = stop;
-        return sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
-      }).first;
+  const SweepMap map = run(false, [&](const std::stop_token& stop) {
+                         options.stop = options.trimming.stop = stop;
+                         SweepMap found =
+                             sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
+                         found.study = study.text;
+                         found.program = "tiltrim " TILTRIM_VERSION;
+                         return found;
+                       }).first;
   py::dict d = dict_of(map);
   d["exception"] = py::none();
   return d;

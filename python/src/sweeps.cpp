@@ -75,69 +75,6 @@ Requirement requirement_of(const RequirementTuple& tuple) {
   return {measure_of(std::get<0>(tuple)), std::get<1>(tuple), std::get<2>(tuple)};
 }
 
-// ---- Maps ---------------------------------------------------------------------------------------
-
-template <class Of>
-auto column(const auto& structs, const Of& of) {
-  std::vector<std::decay_t<decltype(of(structs.front()))>> values;
-  for (const auto& s : structs) values.push_back(of(s));
-  return values;
-}
-
-std::vector<std::vector<double>> places(const auto& structs) {
-  return column(structs, [](const auto& s) { return s.at; });
-}
-
-py::dict crossings_of(const SweepMap& map) {
-  const auto& all = map.crossings;
-  py::dict d;
-  d["condition"] = array_of(column(all, [](const auto& c) { return c.condition; }));
-  d["axis"] = array_of(column(all, [](const auto& c) { return c.axis; }));
-  d["at"] = places(all);
-  d["error"] = array_of(column(all, [](const auto& c) { return c.error; }));
-  d["kind"] = column(all, [](const auto& c) { return to_string(c.kind); });
-  d["unstable_before"] = array_of(column(all, [](const auto& c) { return c.unstable_before; }));
-  d["unstable_after"] = array_of(column(all, [](const auto& c) { return c.unstable_after; }));
-  d["frequency"] = array_of(column(all, [](const auto& c) { return c.frequency; }));
-  d["mode"] = array_of(column(all, [](const auto& c) { return c.mode; }));
-  d["mode_name"] = column(all, [](const auto& c) { return c.mode_name; });
-  return d;
-}
-
-py::dict intervals_of(const SweepMap& map) {
-  const auto& all = map.intervals;
-  py::dict d;
-  d["condition"] = array_of(column(all, [](const auto& i) { return i.condition; }));
-  d["axis"] = array_of(column(all, [](const auto& i) { return i.axis; }));
-  d["at"] = places(all);
-  d["from"] = array_of(column(all, [](const auto& i) { return i.from; }));
-  d["to"] = array_of(column(all, [](const auto& i) { return i.to; }));
-  d["verdict"] = column(all, [](const auto& i) { return to_string(i.verdict); });
-  d["unstable"] = array_of(column(all, [](const auto& i) { return i.unstable; }));
-  d["abscissa"] = array_of(column(all, [](const auto& i) { return i.abscissa; }));
-  d["abscissa_at"] = array_of(column(all, [](const auto& i) { return i.abscissa_at; }));
-  return d;
-}
-
-py::list axes_of(const SweepMap& map) {
-  py::list axes;
-  for (const SweepAxis& axis : map.axes) {
-    py::list columns;
-    for (const SweepAxis::Column& c : axis.columns)
-      columns.append(py::make_tuple(c.name, c.unit, array_of(c.values)));
-    axes.append(py::make_tuple(axis.name, columns));
-  }
-  return axes;
-}
-
-// Names of the enumerators from 0 to `last`.
-template <class Enum>
-std::vector<std::string> words_to(Enum last) {
-  std::vector<std::string> words;
-  for (int k = 0; k <= int(last); ++k) words.push_back(to_string(Enum(k)));
-  return words;
-}
-
 py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<AxisTuple>& axes,
                const py::dict& fields) {
   refuse_within_callable("sweep", "trim with method='newton' and closest=False");
@@ -146,7 +83,9 @@ py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<Axis
   SweepOptions options = sweep_options_of(fields, callables);
   const auto [map, raised] = run(callables, [&](const std::stop_token& stop) {
     options.stop = options.trimming.stop = stop;
-    return sweep(requests, axes_of(axes), options);
+    SweepMap found = sweep(requests, axes_of(axes), options);
+    found.program = "tiltrim " TILTRIM_VERSION;
+    return found;
   });
   py::dict d = dict_of(map);
   d["exception"] = raised;
@@ -195,33 +134,6 @@ SweepOptions sweep_options_of(const py::dict& fields, bool callables, double tim
   options.crossings = fields["crossings"].cast<bool>();
   options.trimming = trim_options_of(fields["trimming"].cast<py::dict>(), options.trimming);
   return options;
-}
-
-py::dict dict_of(const SweepMap& map) {
-  py::dict d;
-  d["conditions"] = map.conditions;
-  d["axes"] = axes_of(map);
-  d["states"] = tuples_of(map.states);
-  d["inputs"] = tuples_of(map.inputs);
-  d["mode_names"] = map.mode_names;
-  d["status"] = array_of(map.status);
-  d["statuses"] = words_to(TrimStatus::time_limit);
-  d["verdict"] = array_of(map.verdict);
-  d["verdicts"] = words_to(Verdict::undecided);
-  d["reason"] = array_of(map.reason);
-  d["reasons"] = map.reasons;
-  d["residual"] = array_of(map.residual);
-  d["spectral_abscissa"] = array_of(map.spectral_abscissa);
-  d["damping"] = array_of(map.damping);
-  d["state"] = array_of(map.state);
-  d["input"] = array_of(map.input);
-  d["eigenvalue_re"] = array_of(map.eigenvalue_re);
-  d["eigenvalue_im"] = array_of(map.eigenvalue_im);
-  d["confidence"] = array_of(map.confidence);
-  d["second_branch"] = array_of(map.second_branch);
-  d["crossings"] = crossings_of(map);
-  d["intervals"] = intervals_of(map);
-  return d;
 }
 
 TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool callables) {

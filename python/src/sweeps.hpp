@@ -7,7 +7,8 @@
 
 namespace tiltrim::python {
 
-/// A map's arrays, flat, and their shapes.
+/// The variables of a map's file: `fields`, {name: (dimensions, long_name, units, flags, fill,
+/// scale, flat values)}; `axes`, the columns of each; study, program and instruction_set.
 py::dict dict_of(const SweepMap& map);
 /// threads, crossings, starts; `trimming` as trim's options.
 SweepOptions sweep_options_of(const py::dict& fields, bool callables,

@@ -11,6 +11,7 @@ namespace py = pybind11;
 
 void add_equilibria(py::module_& module);  ///< trim, follow, linearize, modes, sensitivities
 void add_maps(py::module_& module);        ///< sweep, tune
+void add_map_files(py::module_& module);   ///< files of maps
 void add_studies(py::module_& module);     ///< studies and their conditions
 void add_motion(py::module_& module);      ///< simulate, flights
 

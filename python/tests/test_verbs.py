@@ -152,7 +152,7 @@ def test_sweep_finds_the_gain_from_which_on_the_ball_is_held():
         roots = np.roots([1, GAIN * 2, GAIN * k_p - 1962])
         own = ds.eigenvalue.sel(k_p=k_p).values
         np.testing.assert_allclose(np.sort_complex(own), np.sort_complex(roots), rtol=1e-6)
-    assert ds.k_p.attrs["units"] == "A/m"
+    assert ds.k_p.attrs["units"] == "A m-1" and ds.k_p.attrs["study_unit"] == "A/m"
     assert ds.state_value.sel(state="gap").values == pytest.approx([0.01] * 5, abs=1e-9)
 
 

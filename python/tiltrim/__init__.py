@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from ._follow import Branch, BranchEvent, follow
 from ._linear import Bode, LinearModel, Mode, Modes, bode, linearize, modes
+from ._maps import open_map, save
 from ._models import Effort, Model, Point, Signal, close_loop, feedback
 from ._plot import plot
 from ._problems import Problem, TrimSpec
@@ -56,9 +57,11 @@ __all__ = [
     "follow",
     "linearize",
     "modes",
+    "open_map",
     "parse_study",
     "plot",
     "read_study",
+    "save",
     "sensitivities",
     "simulate",
     "sweep",

@@ -162,7 +162,7 @@ def _map(dataset: Any, ax: Any) -> Any:
 
 
 def _axis_label(dataset: Any, name: str) -> str:
-    return _label(name, str(dataset[name].attrs.get("units", "")))
+    return _label(name, str(dataset[name].attrs.get("study_unit", "")))
 
 
 def _lines(dataset: Any, axis: str, ax: Any) -> Any:

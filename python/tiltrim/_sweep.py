@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 from . import _tiltrim
 from ._follow import _signal
 from ._models import Array, Model
+from ._maps import to_dataset
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._studies import Condition, Study, _toml_value, parse_study
@@ -63,6 +63,10 @@ def sweep(
     spectral_abscissa, damping, residual, confidence, second_branch
     crossing_...  (crossing)      : where the number of unstable eigenvalues changes along an axis
     interval_...  (interval)      : verdicts for whole intervals between the points
+    second_...    (second)        : the equilibria of second branches
+
+    save() writes it to the file that `tiltrim sweep -o map.nc` writes; the variables have the same
+    names and attributes in both.
 
     Needs xarray. Raises ValueError for unknown names.
     """
@@ -77,17 +81,17 @@ def sweep(
         if axes is not None:
             raise TypeError("sweep() of a study: its axes are its own; expected no axes=")
         _check_only(what, only)
-        return _dataset(xr, _tiltrim.sweep_study(what._core, list(only), options), False)
+        return to_dataset(xr, _tiltrim.sweep_study(what._core, list(only), options))
     single = isinstance(what, (Model, Problem, Condition, TrimResult))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
     if not axes or not members:
         raise TypeError("sweep() needs axes={signal: values} and a problem")
     conditions = [one for one in members if isinstance(one, Condition)]
     if len(conditions) == len(members):
-        return _dataset(xr, _sweep_conditions(conditions, axes, options), single)
+        return to_dataset(xr, _sweep_conditions(conditions, axes, options), single)
     problems = [_problem(one, guess, own, inputs) for one in members]
     raw = _tiltrim.sweep(problems, _axes(axes, _first_model(members)), options)
-    return _dataset(xr, raw, single)
+    return to_dataset(xr, raw, single, raw["exception"])
 
 
 def _sweep_conditions(
@@ -162,92 +166,3 @@ def _axes(axes: Axes, model: Model) -> List[Tuple[str, List[Tuple[str, str, List
             raise _tiltrim.InvalidArgument(f"axis '{name}': unequal numbers of values")
         listed.append((name, columns))
     return listed
-
-
-_own_names = {
-    "condition", "state", "input", "mode", "crossing", "interval", "axis", "status", "verdict",
-    "reason", "residual", "spectral_abscissa", "damping", "eigenvalue", "state_value",
-    "input_value", "confidence", "second_branch", "mode_name", "state_unit", "input_unit",
-}  # fmt: skip
-
-
-def _dataset(xr: Any, raw: Dict[str, Any], single: bool) -> xarray.Dataset:
-    dims = ["condition"] + [name for name, _ in raw["axes"]]
-    for name in dims[1:]:
-        if name in _own_names:
-            raise _tiltrim.InvalidArgument(
-                f"an axis cannot be named '{name}'; expected "
-                f'axes={{"{name}_axis": {{"{name}": values}}}}'
-            )
-    shape = [len(raw["conditions"])] + [len(columns[0][2]) for _, columns in raw["axes"]]
-    data = _over_points(raw, dims, shape)
-    data.update(_between(raw))
-    coords: Dict[str, Any] = {
-        "condition": raw["conditions"],
-        "axis": dims[1:],
-        "mode_name": (("condition", "mode"), np.array(raw["mode_names"], dtype=str)),
-    }
-    for what in ("state", "input"):
-        signals = raw[f"{what}s"]
-        coords[what] = np.array([name for name, _, _ in signals], dtype=str)
-        coords[f"{what}_unit"] = (what, np.array([unit for _, unit, _ in signals], dtype=str))
-    for axis, columns in raw["axes"]:
-        for i, (name, unit, values) in enumerate(columns):
-            own = axis if i == 0 else name.rsplit(".", 1)[-1]
-            coords[own] = (axis, values, {"units": unit, "long_name": name})
-    attributes: Dict[str, Any] = {"program": f"tiltrim {_tiltrim.version}"}
-    threw = np.flatnonzero(np.array(raw["statuses"])[np.asarray(raw["status"])] == "model_threw")
-    if len(threw):
-        first = raw["reasons"][raw["reason"][threw[0]]]
-        points = len(raw["status"])
-        attributes["model_threw"] = f"at {len(threw)} of {points} points; first: {first}"
-    raised = raw["exception"]
-    if raised is not None:
-        lines = traceback.format_exception(type(raised), raised, raised.__traceback__)
-        attributes["exception"] = "".join(lines)
-    dataset = xr.Dataset(data, coords, attributes)
-    return dataset.isel(condition=0) if single else dataset  # type: ignore[no-any-return]
-
-
-def _over_points(raw: Dict[str, Any], dims: List[str], shape: List[int]) -> Dict[str, Any]:
-    def shaped(values: Any, *behind: int) -> Any:
-        return np.asarray(values).reshape([*shape, *behind])
-
-    states, inputs = len(raw["states"]), len(raw["inputs"])
-    eigenvalue = np.array(raw["eigenvalue_re"], dtype=complex)
-    eigenvalue.imag = raw["eigenvalue_im"]
-    per_second = {"units": "1/s"}
-    return {
-        "status": (dims, shaped(_words(raw["status"], raw["statuses"], "not_reached"))),
-        "verdict": (dims, shaped(_words(raw["verdict"], raw["verdicts"], ""))),
-        "reason": (dims, shaped(_words(raw["reason"], raw["reasons"], ""))),
-        "spectral_abscissa": (dims, shaped(raw["spectral_abscissa"]), per_second),
-        "damping": (dims, shaped(raw["damping"])),
-        "residual": (dims, shaped(raw["residual"]), per_second),
-        "second_branch": (dims, shaped(raw["second_branch"]) != 0),
-        "eigenvalue": ([*dims, "mode"], shaped(eigenvalue, states), per_second),
-        "confidence": ([*dims, "mode"], shaped(raw["confidence"], states) / 255.0),
-        "state_value": ([*dims, "state"], shaped(raw["state"], states)),
-        "input_value": ([*dims, "input"], shaped(raw["input"], inputs)),
-    }
-
-
-def _words(numbers: Any, words: List[str], otherwise: str) -> Any:
-    return np.array([*words, otherwise])[np.asarray(numbers, dtype=int)]  # -1 selects the last
-
-
-def _between(raw: Dict[str, Any]) -> Dict[str, Any]:
-    axes = [name for name, _ in raw["axes"]]
-    data: Dict[str, Any] = {}
-    for what in ("crossing", "interval"):
-        columns = dict(raw[f"{what}s"])
-        condition = np.array(raw["conditions"])[np.asarray(columns.pop("condition"), dtype=int)]
-        along = np.array(axes)[np.asarray(columns.pop("axis"), dtype=int)]
-        at = np.array(columns.pop("at"), dtype=float).reshape(-1, len(axes))
-        data[f"{what}_condition"] = (what, condition)
-        data[f"{what}_axis"] = (what, along)
-        data[f"{what}_at"] = ((what, "axis"), at)
-        for name, values in columns.items():
-            is_words = isinstance(values, list)
-            data[f"{what}_{name}"] = (what, np.array(values, dtype=str) if is_words else values)
-    return data
