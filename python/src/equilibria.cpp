@@ -92,7 +92,48 @@ py::dict modes_of(const MatrixXd& A, const MatrixXd& A_error,
   return dict_of(modes(A, A_error, states, {.mode_names = longitudinal_modes()}));
 }
 
-py::dict in_dict(const Sensitivities& s) {
+py::dict sensitive(const HeldModel& held, const py::dict& spec, const PointTuple& trimmed,
+                   const std::vector<std::string>& parameters) {
+  const TrimSpec asked = spec_of(spec);
+  const auto work = [&](const std::stop_token&) {
+    return sensitivities(held.model, asked, point_of(trimmed), parameters);
+  };
+  return dict_of(run(held.callables, work, Lasts::a_moment).first);
+}
+
+// Points of a branch as arrays.
+py::dict arrays_of(const std::vector<const BranchPoint*>& points) {
+  const auto rows = [&](const auto& vector_of) {
+    const auto columns = points.empty() ? 0 : vector_of(*points.front()).size();
+    MatrixXd all(std::ssize(points), columns);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      all.row(Eigen::Index(i)) = vector_of(*points[i]);
+    return all;
+  };
+  std::vector<double> parameter, residual;
+  std::vector<int> unstable;
+  std::vector<bool> least;
+  for (const BranchPoint* p : points) {
+    parameter.push_back(p->parameter);
+    residual.push_back(p->residual);
+    unstable.push_back(p->unstable.value_or(-1));
+    least.push_back(p->least);
+  }
+  py::dict d;
+  d["parameter"] = array_of(parameter);
+  d["x"] = rows([](const BranchPoint& p) { return p.point.x; });
+  d["u"] = rows([](const BranchPoint& p) { return p.point.u; });
+  d["p"] = rows([](const BranchPoint& p) { return p.point.p; });
+  d["outputs"] = rows([](const BranchPoint& p) { return p.outputs; });
+  d["residual"] = array_of(residual);
+  d["unstable"] = array_of(unstable);
+  d["least"] = least;
+  return d;
+}
+
+}  // namespace
+
+py::dict dict_of(const Sensitivities& s) {
   py::list parameters, most;
   for (const ParameterSensitivity& p : s.parameters) {
     py::dict d;
@@ -127,47 +168,6 @@ py::dict in_dict(const Sensitivities& s) {
   d["ranked"] = most;
   return d;
 }
-
-py::dict sensitive(const HeldModel& held, const py::dict& spec, const PointTuple& trimmed,
-                   const std::vector<std::string>& parameters) {
-  const TrimSpec asked = spec_of(spec);
-  const auto work = [&](const std::stop_token&) {
-    return sensitivities(held.model, asked, point_of(trimmed), parameters);
-  };
-  return in_dict(run(held.callables, work, Lasts::a_moment).first);
-}
-
-// Points of a branch as arrays.
-py::dict arrays_of(const std::vector<const BranchPoint*>& points) {
-  const auto rows = [&](const auto& vector_of) {
-    const auto columns = points.empty() ? 0 : vector_of(*points.front()).size();
-    MatrixXd all(std::ssize(points), columns);
-    for (std::size_t i = 0; i < points.size(); ++i)
-      all.row(Eigen::Index(i)) = vector_of(*points[i]);
-    return all;
-  };
-  std::vector<double> parameter, residual;
-  std::vector<int> unstable;
-  std::vector<bool> least;
-  for (const BranchPoint* p : points) {
-    parameter.push_back(p->parameter);
-    residual.push_back(p->residual);
-    unstable.push_back(p->unstable.value_or(-1));
-    least.push_back(p->least);
-  }
-  py::dict d;
-  d["parameter"] = array_of(parameter);
-  d["x"] = rows([](const BranchPoint& p) { return p.point.x; });
-  d["u"] = rows([](const BranchPoint& p) { return p.point.u; });
-  d["p"] = rows([](const BranchPoint& p) { return p.point.p; });
-  d["outputs"] = rows([](const BranchPoint& p) { return p.outputs; });
-  d["residual"] = array_of(residual);
-  d["unstable"] = array_of(unstable);
-  d["least"] = least;
-  return d;
-}
-
-}  // namespace
 
 py::dict dict_of(const Branch& branch) {
   std::vector<const BranchPoint*> points;

@@ -41,5 +41,6 @@ PYBIND11_MODULE(_tiltrim, module) {
   python::add_maps(module);
   python::add_map_files(module);
   python::add_studies(module);
+  python::add_analyses(module);
   python::add_motion(module);
 }

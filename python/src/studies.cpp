@@ -1,4 +1,6 @@
 // Studies and their conditions.
+#include "python/src/studies.hpp"
+
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -15,17 +17,6 @@
 namespace tiltrim::python {
 
 namespace {
-
-struct HeldStudy {
-  std::shared_ptr<const Study> study;
-};
-
-struct HeldCondition {
-  std::shared_ptr<const Study> study;
-  Condition condition;
-
-  Vehicle vehicle() const { return vehicle_at(*study, condition); }
-};
 
 HeldStudy parsed(const std::string& text, const std::string& name) {
   return {std::make_shared<const Study>(parse_study(text, name))};

@@ -4,6 +4,7 @@
 #include <pybind11/pybind11.h>
 
 #include "follow/follow.hpp"
+#include "follow/sensitivity.hpp"
 
 namespace tiltrim::python {
 
@@ -13,9 +14,11 @@ void add_equilibria(py::module_& module);  ///< trim, follow, linearize, modes, 
 void add_maps(py::module_& module);        ///< sweep, tune
 void add_map_files(py::module_& module);   ///< files of maps
 void add_studies(py::module_& module);     ///< studies and their conditions
+void add_analyses(py::module_& module);    ///< what else is of conditions
 void add_motion(py::module_& module);      ///< simulate, flights
 
 py::dict dict_of(const Branch& branch);
+py::dict dict_of(const Sensitivities& sensitivities);
 FollowOptions follow_options_of(const py::dict& fields);
 
 }  // namespace tiltrim::python

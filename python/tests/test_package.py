@@ -219,7 +219,8 @@ def test_types(tmp_path):
     )
     faults = [line for line in done.stdout.splitlines() if ": error: " in line]
     assert len(faults) == 4, done.stdout + done.stderr
-    for line, what in ((3, "assignment"), (4, "arg-type"), (5, "attr-defined"), (6, "call-arg")):
+    for line, what in ((3, "assignment"), (4, "call-overload"), (5, "attr-defined"),
+                       (6, "call-overload")):
         assert any(f"wrong.py:{line}:" in s and f"[{what}]" in s for s in faults), done.stdout
     subprocess.run([sys.executable, program], check=True)
 

@@ -33,5 +33,10 @@ names: Dict[str, float] = held.point.as_dict()
 branch = tiltrim.follow(held, parameter="angle", to=1.0)
 angles: Array = branch["angle"]
 motion = tiltrim.simulate(pendulum, held, 1.0, lambda t: [torque])
+level = '[[condition]]\nname = "level"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n'
+study = tiltrim.parse_study(level)
+one: tiltrim.Modes = tiltrim.modes(study, condition="level")
+each: Dict[str, tiltrim.TrimResult] = tiltrim.trim(study, starts=3)
+assert one.verdict == "stable" and list(each) == ["level"]
 assert abs(torque - 4 * np.sin(0.5)) < 1e-9
 assert found.verdict == "undecided" and branch.end == "reached" and bool(motion)

@@ -14,7 +14,7 @@ from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Plotted, Shown, Table, number
-from ._studies import Condition, _model_of
+from ._studies import Condition, _model_of, of_studies
 from ._trim import TrimResult, asked, time_limited, trim
 
 if TYPE_CHECKING:
@@ -164,6 +164,7 @@ def _rows(rows: Sequence[Array], columns: int) -> Array:
     return np.array(rows, dtype=float).reshape(len(rows), columns)
 
 
+@of_studies
 @shows_fields
 def follow(
     what: Union[Model, Problem, Condition, TrimResult],
@@ -183,7 +184,8 @@ def follow(
     """Follows trims along a parameter, from the one at `start` to parameter = `to`.
 
     what      : a Model, with a start (values by name, or a Point) and what is asked; a TrimResult,
-                which has all three; a Problem, trimmed first; or a Condition of the tiltrotor
+                which has all three; a Problem, trimmed first; a Condition; or a Study or its
+                path: {name: branch}, or the one of condition=
     parameter : a variable that the trim does not move; of a Condition a number of its study, as
                 "V", "eta_deg", "gains.K_Lp", in the study's unit (default: what its [follow] says)
     max_step  : length of a step, every unknown over its nominal size; max_points of them at most

@@ -14,7 +14,7 @@ from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Bound, Guess, Problem, _range
 from ._show import Page, Plotted, Shown, Table, fixed, number
-from ._studies import Condition
+from ._studies import Condition, NoLinearModel, of_studies
 from ._trim import TrimResult, trim
 
 Complex = NDArray[np.complex128]
@@ -55,7 +55,7 @@ class LinearModel(Shown):
 
     def _check(self) -> None:
         if not self:
-            raise _tiltrim.InvalidArgument(f"no linear model: {self.message or self.status}")
+            raise NoLinearModel(f"no linear model: {self.message or self.status}")
 
     def _matrices(self) -> Tuple[Tuple[Array, Array, Array, Array], List[str]]:
         # Without outputs y is the state.
@@ -206,6 +206,7 @@ def _complex(value: complex) -> str:
     return f"{fixed(value.real, 4)} ± {fixed(abs(value.imag), 4)}i"
 
 
+@of_studies
 def linearize(
     what: Union[Model, TrimResult, Problem, Condition],
     point: Optional[Guess] = None,
@@ -219,7 +220,8 @@ def linearize(
 ) -> LinearModel:
     """Linearizes a model at an equilibrium.
 
-    what   : a Model, with a point; a TrimResult; a Problem or a Condition, which are trimmed first
+    what   : a Model, with a point; a TrimResult; a Problem or a Condition, which are trimmed first;
+             or a Study or its path: {name: linear model}, or the one of condition=
     method : "exact", the model's own derivatives where it has them; or "differences"
     inputs : of the linear model; default: the model's, and V, gamma, eta of a closed loop of the
              tiltrotor that is given as a Condition or its trim
@@ -229,6 +231,8 @@ def linearize(
     time_limit : s of wall clock, of the trim and of the linear model each; default: a Condition's
              study may have one, else none
     """
+    if isinstance(what, Condition) and what.formulation == "table":
+        raise NoLinearModel("no linear model: formulation table has no rates")
     if isinstance(what, (Problem, Condition)):
         trimmed = trim(what, time_limit=time_limit)
     elif isinstance(what, TrimResult):
@@ -271,6 +275,7 @@ def _linearize(
     return LinearModel(**raw)
 
 
+@of_studies
 def modes(
     what: Union[LinearModel, TrimResult, Problem, Condition, ArrayLike],
     error: Optional[ArrayLike] = None,
@@ -280,7 +285,8 @@ def modes(
 ) -> Modes:
     """Eigenvalues with error bounds, mode names and a stability verdict.
 
-    what   : a LinearModel; a matrix A of shape (n, n), 1/s; or what linearize() takes
+    what   : a LinearModel; a matrix A of shape (n, n), 1/s; or what linearize() takes. Of a study
+             all conditions but those without an equilibrium, or the one of condition=
     error  : bounds of the entries of such a matrix, shape (n, n); default: none
     states : names for its states; default: x1, x2, ...
     time_limit : as of linearize()
@@ -344,13 +350,14 @@ class Bode(Plotted):
         return Page(f"{self.output} by {self.input}: {len(self.frequency)} frequencies, {span}")
 
 
+@of_studies
 def bode(
     what: Union[LinearModel, TrimResult, Problem, Condition],
     input: str,
     output: str,
     frequency: Optional[ArrayLike] = None,
 ) -> Bode:
-    """The frequency response of a linear model, or of what linearize() takes.
+    """The frequency response of a linear model, or of what linearize() takes; condition= as there.
 
     input, output : names; a state is an output too
     frequency     : rad/s, rising; default: 200 from a tenth of the slowest eigenvalue (or 0.01) to

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import List, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
 from ._linear import Complex, Modes, _modes
-from ._models import Array, Point, Signal
+from ._models import Array, Model, Point, Signal
 from ._problems import Problem
 from ._show import Page, Shown, Table, number
-from ._studies import Condition
-from ._trim import TrimResult, trim
+from ._studies import Condition, _model_of, of_studies
+from ._trim import TrimResult, time_limited, trim
 
 
 @dataclass(repr=False)
@@ -79,6 +79,7 @@ class Sensitivities(Shown):
         return Page(self.status, [self.message], tables)
 
 
+@of_studies
 def sensitivities(
     what: Union[TrimResult, Problem, Condition],
     parameters: Sequence[str] = (),
@@ -87,24 +88,33 @@ def sensitivities(
 ) -> Sensitivities:
     """Derivatives of a trim and its modes along parameters, including the shift of the trim.
 
-    what       : a TrimResult; a Problem or a Condition, which are trimmed first
-    parameters : states, inputs or parameters that the trim does not move; default: all parameters
-                 of the model that are left
+    what       : a TrimResult; a Problem or a Condition, which are trimmed first; or a Study or its
+                 path: {name: sensitivities}, or those of condition=
+    parameters : states, inputs or parameters that the trim does not move, for a Condition keys of
+                 a study too, as "eta_deg"; default: all parameters of the model that are left
     time_limit : of that trim, s of wall clock
 
     Raises ValueError for unknown names (docs/follow.md).
     """
+    if isinstance(what, Condition):
+        limit = time_limited(time_limit)
+        raw = _tiltrim.sensitivities_condition(what._core, list(parameters), limit)
+        return _sensitivities(raw, Model._of(raw["model"], (_model_of, (what,))))
     held = what if isinstance(what, TrimResult) else trim(what, time_limit=time_limit)
     raw = _tiltrim.sensitivities(
         held.model._core, held.spec._fields(), held.point._tuple(), list(parameters)
     )
-    names: Tuple[str, ...] = tuple(s.name for s in held.model.states)
+    return _sensitivities(raw, held.model)
+
+
+def _sensitivities(raw: Dict[str, Any], model: Model) -> Sensitivities:
+    names: Tuple[str, ...] = tuple(s.name for s in model.states)
     for one in raw["parameters"]:
         one["parameter"] = Signal(*one["parameter"])
     return Sensitivities(
         status=raw["status"],
         message=raw["message"],
-        point=Point(held.model, *raw["point"]),
+        point=Point(model, *raw["point"]),
         rcond=raw["rcond"],
         modes=_modes(raw["modes"], names),
         simple=list(raw["simple"]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass, field
 from typing import (
     TYPE_CHECKING,
@@ -16,6 +17,7 @@ from typing import (
     Sequence,
     Tuple,
     Union,
+    overload,
 )
 
 import numpy as np
@@ -26,7 +28,7 @@ from ._models import Array, Model, Point
 from ._needs import need
 from ._problems import Guess
 from ._show import Page, Plotted, Table, number
-from ._studies import Condition, Study
+from ._studies import Condition, Study, StudyLike, read_study
 from ._trim import TrimResult
 
 if TYPE_CHECKING:
@@ -186,6 +188,9 @@ class Flight(Plotted):
         return Page(self.status, [self.message, self.start], [table])
 
 
+@overload
+def simulate(model: StudyLike) -> Flight: ...
+@overload
 def simulate(
     model: Model,
     start: Union[Guess, TrimResult],
@@ -198,8 +203,21 @@ def simulate(
     tolerance: float = 1e-9,
     longest_step: float = 0.5,
     max_steps: int = 2_000_000,
-) -> Trajectory:
-    """Simulates a model from an initial point, with error control.
+) -> Trajectory: ...
+def simulate(
+    model: Union[Model, StudyLike],
+    start: Union[None, Guess, TrimResult] = None,
+    duration: Optional[float] = None,
+    input: Optional[Input] = None,
+    changes: Sequence[Change] = (),
+    *,
+    sample: float = 0.1,
+    breaks: Sequence[float] = (),
+    tolerance: float = 1e-9,
+    longest_step: float = 0.5,
+    max_steps: int = 2_000_000,
+) -> Union[Trajectory, Flight]:
+    """Simulates a model from an initial point, with error control; or a Study or its path, as fly().
 
     start    : initial state, inputs and parameters: values by name, a Point or a trim
     duration : s
@@ -213,6 +231,14 @@ def simulate(
 
     If the model raises or returns non-finite numbers, the motion ends early with that status.
     """
+    if isinstance(model, (str, os.PathLike)):
+        model = read_study(model)
+    if isinstance(model, Study):
+        if start is not None or duration is not None:
+            raise TypeError("simulate() of a study: its start and duration are its own")
+        return fly(model)
+    if start is None or duration is None:
+        raise TypeError("simulate() of a model needs a start and a duration")
     at = model.point(start.point if isinstance(start, TrimResult) else start)
     if isinstance(input, Mapping):
         for name in input:
@@ -245,10 +271,12 @@ def simulate(
     return Trajectory(model=model, start=at, **raw)
 
 
-def fly(study: Union[Study, Condition]) -> Flight:
+def fly(study: Union[StudyLike, Condition]) -> Flight:
     """Simulates a study's [simulate]: a flight with schedule, weather, actuators and the ground,
     or the motion of its [model] (docs/simulate.md)."""
-    own = study if isinstance(study, Study) else study.study
+    if isinstance(study, (str, os.PathLike)):
+        study = read_study(study)
+    own = study.study if isinstance(study, Condition) else study
     raw = _tiltrim.fly_study(own._core)
     columns = raw["columns"]
     return Flight(

@@ -2,14 +2,50 @@
 
 from __future__ import annotations
 
+import difflib
+import functools
+import inspect
 import os
 from types import MappingProxyType
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Callable,
+    Dict,
+    List,
+    Mapping,
+    Optional,
+    Protocol,
+    Sequence,
+    Tuple,
+    TypeVar,
+    Union,
+    overload,
+)
 
 from . import _tiltrim
 from ._models import Effort, Model, Point, point_table
 from ._problems import TrimSpec
 from ._show import Page, Shown
+
+if TYPE_CHECKING:
+    from typing_extensions import ParamSpec
+
+    P = ParamSpec("P")
+    R = TypeVar("R")
+
+    class OfStudies(Protocol[P, R]):
+        """A verb on a condition that takes studies too."""
+
+        @overload
+        def __call__(self, what: StudyLike, *args: Any, condition: str, **options: Any) -> R: ...
+        @overload
+        def __call__(
+            self, what: StudyLike, *args: Any, condition: None = None, **options: Any
+        ) -> Dict[str, R]: ...
+        @overload
+        def __call__(self, *args: P.args, **options: P.kwargs) -> R: ...
+
 
 Number = Union[int, float]
 
@@ -91,6 +127,17 @@ class Study(Shown):
         """The conditions by name, in the study's order."""
         return MappingProxyType(self._conditions)
 
+    def __getitem__(self, name: str) -> Condition:
+        """The condition of this name."""
+        if name not in self._conditions:
+            near = difflib.get_close_matches(name, self._conditions, 1)
+            nearest = f" (nearest: '{near[0]}')" if near else ""
+            raise _tiltrim.InvalidArgument(
+                f"{self.file}: no condition '{name}'{nearest}; there are: "
+                + ", ".join(self._conditions)
+            )
+        return self._conditions[name]
+
     @property
     def file(self) -> str:
         """The path it was read from."""
@@ -114,6 +161,47 @@ def read_study(path: Union[str, os.PathLike[str]]) -> Study:
 def parse_study(text: str, name: str = "study") -> Study:
     """The same from text; `name` replaces the file name in messages."""
     return Study(_tiltrim.parse_study(text, name))
+
+
+StudyLike = Union[Study, str, "os.PathLike[str]"]  # a study, or the path of one
+
+
+class NoLinearModel(_tiltrim.InvalidArgument):
+    """A condition without a linear model."""
+
+
+def of_studies(verb: Callable[P, R]) -> OfStudies[P, R]:
+    """Lets a verb on a Condition take a Study or its path: the answer for the condition of
+    `condition=`, or all by name, without those that have no linear model where one is needed."""
+
+    @functools.wraps(verb)
+    def on_study(what: Any, *args: Any, condition: Optional[str] = None, **options: Any) -> Any:
+        if isinstance(what, (str, os.PathLike)):
+            what = read_study(what)
+        if not isinstance(what, Study):
+            if condition is not None:
+                raise TypeError(f"{verb.__name__}(): condition= names one of a study's conditions")
+            return verb(what, *args, **options)
+        answers: Dict[str, Any] = {}
+        for name in what.conditions if condition is None else [condition]:
+            one = what[name]
+            try:
+                answers[name] = verb(one, *args, **options)  # type: ignore[arg-type]
+            except NoLinearModel:
+                if condition is not None:
+                    raise
+            except _tiltrim.InvalidArgument as error:
+                words = f"{what.file}: condition '{name}': {error}"
+                raise _tiltrim.InvalidArgument(words) from error
+        return answers if condition is None else answers[condition]
+
+    own = inspect.signature(verb)
+    name = inspect.Parameter("condition", inspect.Parameter.KEYWORD_ONLY, default=None)
+    parameters = [*own.parameters.values()]
+    last = len(parameters) - (parameters[-1].kind == inspect.Parameter.VAR_KEYWORD)
+    parameters.insert(last, name.replace(annotation="Optional[str]"))
+    setattr(on_study, "__signature__", own.replace(parameters=parameters))
+    return on_study  # type: ignore[return-value]
 
 
 def _condition_of(text: str, file: str, name: str) -> Condition:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -13,7 +14,7 @@ from ._models import Array, Model
 from ._maps import to_dataset
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
-from ._studies import Condition, Study, _toml_value, parse_study
+from ._studies import Condition, Study, StudyLike, _toml_value, parse_study, read_study
 from ._trim import TrimResult, asked, time_limited
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ Problems = Sequence[Union[Problem, Condition, TrimResult]]
 
 @shows_fields
 def sweep(
-    what: Union[Model, Problem, Condition, TrimResult, Study, Problems],
+    what: Union[Model, Problem, Condition, TrimResult, StudyLike, Problems],
     guess: Optional[Guess] = None,
     *,
     axes: Optional[Axes] = None,
@@ -44,7 +45,8 @@ def sweep(
     """Eigenvalues over a grid, and every crossing of the stability boundary between its points.
 
     what  : a Model with a guess and a trim specification; a Problem or a Condition; a list of
-            those, with the same states; or a Study with its own [[sweep.axis]]
+            those, with the same states; or a Study or its path, with [[sweep.axis]] of its own or
+            without, and axes
     axes  : {signal: values}: variables that the trim does not solve for, the first slowest.
             Signals that vary together are one axis: {"h": {"V": [...], "eta": [...]}}. For
             Conditions, keys of a study, in its units: "V", "eta_deg", "gains.K_Lp", "h"
@@ -77,10 +79,15 @@ def sweep(
         "crossings": bool(crossings),
         "trimming": {"starts": starts, "method": method, **time_limited(time_limit)},
     }
+    if isinstance(what, (str, os.PathLike)):
+        what = read_study(what)
+    if isinstance(what, Study) and axes is not None and not what._core.has_axes:
+        what = [what[name] for name in only or what.conditions]
     if isinstance(what, Study):
         if axes is not None:
             raise TypeError("sweep() of a study: its axes are its own; expected no axes=")
-        _check_only(what, only)
+        for name in only:
+            what[name]  # raises, with the names there are
         return to_dataset(xr, _tiltrim.sweep_study(what._core, list(only), options))
     single = isinstance(what, (Model, Problem, Condition, TrimResult))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
@@ -126,14 +133,6 @@ def _numbers(axis: str, signal: str, given: Any) -> Array:
             f"axis '{axis}': expected a list of numbers for '{signal}', got {given!r}"
         )
     return column.astype(float)
-
-
-def _check_only(study: Study, only: Sequence[str]) -> None:
-    for name in only:
-        if name not in study.conditions:
-            raise _tiltrim.InvalidArgument(
-                f"no condition '{name}'; there are: " + ", ".join(study.conditions)
-            )
 
 
 def _first_model(members: Sequence[Union[Model, Problem, Condition, TrimResult]]) -> Model:

@@ -9,7 +9,7 @@ from . import _tiltrim
 from ._models import Array, Model, Point, point_table
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, number
-from ._studies import Condition, _model_of
+from ._studies import Condition, _model_of, of_studies
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -120,6 +120,7 @@ def _result(raw: Dict[str, Any], model: Model, spec: TrimSpec) -> TrimResult:
     return TrimResult(model=model, spec=spec, **own)
 
 
+@of_studies
 @shows_fields
 def trim(
     what: Union[Model, Problem, Condition, TrimResult],
@@ -139,7 +140,8 @@ def trim(
     """Finds an equilibrium of a model from a guess.
 
     what   : a Model with a guess (values by name, or a Point) and a TrimSpec's arguments; or
-             a Problem or a Condition, which have both
+             a Problem or a Condition, which have both; or a Study or its path: {name: result},
+             or the result of condition=
     method : "ipopt", polished by Newton, then Newton from further starts; "newton" alone needs as
              many unknowns as equations
     tolerance      : on every held rate over its nominal size, 1/s

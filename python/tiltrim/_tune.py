@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
@@ -10,7 +11,7 @@ from . import _tiltrim
 from ._models import Array, Model
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._show import Page, Shown, Table, number
-from ._studies import Condition, Study
+from ._studies import Condition, Study, StudyLike, read_study
 from ._trim import TrimResult
 from ._sweep import Problems, _problem
 
@@ -112,7 +113,7 @@ class TuneResult(Shown):
 
 @shows_fields
 def tune(
-    what: Union[Model, Problem, Condition, TrimResult, Study, Problems],
+    what: Union[Model, Problem, Condition, TrimResult, StudyLike, Problems],
     guess: Optional[Guess] = None,
     *,
     gains: Optional[Mapping[str, Tuple[float, float]]] = None,
@@ -138,7 +139,8 @@ def tune(
     """Optimizes gains for the worst of all operating points; every candidate is trimmed again.
 
     what     : a Model with a guess and a trim specification; a Problem or a Condition; a list of
-               those; or a Study with its own [tune], which only the last options override
+               those; or a Study or its path, with its own [tune], which only the last options
+               override
     gains    : {parameter: (from, to)}, SI; searched logarithmically if both are positive, except
                those named in `linear`
     goal     : optimized for its worst value: "decay" (1/s), "damping", "frequency" (rad/s), ...;
@@ -168,6 +170,8 @@ def tune(
         )
         if value is not None
     }
+    if isinstance(what, (str, os.PathLike)):
+        what = read_study(what)
     if isinstance(what, Study):
         if gains or limits:
             raise TypeError("tune() of a study: gains and limits are those of its [tune]")
