@@ -197,54 +197,13 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
           code};
 }
 
-// The envelope requested on the command line or in the study, or the conversion corridor.
-static EnvelopeTable asked(const EnvelopeCommand& command, const Study& study) {
-  if (study.user_model && !study.envelope)
-    throw StudyError(
-        fmt::format("{}: no [envelope] table; expected one with along and over, two "
-                    "numbers of the model, and the range of each",
-                    study.file.string()));
-  if (study.user_model && !command.over.empty())
-    throw StudyError("--over is of the tiltrotor; a study with [model] says it in [envelope]");
-  EnvelopeTable table = study.envelope.value_or(EnvelopeTable{});
-  if (!command.over.empty() && command.over != table.over.name) {
-    const EnvelopeTable other = envelope_over(command.over);
-    table.over = other.over;
-    table.range = other.range;
-  }
-  if (command.count) table.count = *command.count;
-  return table;
-}
-
-// Rows to print: every ten degrees of tilt or path angle and the ends; for any other variable,
-// every tenth of its range.
-static std::vector<double> rows_of(const EnvelopeTable& table, bool own) {
-  constexpr double step = 10.0;
-  constexpr int tenths = 10;
-  if (own) {
-    std::vector<double> rows(tenths + 1);
-    for (int i = 0; i <= tenths; ++i)
-      rows[std::size_t(i)] =
-          table.range.lower + double(i) / tenths * (table.range.upper - table.range.lower);
-    rows.back() = table.range.upper;
-    return rows;
-  }
-  const double lower = table.over.in_study(table.range.lower);
-  const double upper = table.over.in_study(table.range.upper);
-  std::vector<double> rows{table.range.lower};
-  for (double at = step * (std::floor(lower / step) + 1); at < upper; at += step)
-    rows.push_back(table.over.in_si(at));
-  rows.push_back(table.range.upper);
-  return rows;
-}
-
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = read_study(command.common.study);
-  const EnvelopeTable table = asked(command, study);
+  const EnvelopeTable table = envelope_table(study, command.over, command.count);
   std::vector<EnvelopeAnswer> envelopes;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
     EnvelopeOptions options;
-    options.rows = rows_of(table, bool(study.user_model));
+    options.rows = envelope_rows(table, bool(study.user_model));
     options.stop = stop;
     options.observe = [&](double share) {
       progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share), share);

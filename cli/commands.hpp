@@ -181,6 +181,9 @@ void for_each(const Study& study, const Common& common,
 /// Trims, linearizes and computes modes, as far as possible. Inputs: LinearizeCommand's.
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});
+/// The report of a study that has been read; the command's path names it.
+Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,
+                 const std::stop_token& stop);
 /// The study's flight, or one of its Monte-Carlo flights.
 FlightReport flown(const Study& study, std::optional<long> number, const std::stop_token& stop);
 /// The study's grid for these conditions, with a progress display. Throws StudyError if it cannot

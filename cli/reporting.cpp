@@ -174,10 +174,9 @@ bool wants_flight(const Study& study) {
   return has_closed_loop(study) && (!study.report || study.report->flight.value_or(true));
 }
 
-StudyReport computed(const ReportCommand& command, const std::stop_token& stop) {
-  StudyReport report{
-      read_study(command.common.study), "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}, {}};
-  const Study& study = report.study;
+StudyReport computed(const Study& study, const ReportCommand& command,
+                     const std::stop_token& stop) {
+  StudyReport report{study, "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}, {}};
   for (const fs::path& file : command.sweeps) report.maps.push_back(given(file, study));
   TrimOptions trimming;
   trimming.stop = stop;
@@ -295,7 +294,13 @@ void check(const ReportCommand& command) {
 
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
-  StudyReport report = computed(command, stop);
+  return reported(read_study(command.common.study), command, style, stop);
+}
+
+Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,
+                 const std::stop_token& stop) {
+  check(command);
+  StudyReport report = computed(study, command, stop);
   report.command = command_line(command);
   const ReportFigures figures = report_figures(report);
   write_tables(command.tables, report_sheets(report));

@@ -23,16 +23,19 @@ std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
                      at.evaluations, at.of, double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 
+void tell(Progress& progress, const std::string& what, const TuneProblem& problem,
+          const TuneOptions& options, const TuneProgress& at) {
+  const double share = double(at.evaluations) / double(std::max(at.of, 1L));
+  const double of_time = options.seconds > 0 ? at.seconds / options.seconds : 0.0;
+  progress.tell(what + ": " + in_words(problem, at), std::max(share, of_time));
+}
+
 // The search, with progress under its own heading.
 template <class Work>
 auto watched(const std::string& what, const TuneProblem& problem, TuneOptions options,
              const Work& work) {
   Progress progress(1);
-  options.observe = [&](const TuneProgress& at) {
-    const double share = double(at.evaluations) / double(std::max(at.of, 1L));
-    const double of_time = options.seconds > 0 ? at.seconds / options.seconds : 0.0;
-    progress.tell(what + ": " + in_words(problem, at), std::max(share, of_time));
-  };
+  options.observe = [&](const TuneProgress& at) { tell(progress, what, problem, options, at); };
   return work(options);
 }
 
@@ -66,14 +69,6 @@ std::vector<TuningReport::FrontPoint> front_of(const TuneProblem& problem,
   return points;
 }
 
-// The better of the two optima is the result.
-bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
-  if (a.status != b.status) return a.status < b.status;
-  const double more = (more_is_better(problem.goal.measure) ? 1 : -1) * (a.goal - b.goal);
-  constexpr double rounding = 1e-6;  // of the goal: convergence of a search
-  return a && more > rounding * std::abs(b.goal);
-}
-
 TuningReport tuned(const TuneCommand& command, const Study& study, const std::stop_token& stop) {
   TuningReport report;
   report.problem = tune_problem(study);
@@ -86,19 +81,20 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
   if (command.evaluations) options.evaluations = *command.evaluations;
   if (command.seconds) options.seconds = *command.seconds;
   if (command.seed) options.seed = *command.seed;
-  report.result = searched(to_string(options.global), problem, options);
   const TuneTable& table = *study.tune;
-  if (table.second != "none" && !stop.stop_requested()) {
-    TuneOptions other = options;
-    other.global = global_search(table.second);
-    report.second_algorithm = table.second;
-    report.second = searched(table.second, problem, other);
-    if (better(*report.second, report.result, problem)) {
-      std::swap(report.result, *report.second);
-      report.second_algorithm = to_string(options.global);
-      options.global = other.global;
-    }
-  }
+  std::optional<Progress> progress;
+  std::string shown;
+  TuningAnswer found = tuned_twice(problem, options, table.second,
+                                   [&](const std::string& algorithm, const TuneProgress& at) {
+                                     if (algorithm != shown) progress.emplace(1);
+                                     shown = algorithm;
+                                     tell(*progress, algorithm, problem, options, at);
+                                   });
+  progress.reset();
+  report.result = std::move(found.result);
+  report.second = std::move(found.second);
+  report.second_algorithm = found.second_algorithm;
+  options.global = found.algorithm;
   if (table.robustness > 0 && !problem.uncertain.empty() && report.result.gains.size() > 0 &&
       !stop.stop_requested())
     report.robustness = watched("robustness", problem, options, [&](const TuneOptions& o) {

@@ -47,7 +47,7 @@ function(tiltrim_light target cold)
   elseif(TILTRIM_UNITY)
     # As many as one compiler process takes with less than 1 GB.
     set(batch 12)
-    if(target MATCHES "_(sweep|simulate|cli)$")
+    if(target MATCHES "_(sweep|simulate|cli|commands)$")
       set(batch 8)
     endif()
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
@@ -68,7 +68,7 @@ function(tiltrim_compile_options target)
     "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-restrict;-Wno-stringop-overflow>"
     -ffp-contract=off -fno-semantic-interposition)
   # What reads files: the fuzzer sees which of its branches an input takes.
-  if(TILTRIM_FUZZ AND target MATCHES "_(runtime|model|sweep|study|cli)$")
+  if(TILTRIM_FUZZ AND target MATCHES "_(runtime|model|sweep|study|cli|commands)$")
     target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
   endif()
 endfunction()

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "runtime/rounding.hpp"
 
@@ -116,6 +117,46 @@ AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
 bool EnvelopeAnswer::answered() const {
   return std::ranges::none_of(
       parts, [](const Envelope& e) { return e.status == EnvelopeStatus::interrupted; });
+}
+
+EnvelopeTable envelope_table(const Study& study, const std::string& over,
+                             std::optional<int> count) {
+  if (study.user_model && !study.envelope)
+    throw StudyError(
+        fmt::format("{}: no [envelope] table; expected one with along and over, two "
+                    "numbers of the model, and the range of each",
+                    study.file.string()));
+  if (study.user_model && !over.empty())
+    throw std::invalid_argument(
+        "over is of the tiltrotor; a study with [model] says it in [envelope]");
+  EnvelopeTable table = study.envelope.value_or(EnvelopeTable{});
+  if (!over.empty() && over != table.over.name) {
+    if (over != "eta_deg" && over != "gamma_deg")
+      throw std::invalid_argument(
+          fmt::format("no envelope over '{}'; there are: eta_deg, gamma_deg", over));
+    const EnvelopeTable other = envelope_over(over);
+    table.over = other.over;
+    table.range = other.range;
+  }
+  if (count) table.count = *count;
+  return table;
+}
+
+std::vector<double> envelope_rows(const EnvelopeTable& table, bool user_model) {
+  constexpr double step = 10.0;  // degrees
+  constexpr int tenths = 10;
+  const auto [from, to] = table.range;
+  std::vector<double> rows{from};
+  if (user_model) {
+    for (int i = 1; i < tenths; ++i) rows.push_back(from + double(i) / tenths * (to - from));
+  } else {
+    const double last = table.over.in_study(to);
+    for (double at = step * (std::floor(table.over.in_study(from) / step) + 1); at < last;
+         at += step)
+      rows.push_back(table.over.in_si(at));
+  }
+  rows.push_back(to);
+  return rows;
 }
 
 // Of a study with [model]: as it is, over the two variables.

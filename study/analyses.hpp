@@ -116,6 +116,16 @@ struct EnvelopeAnswer {
   bool answered() const;  ///< every part was completed
 };
 
+/// The study's [envelope], or the conversion corridor; `over` ("eta_deg", "gamma_deg") and `count`
+/// replace its own. Throws std::invalid_argument for `over` of a study with [model], StudyError for
+/// such a study without [envelope].
+[[nodiscard]] EnvelopeTable envelope_table(const Study& study, const std::string& over = {},
+                                           std::optional<int> count = {});
+
+/// EnvelopeOptions::rows for reading: every ten degrees of tilt or path angle and the ends; of a
+/// user's model every tenth of the range.
+[[nodiscard]] std::vector<double> envelope_rows(const EnvelopeTable& table, bool user_model);
+
 /// Throws std::invalid_argument for a condition that is not a closed loop.
 [[nodiscard]] EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
                                       const EnvelopeTable& table,

@@ -3,7 +3,9 @@
 /// user-defined model.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <string>
 
 #include "flight/fly.hpp"
 #include "flight/monte_carlo.hpp"
@@ -27,6 +29,20 @@ namespace tiltrim {
 /// The study's algorithms, seed and budget; the search starts at the study's own values. Throws
 /// like tune_problem().
 [[nodiscard]] TuneOptions tune_options(const Study& study);
+
+/// A tuning, and for comparison the same by a second algorithm.
+struct TuningAnswer {
+  GlobalSearch algorithm = GlobalSearch::multistart;  ///< that found `result`
+  TuneResult result{};                                ///< the better of the two optima
+  std::string second_algorithm{};                     ///< of the other; empty: none
+  std::optional<TuneResult> second{};                 ///< the other
+};
+
+/// tune(), then again with the second algorithm (as a study spells it; "none"). `observe` replaces
+/// that of the options and receives the algorithm too. Throws like tune().
+[[nodiscard]] TuningAnswer tuned_twice(
+    const TuneProblem& problem, TuneOptions options, const std::string& second,
+    const std::function<void(const std::string& algorithm, const TuneProgress&)>& observe = {});
 
 /// The study's [simulate], or its defaults. Throws std::invalid_argument if its parts are
 /// inconsistent.

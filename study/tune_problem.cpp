@@ -2,7 +2,9 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "runtime/rounding.hpp"
 #include "study/flown.hpp"
@@ -177,6 +179,37 @@ TuneOptions tune_options(const Study& study) {
   options.seconds = table.seconds;
   options.start = own_numbers(study);
   return options;
+}
+
+// The better of the two optima is the result.
+static bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
+  if (a.status != b.status) return a.status < b.status;
+  const double more = (more_is_better(problem.goal.measure) ? 1 : -1) * (a.goal - b.goal);
+  constexpr double rounding = 1e-6;  // of the goal: convergence of a search
+  return a && more > rounding * std::abs(b.goal);
+}
+
+TuningAnswer tuned_twice(
+    const TuneProblem& problem, TuneOptions options, const std::string& second,
+    const std::function<void(const std::string& algorithm, const TuneProgress&)>& observe) {
+  const auto search = [&](GlobalSearch algorithm) {
+    options.global = algorithm;
+    const std::string name = to_string(algorithm);
+    if (observe) options.observe = [&](const TuneProgress& at) { observe(name, at); };
+    return tune(problem, options);
+  };
+  const GlobalSearch first = options.global;
+  TuningAnswer answer{first, search(first)};
+  if (second == "none" || options.stop.stop_requested()) return answer;
+  const GlobalSearch other = global_search(second);
+  answer.second_algorithm = second;
+  answer.second = search(other);
+  if (better(*answer.second, answer.result, problem)) {
+    std::swap(answer.result, *answer.second);
+    answer.second_algorithm = to_string(first);
+    answer.algorithm = other;
+  }
+  return answer;
 }
 
 }  // namespace tiltrim

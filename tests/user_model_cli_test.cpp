@@ -183,7 +183,7 @@ TEST_CASE("envelope over two numbers of the model") {
   CHECK_NEAR(rows[10]["intervals"][0]["from"]["aim"].get<double>(), 0.005 + 0.5 / 240, 1e-8);
   CHECK(rows[10]["intervals"][0]["from"]["which"] == "gap lower");
   check_refused(scratch, "envelope " + levitation + "--over eta_deg",
-                "--over is of the tiltrotor; a study with [model] says it in [envelope]");
+                "over is of the tiltrotor; a study with [model] says it in [envelope]");
 }
 
 TEST_CASE("sensitivities and margins") {
