@@ -116,11 +116,40 @@ py::object from_signals() {
   return exception_of(error);
 }
 
-void do_here(const std::function<void(Call&)>& work) {
+void Progress::tell(std::size_t done, std::size_t total, std::string text) {
+  {
+    const std::scoped_lock lock(mutex_);
+    news_ = News{done, total, std::move(text)};
+  }
+  Call* const call =
+      Call::current();  // null in a thread of built-in work, where do_beside() passes on
+  if (!call || call->ended() || std::chrono::steady_clock::now() - last_ < between_looks) return;
+  if (py::object raised = pass_on([call] { call->request_stop(); })) call->end(std::move(raised));
+}
+
+py::object Progress::pass_on(const std::function<void()>& stop) {
+  std::optional<News> news;
+  {
+    const std::scoped_lock lock(mutex_);
+    news.swap(news_);
+  }
+  if (!news) return {};
+  last_ = std::chrono::steady_clock::now();
+  try {
+    if (callable_(news->done, news->total, news->text).is(py::bool_(false))) stop();
+    return {};
+  } catch (py::error_already_set& error) {
+    return exception_of(error);
+  }
+}
+
+void do_here(const std::function<void(Call&)>& work, Progress* progress) {
   const auto lock = my_turn();
   Call call;
   try {
     work(call);
+    if (progress && !call.ended())
+      if (py::object raised = progress->pass_on([] {})) call.end(std::move(raised));
   } catch (const VerbEnded&) {
   } catch (const CallableRaised&) {
     call.raise_if_ended();
@@ -132,7 +161,7 @@ void do_here(const std::function<void(Call&)>& work) {
   call.raise_if_ended();
 }
 
-void do_beside(const std::function<void(const std::stop_token&)>& work) {
+void do_beside(const std::function<void(const std::stop_token&)>& work, Progress* progress) {
   std::stop_source stop;
   std::packaged_task<void()> task([&] { work(stop.get_token()); });
   std::future<void> done = task.get_future();
@@ -143,9 +172,11 @@ void do_beside(const std::function<void(const std::stop_token&)>& work) {
     while (done.wait_for(between_looks) != std::future_status::ready) {
       py::gil_scoped_acquire held;
       if (!raised) raised = from_signals();
+      if (!raised && progress) raised = progress->pass_on([&] { stop.request_stop(); });
       if (raised) stop.request_stop();
     }
   }
+  if (!raised && progress) raised = progress->pass_on([] {});
   if (raised) raise(raised);
   done.get();
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "flight/fly.hpp"
@@ -95,8 +96,8 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
   return conditions;
 }
 
-py::dict swept(const HeldStudy& held, const std::vector<std::string>& only,
-               const py::dict& fields) {
+py::dict swept(const HeldStudy& held, const std::vector<std::string>& only, const py::dict& fields,
+               const py::object& listener) {
   refuse_stop_within("sweep");
   const Study& study = *held.study;
   if (!study.sweep)
@@ -107,28 +108,38 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only,
   SweepOptions options = sweep_options_of(fields, false, study.time_limit);
   options.crossings = options.crossings && study.sweep->crossings;
   const std::vector<SweepAxis>& axes = study.sweep->axes;
-  const SweepMap map = run(false, [&](const std::stop_token& stop) {
-                         options.stop = options.trimming.stop = stop;
-                         SweepMap found =
-                             sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
-                         found.study = study.text;
-                         found.program = "tiltrim " TILTRIM_VERSION;
-                         return found;
-                       }).first;
+  Progress progress(listener);
+  observe(options, progress);
+  const auto work = [&](const std::stop_token& stop) {
+    options.stop = options.trimming.stop = stop;
+    SweepMap found = sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
+    found.study = study.text;
+    found.program = "tiltrim " TILTRIM_VERSION;
+    return found;
+  };
+  const SweepMap map = run(false, work, Lasts::any_time, &progress).first;
   py::dict d = dict_of(map);
   d["exception"] = py::none();
   return d;
 }
 
-py::dict tuned(const HeldStudy& held, const py::dict& fields) {
+py::dict tuned(const HeldStudy& held, const py::dict& fields, const py::object& listener) {
   refuse_stop_within("tune");
   const TuneProblem problem = tune_problem(*held.study);
   TuneOptions options = tune_options_of(fields, tune_options(*held.study), false);
-  const TuneResult result = run(false, [&](const std::stop_token& stop) {
-                              options.stop = options.trimming.stop = stop;
-                              return tune(problem, options);
-                            }).first;
-  py::dict d = dict_of(problem, result);
+  Progress progress(listener);
+  const auto work = [&](const std::stop_token& stop) {
+    options.stop = options.trimming.stop = stop;
+    return tuned_twice(problem, options, held.study->tune->second,
+                       [&](const std::string& algorithm, const TuneProgress& at) {
+                         if (progress) tell(progress, problem, algorithm, at);
+                       });
+  };
+  const TuningAnswer answer = run(false, work, Lasts::any_time, &progress).first;
+  py::dict d = dict_of(problem, answer.result);
+  d["algorithm"] = to_string(answer.algorithm);
+  d["second_algorithm"] = answer.second_algorithm;
+  d["second"] = answer.second ? py::object(dict_of(problem, *answer.second)) : py::none();
   d["exception"] = py::none();
   return d;
 }
@@ -153,16 +164,19 @@ TuneProblem tuning_of(const std::vector<HeldCondition>& conditions, const py::di
 }
 
 py::dict tuned_conditions(const std::vector<HeldCondition>& conditions, const py::dict& asked,
-                          const py::dict& fields) {
+                          const py::dict& fields, const py::object& listener) {
   refuse_stop_within("tune");
   const TuneProblem problem = tuning_of(conditions, asked);
   TuneOptions defaults;
   defaults.trimming.time_limit = conditions.front().study->time_limit;
   TuneOptions options = tune_options_of(fields, defaults, false);
-  const TuneResult result = run(false, [&](const std::stop_token& stop) {
-                              options.stop = options.trimming.stop = stop;
-                              return tune(problem, options);
-                            }).first;
+  Progress progress(listener);
+  observe(options, problem, progress);
+  const auto work = [&](const std::stop_token& stop) {
+    options.stop = options.trimming.stop = stop;
+    return tune(problem, options);
+  };
+  const TuneResult result = run(false, work, Lasts::any_time, &progress).first;
   py::dict d = dict_of(problem, result);
   d["exception"] = py::none();
   return d;
@@ -183,11 +197,11 @@ py::list columns_of(const FlightTable& table) {
 }
 
 // The flight of a study of the tiltrotor.
-py::dict flown(const Study& study) {
+py::dict flown(const Study& study, std::optional<long> number) {
   FlightPlan plan = run(false, [&](const std::stop_token& stop) {
                       TrimOptions options;
                       options.stop = stop;
-                      return flight_plan(study, options);
+                      return number ? flight_plan_of(study, *number) : flight_plan(study, options);
                     }).first;
   py::dict d;
   d["start"] = plan.start_words;
@@ -237,9 +251,51 @@ py::dict moved(const Study& study) {
   return d;
 }
 
-py::dict flown_or_moved(const HeldStudy& held) {
+py::dict flown_or_moved(const HeldStudy& held, std::optional<long> number) {
   refuse_stop_within("simulate");
-  return held.study->user_model ? moved(*held.study) : flown(*held.study);
+  if (!held.study->user_model) return flown(*held.study, number);
+  if (number) throw std::invalid_argument("Monte Carlo flights are of the tiltrotor");
+  return moved(*held.study);
+}
+
+py::dict in_dict(const MonteCarlo& r) {
+  py::dict ends, d;
+  for (std::size_t k = 0; k < r.ends.size(); ++k)
+    ends[to_string(FlightStatus(k)).c_str()] = r.ends[k];
+  py::list worst;
+  for (const auto& [outcome, numbers] : r.worst)
+    worst.append(py::make_tuple(outcome.number, to_string(outcome.status), outcome.good, outcome.t,
+                                outcome.height, outcome.V_off, outcome.gamma_off,
+                                outcome.theta_most, outcome.miss, numbers));
+  d["asked"] = r.asked;
+  d["flown"] = r.flown;
+  d["good"] = r.good;
+  d["share"] = r.share.share;
+  d["lower"] = r.share.lower;
+  d["upper"] = r.share.upper;
+  d["ends"] = ends;
+  d["names"] = r.names;
+  d["worst"] = worst;
+  d["message"] = r.message;
+  d["interrupted"] = r.interrupted;
+  return d;
+}
+
+py::dict scattered(const HeldStudy& held, int threads, const py::object& listener) {
+  refuse_stop_within("monte_carlo");
+  Progress progress(listener);
+  MonteCarloOptions options;
+  options.threads = threads;
+  if (progress)
+    options.observe = [&](const MonteCarlo& m) {
+      progress.tell(std::size_t(m.flown), std::size_t(m.asked),
+                    fmt::format("flights: {} good", m.good));
+    };
+  const auto work = [&](const std::stop_token& stop) {
+    options.stop = stop;
+    return monte_carlo(*held.study, options);
+  };
+  return in_dict(run(false, work, Lasts::any_time, &progress).first);
 }
 
 }  // namespace
@@ -263,10 +319,12 @@ void add_studies(py::module_& module) {
   module.def("trim_condition", &trimmed, arg("condition"), arg("options"));
   module.def("follow_condition", &followed, arg("condition"), arg("parameter"), arg("to"),
              arg("options"), arg("trimming"));
-  module.def("sweep_study", &swept, arg("study"), arg("only"), arg("options"));
-  module.def("tune_study", &tuned, arg("study"), arg("options"));
-  module.def("tune_conditions", &tuned_conditions, arg("conditions"), arg("asked"), arg("options"));
-  module.def("fly_study", &flown_or_moved, arg("study"));
+  module.def("sweep_study", &swept, arg("study"), arg("only"), arg("options"), arg("progress"));
+  module.def("tune_study", &tuned, arg("study"), arg("options"), arg("progress"));
+  module.def("tune_conditions", &tuned_conditions, arg("conditions"), arg("asked"), arg("options"),
+             arg("progress"));
+  module.def("fly_study", &flown_or_moved, arg("study"), arg("number"));
+  module.def("monte_carlo", &scattered, arg("study"), arg("threads"), arg("progress"));
 }
 
 }  // namespace tiltrim::python

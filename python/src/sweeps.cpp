@@ -76,17 +76,20 @@ Requirement requirement_of(const RequirementTuple& tuple) {
 }
 
 py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<AxisTuple>& axes,
-               const py::dict& fields) {
+               const py::dict& fields, const py::object& listener) {
   refuse_within_callable("sweep", "trim with method='newton' and closest=False");
   bool callables = false;
   const std::vector<SweepRequest> requests = requests_of(problems, callables);
   SweepOptions options = sweep_options_of(fields, callables);
-  const auto [map, raised] = run(callables, [&](const std::stop_token& stop) {
+  Progress progress(listener);
+  observe(options, progress);
+  const auto work = [&](const std::stop_token& stop) {
     options.stop = options.trimming.stop = stop;
     SweepMap found = sweep(requests, axes_of(axes), options);
     found.program = "tiltrim " TILTRIM_VERSION;
     return found;
-  });
+  };
+  const auto [map, raised] = run(callables, work, Lasts::any_time, &progress);
   py::dict d = dict_of(map);
   d["exception"] = raised;
   return d;
@@ -111,15 +114,18 @@ py::dict in_dict(const TuneProblem& problem, const Achieved& a) {
 }
 
 py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
-               const py::dict& fields) {
+               const py::dict& fields, const py::object& listener) {
   refuse_within_callable("tune", "trim with method='newton' and closest=False");
   bool callables = false;
   const TuneProblem problem = tune_problem_of(requests_of(problems, callables), asked);
   TuneOptions options = tune_options_of(fields, {}, callables);
-  const auto [result, raised] = run(callables, [&](const std::stop_token& stop) {
+  Progress progress(listener);
+  observe(options, problem, progress);
+  const auto work = [&](const std::stop_token& stop) {
     options.stop = options.trimming.stop = stop;
     return tune(problem, options);
-  });
+  };
+  const auto [result, raised] = run(callables, work, Lasts::any_time, &progress);
   py::dict d = dict_of(problem, result);
   d["exception"] = raised;
   return d;
@@ -134,6 +140,31 @@ SweepOptions sweep_options_of(const py::dict& fields, bool callables, double tim
   options.crossings = fields["crossings"].cast<bool>();
   options.trimming = trim_options_of(fields["trimming"].cast<py::dict>(), options.trimming);
   return options;
+}
+
+void observe(SweepOptions& options, Progress& progress) {
+  if (!progress) return;
+  options.observe = [&](const SweepProgress& p) {
+    progress.tell(p.done, p.total,
+                  fmt::format("{}: {} stable, {} unstable, {} undecided, {} without trim", p.what,
+                              p.stable, p.unstable, p.undecided, p.no_trim));
+  };
+}
+
+void tell(Progress& progress, const TuneProblem& problem, const std::string& algorithm,
+          const TuneProgress& at) {
+  const std::string_view in = unit(problem.goal.measure);
+  progress.tell(
+      std::size_t(at.evaluations), std::size_t(at.of),
+      fmt::format("{}: {} {:.4g}{}{}, {} {}", algorithm, name_of(problem.goal), at.best,
+                  in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", at.decides));
+}
+
+void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress) {
+  if (!progress) return;
+  options.observe = [&, algorithm = to_string(options.global)](const TuneProgress& at) {
+    tell(progress, problem, algorithm, at);
+  };
 }
 
 TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool callables) {
@@ -208,6 +239,7 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
   d["effects"] = effects;
   d["coalescing"] = r.coalescing;
   d["evaluations"] = r.evaluations;
+  d["interrupted"] = r.interrupted;
   d["out_of_time"] = r.out_of_time;
   d["out_of_evaluations"] = r.out_of_evaluations;
   return d;
@@ -215,8 +247,8 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
 
 void add_maps(py::module_& module) {
   using py::arg;
-  module.def("sweep", &swept, arg("problems"), arg("axes"), arg("options"));
-  module.def("tune", &tuned, arg("problems"), arg("asked"), arg("options"));
+  module.def("sweep", &swept, arg("problems"), arg("axes"), arg("options"), arg("progress"));
+  module.def("tune", &tuned, arg("problems"), arg("asked"), arg("options"), arg("progress"));
 }
 
 }  // namespace tiltrim::python

@@ -1,6 +1,7 @@
 /// Sweeps and tuning, for user-defined problems and for studies.
 #pragma once
 
+#include "python/src/calls.hpp"
 #include "python/src/models.hpp"
 #include "sweep/sweep.hpp"
 #include "tune/tune.hpp"
@@ -13,6 +14,12 @@ py::dict dict_of(const SweepMap& map);
 /// threads, crossings, starts; `trimming` as trim's options.
 SweepOptions sweep_options_of(const py::dict& fields, bool callables,
                               double time_limit = unlimited);
+/// Passes on the progress, if anybody listens.
+void observe(SweepOptions& options, Progress& progress);
+void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress);
+/// The same for one state of the search.
+void tell(Progress& progress, const TuneProblem& problem, const std::string& algorithm,
+          const TuneProgress& at);
 
 /// The problem at these points: gains, uncertain, corners, samples, schedule, goal, limits.
 TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked);

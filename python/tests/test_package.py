@@ -33,6 +33,24 @@ def results():
         branch.events[-1], tuned, tuned.achieved[0], tuned.effects[0],
         tiltrim.simulate(problem.model, held, 0.5), tiltrim.fly(study), study,
         next(iter(study.conditions.values())), tiltrim.tiltrotor(formulation="airframe"),
+        *others(),
+    ]  # fmt: skip
+
+
+def others():
+    """What is computed of a condition alone."""
+    level = tiltrim.tiltrotor()
+    margins = tiltrim.margins(level)
+    envelope = tiltrim.envelope(level, count=5)
+    found = tiltrim.all_equilibria(level, starts=5)
+    flights = tiltrim.MonteCarlo(
+        1, 1, 0, 0.0, 0.0, 0.98, {"lost": 1},
+        [tiltrim.ScatteredFlight(0, "lost", False, 3.0, 1.0, 0.1, 0.0, 1.4, 2.0, {"mass": 5.0})],
+        "", False,
+    )  # fmt: skip
+    return [
+        margins, margins["delta_e"], envelope, envelope.pieces[0], found, found[0], flights,
+        flights.worst[0], tiltrim.Report("page.html", "stable", True),
     ]  # fmt: skip
 
 
@@ -110,7 +128,8 @@ def test_all_is_what_is_public():
 
 def test_every_verb_says_all_its_options():
     for verb in (tiltrim.trim, tiltrim.follow, tiltrim.linearize, tiltrim.sweep, tiltrim.tune,
-                 tiltrim.simulate):  # fmt: skip
+                 tiltrim.simulate, tiltrim.margins, tiltrim.envelope, tiltrim.all_equilibria,
+                 tiltrim.monte_carlo, tiltrim.report):  # fmt: skip
         of_the_problem = {*inspect.signature(tiltrim.TrimSpec).parameters, "spec", "guess"}
         for name in set(inspect.signature(verb).parameters) - of_the_problem:
             assert name in (verb.__doc__ or ""), f"{verb.__name__}: {name}"
@@ -119,7 +138,8 @@ def test_every_verb_says_all_its_options():
 def test_every_verb_shows_the_fields_of_a_spec():
     fields = inspect.signature(tiltrim.TrimSpec).parameters
     assert list(fields) == [*tiltrim.TrimSpec.__dataclass_fields__, "still"]
-    for verb in (tiltrim.trim, tiltrim.follow, tiltrim.sweep, tiltrim.tune, tiltrim.Problem):
+    for verb in (tiltrim.trim, tiltrim.follow, tiltrim.sweep, tiltrim.tune, tiltrim.Problem,
+                 tiltrim.envelope, tiltrim.all_equilibria):  # fmt: skip
         shown = inspect.signature(verb).parameters
         for name, field in fields.items():
             assert shown[name] == field.replace(kind=field.KEYWORD_ONLY), verb

@@ -65,6 +65,13 @@ EVERYTHING = {
     "Branch": lambda: tiltrim.follow(held(), parameter="angle", to=0.6),
     "Branch of a Condition": lambda: tiltrim.follow(tiltrim.tiltrotor(), parameter="V", to=14.0),
     "Sensitivities": lambda: tiltrim.sensitivities(held(), parameters=["k"]),
+    "Margins": lambda: tiltrim.margins(tiltrim.tiltrotor()),
+    "Envelope": lambda: tiltrim.envelope(
+        held(), along=("k", 1, 2), over=("angle", 0.1, 0.5), count=5
+    ),
+    "Envelope of a Condition": lambda: tiltrim.envelope(tiltrim.tiltrotor(), count=5),
+    "AllEquilibria": lambda: tiltrim.all_equilibria(held(), starts=3),
+    "AllEquilibria of a Condition": lambda: tiltrim.all_equilibria(tiltrim.tiltrotor(), starts=9),
     "Trajectory": lambda: tiltrim.simulate(pendulum(), tiltrim.trim(held()), 1.0),
     "Flight": lambda: tiltrim.fly(tiltrim.read_study(STUDIES / "levitation.toml")),
 }

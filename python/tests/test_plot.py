@@ -82,6 +82,16 @@ def test_pictures_have_labelled_axes():
             [("", "|x/u| [m/N]"), ("frequency [rad/s]", "phase [°]")],
         ),
         (tiltrim.plot(line), [("K_Lp", "Re λ [1/s]")]),
+        (
+            tiltrim.margins(level()).plot(),
+            [("", "|L|"), ("frequency [rad/s]", "phase of L [°]")],
+        ),
+        (
+            tiltrim.margins(level())["delta_e"].plot(),
+            [("", "|L|"), ("frequency [rad/s]", "phase of L [°]")],
+        ),
+        (tiltrim.envelope(level(), count=7).plot(), [("V [m/s]", "eta_deg [degrees]")]),
+        (tiltrim.all_equilibria(level(), starts=5).plot(), [("Re λ [1/s]", "Im λ [rad/s]")]),
         (tiltrim.plot(plane), [("K_Lp", "V [m/s]")]),
     ):
         panels = np.atleast_1d(drawn)

@@ -1,18 +1,24 @@
 """Trim, linear stability, maps, tuning and simulation of user-defined models and the tiltrotor.
 
-A Model has names, units and functions x' = f(x, u, p), y = h(x, u, p); tiltrotor() and
-read_study() return conditions of the built-in vehicle. The verbs: trim, follow, linearize, modes,
-sweep, tune, simulate, fly. SI units and radians, degrees where a name ends in _deg.
+A Model has names, units and functions x' = f(x, u, p), y = h(x, u, p); tiltrotor() and read_study()
+return conditions of the built-in vehicle. The verbs: trim, follow, linearize, modes, margins,
+envelope, all_equilibria, sweep, tune, simulate, fly, monte_carlo, report. SI units and radians,
+degrees where a name ends in _deg.
 """
 
 from __future__ import annotations
 
+from ._envelope import Envelope, EnvelopePart, EnvelopePiece, envelope
+from ._equilibria import AllEquilibria, Equilibrium, all_equilibria
 from ._follow import Branch, BranchEvent, follow
 from ._linear import Bode, LinearModel, Mode, Modes, bode, linearize, modes
 from ._maps import open_map, save
+from ._margins import LoopMargins, Margins, margins
 from ._models import Effort, Model, Point, Signal, close_loop, feedback
+from ._monte_carlo import MonteCarlo, ScatteredFlight, monte_carlo
 from ._plot import plot
 from ._problems import Problem, TrimSpec
+from ._report import Report, report
 from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
 from ._simulate import Change, Flight, SwitchEvent, Trajectory, fly, simulate
 from ._studies import Condition, Study, data_directory, parse_study, read_study, tiltrotor
@@ -24,22 +30,32 @@ from ._tune import Achieved, GainEffect, TuneResult, tune
 
 __all__ = [
     "Achieved",
+    "AllEquilibria",
     "Bode",
     "Branch",
     "BranchEvent",
     "Change",
     "Condition",
     "Effort",
+    "Envelope",
+    "EnvelopePart",
+    "EnvelopePiece",
+    "Equilibrium",
     "Flight",
     "GainEffect",
     "InvalidArgument",
     "LinearModel",
+    "LoopMargins",
+    "Margins",
     "Mode",
     "Model",
     "Modes",
+    "MonteCarlo",
     "ParameterSensitivity",
     "Point",
     "Problem",
+    "Report",
+    "ScatteredFlight",
     "Sensitivities",
     "Signal",
     "Study",
@@ -49,18 +65,23 @@ __all__ = [
     "TrimResult",
     "TrimSpec",
     "TuneResult",
+    "all_equilibria",
     "bode",
     "close_loop",
     "data_directory",
+    "envelope",
     "feedback",
     "fly",
     "follow",
     "linearize",
+    "margins",
     "modes",
+    "monte_carlo",
     "open_map",
     "parse_study",
     "plot",
     "read_study",
+    "report",
     "save",
     "sensitivities",
     "simulate",

@@ -7,8 +7,11 @@ from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 import numpy as np
 
 from . import _tiltrim
+from ._envelope import Envelope
+from ._equilibria import AllEquilibria
 from ._follow import Branch
 from ._linear import Bode, LinearModel, Modes
+from ._margins import LoopMargins, Margins
 from ._models import Array
 from ._needs import need
 from ._problems import Problem
@@ -24,7 +27,8 @@ def plot(what: Any, *names: str, axes: Any = None) -> Any:
 
     what  : Modes (eigenvalues with their error discs); a Branch (signals over its parameter,
             dashed where unstable, with its events); a Trajectory or Flight (signals over time); a
-            Bode; a Dataset of sweep() over one axis (real parts) or two (verdicts)
+            Bode; Margins, of all loops or one (Bode diagrams of L); an Envelope (its border, and
+            shaded where trims exist); AllEquilibria (their eigenvalues); a Dataset of sweep() over one axis (real parts) or two (verdicts)
     names : signals, of a Branch, Trajectory or Flight; default: every state
     axes  : where to draw; default: a new figure
     """
@@ -34,6 +38,13 @@ def plot(what: Any, *names: str, axes: Any = None) -> Any:
         return _modes(what, _axes(1, axes)[0])
     if isinstance(what, Bode):
         return _bode(what, _axes(2, axes))
+    if isinstance(what, (LoopMargins, Margins)):
+        loops = [what] if isinstance(what, LoopMargins) else list(what.loops.values())
+        return _loops(loops, _axes(2, axes))
+    if isinstance(what, Envelope):
+        return _envelope(what, _axes(1, axes)[0])
+    if isinstance(what, AllEquilibria):
+        return _equilibria(what, _axes(1, axes)[0])
     if isinstance(what, Branch):
         chosen = names or [s.name for s in what.model.states]
         return _branch(what, chosen, _axes(len(chosen), axes))
@@ -98,6 +109,57 @@ def _bode(bode: Bode, panels: Any) -> Any:
     for panel in panels:
         panel.grid(True, which="both", alpha=0.3)
     return panels
+
+
+def _loops(loops: Sequence[LoopMargins], panels: Any) -> Any:
+    gain, phase = panels
+    for loop in loops:
+        if loop.in_use:
+            gain.loglog(loop.frequency, loop.magnitude, label=loop.name)
+            phase.semilogx(loop.frequency, np.degrees(loop.phase_of), label=loop.name)
+    gain.axhline(1, color="black", linewidth=0.8)
+    gain.set_ylabel("|L|")
+    phase.set_ylabel("phase of L [°]")
+    phase.set_xlabel("frequency [rad/s]")
+    for panel in panels:
+        panel.grid(True, which="both", alpha=0.3)
+    if gain.lines:
+        gain.legend()
+    return panels
+
+
+def _envelope(envelope: Envelope, ax: Any) -> Any:
+    colors = need("matplotlib.colors", "matplotlib", "plot()")
+    shades = colors.ListedColormap(["white", "#b7d7ea"])
+    for part in envelope.parts:
+        x = np.linspace(*part.along, part.count.shape[0])
+        y = np.linspace(*part.over, part.count.shape[1])
+        there = (part.count > 0).T
+        ax.pcolormesh(x, y, there, cmap=shades, vmin=0, vmax=1, shading="nearest")
+    causes = sorted({piece.name for piece in envelope.pieces})
+    for cause in causes:
+        color, label = f"C{causes.index(cause)}", cause
+        for piece in (piece for piece in envelope.pieces if piece.name == cause):
+            ax.plot(piece.along, piece.over, color=color, label=label)
+            label = "_"  # once in the legend
+    ax.set_xlabel(_label(envelope.along.name, envelope.along.unit))
+    ax.set_ylabel(_label(envelope.over.name, envelope.over.unit))
+    if causes:
+        ax.legend()
+    return ax
+
+
+def _equilibria(found: AllEquilibria, ax: Any) -> Any:
+    ax.axvline(0, color="black", linewidth=0.8)
+    for i, one in enumerate(found):
+        if one.modes is not None:
+            values = one.modes.eigenvalues
+            ax.plot(values.real, values.imag, "x", label=f"{i + 1}: {one.modes.verdict}")
+    ax.set_xlabel("Re λ [1/s]")
+    ax.set_ylabel("Im λ [rad/s]")
+    if len(found):
+        ax.legend()
+    return ax
 
 
 def _pieces(states: Any) -> List[Tuple[slice, bool]]:

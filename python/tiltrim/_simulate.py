@@ -271,13 +271,13 @@ def simulate(
     return Trajectory(model=model, start=at, **raw)
 
 
-def fly(study: Union[StudyLike, Condition]) -> Flight:
+def fly(study: Union[StudyLike, Condition], *, number: Optional[int] = None) -> Flight:
     """Simulates a study's [simulate]: a flight with schedule, weather, actuators and the ground,
-    or the motion of its [model] (docs/simulate.md)."""
+    or the motion of its [model] (docs/simulate.md). number: that flight of its [montecarlo]."""
     if isinstance(study, (str, os.PathLike)):
         study = read_study(study)
     own = study.study if isinstance(study, Condition) else study
-    raw = _tiltrim.fly_study(own._core)
+    raw = _tiltrim.fly_study(own._core, number)
     columns = raw["columns"]
     return Flight(
         status=raw["status"],

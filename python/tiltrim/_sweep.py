@@ -14,6 +14,7 @@ from ._models import Array, Model
 from ._maps import to_dataset
 from ._needs import need
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
+from ._progress import Progress, Tell, told
 from ._studies import Condition, Study, StudyLike, _toml_value, parse_study, read_study
 from ._trim import TrimResult, asked, time_limited
 
@@ -40,6 +41,7 @@ def sweep(
     starts: int = 8,
     method: str = "ipopt",
     time_limit: Optional[float] = None,
+    progress: Progress = None,
     **fields: Unpack[TrimFields],
 ) -> xarray.Dataset:
     """Eigenvalues over a grid, and every crossing of the stability boundary between its points.
@@ -56,6 +58,7 @@ def sweep(
     threads   : 0: as many as the machine has. Models with Python callables are swept by one
     starts, method, time_limit : of the trim from nothing, where Newton from the neighbour fails;
              s of wall clock each, default: none, or the study's
+    progress : True, or progress(done, total, text). An exception from it ends the sweep
 
     Returns an xarray.Dataset over the axes (and `condition`, for a study or a list):
 
@@ -88,21 +91,23 @@ def sweep(
             raise TypeError("sweep() of a study: its axes are its own; expected no axes=")
         for name in only:
             what[name]  # raises, with the names there are
-        return to_dataset(xr, _tiltrim.sweep_study(what._core, list(only), options))
+        with told(progress) as tell:
+            return to_dataset(xr, _tiltrim.sweep_study(what._core, list(only), options, tell))
     single = isinstance(what, (Model, Problem, Condition, TrimResult))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
     if not axes or not members:
         raise TypeError("sweep() needs axes={signal: values} and a problem")
     conditions = [one for one in members if isinstance(one, Condition)]
-    if len(conditions) == len(members):
-        return to_dataset(xr, _sweep_conditions(conditions, axes, options), single)
-    problems = [_problem(one, guess, own, inputs) for one in members]
-    raw = _tiltrim.sweep(problems, _axes(axes, _first_model(members)), options)
+    with told(progress) as tell:
+        if len(conditions) == len(members):
+            return to_dataset(xr, _sweep_conditions(conditions, axes, options, tell), single)
+        problems = [_problem(one, guess, own, inputs) for one in members]
+        raw = _tiltrim.sweep(problems, _axes(axes, _first_model(members)), options, tell)
     return to_dataset(xr, raw, single, raw["exception"])
 
 
 def _sweep_conditions(
-    conditions: Sequence[Condition], axes: Axes, options: Dict[str, Any]
+    conditions: Sequence[Condition], axes: Axes, options: Dict[str, Any], tell: Optional[Tell]
 ) -> Dict[str, Any]:
     # As a study with these axes: its keys, units and checks apply.
     study = conditions[0].study
@@ -112,7 +117,7 @@ def _sweep_conditions(
         raise TypeError("sweep(): the study has axes of its own; expected sweep(study, only=[...])")
     text = study.text + "".join(_axis_as_toml(name, values) for name, values in axes.items())
     own = parse_study(text, study.file)
-    return _tiltrim.sweep_study(own._core, [one.name for one in conditions], options)
+    return _tiltrim.sweep_study(own._core, [one.name for one in conditions], options, tell)
 
 
 def _axis_as_toml(name: str, values: Any) -> str:

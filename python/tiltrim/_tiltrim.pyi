@@ -11,6 +11,8 @@ _Point = Tuple[_Array, _Array, _Array]
 _Range = Tuple[float, float]
 _Problem = Tuple[str, "Model", Dict[str, Any], _Point, List[str]]
 _Axis = Tuple[str, List[Tuple[str, str, List[float]]]]
+_EnvelopeAxis = Tuple[str, float, float, int]
+_Progress = Optional[Callable[[int, int, str], Any]]
 
 version: str
 
@@ -99,13 +101,19 @@ def sensitivities(
     model: Model, spec: Dict[str, Any], point: _Point, parameters: Sequence[str]
 ) -> Dict[str, Any]: ...
 def sweep(
-    problems: Sequence[_Problem], axes: Sequence[_Axis], options: Dict[str, Any]
+    problems: Sequence[_Problem],
+    axes: Sequence[_Axis],
+    options: Dict[str, Any],
+    progress: _Progress,
 ) -> Dict[str, Any]: ...
 def map_fields() -> Dict[str, Any]: ...
 def open_map(file: str) -> Dict[str, Any]: ...
 def save_map(map: Dict[str, Any], file: str) -> None: ...
 def tune(
-    problems: Sequence[_Problem], asked: Dict[str, Any], options: Dict[str, Any]
+    problems: Sequence[_Problem],
+    asked: Dict[str, Any],
+    options: Dict[str, Any],
+    progress: _Progress,
 ) -> Dict[str, Any]: ...
 def read_study(file: str) -> Study: ...
 def parse_study(text: str, name: str) -> Study: ...
@@ -120,12 +128,72 @@ def follow_condition(
 def sensitivities_condition(
     condition: Condition, parameters: Sequence[str], trimming: Dict[str, float]
 ) -> Dict[str, Any]: ...
-def sweep_study(study: Study, only: Sequence[str], options: Dict[str, Any]) -> Dict[str, Any]: ...
-def tune_study(study: Study, options: Dict[str, Any]) -> Dict[str, Any]: ...
-def tune_conditions(
-    conditions: Sequence[Condition], asked: Dict[str, Any], options: Dict[str, Any]
+def sweep_study(
+    study: Study, only: Sequence[str], options: Dict[str, Any], progress: _Progress
 ) -> Dict[str, Any]: ...
-def fly_study(study: Study) -> Dict[str, Any]: ...
+def tune_study(study: Study, options: Dict[str, Any], progress: _Progress) -> Dict[str, Any]: ...
+def tune_conditions(
+    conditions: Sequence[Condition],
+    asked: Dict[str, Any],
+    options: Dict[str, Any],
+    progress: _Progress,
+) -> Dict[str, Any]: ...
+def fly_study(study: Study, number: Optional[int]) -> Dict[str, Any]: ...
+def monte_carlo(study: Study, threads: int, progress: _Progress) -> Dict[str, Any]: ...
+def margins_condition(
+    condition: Condition,
+    loops: Sequence[str],
+    lowest: Optional[float],
+    highest: Optional[float],
+    points: int,
+    trimming: Dict[str, float],
+) -> Dict[str, Any]: ...
+def margins(
+    name: str,
+    A: _Array,
+    b: _Array,
+    c: _Array,
+    d: float,
+    closed: bool,
+    lowest: float,
+    highest: float,
+    points: int,
+) -> Dict[str, Any]: ...
+def envelope(
+    model: Model,
+    spec: Dict[str, Any],
+    guess: _Point,
+    along: _EnvelopeAxis,
+    over: _EnvelopeAxis,
+    rows: Sequence[float],
+    progress: _Progress,
+) -> Dict[str, Any]: ...
+def envelope_condition(
+    condition: Condition,
+    over: str,
+    count: Optional[int],
+    rows: Optional[Sequence[float]],
+    progress: _Progress,
+) -> Dict[str, Any]: ...
+def envelope_model(condition: Condition) -> Model: ...
+def all_equilibria(
+    model: Model,
+    spec: Dict[str, Any],
+    guess: _Point,
+    parameters: Sequence[str],
+    reach: float,
+    options: Dict[str, Any],
+) -> Dict[str, Any]: ...
+def all_equilibria_condition(condition: Condition, options: Dict[str, Any]) -> Dict[str, Any]: ...
+def report(
+    study: Study,
+    file: str,
+    only: Sequence[str],
+    maps: Sequence[str],
+    figures: str,
+    tables: str,
+    threads: int,
+) -> Tuple[str, bool]: ...
 def simulate(
     model: Model,
     start: _Point,

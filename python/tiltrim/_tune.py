@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, 
 from . import _tiltrim
 from ._models import Array, Model
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
+from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
 from ._studies import Condition, Study, StudyLike, read_study
 from ._trim import TrimResult
@@ -76,9 +77,13 @@ class TuneResult(Shown):
     effects: List[GainEffect]  #: largest first
     coalescing: bool  #: two decisive eigenvalues coalesce at the optimum
     evaluations: int
+    interrupted: bool  #: progress returned False
     out_of_time: bool
     out_of_evaluations: bool
     exception: Optional[BaseException] = None
+    algorithm: str = ""  #: of a study: the one that found this
+    second_algorithm: str = ""  #: of the search for comparison, and its optimum
+    second: Optional[TuneResult] = None
 
     @property
     def gains(self) -> Dict[str, Any]:
@@ -134,13 +139,14 @@ def tune(
     global_search: Optional[str] = None,
     local_search: Optional[str] = None,
     time_limit: Optional[float] = None,
+    progress: Progress = None,
     **fields: Unpack[TrimFields],
 ) -> TuneResult:
     """Optimizes gains for the worst of all operating points; every candidate is trimmed again.
 
     what     : a Model with a guess and a trim specification; a Problem or a Condition; a list of
                those; or a Study or its path, with its own [tune], which only the last options
-               override
+               override, and its second algorithm: the better optimum of the two
     gains    : {parameter: (from, to)}, SI; searched logarithmically if both are positive, except
                those named in `linear`
     goal     : optimized for its worst value: "decay" (1/s), "damping", "frequency" (rad/s), ...;
@@ -152,6 +158,7 @@ def tune(
     start    : numbers tried first; evaluations, seconds, seed, threads, global_search,
                local_search: budget and algorithms, defaults as of the library or the study
     time_limit : of each trim from nothing, s of wall clock
+    progress : True, or progress(done, total, text): returning False stops with the best so far
 
     Raises ValueError for unknown names, reversed bounds, no free parameter.
     """
@@ -175,7 +182,8 @@ def tune(
     if isinstance(what, Study):
         if gains or limits:
             raise TypeError("tune() of a study: gains and limits are those of its [tune]")
-        return _result(_tiltrim.tune_study(what._core, options))
+        with told(progress) as tell:
+            return _result(_tiltrim.tune_study(what._core, options, tell))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
     request = {
         "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
@@ -190,10 +198,12 @@ def tune(
         ],
     }
     conditions = [one for one in members if isinstance(one, Condition)]
-    if conditions and len(conditions) == len(members):
-        return _result(_tiltrim.tune_conditions([c._core for c in conditions], request, options))
-    problems = [_problem(one, guess, own, ()) for one in members]
-    return _result(_tiltrim.tune(problems, request, options))
+    with told(progress) as tell:
+        if conditions and len(conditions) == len(members):
+            cores = [c._core for c in conditions]
+            return _result(_tiltrim.tune_conditions(cores, request, options, tell))
+        problems = [_problem(one, guess, own, ()) for one in members]
+        return _result(_tiltrim.tune(problems, request, options, tell))
 
 
 def _gain(
@@ -214,6 +224,7 @@ def _result(raw: Dict[str, Any]) -> TuneResult:
     numbers = own.pop("gains")
     own["numbers"] = numbers.reshape(-1, places) if places else numbers
     own["schedule"] = tuple(raw["schedule"])
+    own["second"] = _result(raw["second"]) if raw.get("second") else None
     own["achieved"] = [Achieved(**one) for one in raw["achieved"]]
     own["effects"] = [GainEffect(**one) for one in raw["effects"]]
     return TuneResult(**own)
