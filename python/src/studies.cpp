@@ -67,6 +67,14 @@ py::dict followed(const HeldCondition& held, const std::string& parameter, doubl
                   const py::dict& fields, const py::dict& trimming) {
   refuse_stop_within("follow");
   const Key key = key_among(keys_of(*held.study), parameter);
+  if (key.signal == "eta" && !held.study->schedule.eta.empty())
+    throw std::invalid_argument(
+        "the gains move with the tilt (schedule_eta_deg); expected another parameter than eta_deg, "
+        "or a sweep over it");
+  if (!(to >= key.accepted.lower && to <= key.accepted.upper))
+    throw std::invalid_argument(fmt::format("to: {} is out of range; expected {} from {} to {} {}",
+                                            to, key.name, key.accepted.lower, key.accepted.upper,
+                                            key.unit));
   FollowOptions options = follow_options_of(fields);
   TrimOptions trim_options = trim_options_of(trimming, {.time_limit = held.study->time_limit});
   BranchAnswer answer =

@@ -43,6 +43,13 @@ def test_follow_of_a_study_is_the_programs(program, paper):
         same(branch["theta"], [p["state"]["theta"] for p in points])
 
 
+def test_follow_refuses_what_the_program_refuses(studies, paper):
+    with pytest.raises(tiltrim.InvalidArgument, match="the gains move with the tilt"):
+        tiltrim.follow(studies / "scheduled.toml", parameter="eta_deg", to=5.0)
+    with pytest.raises(tiltrim.InvalidArgument, match="to: -3 is out of range; expected V from 0"):
+        tiltrim.follow(paper, parameter="V", to=-3.0, condition="level")
+
+
 def test_sensitivities_of_a_study_are_the_programs(program, paper):
     asked = ["V", "eta_deg", "aircraft.mass", "gains.K_Lp"]
     for own, printed in (
