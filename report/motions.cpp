@@ -21,13 +21,13 @@ std::string named(const MotionAnswer& m) {
 
 bool has_samples(const MotionAnswer& m) { return m.motion && !m.motion->t.empty(); }
 
-std::string outcome(const MotionAnswer& m) {
+std::string outcome(const MotionAnswer& m, int digits = 6) {
   if (!m.motion)
     return fmt::format("no trim to start from: {}: {}", to_string(m.start.trim.status),
                        m.start.trim.message);
   const Simulation& s = *m.motion;
   const double end = s.t.empty() ? 0.0 : s.t.back();
-  return fmt::format("{} at {:.6g} s{}", to_string(s.status), end,
+  return fmt::format("{} at {:.{}g} s{}", to_string(s.status), end, digits,
                      s.message.empty() ? "" : ": " + s.message);
 }
 
@@ -71,7 +71,7 @@ bool moves(const FlightColumn& c) {
 
 }  // namespace
 
-std::string outcome_of(const MotionAnswer& m) { return named(m) + ": " + outcome(m) + "."; }
+std::string outcome_of(const MotionAnswer& m) { return named(m) + ": " + outcome(m, 3) + "."; }
 
 std::string motion_text(const MotionAnswer& m, const TextStyle& style) {
   std::string text = fmt::format("{}\n", named(m));

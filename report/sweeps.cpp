@@ -115,6 +115,38 @@ std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
   return reasons;
 }
 
+namespace {
+
+constexpr double rounding = 1e-15;
+
+// The located crossing at an end of the interval, or null.
+const AxisCrossing* crossing_at(const SweepMap& map, const AxisInterval& i, double end) {
+  const auto found = std::ranges::find_if(map.crossings, [&](const AxisCrossing& c) {
+    return c.condition == i.condition && c.axis == i.axis &&
+           std::abs(c.at[std::size_t(i.axis)] - end) <= c.error + rounding * std::abs(end);
+  });
+  return found == map.crossings.end() ? nullptr : &*found;
+}
+
+// Largest real part; zero, not its rounding error, where an eigenvalue crosses the axis.
+double abscissa_of(const SweepMap& map, const AxisInterval& i) {
+  for (const double end : {i.from, i.to}) {
+    const AxisCrossing* c = i.abscissa_at == end ? crossing_at(map, i, end) : nullptr;
+    if (c && c->kind != CrossingKind::jump && c->kind != CrossingKind::end) return 0.0;
+  }
+  return i.abscissa;
+}
+
+// Where it is; zero, not the rounding error of the search, at zero.
+double abscissa_at(const SweepMap& map, const AxisInterval& i) {
+  const std::vector<double>& own = map.axes[std::size_t(i.axis)].columns.front().values;
+  constexpr double precision = 1e-6;  // of the search, relative to the axis
+  const double noise = precision * std::abs(own.back() - own.front());
+  return std::abs(i.abscissa_at) < noise ? 0.0 : i.abscissa_at;
+}
+
+}  // namespace
+
 Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t axis) {
   const SweepAxis::Column& own = map.axes[axis].columns.front();
   Sheet sheet;
@@ -126,15 +158,11 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
                    {"abscissa", "largest Re λ", "1/s", "{:.6g}"},
                    {"abscissa_at", "at", unit_of(own), "{:.7g}"},
                    {"ends", "ends with", ""}};
-  constexpr double rounding = 1e-15;
   for (const AxisInterval& i : map.intervals) {
     if (i.condition != int(condition) || i.axis != int(axis)) continue;
-    const auto crossing = std::ranges::find_if(map.crossings, [&](const AxisCrossing& c) {
-      return c.condition == i.condition && c.axis == i.axis &&
-             std::abs(c.at[axis] - i.to) <= c.error + rounding * std::abs(i.to);
-    });
+    const AxisCrossing* crossing = crossing_at(map, i, i.to);
     std::string ends;
-    if (crossing != map.crossings.end()) {
+    if (crossing) {
       ends = to_string(crossing->kind);
       if (crossing->kind == CrossingKind::hopf)
         ends = "±" + number_text(crossing->frequency, "{:.5f}") + "i";
@@ -144,8 +172,8 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
     const bool trimmed = i.verdict != IntervalVerdict::no_trim;
     sheet.rows.push_back({i.from, i.to, SheetCell(to_string(i.verdict), tone_of(i.verdict)),
                           trimmed ? SheetCell(double(i.unstable)) : SheetCell(),
-                          std::isfinite(i.abscissa) ? SheetCell(i.abscissa) : SheetCell(),
-                          std::isfinite(i.abscissa) ? SheetCell(i.abscissa_at) : SheetCell(),
+                          std::isfinite(i.abscissa) ? SheetCell(abscissa_of(map, i)) : SheetCell(),
+                          std::isfinite(i.abscissa) ? SheetCell(abscissa_at(map, i)) : SheetCell(),
                           ends});
   }
   return sheet;
@@ -165,23 +193,24 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
       rest += length;
   }
   const SweepAxis::Column& own = map.axes[axis].columns.front();
-  const std::string range = fmt::format("[{:.6g}, {:.6g}]{}{}", own.values.front(),
-                                        own.values.back(), own.unit.empty() ? "" : " ", own.unit);
-  if (unstable == 0 && rest == 0)
-    return fmt::format("stable on all of {}; largest Re λ {:.6g} 1/s at {} = {:.6g}", range,
-                       least->abscissa, own.name, least->abscissa_at);
+  const std::string unit = unit_of(own), spaced = unit.empty() || unit == "°" ? unit : " " + unit;
+  const auto measured = [&](double value) { return fmt::format("{:.3g}{}", value, spaced); };
+  const std::string range =
+      fmt::format("[{:.6g}, {:.6g}]{}", own.values.front(), own.values.back(), spaced);
+  const std::string worst =
+      least ? fmt::format("; largest Re λ {:.3g} 1/s at {} = {}", abscissa_of(map, *least),
+                          own.name, measured(abscissa_at(map, *least)))
+            : "";
+  if (unstable == 0 && rest == 0) return fmt::format("stable on all of {}{}", range, worst);
   if (unstable == 0 && stable == 0)
     return fmt::format("without trim or undecided on all of {}", range);
   if (unstable == 0)
-    return fmt::format("stable on {} but for {:.6g}, which is without trim or undecided", range,
-                       rest);
-  std::string words = fmt::format("not stable on all of {}: unstable on {} of it, {:.6g} in all",
-                                  range, number_of(stretches, "stretch"), unstable);
-  if (rest > 0) words += fmt::format("; without trim or undecided on {:.6g}", rest);
-  if (least && unstable > 0)
-    words += fmt::format("; largest Re λ {:.6g} 1/s at {} = {:.6g}", least->abscissa, own.name,
-                         least->abscissa_at);
-  return words;
+    return fmt::format("stable on {} but for {}, which is without trim or undecided", range,
+                       measured(rest));
+  std::string words = fmt::format("not stable on all of {}: unstable on {} of it, {} in all", range,
+                                  number_of(stretches, "stretch"), measured(unstable));
+  if (rest > 0) words += "; without trim or undecided on " + measured(rest);
+  return words + worst;
 }
 
 namespace {
