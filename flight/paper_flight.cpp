@@ -69,8 +69,8 @@ class Facts {
 
   // `fact` fills in the flight's part if the flight lasts at least `needs` seconds.
   void say(const char* figure, const char* paper, double needs, const auto& fact) {
-    PaperFact f{figure, paper, {}, false, {}};
-    if (flown.comes_to(needs))
+    PaperFact f{figure, paper, {}, false, {}, flown.comes_to(needs)};
+    if (f.reached)
       fact(f);
     else
       f.flight = fmt::format("it ends at {:.1f} s", flown.end()), f.why = "the flight ends before";

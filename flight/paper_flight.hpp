@@ -15,6 +15,7 @@ struct PaperFact {
   std::string flight;   ///< the same in this flight
   bool agrees = false;  ///< by the criterion that docs/simulate.md gives
   std::string why;      ///< the difference and its likely cause; empty if they agree
+  bool reached = true;  ///< false: the flight ends before
 };
 
 /// For a flight of 90 s along corridor (16) from the ground; a feature that a shorter or lost

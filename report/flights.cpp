@@ -10,6 +10,7 @@
 
 #include "model/degrees.hpp"
 #include "report/json.hpp"
+#include "report/paper_facts.hpp"
 
 namespace tiltrim {
 
@@ -211,39 +212,6 @@ std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
       return wrapped(says("no trim", Tone::bad) + ": " + c.message, 0, style.width);
   }
   return wrapped(text, 0, style.width) + wrapped(c.message, 2, style.width);
-}
-
-Sheet facts_sheet(const std::vector<PaperFact>& facts) {
-  Sheet sheet{fmt::format("Beside the paper's figures, {} of {} agree",
-                          std::ranges::count_if(facts, &PaperFact::agrees), facts.size()),
-              {{"figure", "figure", ""},
-               {"agrees", "verdict", ""},
-               {"paper", "paper", ""},
-               {"flight", "flight", ""},
-               {"why", "why", ""}},
-              {},
-              {}};
-  for (const PaperFact& f : facts)
-    sheet.rows.push_back(
-        {fmt::format("{}", f.figure),
-         SheetCell(f.agrees ? "agrees" : "differs", f.agrees ? Tone::good : Tone::doubtful),
-         f.paper, f.flight, f.why});
-  return sheet;
-}
-
-std::string facts_text(const std::vector<PaperFact>& facts, const TextStyle& style) {
-  if (facts.empty()) return "";
-  constexpr std::size_t indent = 19;  // width of "  fig. 5  differs  "
-  std::string text = fmt::format("\nBeside the paper's figures, {} of {} agree:\n",
-                                 std::ranges::count_if(facts, &PaperFact::agrees), facts.size());
-  for (const PaperFact& f : facts) {
-    const std::string verdict =
-        toned(f.agrees ? "agrees " : "differs", f.agrees ? Tone::good : Tone::doubtful, style);
-    const std::string words = wrapped(f.paper + ": " + f.flight, indent, style.width);
-    text += fmt::format("  fig. {}  {}  {}", f.figure, verdict, words.substr(indent));
-    if (!f.why.empty()) text += wrapped(f.why, indent + 2, style.width);
-  }
-  return text;
 }
 
 ordered_json command_json(const Command& c) {

@@ -179,7 +179,7 @@ TEST_CASE("beside the paper's figures: fifteen facts with the numbers of the sam
       agree += fact["agrees"].get<bool>();
     }
     const Ran text = run(scratch, simulate(study, ""));
-    says(text.out, fmt::format("Beside the paper's figures, {} of 15 agree:\n", agree));
+    says(text.out, fmt::format("Compared with the paper's figures, {} of 15 agree:\n", agree));
     std::istringstream lines(text.out);
     for (std::string line; std::getline(lines, line);) {
       CAPTURE(line);
@@ -207,15 +207,16 @@ TEST_CASE("the other studies: bumpless arrives, the reference gains are lost, th
   CHECK_NEAR(check["height"].get<double>(), 46.44, 0.01);
   const Ran text = run(scratch, simulate("transition_reference", ""));
   CHECK(text.exit_code == 1);
-  for (const char* words : {"transition_reference, begun at rest on the ground: lost at 33.6",
-                            "loss predicted", "h = 46.44 m", "K_Li x2 has to go from"})
+  for (const char* words :
+       {"transition_reference, begun at rest on the ground: lost at 33.6", "loss predicted",
+        "h = 46.44 m", "K_Li x2 has to go from", "features at later times: it ends at 33.6 s"})
     says(text.out, words);
   const Ran landed = run(scratch, simulate("reconversion", ""));
   CHECK(landed.exit_code == 0);
   says(landed.out, "landed");
   says(landed.out, "ground contact");
   CHECK(landed.out.find(" -0.0 ") == std::string::npos);
-  CHECK(landed.out.find("Beside the paper") == std::string::npos);
+  CHECK(landed.out.find("Compared with the paper") == std::string::npos);
 }
 
 // ---- Files -------------------------------------------------------------------------------------
