@@ -186,7 +186,8 @@ std::string controls(const Parts& parts, const std::string& track) {
 }
 
 std::string conditions_part(Parts& parts) {
-  return section(parts, "conditions", "Conditions", table(parts, "conditions"));
+  return section(parts, "conditions", "Conditions",
+                 table(parts, "conditions") + tables(parts, "trims_"));
 }
 
 std::string unanswered_part(Parts& parts) {

@@ -312,7 +312,7 @@ std::optional<std::string> markup::siunitx(const std::string& unit) {
       {"1", ""},           {"m", "\\metre"},    {"s", "\\second"}, {"kg", "\\kilogram"},
       {"N", "\\newton"},   {"rad", "\\radian"}, {"°", "\\degree"}, {"Hz", "\\hertz"},
       {"Pa", "\\pascal"},  {"W", "\\watt"},     {"J", "\\joule"},  {"K", "\\kelvin"},
-      {"dB", "\\decibel"}, {"%", "\\percent"}};
+      {"dB", "\\decibel"}, {"%", "\\percent"},  {"A", "\\ampere"}, {"V", "\\volt"}};
   std::string text;
   bool below = false;
   for (std::size_t at = 0; at < unit.size();) {

@@ -147,11 +147,11 @@ std::string verdict_in_words(const StudyReport& report) {
                              line_in_words(m.map, c, 0));
   if (report.flight && report.flight->flown && !flown_well(*report.flight)) {
     const FlightResult& f = *report.flight->flown;
-    words += fmt::format(". The flight ends at {:.4g} s: {}", f.t.back(),
+    words += fmt::format(". The flight ends at {:.3g} s: {}", f.t.back(),
                          f.message.empty() ? to_string(f.status) : f.message);
   } else if (report.flight && report.flight->flown) {
     words +=
-        fmt::format(". The flight is flown to its end ({:.4g} s)", report.flight->flown->t.back());
+        fmt::format(". The flight is flown to its end ({:.3g} s)", report.flight->flown->t.back());
   }
   if (report.motion) words += ". The motion of " + ended(outcome_of(*report.motion));
   if (words.ends_with('.')) words.pop_back();
@@ -186,35 +186,58 @@ std::vector<SheetCell> in_short(const ConditionReport& c) {
   return cells;
 }
 
-// The short summary, and the trim as `trim` prints it.
-Sheet overview_sheet(const std::vector<ConditionReport>& conditions) {
-  Sheet sheet = trim_sheet(conditions);
-  sheet.title = "Trims, verdicts and least damped modes";
-  sheet.notes.clear();  // listed with the unanswered analyses
-  const auto status = std::ranges::find(sheet.columns, "status", &SheetColumn::key);
-  const std::ptrdiff_t from = status - sheet.columns.begin();
-  const auto to_front = [from](auto& list) {
-    std::rotate(list.begin() + 1, list.begin() + from, list.begin() + from + 1);
-  };
-  to_front(sheet.columns);
-  sheet.columns.insert(sheet.columns.begin() + 2,
-                       {{"verdict", "verdict", ""},
-                        {"spectral_abscissa", "max Re λ", "1/s", "{:.4f}"},
-                        {"least_damping", "least ζ", "", "{:.3f}"},
-                        {"least_damped", "of the mode", ""},
-                        {"limits", "at limits", ""}});
+Sheet verdicts_sheet(const std::vector<ConditionReport>& conditions) {
+  Sheet sheet{"Verdicts and least damped modes",
+              {{"name", "condition", ""},
+               {"status", "status", ""},
+               {"verdict", "verdict", ""},
+               {"spectral_abscissa", "max Re λ", "1/s", "{:.4f}"},
+               {"least_damping", "least ζ", "", "{:.3f}"},
+               {"least_damped", "of the mode", ""},
+               {"limits", "at limits", ""}},
+              {},
+              {}};
+  const Sheet trims = trim_sheet(conditions);
+  const auto status = std::ranges::find(trims.columns, "status", &SheetColumn::key);
   for (std::size_t i = 0; i < conditions.size(); ++i) {
-    to_front(sheet.rows[i]);
+    const std::vector<SheetCell>& trim = trims.rows[i];
+    sheet.rows.push_back({trim.front(), trim[std::size_t(status - trims.columns.begin())]});
     const std::vector<SheetCell> cells = in_short(conditions[i]);
-    sheet.rows[i].insert(sheet.rows[i].begin() + 2, cells.begin(), cells.end());
+    sheet.rows[i].insert(sheet.rows[i].end(), cells.begin(), cells.end());
   }
   return sheet;
+}
+
+// The trims as `trim` prints them, in tables that fit on a printed page: each repeats the names.
+std::vector<Sheet> trims_sheets(const std::vector<ConditionReport>& conditions) {
+  Sheet rest = trim_sheet(conditions);
+  const auto status = std::ranges::find(rest.columns, "status", &SheetColumn::key);
+  const std::ptrdiff_t at = status - rest.columns.begin();
+  rest.columns.erase(status);
+  for (auto& row : rest.rows) row.erase(row.begin() + at);
+  constexpr std::size_t most = 11;  // columns
+  std::vector<Sheet> sheets;
+  for (std::size_t from = 1; from < rest.columns.size(); from += most - 1) {
+    const auto part = [&](const auto& list) {
+      const auto to = std::min(list.size(), from + most - 1);
+      auto taken =
+          std::vector(list.begin() + std::ptrdiff_t(from), list.begin() + std::ptrdiff_t(to));
+      taken.insert(taken.begin(), list.front());
+      return taken;
+    };
+    Sheet& sheet = sheets.emplace_back(
+        Sheet{sheets.empty() ? "Trims" : "Trims, continued", part(rest.columns), {}, {}});
+    for (const auto& row : rest.rows) sheet.rows.push_back(part(row));
+  }
+  return sheets;
 }
 
 }  // namespace
 
 std::vector<NamedSheet> report_sheets(const StudyReport& report) {
-  std::vector<NamedSheet> all{{"conditions", overview_sheet(report.conditions)}};
+  std::vector<NamedSheet> all{{"conditions", verdicts_sheet(report.conditions)}};
+  for (const Sheet& trims : trims_sheets(report.conditions))
+    all.push_back({fmt::format("trims_{}", all.size()), trims});
   for (std::size_t i = 0; i < report.conditions.size(); ++i) {
     const ConditionReport& c = report.conditions[i];
     if (!c.modes || c.modes->modes.empty()) continue;

@@ -388,6 +388,7 @@ TEST_CASE("units: siunitx's, in brackets, or words behind a comma") {
                                           {"kg/m³", "\\kilogram\\per\\metre\\cubed"},
                                           {"m²/s²", "\\metre\\squared\\per\\second\\squared"},
                                           {"dB", "\\decibel"},
+                                          {"A/m", "\\ampere\\per\\metre"},
                                           {"%", "\\percent"}})
     CHECK(contains(head("x", unit.c_str())[1], "(\\unit{" + command + "})"));
   CHECK(head("worst miss", "digits")[0] == "worst miss, digits");
