@@ -16,24 +16,12 @@ namespace {
 // In font heights.
 constexpr double least_left = 5.6, right = 1.4, below = 4.2, below_bare = 2.4, above = 0.9,
                  below_key = 0.5;
-constexpr double letter = 0.62, key_sample = 4.5;  // widths: letter, line sample in the key
+constexpr double key_sample = 4.5;            // width of the line sample in the key
+constexpr double x_room = 4.0, y_room = 1.7;  // of a tick
 
 constexpr double page_font = 13;  // in user units of the page's SVG
 
 double width_of(Device device) { return device == Device::page ? 55.0 : 31.18; }
-
-std::size_t letters(const std::string& text) {
-  return std::size_t(std::ranges::count_if(
-      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
-
-// Width of the labels of the vertical axes.
-double left_of(const Figure& figure) {
-  std::size_t longest = 0;
-  for (const Panel& p : figure.panels)
-    for (const auto& [at, words] : p.y.ticks) longest = std::max(longest, letters(words));
-  return std::max(least_left, double(longest) * letter + 1.5);
-}
 
 // Line height of gnuplot's terminals, and a figure's proportions in a column.
 double key_row(Device device) { return device == Device::page ? 1.5 : 1.2; }
@@ -41,24 +29,49 @@ double axes_height(const Panel& panel, Device device) {
   return panel.height * (device == Device::page ? 1.0 : 0.75);
 }
 
+// gnuplot labels the multiples of this step.
+double tick_step(const FigureAxis& a, double length, double room) {
+  return round_step(a.range.upper - a.range.lower, std::max(2, int(length / room)));
+}
+
+double widest_tick(const Panel& panel, Device device) {
+  const FigureAxis& a = panel.y;
+  double widest = 0.0;
+  for (const auto& [at, words] : a.ticks) widest = std::max(widest, text_width(words));
+  if (!a.ticks.empty() || a.logarithmic) return widest;
+  const double step = tick_step(a, axes_height(panel, device), y_room);
+  for (double k = std::ceil(a.range.lower / step); k * step <= a.range.upper; ++k)
+    widest = std::max(widest, text_width(fmt::format("{:.6g}", k * step)));
+  return widest;
+}
+
+// Width of the vertical axes' ticks and labels.
+double left_of(const Figure& figure, Device device) {
+  double left = least_left;
+  for (const Panel& p : figure.panels)
+    left = std::max(left, widest_tick(p, device) + (p.y.label.empty() ? 1.5 : 3.2));
+  return left;
+}
+
 // Rows and columns of the key above a panel.
 struct KeyGrid {
   int columns = 1, rows = 0;
+  double width = 0;  // of a column
 };
 
 KeyGrid key_grid(const Panel& panel, Device device) {
   int entries = 0;
-  std::size_t longest = 0;
+  double longest = 0;
   const auto add = [&](const std::string& title) {
     if (title.empty()) return;
     ++entries;
-    longest = std::max(longest, letters(title));
+    longest = std::max(longest, text_width(title));
   };
   for (const Boxes& b : panel.boxes) add(b.title);
   for (const PlotCurve& c : panel.curves) add(c.title);
   const double room = width_of(device) - least_left - right;
-  const int columns = std::max(1, int(room / (double(longest) * letter + key_sample)));
-  return {columns, (entries + columns - 1) / columns};
+  const int columns = std::max(1, int(room / (longest + key_sample)));
+  return {columns, (entries + columns - 1) / columns, longest + key_sample};
 }
 
 double height_above(const Panel& panel, Device device) {
@@ -106,10 +119,7 @@ std::string axis_of(const char* axis, const FigureAxis& a, double length, double
       a.range.lower, a.range.upper, gnuplot_text(a.label),
       a.logarithmic ? fmt::format("set logscale {}\n", axis) : "", *axis == 'x' ? "0,0.5" : "0,0");
   const bool own = a.ticks.empty() && !a.logarithmic;
-  if (own)
-    return script +
-           fmt::format("set {}tics {:.9g}\n", axis,
-                       round_step(a.range.upper - a.range.lower, std::max(2, int(length / room))));
+  if (own) return script + fmt::format("set {}tics {:.9g}\n", axis, tick_step(a, length, room));
   if (a.ticks.empty()) return script + fmt::format("set {}tics autofreq\n", axis);
   std::string ticks;
   for (const auto& [at, words] : a.ticks)
@@ -137,20 +147,20 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
       "set tmargin at screen {:.6f}\nset bmargin at screen {:.6f}\n",
       at.left, at.right, 1 - at.top, 1 - at.bottom);
   const auto [width, height] = figure_size(figure, device);
-  script += axis_of("x", panel.x, (at.right - at.left) * width, 4.0);
-  script += axis_of("y", panel.y, (at.bottom - at.top) * height, 1.7);
+  const double across = (at.right - at.left) * width, up = (at.bottom - at.top) * height;
+  script += axis_of("x", panel.x, across, x_room) + axis_of("y", panel.y, up, y_room);
   const KeyGrid key = key_grid(panel, device);
   const double row = key_row(device) / height;
+  const double key_left = std::clamp(1 - key.width / width, 0.0, at.left);
   script += fmt::format(
       "set key at screen {:.6f}, screen {:.6f} top left Left reverse vertical maxrows {} samplen "
       "3\n"
       "unset label\n",
-      at.left, 1 - at.top + (key.rows + 0.4) * row, std::max(1, key.rows));
-  for (const FigureLabel& l : panel.labels)
-    script += fmt::format("set label {} at {:.9g},{:.9g} {} front offset {},{} tc rgb '{}'\n",
-                          gnuplot_text(l.text), l.x, l.y, l.right ? "right" : "left",
-                          l.right ? -0.3 : 0.3, l.below ? -0.6 : 0.6,
-                          figure_colours()[colour::limit].light);
+      key_left, 1 - at.top + (key.rows + 0.4) * row, std::max(1, key.rows));
+  for (const PlacedLabel& l : placed_labels(panel, across, up))
+    script += fmt::format("set label {} at screen {:.6f}, screen {:.6f} {} front tc rgb '{}'\n",
+                          gnuplot_text(l.text), at.left + l.x / width, 1 - at.bottom + l.y / height,
+                          l.right ? "right" : "left", figure_colours()[colour::limit].light);
   std::string blocks, plots;
   const auto add = [&](const std::string& block, const std::string& plot) {
     blocks += block;
@@ -247,13 +257,13 @@ PlotArea plot_area(const Figure& figure, std::size_t panel, Device device) {
   const auto [w, h] = figure_size(figure, device);
   double top = height_above(figure.panels.at(panel), device);
   for (std::size_t k = 0; k < panel; ++k) top += height_of(figure.panels[k], device);
-  return {left_of(figure) / w, 1 - right / w, top / h,
+  return {left_of(figure, device) / w, 1 - right / w, top / h,
           (top + axes_height(figure.panels[panel], device)) / h};
 }
 
 std::string gnuplot_script(const std::vector<Figure>& figures, Device device) {
   std::string script = fmt::format(
-      "set encoding utf8\nset termoption noenhanced\nset border 3 lc rgb '{0}'\n"
+      "set encoding utf8\nset termoption noenhanced\nset clip two\nset border 3 lc rgb '{0}'\n"
       "set grid lc rgb '{1}' lt 1 lw 0.7\nset tics nomirror format '%h' textcolor rgb '{0}'\n"
       "set xlabel textcolor rgb '{0}'\nset ylabel textcolor rgb '{0}'\nset key textcolor rgb "
       "'{0}'\n",

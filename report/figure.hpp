@@ -41,12 +41,13 @@ struct Boxes {
   std::vector<std::array<double, 4>> corners;  ///< x from, x to, y from, y to
 };
 
-/// A text label in the panel.
+/// A text label in the panel, next to one of several points: the first at which it covers neither
+/// a curve nor another label.
 struct FigureLabel {
-  double x = 0.0, y = 0.0;
+  std::vector<std::array<double, 2>> at;  ///< preferred first
   std::string text;
-  bool right = false;  ///< right-aligned
-  bool below = false;  ///< below the point; else above
+  bool needed = true;     ///< written even where it covers something; else left out
+  bool leftward = false;  ///< only to the left of its point
 };
 
 struct Panel {
@@ -100,6 +101,18 @@ std::array<double, 2> figure_size(const Figure& figure, Device device);
 
 /// Width and height of the page's SVG in its user units.
 std::array<double, 2> page_pixels(const Figure& figure);
+
+/// A label's place: its left or right end at `x`, its middle at `y`, in font heights from the lower
+/// left corner of the axes.
+struct PlacedLabel {
+  double x, y;
+  bool right;  ///< right-aligned
+  std::string text;
+};
+/// The panel's labels, for axes of this width and height in font heights.
+std::vector<PlacedLabel> placed_labels(const Panel& panel, double width, double height);
+/// Width of a text in font heights, estimated.
+double text_width(const std::string& text);
 
 /// A gnuplot script that draws all figures as NAME.svg (and .pdf, .png) in its folder.
 std::string gnuplot_script(const std::vector<Figure>& figures, Device device);

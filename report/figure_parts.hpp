@@ -1,6 +1,8 @@
 /// Parts shared by the figures of a report. Internal to report/.
 #pragma once
 
+#include <map>
+
 #include "model/degrees.hpp"
 #include "report/study_report.hpp"
 
@@ -19,11 +21,21 @@ PlotCurve level_line(const Range& x, double at);
 /// The track's column, or null.
 const Track::Column* column(const Track& track, const std::string& key);
 
+/// Limits of the signals of a line, by column of its track and in that column's unit.
+struct LineLimits {
+  bool tiltrotor = false;
+  std::map<std::string, Range> of{};
+};
 /// Figures along one axis: trims, root loci, modes.
 void add_line(const SweepMap& map, std::size_t condition, const std::string& id,
-              const Vehicle& vehicle, ReportFigures& all);
+              const LineLimits& limits, ReportFigures& all);
+/// The study's own values along two axes, in their units; none along the corridor.
+struct OwnPoint {
+  std::optional<double> x{}, y{};
+};
 /// Figures over two axes.
-void add_map(const SweepMap& map, std::size_t condition, const std::string& id, ReportFigures& all);
+void add_map(const SweepMap& map, std::size_t condition, const std::string& id, const OwnPoint& own,
+             ReportFigures& all);
 void add_participation(const ConditionReport& condition, const std::string& id, ReportFigures& all);
 /// Bode plots and disk margins.
 void add_loops(const LoopsAnswer& loops, const std::string& id, ReportFigures& all);

@@ -1,8 +1,10 @@
 // Figures of one condition: participation, Bode plots, disk margins.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 
 #include "report/figure_parts.hpp"
 
@@ -66,6 +68,52 @@ Track bode_track(const LoopsAnswer& c, const std::string& id) {
   return track;
 }
 
+// A line from a loop's curve to 0 dB or -180°, where it crosses the other of them, and the margin.
+void add_margin(Panel& panel, const PlotCurve& curve, double frequency, double from, double to,
+                const std::string& words) {
+  const Range& x = panel.x.range;
+  if (!(frequency >= x.lower && frequency <= x.upper) || !std::isfinite(from + to)) return;
+  PlotCurve margin = curve;
+  margin.title.clear();
+  margin.x_key.clear();
+  margin.y_key.clear();
+  margin.dash = 1;
+  margin.width = 1.2;
+  margin.x = {frequency, frequency};
+  margin.y = {from, to};
+  PlotCurve end = margin;
+  end.kind = PlotCurve::Kind::points;
+  end.dash = 7;
+  end.width = 0.5;
+  panel.curves.insert(panel.curves.end(), {margin, end});
+  panel.labels.push_back(
+      {{{frequency, to}, {frequency, from}, {frequency, 0.5 * (from + to)}}, words});
+}
+
+// Interpolated over the logarithm of the frequency.
+double value_at(const PlotCurve& curve, double frequency) {
+  const auto next = std::ranges::lower_bound(curve.x, frequency) - curve.x.begin();
+  if (next == 0 || next == std::ssize(curve.x)) return std::numeric_limits<double>::quiet_NaN();
+  const auto k = std::size_t(next);
+  const double t = std::log(frequency / curve.x[k - 1]) / std::log(curve.x[k] / curve.x[k - 1]);
+  return curve.y[k - 1] + t * (curve.y[k] - curve.y[k - 1]);
+}
+
+double nearest_level(double phase) { return -180 + 360 * std::round((phase + 180) / 360); }
+
+void add_margins(const Margins& m, const PlotCurve& gain_curve, const PlotCurve& phase_curve,
+                 Panel& gain, Panel& phase) {
+  if (!m.stable()) return;
+  for (const auto& [factor, at] :
+       {std::pair{m.gain_up, m.gain_up_at}, {m.gain_down, m.gain_down_at}}) {
+    const double change = 20 * std::log10(factor);
+    add_margin(gain, gain_curve, at, 0, -change, fmt::format("{:+.3g} dB", change));
+  }
+  const double phase_there = value_at(phase_curve, m.phase_at);
+  add_margin(phase, phase_curve, m.phase_at, nearest_level(phase_there), phase_there,
+             fmt::format("{:.3g}°", m.phase * degrees));
+}
+
 Figure bode_figure(const LoopsAnswer& c, const Track& track, const std::string& id) {
   const std::vector<double>& frequency = track.columns.front().values;
   FigureAxis x{"ω [rad/s]", {frequency.front(), frequency.back()}, true, {}, "parameter"};
@@ -90,9 +138,11 @@ Figure bode_figure(const LoopsAnswer& c, const Track& track, const std::string& 
       curve.y_key = key;
       panel.curves.push_back(curve);
       all.insert(all.end(), y.values.begin(), y.values.end());
+      return curve;
     };
-    add(gain, l.actuator + "_dB", l.actuator, gains);
-    add(phase, l.actuator + "_phase_deg", "", phases);
+    const PlotCurve of_gain = add(gain, l.actuator + "_dB", l.actuator, gains),
+                    of_phase = add(phase, l.actuator + "_phase_deg", "", phases);
+    add_margins(l.margins, of_gain, of_phase, gain, phase);
     words += fmt::format("{}{}", words.empty() ? "" : ", ", l.actuator);
     ++k;
   }
@@ -102,10 +152,14 @@ Figure bode_figure(const LoopsAnswer& c, const Track& track, const std::string& 
   phase.y.range = around(phases);
   gain.x.label.clear();
   gain.curves.push_back(level_line(x.range, 0));
-  phase.curves.push_back(level_line(x.range, -180));
+  for (double level = nearest_level(phase.y.range.lower); level <= phase.y.range.upper;
+       level += 360)
+    if (level >= phase.y.range.lower) phase.curves.push_back(level_line(x.range, level));
   return {
       "bode_" + id,
-      fmt::format("Bode plot of each loop broken at its actuator: {}", c.trimmed.condition.name),
+      fmt::format("Bode plot of each loop broken at its actuator, with the gain and phase margins "
+                  "that lie in this range: {}",
+                  c.trimmed.condition.name),
       fmt::format("Bode plot of the loops of {}: {}. Their margins are in the table.",
                   c.trimmed.condition.name, words),
       track.name,

@@ -26,7 +26,10 @@ Range around(const std::vector<double>& values, double share) {
   for (const double v : values)
     if (std::isfinite(v)) lower = std::min(lower, v), upper = std::max(upper, v);
   if (!(lower <= upper)) return {0, 1};
-  const double room = std::max(share * (upper - lower), 1e-3 * std::max(1.0, std::abs(upper)));
+  constexpr double rounding = 1e-12;
+  const double size = std::max(std::abs(lower), std::abs(upper));
+  const double room = upper - lower > rounding * std::max(1.0, size) ? share * (upper - lower)
+                                                                     : 1e-3 * std::max(1.0, size);
   return {lower - room, upper + room};
 }
 
@@ -60,6 +63,55 @@ PlotCurve level_line(const Range& x, double at) {
   return line;
 }
 
+namespace {
+
+LineLimits limits_of(const Study& study, const std::string& condition) {
+  LineLimits limits{bool(study.vehicle.polar), {}};
+  const auto add = [&](const std::string& name, const Range& r, bool angle) {
+    const double unit = angle ? degrees : 1.0;
+    limits.of[name + (angle ? "_deg" : "")] = {r.lower * unit, r.upper * unit};
+  };
+  const Limits& l = study.vehicle.limits;
+  if (limits.tiltrotor) {
+    add("theta0", l.theta0, false);
+    add("a1s", l.a1s, true);
+    add("delta_e", l.delta_e, true);
+    add("theta", l.theta, true);
+  }
+  for (const Condition& c : study.conditions) {
+    if (c.name != condition || !c.user()) continue;
+    const Model& model = c.user()->model->model;
+    for (const Signals& signals : {model.states, model.inputs})
+      for (const Signal& s : signals)
+        if (const auto range = c.user()->values.find(s.name); range != c.user()->values.end())
+          if (range->second.lower < range->second.upper)
+            add(s.name, range->second, s.unit == "rad");
+  }
+  return limits;
+}
+
+// The condition's value of the signal that the axis sets.
+std::optional<double> own_value(const StudyReport& report, const std::string& condition,
+                                const SweepAxis& axis) {
+  const SweepAxis::Column& column = axis.columns.front();
+  const auto c = std::ranges::find_if(report.conditions, [&](const ConditionReport& r) {
+    return r.answer.condition.name == condition;
+  });
+  if (c == report.conditions.end() || column.signal.empty()) return {};
+  const double unit = column.unit == "degrees" ? degrees : 1.0;
+  const auto of = [&](const Signals& signals, const Eigen::VectorXd& values) {
+    const auto k = find(signals, column.signal);
+    return k >= 0 && k < values.size() ? std::optional(values[k] * unit) : std::nullopt;
+  };
+  const OperatingPoint& at = c->answer.trim.point;
+  const Model& model = c->answer.model;
+  if (const auto own = of(model.parameters, at.p)) return own;
+  if (const auto own = of(model.inputs, at.u)) return own;
+  return of(model.states, at.x);
+}
+
+}  // namespace
+
 }  // namespace figures
 
 std::string file_name_of(const std::string& what, std::size_t number, const std::string& name) {
@@ -80,9 +132,12 @@ ReportFigures report_figures(const StudyReport& report) {
     for (std::size_t c = 0; c < m.map.conditions.size(); ++c, ++number) {
       const std::string id = file_name_of("", number, m.map.conditions[c]);
       if (m.map.axes.size() == 1)
-        add_line(m.map, c, id, report.study.vehicle, all);
+        add_line(m.map, c, id, limits_of(report.study, m.map.conditions[c]), all);
       else
-        add_map(m.map, c, id, all);
+        add_map(m.map, c, id,
+                {own_value(report, m.map.conditions[c], m.map.axes[0]),
+                 own_value(report, m.map.conditions[c], m.map.axes[1])},
+                all);
     }
   const auto first = [](const auto& list) { return std::min(most_drawn, list.size()); };
   for (std::size_t i = 0; i < first(report.conditions); ++i) {

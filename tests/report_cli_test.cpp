@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "model/degrees.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
@@ -171,9 +172,70 @@ TEST_CASE("--figures and --tables: every one, in every form") {
     for (const char* ending : {".svg", ".pdf", ".png"})
       CHECK(program::size_of(scratch.path / "made/fig" / (std::string(figure["name"]) + ending)) >
             500);
-  for (const char* name : {"conditions", "modes_1_level", "margins", "intervals_1_level"})
+  for (const char* name :
+       {"conditions", "trims_1", "modes_1_level", "margins", "intervals_1_level"})
     for (const char* ending : {".txt", ".csv", ".md", ".tex"})
       CHECK(program::size_of(scratch.path / "tab" / (std::string(name) + ending)) > 0);
+}
+
+// λ² + 2λ + k: two real eigenvalues that meet at -1 where k = 1, between two points.
+const std::string spring = R"(
+[model]
+name = "spring"
+state = [{name = "x", unit = "m", rate = "v"}, {name = "v", unit = "m/s", rate = "u - k*x - 2*v"}]
+input = [{name = "u", unit = "m/s²"}]
+parameter = [{name = "k", unit = "1/s²", value = 2.0}]
+[[condition]]
+name = "held"
+x = 1.0
+u = [-5.0, 5.0]
+[[sweep.axis]]
+key = "k"
+from = 0.3
+to = 3.3
+count = 7
+)";
+
+TEST_CASE("eigenvalues that meet: drawn without a chord, with ticks of the parameter") {
+  const Scratch scratch("report");
+  const std::string page = page_of(scratch, spring, "--figures fig");
+  CHECK(says(page, "; largest Re λ -0.163 1/s at k = 0.3 1/s²."));  // -1 + √0.7
+  CHECK(says(page, "Constant: x = 1 m, v = 0 m/s."));
+  CHECK(says(page, ">u [m/s²]<"));
+  CHECK_FALSE(says(page, ">v [m/s]<"));
+  CHECK(says(page, "k from 0.3 to 3.3 1/s²; dashed: limits"));
+  CHECK(says(page, ">upper limit<"));
+  const std::string script = slurp(scratch.path / "fig/figures.gp");
+  const std::size_t locus = script.find("set output 'locus_1_held.svg'");
+  CHECK(says(script.substr(locus), "set label '2 1/s²' at screen"));
+  const std::size_t meets = script.find("\n-1 0\n", locus), end = script.find("EOD", meets);
+  REQUIRE(end != std::string::npos);
+  std::istringstream curve(script.substr(script.rfind("EOD\n", meets) + 4, end));
+  double re = 0, im = 0, last_re = -1, last_im = 0;
+  for (int points = 0; curve >> re >> im; last_re = re, last_im = im, ++points)
+    if (points > 0) CHECK(((re == -1 && last_re == -1) || (im == 0 && last_im == 0)));
+  CHECK_NEAR(last_im, std::sqrt(3.3 - 1), 1e-6);  // seven digits
+}
+
+TEST_CASE("margins, the study's own gains and the end of the flight are marked") {
+  const Scratch scratch("report");
+  const std::string map =
+      "[[report.map]]\n[[report.map.axis]]\nkey = \"gains.K_Lp\"\nvalues = [0.5, 1.0]\n"
+      "[[report.map.axis]]\nkey = \"gains.K_Li\"\nvalues = [0.05, 0.1]\n";
+  const std::string page =
+      page_of(scratch, "[report]\naudit = \"skip\"\n" + map + level, "--figures fig");
+  const std::string script = slurp(scratch.path / "fig/figures.gp");
+  const json gains = json::parse(run(scratch, "margins s.toml -f json").out)["conditions"][0];
+  for (const json& loop : gains["loops"]) {
+    if (!loop["in_use"]) continue;
+    const double phase = loop["margins"]["phase"].get<double>() * tiltrim::degrees;
+    CHECK(says(script, fmt::format("set label '{:.3g}°' at", phase)));
+    CHECK(says(script, fmt::format("\n{:.7g} ", loop["margins"]["phase_at"].get<double>())));
+  }
+  CHECK(says(page, ">this study<"));
+  CHECK(says(script, "\n0.75 0.085\n"));  // K_Lp and K_Li of the reference
+  CHECK(says(page, "features at later times"));
+  CHECK(says(page, "The flight ends at 3.43 s: "));
 }
 
 TEST_CASE("bad calls: exit 2, nothing written") {

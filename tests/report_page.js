@@ -44,6 +44,38 @@ function overlaps() {
   return found;
 }
 
+// Words in a figure that a curve of the palette's six colours passes through.
+function covered() {
+  const found = [], curves = palette().colours.slice(1, 7).map((c) => c.join());
+  for (const svg of document.querySelectorAll('svg[data-figure]')) {
+    const points = [...svg.querySelectorAll('path')]
+      .filter((path) => curves.includes(rgba(getComputedStyle(path).stroke).slice(0, 3).join()))
+      .flatMap((path) => {
+        const matrix = path.getScreenCTM(), length = path.getTotalLength();
+        return Array.from({ length: Math.ceil(length / 2) + 1 }, (_, k) => path.getPointAtLength(2 * k).matrixTransform(matrix));
+      });
+    for (const words of svg.querySelectorAll('text')) {
+      const box = words.getBoundingClientRect(), edge = 0.2 * box.height;
+      if (points.some((p) => p.x > box.left && p.x < box.right && p.y > box.top + edge && p.y < box.bottom - edge))
+        found.push(`${svg.dataset.figure}: "${words.textContent.trim()}"`);
+    }
+  }
+  return found;
+}
+
+// Tables that are wider than what shows them.
+function cut() {
+  return [...document.querySelectorAll('.table')]
+    .filter((t) => t.scrollWidth > t.clientWidth || t.getBoundingClientRect().right > document.documentElement.clientWidth)
+    .map((t) => t.dataset.table);
+}
+
+// Of each figure: how many of its words stand upright, which are the labels of vertical axes.
+function uprights() {
+  return Object.fromEntries([...document.querySelectorAll('svg[data-figure]')].map((svg) =>
+    [svg.dataset.figure, [...svg.querySelectorAll('text')].filter((t) => t.getCTM().b !== 0 && t.textContent.trim()).length]));
+}
+
 function structure() {
   const ids = [...document.querySelectorAll('[id]')].map((e) => e.id);
   return {

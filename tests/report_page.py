@@ -137,6 +137,7 @@ def check_drawn(driver, data):
         if f["role"] != "img" or not f["label"].strip():
             yield f"{f['name']}: no name for those who do not see it"
     yield from (f"words on words: {words}" for words in ask(driver, "overlaps"))
+    yield from (f"words on a curve: {words}" for words in ask(driver, "covered"))
 
 
 def check_structure(driver):
@@ -154,8 +155,21 @@ def check_structure(driver):
         yield f"headings out of order: {found['headings']}"
 
 
+def check_labels(driver, data):
+    found = ask(driver, "uprights")
+    for figure in data["figures"]:
+        if not figure["name"].startswith("participation") and found[figure["name"]] != len(figure["panels"]):
+            yield f"{figure['name']}: {found[figure['name']]} labels of {len(figure['panels'])} vertical axes"
+
+
+def check_cut(driver, scrolled=()):
+    for media, width in (("print", 717), ("", 1400)):  # A4 with Chromium's margins
+        look(driver, media=media, width=width)
+        yield from (f"{media} {width} px: the table {table} is cut" for table in ask(driver, "cut") if table not in scrolled)
+
+
 def check_widths(driver, data):
-    for width in (1200, 400):
+    for width in (1400, 800, 400):
         look(driver, width=width)
         if ask(driver, "structure")["wide"] > 0:
             yield f"a window of {width} px has to be scrolled sideways"
@@ -221,12 +235,26 @@ def check_markers(driver, figure, point, parameter):
 def check_output(rows, track, point, parameter):
     if not same(re.fullmatch(rf"h = {NUMBER} m", rows[0])[1], parameter):
         yield f"{rows[0]}: expected {parameter}"
-    for m, mode in enumerate(point["modes"]):
-        row = rf"{m + 1} {re.escape(track['modes'][m])}: λ {NUMBER}(?: ± {NUMBER}i)?, ζ {NUMBER}, ω {NUMBER} rad/s"
-        found = re.fullmatch(row, rows[m + 1])
-        expected = [number_at(point, f"{part}_{m}") for part in ("re", "im", "zeta", "omega")]
-        if mode["name"] != track["modes"][m] or not found or not all(map(same, (f or "0" for f in found.groups()), expected)):
-            yield f"at {parameter}: \"{rows[m + 1]}\", expected {expected}"
+    pairs = [pair for m in range(len(point["modes"])) if (pair := pair_of(point, m))[0] == m]
+    if len(rows) != 1 + len(pairs):
+        yield f"at {parameter}: {len(rows) - 1} rows for {len(pairs)} eigenvalues and pairs"
+    for row, pair in zip(rows[1:], pairs):
+        found = re.fullmatch(mode_words(track, pair), row)
+        expected = [number_at(point, f"{part}_{pair[0]}") for part in ("re", "im", "zeta", "omega")]
+        if not found or not all(map(same, (f or "0" for f in found.groups()), expected)):
+            yield f"at {parameter}: \"{row}\", expected {expected}"
+
+
+def pair_of(point, m):
+    """The mode, or it and the one that is complex conjugate to it."""
+    modes = point["modes"]
+    return [k for k in range(len(modes)) if k == m or modes[m]["im"] != 0
+            and math.isclose(modes[k]["re"], modes[m]["re"], rel_tol=1e-9) and math.isclose(modes[k]["im"], -modes[m]["im"], rel_tol=1e-9)]
+
+
+def mode_words(track, pair):
+    name = ", ".join(str(m + 1) for m in pair) + " " + "; ".join(dict.fromkeys(track["modes"][m] for m in pair))
+    return rf"{re.escape(name)}: λ {NUMBER}(?: ± {NUMBER}i)?, ζ {NUMBER}, ω {NUMBER} rad/s"
 
 
 def check_track(driver, data, points):
@@ -290,7 +318,7 @@ def check_locus(driver, data, points):
         # Points that stand alone, so that there is no doubt which one is meant.
         alone = [key for key, at in spots.items() if sum(math.dist(at, other) < 1.5 for other in spots.values()) == 1]
         for i, m in alone[:: max(1, len(alone) // 4)]:
-            mode = rf"{m + 1} {re.escape(track['modes'][m])}: λ {NUMBER}(?: ± {NUMBER}i)?, ζ {NUMBER}, ω {NUMBER} rad/s"
+            mode = mode_words(track, [m])
             values = [number_at(points[i], f"{part}_{m}") for part in ("re", "im", "zeta", "omega")]
             yield from check_tip(driver, figure, spots[i, m], [rf"h = {NUMBER} m", mode], [[points[i]["h"]], values])
         if len(alone) < 4:
@@ -496,6 +524,7 @@ def misses_of_paper(driver, program, source, folder):
     data = opened(driver, page)
     yield from check_drawn(driver, data)
     yield from check_structure(driver)
+    yield from check_labels(driver, data)
     heights = next(t for t in data["tracks"] if t["modes"])["columns"][0]["values"]
     grid = data["grids"][0]
     line = swept(program, source, folder, [("h", heights, False)])
@@ -509,9 +538,22 @@ def misses_of_paper(driver, program, source, folder):
     yield from check_readable(driver)
     yield from check_keyboard(driver)
     yield from check_widths(driver, data)
+    yield from check_cut(driver)
     yield from check_print(driver)
     yield from check_quiet(driver, page)
     yield from check_axe(driver)
+
+
+def misses_of_user_model(driver, program, source, folder):
+    page = folder / "levitation.html"
+    run(program, "report", source / "studies/levitation.toml", "-o", page)
+    data = opened(driver, page)
+    yield from check_drawn(driver, data)
+    yield from check_structure(driver)
+    yield from check_labels(driver, data)
+    yield from check_widths(driver, data)
+    yield from check_cut(driver)
+    yield from check_quiet(driver, page)
 
 
 def misses_of_hostile(driver, program, folder):
@@ -525,6 +567,7 @@ def misses_of_hostile(driver, program, folder):
     yield from check_names(driver)
     yield from check_unanswered(driver)
     yield from check_widths(driver, data)
+    yield from check_cut(driver, scrolled=["margins"])  # names of 34 letters without a blank
     yield from check_quiet(driver, page)
 
 
@@ -538,7 +581,9 @@ def main():
         driver = browser(folder / "profile")
         try:
             missed = 0
-            for miss in itertools.chain(misses_of_paper(driver, program, source, folder), misses_of_hostile(driver, program, folder)):
+            for miss in itertools.chain(misses_of_paper(driver, program, source, folder),
+                                        misses_of_user_model(driver, program, source, folder),
+                                        misses_of_hostile(driver, program, folder)):
                 print(miss, flush=True)
                 missed += 1
         finally:

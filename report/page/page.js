@@ -76,10 +76,19 @@
   // The number that a curve shows upright: a locus shows |Im|.
   const uprightKey = (panel, curve) => panel.y.key === 'im' ? curve.y.replace('im_', 'height_') : curve.y;
 
-  function modeWords(track, m, i) {
+  // The mode that is complex conjugate to mode m at point i, or -1.
+  function mate(track, m, i) {
     const re = valueAt(track, 're_' + m, i), im = valueAt(track, 'im_' + m, i);
-    if (re === null) return `${m + 1} ${track.modes[m]}: no equilibrium`;
-    return `${m + 1} ${track.modes[m]}: λ ${shown(re)}${im === 0 ? '' : ` ± ${shown(Math.abs(im))}i`}, ` +
+    const near = (a, b) => Math.abs(a - b) <= 1e-9 * Math.hypot(re, im);
+    return !im ? -1 : track.modes.findIndex((_, n) =>
+      n !== m && near(valueAt(track, 're_' + n, i), re) && near(valueAt(track, 'im_' + n, i), -im));
+  }
+  function modeWords(track, m, i) {
+    const re = valueAt(track, 're_' + m, i), im = valueAt(track, 'im_' + m, i), other = mate(track, m, i);
+    const both = other < 0 ? [m] : [Math.min(m, other), Math.max(m, other)];
+    const name = `${both.map((k) => k + 1).join(', ')} ${[...new Set(both.map((k) => track.modes[k]))].join('; ')}`;
+    if (re === null) return `${name}: no equilibrium`;
+    return `${name}: λ ${shown(re)}${im === 0 ? '' : ` ± ${shown(Math.abs(im))}i`}, ` +
       `ζ ${shown(valueAt(track, 'zeta_' + m, i))}, ω ${shown(valueAt(track, 'omega_' + m, i))} rad/s`;
   }
   const parameterWords = (track, i) => {
@@ -111,7 +120,7 @@
       }
     if (!track.input) return;
     track.input.value = i;
-    const others = track.modes.length ? track.modes.map((_, m) => modeWords(track, m, i))
+    const others = track.modes.length ? [...new Set(track.modes.map((_, m) => modeWords(track, m, i)))]
       : [track.columns.filter((c) => track.drawn.has(c.key)).map((c) => `${c.title} ${shown(c.values[i])}${unit(c.unit)}`).join(', ')];
     const words = [parameterWords(track, i), ...others].join('\n');
     track.input.setAttribute('aria-valuetext', parameterWords(track, i));
@@ -229,7 +238,7 @@
       const found = panel && track && nearestOf(track, panel, px, py);
       if (!found || !found.curve) { figure.tip.style.display = 'none'; return; }
       const curves = panel.x.key === 'parameter' ? panel.curves : [found.curve];
-      tell(figure, [parameterWords(track, found.i), ...curves.map((c) => curveWords(track, c, found.i))], event);
+      tell(figure, [parameterWords(track, found.i), ...new Set(curves.map((c) => curveWords(track, c, found.i)))], event);
     });
     figure.plot.addEventListener('pointerleave', () => { figure.tip.style.display = 'none'; });
     figure.plot.addEventListener('click', (event) => {
