@@ -121,7 +121,7 @@ figures: release
 	build/bin/tiltrim simulate studies/transition.toml --plots build/figures -o build/transition.txt
 	cp build/figures/fig5_angles.svg docs/figures/transition.svg
 	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
-	cp build/figures/locus_slow_1_climb.svg docs/figures/locus.svg
+	sed -E 's/^ width="[0-9]+" height="[0-9]+"$$//' build/figures/locus_slow_1_climb.svg > docs/figures/locus.svg  # as wide as the text
 
 api:
 	cmake --preset release

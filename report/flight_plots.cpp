@@ -79,14 +79,14 @@ std::string flight_plots(const FlightReport& report) {
       "# Figures 5-9 of the paper for this flight: gnuplot figures.gp\n"
       "set encoding utf8\n"
       "set datafile separator ','\n"
-      "set grid lc rgb '#dddddd' lt 1\n"
-      "set key top right box lc rgb '#bbbbbb' opaque samplen 3 width 2 height 0.4\n"
+      "set grid lc rgb '#d9dde2' lt 1\n"
+      "set key tmargin left Left reverse horizontal samplen 3 width 2\n"
       "set border 3\n"
       "set tics nomirror\n"
       "# Colours that colour-blind people tell apart, and dashes that survive black-and-white "
       "print.\n"
-      "set style line 1 lc rgb '#0072b2' lw 2 dt 1\n"
-      "set style line 2 lc rgb '#d55e00' lw 2 dt 2\n"
+      "set style line 1 lc rgb '#1c1cc4' lw 2 dt 1\n"
+      "set style line 2 lc rgb '#b88a00' lw 2 dt 2\n"
       "set style line 3 lc rgb '#555555' lw 1.5 dt 3\n";
   // Marks the handovers.
   int arrow = 0;
