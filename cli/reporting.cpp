@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <complex>
 #include <fstream>
 #include <iterator>
 
@@ -28,6 +29,11 @@ bool has_closed_loop(const Study& study) {
   return !study.user_model && study.vehicle.equations == Equations::consistent &&
          std::ranges::any_of(study.conditions,
                              [](const Condition& c) { return bool(c.command()); });
+}
+
+bool asks_for_maps(const Study& study) {
+  return (study.report && !study.report->maps.empty()) ||
+         (study.sweep && study.sweep->axes.size() <= 2);
 }
 
 // Default maps: the corridor, and a gain over the corridor.
@@ -129,6 +135,37 @@ std::string in_words(const ReportTable::Map& map) {
   return "the map over " + axes;
 }
 
+// The heights and, where an eigenvalue moves by more than a share of itself from one to the next,
+// the middle between the two.
+std::vector<double> with_middles(const SweepMap& map) {
+  constexpr double share = 0.03;
+  const std::vector<double>& heights = map.axes[0].columns.front().values;
+  const std::size_t n = map.modes();
+  std::vector<double> all;
+  for (std::size_t i = 0; i < heights.size(); ++i) {
+    all.push_back(heights[i]);
+    if (i + 1 == heights.size()) break;
+    for (std::size_t k = i * n; k < (i + 1) * n; ++k) {
+      const std::complex<double> from(map.eigenvalue_re[k], map.eigenvalue_im[k]),
+          to(map.eigenvalue_re[k + n], map.eigenvalue_im[k + n]);
+      if (!(std::abs(to - from) > share * std::abs(from))) continue;
+      all.push_back(0.5 * (heights[i] + heights[i + 1]));
+      break;
+    }
+  }
+  return all;
+}
+
+// The default line of a report has more points where the eigenvalues move quickly.
+SweepMap swept_line(const Study& study, const std::vector<Condition>& conditions,
+                    const SweepTable& grid, const SweepOptions& options) {
+  constexpr int rounds = 2;
+  SweepMap map = swept(study, conditions, grid, options);
+  for (int k = 0; k < rounds; ++k)
+    map = swept(study, conditions, {{corridor_axis(with_middles(map), study.schedule)}}, options);
+  return map;
+}
+
 void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyReport& report) {
   const Study& study = report.study;
   const std::size_t files = report.maps.size();
@@ -147,7 +184,10 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
     options.threads = command.threads;
     options.stop = stop;
     try {
-      report.maps.push_back({swept(study, conditions, map.grid, options), ""});
+      const bool line = !asks_for_maps(study) && map.grid.axes.size() == 1;
+      report.maps.push_back({line ? swept_line(study, conditions, map.grid, options)
+                                  : swept(study, conditions, map.grid, options),
+                             ""});
     } catch (const SweepInterrupted&) {
       report.not_examined.push_back(in_words(map));
     }

@@ -189,8 +189,8 @@ def with_axes(source, folder, axes):
     """The study with these numbers along each axis, as [[sweep.axis]]."""
     text = (source / "studies/paper.toml").read_text(encoding="utf-8")
     for key, values, log in axes:
-        text += f'\n[[sweep.axis]]\nkey = "{key}"\nfrom = {values[0]!r}\nto = {values[-1]!r}\ncount = {len(values)}\n'
-        text += 'spacing = "log"\n' if log else ""
+        text += f'\n[[sweep.axis]]\nkey = "{key}"\n'
+        text += f'from = {values[0]!r}\nto = {values[-1]!r}\ncount = {len(values)}\nspacing = "log"\n' if log else f"values = {values}\n"
     study = folder / f"sweep_{len(axes)}.toml"
     study.write_text(text, encoding="utf-8")
     return study
