@@ -108,9 +108,11 @@ std::string left_over(const Problem& p, const std::vector<Index>& rows, const Tr
   for (const Index row : rows) {
     const auto equation = std::ranges::find(p.equations, row) - p.equations.begin();
     const double wanted = equation < p.m() ? p.held[equation] : 0.0;
-    words.push_back(fmt::format("{} = {:.3g} {}", row_name(p.model, row),
-                                row < nx ? r.rates[row] : r.outputs[row - nx],
-                                row_unit(p.model, row)));
+    constexpr double rounding = 1e-12;  // relative to the nominal size
+    double left = row < nx ? r.rates[row] : r.outputs[row - nx];
+    if (std::abs(left) <= rounding * p.row_nominal[row]) left = 0.0;
+    words.push_back(
+        fmt::format("{} = {:.3g} {}", row_name(p.model, row), left, row_unit(p.model, row)));
     if (wanted != 0 || row >= nx)
       words.back() +=
           fmt::format("{}instead of {:.6g}", words.back().ends_with(' ') ? "" : " ", wanted);

@@ -97,10 +97,10 @@ class LinearModel(Shown):
         ]
         headings = [""] + [s.name for s in (*self.states, *self.inputs)]
         rows = [
-            [f"{s.name}'", *(number(v) for v in (*self.A[i], *self.B[i]))]
+            [f"{s.name}'", *_entries(self.A[i], self.A_error[i]), *_entries(self.B[i], self.B_error[i])]
             for i, s in enumerate(self.states)
         ] + [
-            [s.name, *(number(v) for v in (*self.C[i], *self.D[i]))]
+            [s.name, *_entries(self.C[i], self.C_error[i]), *_entries(self.D[i], self.D_error[i])]
             for i, s in enumerate(self.outputs)
         ]
         return Page(f"{self.status}: {name}", lines, [Table(headings, rows, left=(0,))])
@@ -306,6 +306,12 @@ def modes(
     bound = np.zeros((0, 0)) if error is None else _matrix(error, "the error of A")
     names = list(states) or [f"x{i + 1}" for i in range(len(A))]
     return _modes(_tiltrim.modes(A, bound, names), names)
+
+
+def _entries(values: Array, errors: Array) -> list[str]:
+    """In words; 0 where a value of rounding noise is below its own error."""
+    noise = 1e-12 * max(1.0, float(abs(values).max(initial=0.0)))
+    return [number(0.0 if abs(v) <= min(e, noise) else v) for v, e in zip(values, errors)]
 
 
 def _matrix(given: Any, what: str) -> Array:
