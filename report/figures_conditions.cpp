@@ -86,8 +86,10 @@ void add_margin(Panel& panel, const PlotCurve& curve, double frequency, double f
   end.dash = 7;
   end.width = 0.5;
   panel.curves.insert(panel.curves.end(), {margin, end});
-  panel.labels.push_back(
-      {{{frequency, to}, {frequency, from}, {frequency, 0.5 * (from + to)}}, words});
+  FigureLabel label{{}, words};
+  for (const double share : {1.0, 0.0, 0.5, 0.75, 0.25})
+    label.at.push_back({frequency, from + share * (to - from)});
+  panel.labels.push_back(label);
 }
 
 // Interpolated over the logarithm of the frequency.

@@ -149,7 +149,7 @@ std::vector<Boxes> cells(const MapGrid& grid, const Shades& shades, bool log_x, 
     for (std::size_t j = 1; j <= rows; ++j) {
       if (j < rows && shade(j) == shade(begin)) continue;
       // Slightly wider than the cell, to hide seams.
-      constexpr double seam = 0.05;
+      constexpr double seam = 0.5;  // of a cell, of which there are hundreds
       const double right = std::min(x.back(), x[i + 1] + seam * (x[i + 1] - x[i]));
       boxes[std::size_t(shade(begin) - colour::stable)].corners.push_back(
           {x[i], right, y[begin], y[j]});

@@ -233,6 +233,11 @@ TEST_CASE("margins, the study's own gains and the end of the flight are marked")
     CHECK(says(script, fmt::format("\n{:.7g} ", loop["margins"]["phase_at"].get<double>())));
   }
   CHECK(says(page, ">this study<"));
+  const std::size_t map_at = script.find("set output 'stability_"),
+                    shaded = script.find("plot $", map_at);
+  REQUIRE(shaded != std::string::npos);
+  const auto from = script.begin() + std::ptrdiff_t(map_at);
+  CHECK(std::count(from, script.begin() + std::ptrdiff_t(shaded), '\n') > 100);  // of four points
   CHECK(says(script, "\n0.75 0.085\n"));  // K_Lp and K_Li of the reference
   CHECK(says(page, "features at later times"));
   CHECK(says(page, "The flight ends at 3.43 s: "));

@@ -330,6 +330,7 @@ TEST_CASE("--plots: five figures, drawn twice, in folders that are made") {
   CHECK(ran.exit_code == 0);
   CHECK(ran.err.empty());
   check_figures(scratch.path / "a/b");
+  CHECK(slurp(scratch.path / "a/b/figures.gp").find("set key tmargin") != std::string::npos);
   CHECK(slurp(scratch.path / "a/b/fig5_angles.svg").find("hand-over to the elevator") !=
         std::string::npos);
   CHECK(run(scratch, simulate("transition_reference", "--plots a/b")).exit_code == 1);
