@@ -3,9 +3,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
-#include "report/figure_parts.hpp"
 #include "report/json.hpp"
+#include "report/line_parts.hpp"
 
 namespace tiltrim {
 
@@ -66,7 +67,10 @@ Sheet events_sheet(const Simulation& s) {
 }
 
 bool moves(const FlightColumn& c) {
-  return std::ranges::any_of(c.values, [&](double v) { return v != c.values.front(); });
+  constexpr double rounding = 1e-12;
+  return std::ranges::any_of(c.values, [&](double v) {
+    return std::abs(v - c.values.front()) > rounding * std::max(1.0, std::abs(v));
+  });
 }
 
 }  // namespace
@@ -129,10 +133,18 @@ FlightNotes notes_of(const MotionAnswer& m) {
 Figure motion_figure(const MotionAnswer& m) {
   constexpr std::size_t most = 8;
   Figure figure{"motion", fmt::format("Motion of {}", named(m)), "Over time: ", "", {}};
+  std::string constant;
+  const bool moving = std::ranges::any_of(
+      m.table.columns, [](const FlightColumn& c) { return c.name != "time" && moves(c); });
   const FigureAxis time{"time [s]", figures::around(m.motion->t, 0.0), false, {}, ""};
   for (const FlightColumn& c : m.table.columns) {
     if (c.name == "time" || figure.panels.size() >= most) continue;
-    if (c.what != "state" && !moves(c)) continue;
+    if (!moves(c) && moving) {
+      if (c.what == "state")
+        constant += fmt::format("{}{} = {:.4g}{}", constant.empty() ? ". Constant: " : ", ", c.name,
+                                c.values.front(), figures::unit_words(c.unit));
+      continue;
+    }
     if (!figure.panels.empty()) figure.panels.back().x.label.clear();
     Panel panel{
         time, {figures::with_unit(c.name, c.unit), figures::around(c.values, 0.08), false, {}, ""},
@@ -145,9 +157,11 @@ Figure motion_figure(const MotionAnswer& m) {
     curve.x = m.motion->t;
     curve.y = c.values;
     panel.curves.push_back(curve);
+    panel.height = std::max(panel.height, text_width(panel.y.label));
     figure.panels.push_back(panel);
     figure.alternative += (figure.panels.size() > 1 ? ", " : "") + c.name;
   }
+  figure.caption += constant;
   return figure;
 }
 
