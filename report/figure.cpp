@@ -221,10 +221,10 @@ const std::vector<FigureColour>& figure_colours() {
       {"#1b1f24", "#e6e9ed"},                                                  // ink
       {"#1c1cc4", "#848bf4"}, {"#b88a00", "#f0c03f"}, {"#8f2400", "#f7643b"},  // curves
       {"#008ab8", "#18a0c0"}, {"#ff3366", "#f893a8"}, {"#b266ff", "#eaa5ff"},
-      {"#d9dde2", "#343b44"}, {"#5b636d", "#a3acb7"},                          // grid, limit
+      {"#d9dde2", "#343b44"}, {"#4c535c", "#bec6cf"},                          // grid, limit
       {"#7fb2e5", "#1d5a94"}, {"#a9cdf0", "#27466a"}, {"#d3e6f8", "#263441"},  // stable
       {"#fbe0c8", "#4a3624"}, {"#f3b889", "#7d4a1c"}, {"#e58a4a", "#b3621c"},  // unstable
-      {"#f0e05a", "#8a8016"}, {"#c4c8ce", "#4a4f57"}};                         // undecided, no trim
+      {"#f0e05a", "#565010"}, {"#c4c8ce", "#4a4f57"}};                         // undecided, no trim
   return colours;
 }
 

@@ -222,6 +222,9 @@ Figure trim_figure(const Line& line, const Track& track, const LineLimits& limit
 void add_line(const SweepMap& map, std::size_t condition, const std::string& id,
               const LineLimits& limits, ReportFigures& all) {
   Line line{map, condition, id};
+  const auto verdicts = map.verdict.begin() + std::ptrdiff_t(line.first());
+  if (std::all_of(verdicts, verdicts + std::ptrdiff_t(line.points()), [](int v) { return v < 0; }))
+    return;  // without a trim there is nothing to draw
   const Track track = track_of(line);
   line.after = breaks(line, track);
   all.figures.push_back(trim_figure(line, track, limits));

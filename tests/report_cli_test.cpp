@@ -162,6 +162,8 @@ TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
   CHECK(says(page, "<dt>Trim of steep</dt><dd>infeasible: "));
   CHECK(says(page, "data-figure=\"participation_2_level\""));
   CHECK(says(page, "<dt>3 of 3 points over K_Lp (steep)</dt>"));
+  CHECK(says(page, "data-figure=\"trim_2_level\""));
+  CHECK_FALSE(says(page, "data-figure=\"trim_1_steep\""));  // no point to draw
 }
 
 TEST_CASE("--figures and --tables: every one, in every form") {

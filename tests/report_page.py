@@ -551,8 +551,10 @@ def misses_of_user_model(driver, program, source, folder):
     yield from check_drawn(driver, data)
     yield from check_structure(driver)
     yield from check_labels(driver, data)
+    yield from check_readable(driver)
     yield from check_widths(driver, data)
     yield from check_cut(driver)
+    yield from check_axe(driver)
     yield from check_quiet(driver, page)
 
 

@@ -10,8 +10,8 @@ set style line 1 lc rgb '#1c1cc4' lw 2.2 dt 1
 set style line 2 lc rgb '#b88a00' lw 2.2 dt 2
 set style line 3 lc rgb '#8f2400' lw 2.2 dt 1
 set style line 4 lc rgb '#008ab8' lw 2.2 dt 4
-set style line 5 lc rgb '#5b636d' lw 1.2 dt 1
-set style line 6 lc rgb '#5b636d' lw 1.2 dt 2
+set style line 5 lc rgb '#4c535c' lw 1.2 dt 1
+set style line 6 lc rgb '#4c535c' lw 1.2 dt 2
 stable = '#d3e6f8'
 unstable = '#fbe0c8'
-muted = '#5b636d'
+muted = '#4c535c'
