@@ -103,8 +103,7 @@ std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
                                   all.alike ? "" : " (the first; others differ)"));
   std::size_t left = 0;
   for (const auto& [times, r] : counts) {
-    if (times == 0) continue;
-    if (reasons.size() < most)
+    if (times > 0 && reasons.size() < most)
       reasons.push_back(fmt::format("{} x {}", times, map.reasons[r]));
     else
       left += times;
@@ -140,9 +139,8 @@ double abscissa_of(const SweepMap& map, const AxisInterval& i) {
 // Where it is; zero, not the rounding error of the search, at zero.
 double abscissa_at(const SweepMap& map, const AxisInterval& i) {
   const std::vector<double>& own = map.axes[std::size_t(i.axis)].columns.front().values;
-  constexpr double precision = 1e-6;  // of the search, relative to the axis
-  const double noise = precision * std::abs(own.back() - own.front());
-  return std::abs(i.abscissa_at) < noise ? 0.0 : i.abscissa_at;
+  const double precision = 1e-6 * std::abs(own.back() - own.front());  // of the search
+  return std::abs(i.abscissa_at) < precision ? 0.0 : i.abscissa_at;
 }
 
 }  // namespace
@@ -205,8 +203,8 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
   if (unstable == 0 && stable == 0)
     return fmt::format("without trim or undecided on all of {}", range);
   if (unstable == 0)
-    return fmt::format("stable on {} but for {}, which is without trim or undecided", range,
-                       measured(rest));
+    return "stable on " + range + " but for " + measured(rest) +
+           ", which is without trim or undecided";
   std::string words = fmt::format("not stable on all of {}: unstable on {} of it, {} in all", range,
                                   number_of(stretches, "stretch"), measured(unstable));
   if (rest > 0) words += "; without trim or undecided on " + measured(rest);
