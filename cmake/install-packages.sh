@@ -14,7 +14,7 @@ packages="build-essential cmake ninja-build pkg-config
 [ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy
   python3-pytest python3-xarray python3-matplotlib python3-joblib python3-jsonschema python3-venv mypy
-  texlive-latex-recommended texlive-science doxygen mkdocs lintian zsh chromium chromium-driver python3-selenium"
+  texlive-latex-recommended texlive-science doxygen mkdocs lintian zsh fish chromium chromium-driver python3-selenium"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "install-packages: not a Debian system; make sure these are installed:" $packages >&2

@@ -7,6 +7,8 @@ and completion; a C++ program that pkg-config compiles with one include path.
 
 import os
 import pathlib
+import pty
+import select
 import shlex
 import shutil
 import subprocess
@@ -64,21 +66,50 @@ for file in ("man/man1/tiltrim.1.gz", "man/man1/tiltrim-sweep.1.gz", "bash-compl
              "zsh/vendor-completions/_tiltrim", "fish/vendor_completions.d/tiltrim.fish", "doc/tiltrim/copyright",
              "doc/tiltrim/CITATION.cff", "tiltrim/data/study.schema.json"):  # fmt: skip
     assert (usr / "share" / file).is_file(), file
-for shell, file in (("bash", "bash-completion/completions/tiltrim"), ("zsh", "zsh/vendor-completions/_tiltrim")):
-    if shutil.which(shell):
-        run(shell, "-n", usr / "share" / file)
-    else:
-        leave_out(shell)
 
-# What the Tab key offers in bash: a command, an option, a value, a study.
+
+def in_bash(typed):
+    script = (f"source {usr}/share/bash-completion/completions/tiltrim; COMP_WORDS=({typed}); "
+              f"COMP_CWORD={len(shlex.split(typed)) - 1}; _tiltrim; printf '%s\\n' \"${{COMPREPLY[@]}}\"")  # fmt: skip
+    return run("bash", "-c", script).split()
+
+
+def in_zsh(typed):
+    """The last word of the line after the Tab key in an interactive shell, which ^T writes to a file."""
+    line = scratch / "line"
+    line.unlink(missing_ok=True)
+    setup = (f"fpath=({usr}/share/zsh/vendor-completions $fpath); autoload -Uz compinit; compinit -u -D; "
+             f"tell() {{ print -r -- $BUFFER > {line}.part; mv {line}.part {line} }}; "
+             "zle -N tell; bindkey '^T' tell; bindkey '^I' complete-word\n")  # fmt: skip
+    ours, its = pty.openpty()
+    shell = subprocess.Popen(["zsh", "-f", "-i"], stdin=its, stdout=its, stderr=its, start_new_session=True,
+                             env={**os.environ, "TERM": "dumb"})  # fmt: skip
+    os.close(its)
+    os.write(ours, f"{setup}{typed}\t\x14".encode())
+    screen = b""
+    while not line.exists() and select.select([ours], [], [], 60)[0]:
+        screen += os.read(ours, 65536)
+    shell.kill()
+    shell.wait()
+    os.close(ours)
+    return line.read_text().split()[-1:] if line.exists() else [screen]
+
+
+def in_fish(typed):
+    script = f"source {usr}/share/fish/vendor_completions.d/tiltrim.fish; complete -C '{typed}'"
+    return [found.split("\t")[0] for found in run("fish", "--no-config", "-c", script).splitlines()]
+
+
+# What the Tab key offers: a command, an option, a value, a study.
 TYPED = {"tiltrim lin": "linearize", "tiltrim simulate --mon": "--monte-carlo", "tiltrim trim --solver ne": "newton",
          f"tiltrim trim {usr}/share/tiltrim/studies/pap": f"{usr}/share/tiltrim/studies/paper.toml"}  # fmt: skip
-for typed, offered in TYPED.items():
-    words = shlex.split(typed)
-    script = (f"source {usr}/share/bash-completion/completions/tiltrim; COMP_WORDS=({typed}); "
-              f"COMP_CWORD={len(words) - 1}; _tiltrim; printf '%s\\n' \"${{COMPREPLY[@]}}\"")  # fmt: skip
-    found = run("bash", "-c", script).split()
-    assert found == [offered], (typed, found)
+for shell, offers in (("bash", in_bash), ("zsh", in_zsh), ("fish", in_fish)):
+    if not shutil.which(shell):
+        leave_out(shell)
+        continue
+    for typed, offered in TYPED.items():
+        found = offers(typed)
+        assert found == [offered], (shell, typed, found)
 
 (folder,) = usr.glob("lib/**/pkgconfig")
 used = shlex.split(run("pkg-config", "--cflags", "--libs", "tiltrim",
