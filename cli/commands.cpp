@@ -61,7 +61,7 @@ void for_each(const Study& study, const Common& common,
       work(condition, progress);
     } catch (const std::invalid_argument& e) {
       const char* const hint =
-          study.conditions.size() > 1 ? " (--only NAME chooses other conditions)" : "";
+          study.conditions.size() > 1 ? " (choose other conditions with --only NAME)" : "";
       throw StudyError(fmt::format("{}: condition '{}': {}{}", study.file.string(), condition.name,
                                    e.what(), hint));
     }
@@ -172,8 +172,8 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
   const FollowTable what = asked(command, study);
   if (what.parameter.signal == "eta" && !study.schedule.eta.empty())
     throw StudyError(
-        fmt::format("{}: the gains move with the tilt (schedule_eta_deg); expected "
-                    "another parameter than eta_deg, or a sweep over it",
+        fmt::format("{}: the gains depend on the tilt (schedule_eta_deg); expected another "
+                    "parameter than eta_deg, or a sweep over it",
                     study.file.string()));
   std::vector<BranchAnswer> branches;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
@@ -249,7 +249,7 @@ static void check_frequencies(const LoopsOptions& options) {
   const auto check = [](const char* flag, const std::optional<double>& value) {
     if (value && !(*value > 0 && std::isfinite(*value)))
       throw StudyError(
-          fmt::format("{}: {} is no frequency; expected one above 0 rad/s", flag, *value));
+          fmt::format("{}: {} is not a frequency; expected a number above 0 rad/s", flag, *value));
   };
   check("--from", options.from);
   check("--to", options.to);
@@ -275,7 +275,7 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
   const std::filesystem::path &bode = command.bode, &output = command.common.output;
   if (!bode.empty() && !output.empty() &&
       absolute(bode).lexically_normal() == absolute(output).lexically_normal())
-    throw StudyError("--bode and --output are one file; expected two");
+    throw StudyError("--bode and --output name the same file; expected two files");
   const Study study = read_study(command.common.study);
   check_loops(command.options.actuators, study);
   if (!bode.empty()) check_writable(bode);
@@ -306,8 +306,8 @@ Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_
     const Study study = read_study(command.study);
     if (study.user_model)
       throw StudyError(
-          fmt::format("{}: the tables are of the paper's tiltrotor; expected a study "
-                      "without [model], or none",
+          fmt::format("{}: the tables are those of the paper's tiltrotor; expected a study without "
+                      "[model], or no study",
                       command.study.string()));
     vehicle = study.vehicle;
   }

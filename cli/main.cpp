@@ -9,7 +9,9 @@
 #include <cstdlib>
 #include <functional>
 #include <iostream>
+#include <memory>
 #include <new>
+#include <sstream>
 #include <system_error>
 
 #include "cli/commands.hpp"
@@ -22,7 +24,7 @@ namespace tiltrim::cli {
 namespace {
 
 constexpr const char* about =
-    "Trim and linear stability of flight-dynamics models: the built-in tiltrotor, or your own.\n"
+    "Trim and linear stability of flight-dynamics models: the built-in tiltrotor, or your own. "
     "Every answer is verified and carries its error; where no answer exists, the reason.";
 
 constexpr const char* study_and_codes =
@@ -33,15 +35,16 @@ constexpr const char* study_and_codes =
     "  gamma_deg = 0.0    # flight path\n"
     "  eta_deg = 0.0      # nacelle tilt: 90 helicopter, 0 airplane\n"
     "\nExit code: 0 every condition answered; 1 some condition has no verified answer (the rest "
-    "are\n"
-    "still written); 2 bad input, with file, line and key; 128 + n after signal n.";
+    "are still written); 2 bad input, with file, line and key; 128 + n after signal n.";
 
 template <class Run>
 int finish(const Common& common, const Run& run) {
   check_apart(common.output, "-o", common.study, "the study");
   if (!common.output.empty()) check_writable(common.output);
   TextStyle style;
-  style.colour = common.output.empty() && isatty(STDOUT_FILENO) == 1 && !std::getenv("NO_COLOR");
+  const bool terminal = common.output.empty() && isatty(STDOUT_FILENO) == 1;
+  style.colour = terminal && !std::getenv("NO_COLOR");
+  if (terminal) style.width = terminal_width(style.width);
   const Interrupt interrupt;
   const Outcome outcome = run(style, interrupt.token());
   if (common.output.empty() || outcome.written)
@@ -56,10 +59,10 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
   const bool known = std::ranges::find(commands, first) != commands.end();
-  if (known) return fmt::format("{}; 'tiltrim {} --help' says more", error.what(), first);
+  if (known) return fmt::format("{}; see 'tiltrim {} --help'", error.what(), first);
   const std::string all = fmt::format("there are: {}", fmt::join(commands, ", "));
-  if (first.empty()) return "no command; " + all + "; 'tiltrim --help' says more";
-  if (first.front() == '-') return fmt::format("{}; 'tiltrim --help' says more", error.what());
+  if (first.empty()) return "no command; " + all + "; see 'tiltrim --help'";
+  if (first.front() == '-') return fmt::format("{}; see 'tiltrim --help'", error.what());
   const std::string near = nearest_name(first, commands);
   return fmt::format("no command '{}'{}; {}", first,
                      near.empty() ? "" : fmt::format("; did you mean '{}'?", near), all);
@@ -79,6 +82,31 @@ Choice choice(const CLI::App* app, const Command& command) {
             });
           }};
 }
+
+// Breaks lines of help that are too long; a description stays in its column.
+std::string folded(const std::string& help, std::size_t width) {
+  std::istringstream in(help);
+  std::string text;
+  for (std::string line; std::getline(in, line);) {
+    if (line.size() <= width) {
+      text += line + '\n';
+      continue;
+    }
+    const std::size_t first = line.find_first_not_of(' ');
+    const std::size_t gap = line.find("  ", first);
+    const std::size_t column = gap == std::string::npos ? first : line.find_first_not_of(' ', gap);
+    const std::string rest = wrapped(line.substr(column), column, width);
+    text += line.substr(0, column) + rest.substr(column);
+  }
+  return text;
+}
+
+struct FoldedHelp : CLI::Formatter {
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    return folded(CLI::Formatter::make_help(app, std::move(name), mode), TextStyle{}.width);
+  }
+};
 
 // The default options of every command.
 struct Commands {
@@ -129,6 +157,7 @@ std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
       app.add_subcommand("manual", "a page of the manual: tiltrim manual | man -l -");
   manual->add_option("command", itself.page, "of this command; without it, of the program")
       ->type_name("COMMAND");
+  for (CLI::App* own : {completion, manual}) own->footer("");
   const auto print = [](const std::string& text) {
     print_whole(text);
     return int(answered);
@@ -154,6 +183,7 @@ void fill_in(const CLI::App& app, Commands& all) {
 
 int run_program(int argc, char** argv) {
   CLI::App app{about, "tiltrim"};
+  app.formatter(std::make_shared<FoldedHelp>());
   app.set_version_flag("--version", "tiltrim " TILTRIM_VERSION);
   app.footer("\nExamples:" + examples_text("") + study_and_codes);
   app.require_subcommand(1);

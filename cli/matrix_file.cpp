@@ -117,13 +117,13 @@ std::vector<Field> fields_of(const Line& line, char separator) {
     Field field{{}, i};
     if (i < text.size() && text[i] == '"') {
       for (++i;; ++i) {
-        if (i >= text.size()) refuse(line.at(field.byte), "a quote without end", "\"");
+        if (i >= text.size()) refuse(line.at(field.byte), "a quote that is not closed", "\"");
         if (text[i] == '"' && (i + 1 >= text.size() || text[i + 1] != '"')) break;
         if (text[i] == '"') ++i;
         field.text += text[i];
       }
       for (++i; !is_end(i); ++i)
-        if (!is_blank(i)) refuse(line.at(i), "words after a quote", "the next field");
+        if (!is_blank(i)) refuse(line.at(i), "text after a closing quote", "the next field");
     } else {
       const std::size_t from = i;
       while (!is_end(i)) ++i;
@@ -145,8 +145,8 @@ std::optional<double> number(std::string_view text) {
 
 void check_value(const std::string& where, const std::string& shown, double value, bool bounds) {
   if (!std::isfinite(value))
-    refuse(where, shown + " is not finite or no double holds it", "a finite number");
-  if (bounds && value < 0) refuse(where, shown + " is below zero", "bounds, zero or more");
+    refuse(where, shown + " is not finite or exceeds the range of a double", "a finite number");
+  if (bounds && value < 0) refuse(where, shown + " is below zero", "bounds that are not negative");
 }
 
 std::string matrix_numbers(std::size_t n) {
@@ -192,7 +192,7 @@ std::vector<double> row_of(const Line& line, const std::vector<Field>& fields, b
     const std::string where = line.at(field.byte);
     const std::optional<double> value = number(field.text);
     if (!value)
-      refuse(where, field.text.empty() ? "nothing" : in_quotes(field.text) + " is no number",
+      refuse(where, field.text.empty() ? "nothing" : in_quotes(field.text) + " is not a number",
              "a number, as -1.5e-3");
     check_value(where, in_quotes(field.text), *value, bounds);
     row.push_back(*value);
@@ -243,7 +243,7 @@ json parsed(const std::string& name, std::string_view text) {
   std::size_t values = 0;
   const auto within = [&](int depth, json::parse_event_t, json&) {
     if (depth > deepest || ++values > most)
-      refuse(name, depth > deepest ? "is nested too deeply" : "holds too many values",
+      refuse(name, depth > deepest ? "is nested too deeply" : "has too many values",
              "a list of lists of numbers");
     return true;
   };
@@ -253,10 +253,10 @@ json parsed(const std::string& name, std::string_view text) {
     const std::string_view before = text.substr(0, std::min(e.byte, text.size() + 1) - 1);
     const std::size_t line = std::size_t(std::ranges::count(before, '\n')) + 1;
     const std::size_t column = before.size() - (before.rfind('\n') + 1) + 1;
-    refuse(fmt::format("{}:{}:{}", name, line, column), "is no JSON here",
+    refuse(fmt::format("{}:{}:{}", name, line, column), "is not JSON here",
            "a list of lists of numbers");
   } catch (const json::exception&) {
-    refuse(name, "holds a number that no double holds", "finite numbers");
+    refuse(name, "has a number that exceeds the range of a double", "finite numbers");
   }
 }
 
@@ -279,7 +279,7 @@ MatrixFile read_json(const std::string& name, std::string_view text, const std::
     if (const auto states = document.find("states"); states != document.end() && states->is_array())
       for (const json& state : *states)
         if (state.is_string()) file.states.push_back(state.get<std::string>());
-  if (!list.is_array()) refuse(name, "is no matrix", "a list of lists of numbers");
+  if (!list.is_array()) refuse(name, "is not a matrix", "a list of lists of numbers");
   if (list.empty()) check_size(name, 0, 0);
   if (list[0].is_array()) check_size(name, list.size(), list[0].size());
   const std::size_t n = list.size();
@@ -287,13 +287,13 @@ MatrixFile read_json(const std::string& name, std::string_view text, const std::
   for (std::size_t i = 0; i < n; ++i) {
     if (!list[i].is_array() || list[i].size() != n)
       refuse(fmt::format("{}: row {}", name, i + 1),
-             list[i].is_array() ? matrix_numbers(list[i].size()) : std::string("no list"),
+             list[i].is_array() ? matrix_numbers(list[i].size()) : std::string("not a list"),
              matrix_numbers(n));
     for (std::size_t j = 0; j < n; ++j) {
       const json& entry = list[i][j];
       const std::string where = fmt::format("{}: row {}, column {}", name, i + 1, j + 1);
       const std::string shown = in_quotes(entry.is_structured() ? "a list" : entry.dump());
-      if (!entry.is_number()) refuse(where, shown + " is no number", "a number");
+      if (!entry.is_number()) refuse(where, shown + " is not a number", "a number");
       check_value(where, shown, entry.get<double>(), bounds);
       file.values(Index(i), Index(j)) = entry.get<double>();
     }

@@ -162,7 +162,7 @@ Eigen::MatrixXd matrix_of(const std::string& where, Head head, bool swapped) {
            kind == a_struct ? "is a struct"
            : kind == a_cell ? "is a cell array"
            : kind == a_text ? "is text"
-                            : "holds no numbers",
+                            : "has no numbers",
            full);
   if ((head.flags & is_complex) != 0) refuse(where, "is complex", full);
   if (head.size.size() != 2)
@@ -171,7 +171,7 @@ Eigen::MatrixXd matrix_of(const std::string& where, Head head, bool swapped) {
   Eigen::MatrixXd A(Index(head.size[0]), Index(head.size[1]));
   const auto numbers = take(head.rest, swapped);
   if (!numbers || !convert(*numbers, swapped, A))
-    refuse(where, "its numbers are cut off or damaged", fmt::format("{} of them", A.size()));
+    refuse(where, "its numbers are truncated or damaged", fmt::format("{} of them", A.size()));
   return A;
 }
 
@@ -184,12 +184,14 @@ Eigen::MatrixXd read_mat(const std::string& file, std::string_view bytes,
       bytes.substr(0, header).size() == header ? bytes.substr(126, 2) : "";
   if (mark != "IM" && mark != "MI") {
     const bool hdf = bytes.starts_with("\x89HDF");
-    refuse(file, hdf ? "is an HDF5 file" : "is no MAT-file of version 5", "what save -v7 writes");
+    refuse(file, hdf ? "is an HDF5 file" : "is not a MAT-file of version 5",
+           "a file written by save -v7");
   }
   const bool swapped = mark == "MI";
   if (const auto version = value_at<std::uint16_t>(bytes, 62, swapped); version != 0x0100)
-    refuse(file, version == 0x0200 ? "is a MAT-file of version 7.3" : "is no MAT-file of version 5",
-           "what save -v7 writes");
+    refuse(file,
+           version == 0x0200 ? "is a MAT-file of version 7.3" : "is not a MAT-file of version 5",
+           "a file written by save -v7");
   bytes.remove_prefix(header);
   std::vector<std::string> names;
   while (!bytes.empty()) {
@@ -215,7 +217,7 @@ Eigen::MatrixXd read_mat(const std::string& file, std::string_view bytes,
     }
     const std::string where = fmt::format("{}: variable {}", file, in_quotes(variable));
     Eigen::MatrixXd A = matrix_of(where, *head, swapped);
-    if (!whole.whole) refuse(where, "is cut off or damaged", "a whole MAT-file");
+    if (!whole.whole) refuse(where, "is truncated or damaged", "a whole MAT-file");
     return A;
   }
   refuse(file, fmt::format("has no variable {}", in_quotes(variable)),

@@ -22,9 +22,9 @@ void check_model_files(const std::vector<std::filesystem::path>& files,
                        const std::filesystem::path& study, const std::filesystem::path& output) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!endings.contains(files[i].extension()))
-      throw std::invalid_argument(fmt::format(
-          "--models: '{}' ends in nothing that is known; expected .mat, .json, .csv or .py",
-          files[i].string()));
+      throw std::invalid_argument(
+          fmt::format("--models: '{}' has an unknown ending; expected .mat, .json, .csv or .py",
+                      files[i].string()));
     check_apart(files[i], "--models", study, "the study");
     check_apart(files[i], "--models", output, "-o");
     for (std::size_t j = 0; j < i; ++j)

@@ -26,7 +26,7 @@ Signals states_of(const ModesCommand& command, const MatrixFile& file, const std
            fmt::format("{}, one for each row", n));
   Signals states;
   for (const std::string& name : names) {
-    if (name.empty()) refuse(from, "a state without name", "a name for each");
+    if (name.empty()) refuse(from, "a state without a name", "a name for each");
     if (std::ranges::any_of(name, [](unsigned char c) { return c < 0x20 || c == 0x7F; }))
       refuse(from, "state " + in_quotes(name) + " has a control character", "printable text");
     if (find(states, name) >= 0) refuse(from, in_quotes(name) + " names two states", "each once");
@@ -41,9 +41,9 @@ MatrixXd bounds_of(const ModesCommand& command, const MatrixFile& A) {
   const std::string where = command.error.string();
   if (E.values.rows() != A.values.rows())
     refuse(where, fmt::format("{0} x {0} bounds", E.values.rows()),
-           fmt::format("{0} x {0}, as the matrix has numbers", A.values.rows()));
+           fmt::format("{0} x {0}, as the matrix", A.values.rows()));
   if (!E.states.empty() && !A.states.empty() && E.states != A.states)
-    refuse(where, "its states are named otherwise", "the names of the matrix");
+    refuse(where, "its states have other names", "the names of the matrix");
   return E.values;
 }
 
@@ -52,7 +52,7 @@ MatrixXd bounds_of(const ModesCommand& command, const MatrixFile& A) {
 Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop_token&) {
   const std::filesystem::path& file = command.common.study;
   if (file == "-" && command.error == "-")
-    refuse("--error", "standard input is the matrix already", "a file");
+    refuse("--error", "standard input is already the matrix", "a file");
   const MatrixFile A = read_matrix(file, command.variable);
   const std::string name = file == "-" ? "standard input" : file.string();
   const Signals states = states_of(command, A, name);

@@ -71,18 +71,20 @@ const std::vector<Example>& examples() {
       {"trim", "trim studies/stall.toml --all", "every equilibrium of each condition"},
       {"linearize", "linearize studies/paper.toml", "eigenvalues, modes and stability verdicts"},
       {"linearize", "linearize studies/levitation.toml",
-       "the same of a user's equations in a study"},
+       "the same for a user's equations in a study"},
       {"linearize", "linearize studies/paper.toml -o paper.json", "every digit, as JSON"},
       {"linearize", "linearize studies/paper.toml --models paper.mat", "A, B, C, D for MATLAB"},
       {"modes", "modes studies/boeing747.csv", "eigenvalues and modes of any matrix"},
       {"follow", "follow studies/stall.toml", "a branch of trims: folds, limits, crossings"},
       {"follow", "follow studies/paper.toml --only level --parameter V --to 8", "over the speed"},
       {"envelope", "envelope studies/stall.toml --only level", "the conversion corridor"},
-      {"sensitivities", "sensitivities studies/paper.toml", "what moves each mode, ranked"},
+      {"sensitivities", "sensitivities studies/paper.toml",
+       "which parameters move each mode, ranked"},
       {"margins", "margins studies/paper.toml --bode bode.csv", "stability margins, Bode data"},
-      {"sweep", "sweep studies/map_corridor.toml", "eigenvalues over a grid, crossings between"},
+      {"sweep", "sweep studies/map_corridor.toml",
+       "eigenvalues over a grid, crossings between its points"},
       {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
-      {"tune", "tune studies/tune_corridor.toml", "gains for the worst of many operating points"},
+      {"tune", "tune studies/tune_corridor.toml", "gains optimized for the worst operating point"},
       {"simulate", "simulate studies/transition.toml", "the flight from take-off to level flight"},
       {"simulate", "simulate studies/transition.toml --monte-carlo", "10,000 scattered flights"},
       {"report", "report studies/paper.toml", "everything on one page: paper.html"},
@@ -96,7 +98,7 @@ std::string examples_text(const std::string& command) {
   std::string text;
   for (const Example& e : examples())
     if (command.empty() || e.command == command)
-      text += fmt::format("\n  {:<50} {}", "tiltrim " + e.line, e.answers);
+      text += fmt::format("\n  tiltrim {}\n      {}", e.line, e.answers);
   return text;
 }
 
@@ -109,8 +111,8 @@ void settle_format(Common& common) {
   const auto ending = endings.find(common.output.extension().string());
   if (ending != endings.end() && common.asked && *common.asked != ending->second)
     throw std::invalid_argument(
-        fmt::format("-o {}: the ending is that of another format than --format asks for; expected "
-                    "one of the two, or another ending",
+        fmt::format("-o {}: the ending belongs to another format than --format; expected one of "
+                    "the two, or another ending",
                     common.output.string()));
   common.format = common.asked.value_or(ending != endings.end() ? ending->second : Format::text);
 }
@@ -276,7 +278,7 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
 
 CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
   CLI::App* tune = app.add_subcommand(
-      "tune", "gains whose worst case over the operating points of the study's [tune] is best");
+      "tune", "gains with the best worst case over the operating points of the study's [tune]");
   add_common(tune, command.common, true);
   tune->add_option("--gains", command.gains,
                    "write the gains to this file, in the format of a study")

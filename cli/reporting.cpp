@@ -108,7 +108,7 @@ StudyReport::Map given(const fs::path& file, const Study& study) {
   SweepMap map = read_netcdf(file);
   if (map.axes.empty() || map.axes.size() > 2)
     throw std::runtime_error(
-        fmt::format("{}: a map over {} axes cannot be drawn; expected one or two", file.string(),
+        fmt::format("{}: a map over {} axes cannot be plotted; expected one or two", file.string(),
                     map.axes.size()));
   std::vector<std::string> differ;
   try {
@@ -120,7 +120,7 @@ StudyReport::Map given(const fs::path& file, const Study& study) {
   if (!differ.empty())
     throw std::runtime_error(
         fmt::format("{}: computed from another study than {}: they differ in {}; expected a map of "
-                    "this study, or none",
+                    "this study, or no map",
                     file.string(), study.file.string(), fmt::join(differ, ", ")));
   return {std::move(map), file.filename().string()};
 }

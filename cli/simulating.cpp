@@ -43,7 +43,7 @@ void check_samples(const SimulateCommand& command) {
 void check(const SimulateCommand& command) {
   const auto goes_with = [](bool given, const char* option, bool asked, const char* what) {
     if (given && !asked)
-      throw std::invalid_argument(fmt::format("{} goes with {} alone", option, what));
+      throw std::invalid_argument(fmt::format("{} applies to {} only", option, what));
   };
   const bool flies = !command.tilt_rate_limit && !command.monte_carlo && command.response.empty();
   goes_with(!command.samples.empty(), "--samples", flies, "a flight");
@@ -286,8 +286,8 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
                   const std::stop_token& stop) {
   if (study.user_model && (command.tilt_rate_limit || command.monte_carlo || command.flight))
     throw std::invalid_argument(
-        "--tilt-rate-limit, --monte-carlo and --flight are of the tiltrotor; a study with [model] "
-        "has its motion and --response");
+        "--tilt-rate-limit, --monte-carlo and --flight apply to the built-in tiltrotor; a study "
+        "with [model] has its motion and --response");
   if (command.tilt_rate_limit) return limit_tilt_rate(command, study, style, stop);
   if (!command.response.empty()) return respond(command, study, style, stop);
   if (command.monte_carlo) return scatter(command, study, style, stop);

@@ -68,7 +68,7 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
                     "to and count, or values",
                     study.file.string()));
   if (std::isnan(command.checkpoint))
-    throw std::invalid_argument("--checkpoint: nan is no number of seconds");
+    throw std::invalid_argument("--checkpoint: nan is not a number of seconds");
   const std::filesystem::path& output = command.common.output;
   // The same log, whichever link leads to the output.
   const std::filesystem::path log = filing::target_of(output).string() + ".log";
@@ -89,9 +89,10 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   } catch (const SweepInterrupted& e) {
     if (e.failed_elsewhere) return {"", bad_input, true};
     if (!output.empty() && first_of_ranks())
-      fmt::print(stderr,
-                 "tiltrim: stopped; what is done is in {}: the same command goes on there\n",
-                 log.string());
+      fmt::print(
+          stderr,
+          "tiltrim: stopped; finished lines are in {}: the same command continues from there\n",
+          log.string());
     return {"", unanswered, true};
   }
   if (!first_of_ranks()) return {"", answered, true};

@@ -1,9 +1,11 @@
 #include "cli/terminal.hpp"
 
 #include <fmt/core.h>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -18,6 +20,13 @@ namespace tiltrim::cli {
 using std::chrono::steady_clock;
 
 static double seconds(steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+std::size_t terminal_width(std::size_t otherwise) {
+  constexpr std::size_t least = 40, most = 160;  // columns; longer lines are hard to read
+  winsize size{};
+  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return otherwise;
+  return std::clamp<std::size_t>(size.ws_col, least, most);
+}
 
 Progress::Progress(std::size_t total, std::string what)
     : total_(total),
@@ -133,8 +142,8 @@ void check_apart(const std::filesystem::path& file, const std::string& name,
     return std::filesystem::weakly_canonical(std::filesystem::absolute(path, ignored), ignored);
   };
   if (whole(file) == whole(other))
-    throw std::invalid_argument(
-        fmt::format("{}: {} and {} name one file; expected two", file.string(), name, other_name));
+    throw std::invalid_argument(fmt::format("{}: {} and {} name the same file; expected two files",
+                                            file.string(), name, other_name));
 }
 
 void check_writable(const std::filesystem::path& file) {
@@ -143,7 +152,8 @@ void check_writable(const std::filesystem::path& file) {
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored))
     throw std::runtime_error(
-        fmt::format("{}: is no regular file; a file is written beside and renamed, > {} takes text",
+        fmt::format("{}: is not a regular file; output is written to a temporary file and renamed; "
+                    "use > {} instead",
                     file.string(), file.string()));
   const std::filesystem::path folder = folder_of(target_of(file));
   if (!std::filesystem::is_directory(folder, ignored)) refuse(folder, ENOENT);

@@ -11,6 +11,9 @@
 
 namespace tiltrim::cli {
 
+/// Columns of the terminal that standard output is; `otherwise` if it does not tell.
+std::size_t terminal_width(std::size_t otherwise);
+
 /// "3 of 40 conditions, 12 s left" on standard error, if it is a terminal and the work takes more
 /// than a second.
 class Progress {

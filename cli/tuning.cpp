@@ -19,7 +19,7 @@ std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
   const std::string_view in = unit(problem.goal.measure);
   const std::string where = at.decides.substr(0, at.decides.find(','));
   return fmt::format("{} {:.4g}{}{}, {} {}; {} of {}, {:.0f}/s", name_of(problem.goal), at.best,
-                     in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", where,
+                     in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing", where,
                      at.evaluations, at.of, double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 
@@ -113,7 +113,7 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = read_study(command.common.study);
   if (command.seconds && std::isnan(*command.seconds))
-    throw std::invalid_argument("--seconds: nan is no number of seconds");
+    throw std::invalid_argument("--seconds: nan is not a number of seconds");
   if (!command.gains.empty()) {
     check_apart(command.gains, "--gains", command.common.study, "the study");
     check_apart(command.gains, "--gains", command.common.output, "-o");

@@ -41,7 +41,7 @@ SweepRequest closed_loop_request(const Vehicle& vehicle, const std::string& name
   const bool slow = V < body_axes_below, moves = moves_V(axes);
   if (V == 0 && moves)
     throw std::invalid_argument(
-        "V = 0 has no path to follow to its neighbours; expected V above 0 along the axis");
+        "at V = 0 there is no path angle to continue from; expected V above 0 along the axis");
   const TrimProblem problem =
       V == 0 ? problem_at_rest(vehicle, command) : closed_loop_along(vehicle, command, V);
   SweepRequest request{

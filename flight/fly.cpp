@@ -56,7 +56,7 @@ std::vector<EventFunction> watched(const Flight& flight) {
   using enum EventFunction::Direction;
   std::vector<EventFunction> all;
   for (const char* name : limit_names) all.push_back({name});
-  all.push_back({"hand-over"});
+  all.push_back({"handover"});
   all.push_back({"ground contact", rising, true});
   all.push_back({"lift-off", rising});
   all.push_back({"too fast", rising, true});
@@ -92,10 +92,11 @@ void check(const Flight& flight, const FlightStart& start, const FlyOptions& opt
   };
   require(flight.vehicle.polar != nullptr, "the vehicle has no polar");
   require(flight.vehicle.equations == Equations::consistent,
-          "the printed equations do not fly; expected consistent ones");
-  require(bool(flight.schedule.command), "the flight has no command");
-  require(flight.lag > 0 && flight.anti_windup > 0, "lag and anti_windup must be above zero");
-  require(options.duration > 0, "the duration must be above zero");
+          "the printed equations cannot be simulated; expected the consistent ones");
+  require(bool(flight.schedule.command), "the flight has no schedule of commands");
+  require(flight.lag > 0 && flight.anti_windup > 0,
+          "lag and anti_windup must be greater than zero");
+  require(options.duration > 0, "the duration must be greater than zero");
   require(!(start.state.height < 0), "the start is below the ground");
   const Limits& limits = flight.vehicle.limits;
   for (const Range& range : {limits.theta0, limits.a1s, limits.delta_e, limits.theta})
@@ -103,13 +104,13 @@ void check(const Flight& flight, const FlightStart& start, const FlyOptions& opt
             "the limits must be finite and in order");
   const ActuatorRates& rates = flight.rates;
   for (const double rate : {rates.theta0, rates.a1s, rates.delta_e, rates.eta})
-    require(rate > 0, "the actuators' rates must be above zero");
+    require(rate > 0, "the actuators' rate limits must be greater than zero");
   for (const double option : {options.begins, options.fastest, options.steepest, options.sinks,
                               options.rolls, options.leans})
     require(std::isfinite(option), "an option is not finite");
   if (flight.axes == Axes::wind) {
     require(!start.on_ground, "wind axes cannot start at rest; expected body axes");
-    require(start.state.along > 0, "wind axes need an airspeed above zero");
+    require(start.state.along > 0, "wind axes need an airspeed greater than zero");
   }
 }
 
@@ -186,8 +187,9 @@ void touch_down(const Flight& flight, const FlyOptions& options, FlightResult& r
   const bool soft = -at.climb_rate <= options.sinks && std::abs(at.ground_speed) <= options.rolls &&
                     std::abs(x.theta) <= options.leans;
   if (soft) result.status = FlightStatus::landed;
-  result.message = fmt::format("on the ground at {:.3g} m/s down, {:.3g} m/s along, θ = {:.3g}°",
-                               -at.climb_rate, at.ground_speed, x.theta * 180 / std::numbers::pi);
+  result.message = fmt::format(
+      "touches down at {:.3g} m/s vertical and {:.3g} m/s horizontal speed, θ = {:.3g}°",
+      -at.climb_rate, at.ground_speed, x.theta * 180 / std::numbers::pi);
 }
 
 }  // namespace

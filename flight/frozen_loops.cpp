@@ -80,7 +80,7 @@ std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> t
   for (std::size_t k = tilts.size(); k-- > 0;) {
     const double eta = tilts[k];
     if (!is_equilibrium(TrimStatus(map.status[k]))) {
-      why = fmt::format("at a tilt of {:.4g}° there is no trim: {}", eta * degrees,
+      why = fmt::format("no trim at a tilt of {:.4g}°: {}", eta * degrees,
                         map.reasons[std::size_t(map.reason[k])]);
       return {};
     }
@@ -93,8 +93,7 @@ std::vector<FrozenLoop> frozen_loops(const Flight& flight, std::vector<double> t
     const LinearModel linear =
         linearize(model, {x, Eigen::VectorXd(), closed_loop_parameters(vehicle, loop.command)});
     if (!linear) {
-      why = fmt::format("at a tilt of {:.4g}° there is no linear model: {}", eta * degrees,
-                        linear.message);
+      why = fmt::format("no linear model at a tilt of {:.4g}°: {}", eta * degrees, linear.message);
       return {};
     }
     loop.trim.theta = x[2];

@@ -147,8 +147,8 @@ std::string beyond(double value, const Range& range, const char* name, double un
                    const char* unit_name) {
   if (value >= range.lower && value <= range.upper) return "";
   const double limit = value > range.upper ? range.upper : range.lower;
-  return fmt::format("{} is asked for {:.3g}{}, its limit is {:.3g}{}", name, value * unit,
-                     unit_name, limit * unit, unit_name);
+  return fmt::format("{} would need {:.3g}{}, its limit is {:.3g}{}", name, value * unit, unit_name,
+                     limit * unit, unit_name);
 }
 
 std::string cause(const Flight& flight, const HandOverCheck& c) {
@@ -158,13 +158,14 @@ std::string cause(const Flight& flight, const HandOverCheck& c) {
       c.behind.airplane ? beyond(c.asked.delta_e, limits.delta_e, "the elevator", degrees, "°")
                         : beyond(c.asked.a1s, limits.a1s, "the cyclic", degrees, "°");
   std::string words = fmt::format(
-      "x2, the integral that both laws share, stands at {:.4g} s in front of the hand-over and has "
-      "its trim at {:.4g} s behind it: K_Li x2 has to go from {:.3g} to {:.3g}",
+      "the integral x2, which both laws share, is {:.4g} s before the handover and is trimmed at "
+      "{:.4g} s after it: K_Li x2 must change from {:.3g} to {:.3g}",
       c.front.state.x2, c.behind.state.x2, k.K_Li * c.front.state.x2, k.K_Li * c.behind.state.x2);
   if (!demand.empty()) words += "; " + demand;
   if (!(c.behind.abscissa < 0))
-    words += fmt::format("; the loop behind is itself unstable there (Re λ = {:.3g} 1/s)",
-                         c.behind.abscissa);
+    words +=
+        fmt::format("; the loop after the handover is itself unstable there (Re λ = {:.3g} 1/s)",
+                    c.behind.abscissa);
   return words;
 }
 
@@ -172,8 +173,8 @@ void judge(const Flight& flight, const HandOverOptions& options, HandOverCheck& 
   for (const HandOverSide* side : {&check.front, &check.behind})
     if (!is_equilibrium(side->status)) {
       check.verdict = HandOverVerdict::no_trim;
-      check.message = fmt::format("{} the hand-over there is no trim: {}",
-                                  side == &check.front ? "in front of" : "behind", side->message);
+      check.message = fmt::format("no trim {} the handover: {}",
+                                  side == &check.front ? "before" : "after", side->message);
       return;
     }
   const Gains k = gains_at(flight, check.command.eta);

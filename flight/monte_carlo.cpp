@@ -145,7 +145,7 @@ Bytes as_bytes(const Tally& tally) {
 Tally tally_from(const Bytes& bytes) {
   std::size_t at = 0;
   const auto take = [&](auto value) {
-    if (at + sizeof value > bytes.size()) throw std::runtime_error("a record is cut off");
+    if (at + sizeof value > bytes.size()) throw std::runtime_error("a record is truncated");
     std::memcpy(&value, bytes.data() + at, sizeof value);
     at += sizeof value;
     return value;
@@ -268,8 +268,8 @@ MonteCarlo monte_carlo(const ScatteredFlights& flights, const MonteCarloOptions&
 
 FlightPlan flight_plan_of(const ScatteredFlights& flights, long number) {
   if (const long last = flights.table.flights; number < 0 || number >= last)
-    throw std::invalid_argument(
-        fmt::format("no flight {}; the {} of [montecarlo] are numbered from 0", number, last));
+    throw std::invalid_argument(fmt::format(
+        "no flight {}; the {} flights of [montecarlo] are numbered from 0", number, last));
   FlightPlan plan = scattered(flights, number);
   plan.options.integrate.sample = flights.nominal.options.integrate.sample;
   return plan;

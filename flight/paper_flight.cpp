@@ -56,9 +56,9 @@ class Flown {
 };
 
 constexpr const char* schedule_over_height =
-    "(16) over height tilts and bends the path from the ground on: at 20 m it asks for 83°, at 46 "
-    "m "
-    "for 60°; the paper's 25 s of vertical climb need another schedule or a later start of it";
+    "schedule (16) over height bends the path from the ground up: it commands 83° at 20 m and 60° "
+    "at 46 m; the paper's 25 s of vertical climb need another schedule or a later start of this "
+    "one";
 
 constexpr double climb_from = 5.0, climb_to = 25.0, whole = 90.0;  // s, as in the paper
 
@@ -73,7 +73,7 @@ class Facts {
     if (f.reached)
       fact(f);
     else
-      f.flight = fmt::format("it ends at {:.1f} s", flown.end()), f.why = "the flight ends before";
+      f.flight = fmt::format("ends at {:.1f} s", flown.end()), f.why = "the flight ends earlier";
     all.push_back(std::move(f));
   }
 
@@ -92,27 +92,29 @@ void say_pitch(Facts& facts) {
   facts.say("5", "pitch swings nose up in the first 5 s", climb_from, [&](PaperFact& f) {
     const double up = flown.most("theta_deg", 0, climb_from) * radians;
     f.flight = fmt::format("up to {:.2f} rad", up);
-    settle(f, up > 0.05, "the gains differ: the paper gives none");
+    settle(f, up > 0.05, "the gains differ: the paper does not give its own");
   });
   facts.say("5", "pitch near 0.2 rad in the climb", climb_to, [&](PaperFact& f) {
     const double from = flown.least("theta_deg", climb_from, climb_to) * radians;
     const double to = flown.most("theta_deg", climb_from, climb_to) * radians;
     f.flight = fmt::format("{:.2f} to {:.2f} rad from 5 to 25 s", from, to);
     settle(f, from > 0.1 && to < 0.3,
-           "the trim itself leans back: 0.29 rad at the foot and more on the way up, where hub "
-           "offset and wake fix the cyclic; the paper's hub data, wake and polar are not known");
+           "the trim itself is pitched up: 0.29 rad at the start of the climb and more higher up, "
+           "where the hub offset and the wake determine the cyclic; the paper's hub data, wake and "
+           "polar are unknown");
   });
   facts.say("5", "pitch rises in the transition, 25 to 30 s", 30.0, [&](PaperFact& f) {
     const double before = flown.at("theta_deg", climb_to) * radians;
     const double most = flown.most("theta_deg", climb_to, 35.0) * radians;
     f.flight = fmt::format("from {:.2f} to {:.2f} rad between 25 and 35 s", before, most);
-    settle(f, most > before + 0.02, "the elevator takes over without a bump");
+    settle(f, most > before + 0.02, "the handover to the elevator causes no transient");
   });
   facts.say("5", "pitch settles near 0.15 rad in level flight", whole, [&](PaperFact& f) {
     const double theta = flown.at("theta_deg", whole) * radians;
     f.flight = fmt::format("{:.3f} rad at 90 s", theta);
     settle(f, std::abs(theta - 0.15) < 0.05,
-           "at 15 m/s this polar carries the weight at 0.03 rad; the paper's polar is only drawn");
+           "at 15 m/s this polar supports the weight at 0.03 rad; the paper plots its polar "
+           "without a table");
   });
 }
 
@@ -124,21 +126,21 @@ void say_path_and_speed(Facts& facts) {
     const double to = flown.most("gamma_deg", climb_from, climb_to) * radians;
     f.flight = fmt::format("{:.2f} to {:.2f} rad from 5 to 25 s", from, to);
     settle(f, from > 0.75 && to < 1.55,
-           std::string(
-               "the path comes to its command only as the integral x2 comes to its trim; and ") +
+           std::string("the path angle converges to its command only as fast as the integral x2 "
+                       "converges to its trim; and ") +
                schedule_over_height);
   });
   facts.say("5", "path to 0 in level flight", whole, [&](PaperFact& f) {
     const double gamma = flown.at("gamma_deg", whole) * radians;
     f.flight = fmt::format("{:.4f} rad at 90 s", gamma);
-    settle(f, std::abs(gamma) < 0.01, "not settled by 90 s");
+    settle(f, std::abs(gamma) < 0.01, "not settled at 90 s");
   });
   facts.say("6", "2 m/s up in the climb", climb_to, [&](PaperFact& f) {
     const double done = std::min(climb_to, flown.passes(20.0));
     const double from = flown.least("climb_rate", climb_from, done);
     const double to = flown.most("climb_rate", climb_from, done);
     f.flight = fmt::format("{:.2f} to {:.2f} m/s from 5 s to 20 m", from, to);
-    settle(f, from > 1.9 && to < 2.1, "the gains differ: the paper gives none");
+    settle(f, from > 1.9 && to < 2.1, "the gains differ: the paper does not give its own");
   });
   facts.say("6", "no speed forward for the first 25 s", climb_to, [&](PaperFact& f) {
     const double most = flown.most("ground_speed", 0, climb_to);
@@ -148,7 +150,7 @@ void say_path_and_speed(Facts& facts) {
   facts.say("6", "then forward to 15 m/s", whole, [&](PaperFact& f) {
     const double speed = flown.at("ground_speed", whole);
     f.flight = fmt::format("{:.2f} m/s at 90 s", speed);
-    settle(f, std::abs(speed - 15) < 0.2, "not settled by 90 s");
+    settle(f, std::abs(speed - 15) < 0.2, "not settled at 90 s");
   });
 }
 
@@ -164,33 +166,33 @@ void say_energy_and_way(Facts& facts) {
         fmt::format("|He| up to {:.2f} from 25 to 45 s ({:.2f} at take-off), |Le| {:.2f} ({:.2f})",
                     transition, start, Le, Le_start);
     settle(f, transition > start && Le > Le_start,
-           "at rest the law asks for 2 m/s at once, which is the largest error of the flight");
+           "at rest the law commands a step to 2 m/s, which is the largest error of the flight");
   });
   facts.say("7", "He and Le return to zero", whole, [&](PaperFact& f) {
     const double He = flown.at("He", whole), Le = flown.at("Le", whole);
     f.flight = fmt::format("{:.4f} and {:.4f} at 90 s", He, Le);
-    settle(f, std::abs(He) < 0.01 && std::abs(Le) < 0.01, "not settled by 90 s");
+    settle(f, std::abs(He) < 0.01 && std::abs(Le) < 0.01, "not settled at 90 s");
   });
   facts.say("8", "just under 1000 m flown at 90 s", whole, [&](PaperFact& f) {
     const double distance = flown.at("distance", whole);
     f.flight = fmt::format("{:.0f} m", distance);
-    settle(f, distance > 850 && distance < 1000, "the speed schedule is not in the paper");
+    settle(f, distance > 850 && distance < 1000, "the paper does not give its speed schedule");
   });
   facts.say("9", "about 55 m climbed before the transition at 25 s", climb_to, [&](PaperFact& f) {
     const double height = flown.at("height", climb_to);
     f.flight = fmt::format("{:.1f} m at 25 s", height);
-    settle(f, std::abs(height - 55) < 10, "2 m/s for 25 s are 50 m; our climb begins at rest");
+    settle(f, std::abs(height - 55) < 10, "2 m/s for 25 s gives 50 m; this climb starts at rest");
   });
   facts.say("9", "the transition climbs faster", 45.0, [&](PaperFact& f) {
     const double most = flown.most("climb_rate", climb_to, 45.0);
     f.flight = fmt::format("up to {:.1f} m/s", most);
-    settle(f, most > 2.2, "no faster than the climb");
+    settle(f, most > 2.2, "not faster than the climb");
   });
   facts.say("9", "level between 120 and 180 m", whole, [&](PaperFact& f) {
     const double height = flown.at("height", whole);
     f.flight = fmt::format("{:.1f} m at 90 s", height);
     settle(f, height >= 120 && height <= 180,
-           "(16) turns level from below and comes to 120 m ever more slowly");
+           "(16) levels off from below and approaches 120 m ever more slowly");
   });
 }
 

@@ -57,10 +57,10 @@ struct Curves {
 
 Curves curves(const Commands& commands) {
   if (commands.at.size() < 2 || commands.at.size() != commands.values.size())
-    throw std::invalid_argument("a schedule needs two points or more, and a command at each");
+    throw std::invalid_argument("a schedule needs at least two points, and a command at each");
   const auto not_rising = [](double a, double b) { return !(a < b); };
   if (std::ranges::adjacent_find(commands.at, not_rising) != commands.at.end())
-    throw std::invalid_argument("the points of a schedule must rise");
+    throw std::invalid_argument("the points of a schedule must be in ascending order");
   const auto curve = [&](double Command::*of) {
     std::vector<double> values;
     for (const Command& c : commands.values) values.push_back(c.*of);
@@ -93,8 +93,8 @@ double corridor_height(double eta) {
 }
 
 Schedule corridor_at_tilt_rate(const SteadyTilt& tilt) {
-  if (!(tilt.rate > 0)) throw std::invalid_argument("the tilt rate must be above zero");
-  if (!(tilt.from > tilt.to)) throw std::invalid_argument("the tilt must fall");
+  if (!(tilt.rate > 0)) throw std::invalid_argument("the tilt rate must be greater than zero");
+  if (!(tilt.from > tilt.to)) throw std::invalid_argument("the tilt must decrease");
   const auto at = [tilt](double t, double) {
     const double eta = std::clamp(tilt.from - tilt.rate * (t - tilt.begins), tilt.to, tilt.from);
     Command command = corridor(corridor_height(eta));

@@ -153,7 +153,7 @@ class Flights {
     if (flown && !answer.holds)
       answer.message = near ? fmt::format("ends at V = {:.3g} m/s, γ = {:.3g}°, θ = {:.3g}°", end.V,
                                           end.gamma * degrees, flown.states.back().theta * degrees)
-                            : "too far from the trims";
+                            : "too far from the trim";
     return answer;
   }
 };
@@ -161,10 +161,10 @@ class Flights {
 std::string cause(const Flight& flight, const TiltRateOptions& options,
                   const TiltRateLimit& limit) {
   const TiltFlight& w = limit.worst;
-  std::string words =
-      fmt::format("at {:.4g}°/s the flight with {} leaves the trims at a tilt of {:.4g}° ({}{}{})",
-                  w.rate * degrees, w.disturbed, w.left * degrees, to_string(w.status),
-                  w.message.empty() ? "" : ": ", w.message);
+  std::string words = fmt::format(
+      "at {:.4g}°/s the flight with {} departs from the moving trim at a tilt of {:.4g}° ({}{}{})",
+      w.rate * degrees, w.disturbed, w.left * degrees, to_string(w.status),
+      w.message.empty() ? "" : ": ", w.message);
   Flight at_rate = flight;
   at_rate.schedule = corridor_at_tilt_rate(tilting_at(options, w.rate));
   HandOverOptions checking;
@@ -173,7 +173,7 @@ std::string cause(const Flight& flight, const TiltRateOptions& options,
   if (w.left > flight.vehicle.aircraft.cyclic_off + near) return words;
   for (const HandOverCheck& check : check_hand_over(at_rate, checking))
     if (check.verdict == HandOverVerdict::lost || check.verdict == HandOverVerdict::not_reached)
-      words += fmt::format("; at the hand-over ({:.4g}°, h = {:.4g} m of (16)) {}",
+      words += fmt::format("; at the handover ({:.4g}°, h = {:.4g} m of (16)) {}",
                            check.command.eta * degrees, corridor_height(check.command.eta),
                            check.message);
   return words;
@@ -193,7 +193,7 @@ void bisect(const Flight& flight, const TiltRateOptions& options, TiltRateLimit&
   if (stopped()) return;
   if (!brought_back) {
     limit.status = TiltRateStatus::never;
-    limit.message = "the loop frozen at the beginning brings no disturbance back";
+    limit.message = "the loop frozen at the initial tilt recovers from none of the disturbances";
     return;
   }
   const auto fly_at = [&](double rate) {
@@ -244,7 +244,7 @@ std::string to_string(TiltRateStatus status) {
 TiltRateLimit tilt_rate_limit(const Flight& flight, const TiltRateOptions& options) {
   const RoundToNearest environment;
   if (!(options.from > options.to && options.to >= 0 && options.from <= pi / 2))
-    throw std::invalid_argument("tilts must fall, within 90 to 0 degrees");
+    throw std::invalid_argument("tilts must decrease, between 90 and 0 degrees");
   TiltRateOptions asked = options;
   const Aircraft& aircraft = flight.vehicle.aircraft;
   if (!(aircraft.cyclic_blend > 0) && options.from == aircraft.cyclic_off)

@@ -76,9 +76,9 @@ void check(const GustTable& table) {
   };
   require(std::isfinite(table.size) && std::isfinite(table.at), "its size or time is not finite");
   const auto above_zero = [](double value) { return value > 0 && std::isfinite(value); };
-  require(above_zero(table.duration), "its duration must be above zero and finite");
+  require(above_zero(table.duration), "its duration must be finite and greater than zero");
   require(above_zero(table.length) && above_zero(table.speed),
-          "length and speed must be above zero and finite");
+          "length and speed must be finite and greater than zero");
 }
 
 void check(const DisturbanceTable& table) {
@@ -87,9 +87,9 @@ void check(const DisturbanceTable& table) {
   };
   require(std::isfinite(table.size) && std::isfinite(table.at), "its size or time is not finite");
   require(table.duration >= 0 && std::isfinite(table.duration),
-          "its duration must be finite, zero or above");
+          "its duration must be finite and not negative");
   require(table.duration > 0 || table.kind == DisturbanceTable::Kind::step,
-          "a doublet's duration must be above zero");
+          "the duration of a doublet must be greater than zero");
 }
 
 double Disturbance::*member(const std::string& name) {

@@ -103,7 +103,7 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   options.max_points = 2000;
   CurvePoint at;
   if (first_point(curve, seed.y, VectorXd::Zero(seed.y.size()), options, at) != CurveEnd::stopped)
-    return {{}, "no border here", {}};
+    return {{}, "no boundary here", {}};
   at.tangent *= sign;
   std::vector<LimitName> limits = g.plane.limits();
   std::erase_if(limits, [&](const LimitName& l) {
@@ -335,11 +335,11 @@ TrimSpec over_plane(const Model& model, const TrimSpec& spec, const EnvelopeAxis
   for (const EnvelopeAxis* axis : {&x, &y}) {
     if (!(axis->range.lower < axis->range.upper && std::isfinite(axis->range.lower) &&
           std::isfinite(axis->range.upper)))
-      throw std::invalid_argument(fmt::format("the range of '{}' is not a range: [{}, {}]",
-                                              axis->signal, axis->range.lower, axis->range.upper));
+      throw std::invalid_argument(fmt::format("the range of '{}' is empty: [{}, {}]", axis->signal,
+                                              axis->range.lower, axis->range.upper));
     if (axis->count < 2)
       throw std::invalid_argument(
-          fmt::format("'{}' needs two grid points at least, not {}", axis->signal, axis->count));
+          fmt::format("'{}' needs at least two grid points, not {}", axis->signal, axis->count));
   }
   if (x.signal == y.signal)
     throw std::invalid_argument(fmt::format("both axes are '{}'", x.signal));

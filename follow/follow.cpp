@@ -78,14 +78,13 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
       add_singular(f, EventKind::fold, crossing.at);
       if (!f.path.optimal || f.path.deciding()) return true;
       end(f, BranchEnd::limit, crossing.at,
-          "at its limits no free unknown is left, and the branch turns back: beyond there is no "
-          "trim");
+          "at its limits no free unknown is left and the branch turns back: no trim exists beyond");
       return false;
     case target: {
       CurvePoint there = crossing.at;  // located to round-off: now refined
       there.y[f.path.parameter()] = f.to;
       end(f, BranchEnd::reached, there,
-          fmt::format("{} reaches the value asked for",
+          fmt::format("{} reaches the requested value",
                       signal_of(f.problem.model, f.problem.unknowns.back()).name));
       return false;
     }
@@ -224,13 +223,13 @@ std::optional<VectorXd> start_of(Follower& f, const Problem& at_start) {
 // Why there is no start: the model's exception, or the remaining residual.
 std::string no_start(Follower& f) {
   const Values v = values(f.problem, unknowns_of(f.problem, f.problem.base));
-  const std::string said = "the start is no verified trim";
+  const std::string said = "the start is not a verified trim";
   if (!f.problem.thrown.empty()) return said + ": the model threw: " + f.problem.thrown;
-  if (!v.finite) return said + ": the model gives no finite numbers there";
+  if (!v.finite) return said + ": the model is not finite there";
   constexpr double far = 1e-6;
   const double left = v.residual.lpNorm<Eigen::Infinity>();
   if (left <= far) return said + ": outside its limits, or not of least effort";
-  return fmt::format("{}: {:.3g} nominal sizes a second are left over", said, left);
+  return fmt::format("{}: the residual is {:.3g} nominal sizes per second", said, left);
 }
 
 }  // namespace
@@ -242,7 +241,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
   TrimSpec without = with;
   without.free.pop_back();
   without.bounds.erase(parameter);
-  if (!std::isfinite(to)) throw std::invalid_argument("where to follow the branch is not finite");
+  if (!std::isfinite(to)) throw std::invalid_argument("the range of the branch is not finite");
   const Problem at_start = make_problem(model, without, start);  // counts unknowns and equations
   const Index j = variable(model, parameter);
   if (value_of(start, j) == to)
@@ -281,7 +280,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
     const auto next = change < most_changes ? changed(f) : std::nullopt;
     if (!next) {
       end(f, BranchEnd::limit, f.last,
-          fmt::format("{} reaches its {} limit, and no free unknown is left to go on along it",
+          fmt::format("{} reaches its {} limit, and no free unknown is left to continue along it",
                       limit.signal, limit.upper ? "upper" : "lower"));
       break;
     }

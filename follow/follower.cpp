@@ -222,8 +222,7 @@ void end(Follower& f, CurveEnd how) {
                  fmt::format("stopped after {} points, {}", f.options.max_points, here));
     case CurveEnd::not_finite:
       return end(f, BranchEnd::not_finite, f.last,
-                 fmt::format("the model gives no finite numbers beyond the point {}{}", here,
-                             no_numbers(f)));
+                 fmt::format("the model is not finite beyond the point {}{}", here, no_numbers(f)));
     case CurveEnd::singular:
       return end(f, BranchEnd::singular, f.last,
                  fmt::format("the equations leave more than one direction {}: a continuum of "
@@ -233,8 +232,8 @@ void end(Follower& f, CurveEnd how) {
       return end(f, BranchEnd::interrupted, f.last, "stopped by the caller " + here);
     default:
       return end(f, BranchEnd::stuck, f.last,
-                 fmt::format("no next point is found {}, however short the step: the equations "
-                             "jump or have a corner there",
+                 fmt::format("no next point found {}, however short the step: the equations jump "
+                             "or have a kink there",
                              here));
   }
 }

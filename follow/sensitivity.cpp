@@ -165,17 +165,17 @@ std::string no_trim(const Problem& p, const VectorXd& z, std::optional<Optimum>&
   constexpr double far = 1e-6;  // scaled
   const Values v = values(p, z);
   if (!v.finite || (v.residual.size() > 0 && v.residual.lpNorm<Eigen::Infinity>() > far))
-    return "the point is no trim: the rates do not vanish there";
+    return "the point is not a trim: the rates do not vanish there";
   if (excess(z, p.lower, p.upper) > far ||
       excess(v.limited, p.limited_lower, p.limited_upper) > far)
-    return "the point is no trim: it lies outside the limits";
+    return "the point is not a trim: it lies outside the limits";
   for (const Index row : p.implied)
     if (std::abs(v.rates[row]) > far * p.row_nominal[row])
-      return "the point is no trim: a rate that should follow from the equations does not vanish";
+      return "the point is not a trim: a rate that should vanish with the equations does not";
   if (p.square()) return {};
   optimum = polish_optimum(p, z, {});
   if (!optimum->verified || (optimum->z - z).lpNorm<Eigen::Infinity>() > far)
-    return "the point is not shown to be the trim of least effort";
+    return "the point is not proved to be the trim of least effort";
   return {};
 }
 
@@ -203,8 +203,8 @@ std::string not_implied(const Problem& p, const MatrixXd& J, const VectorXd& shi
     if (std::abs(J.row(row).dot(shift)) >
         vanishes * J.row(row).cwiseAbs().dot(shift.cwiseAbs()) + vanishes * p.row_nominal[row])
       return fmt::format(
-          "along {} the equations do not stay a trim: {} would not vanish (a bound holds what {} "
-          "should move)",
+          "no trim with a changed {}: {} would not vanish (a variable that {} should move is at "
+          "its limit)",
           parameter, row_name(p.model, row), parameter);
   return {};
 }
@@ -232,7 +232,8 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
     return refused(SensitivityStatus::not_trim, why);
   if (has_kink(problem, z, optimum))
     return refused(SensitivityStatus::singular,
-                   "the trim lies where a limit takes hold: it has a kink, and no derivative");
+                   "the trim lies exactly where a limit becomes active: it has a kink there and no "
+                   "derivative");
 
   std::vector<Index> variables;
   for (Index j = 0; j < trimmed.x.size() + trimmed.u.size() + trimmed.p.size(); ++j)
@@ -247,7 +248,7 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
     if (shift.rcond < fold_below)
       return refused(SensitivityStatus::singular,
                      fmt::format("the trim is at a fold, or the equations leave a direction free "
-                                 "(rcond {:.1e}): it has no derivative along {}",
+                                 "(rcond {:.1e}): it has no derivative with respect to {}",
                                  shift.rcond, name));
     if (std::string why = not_implied(problem, J, shift.variables, name); !why.empty())
       return refused(SensitivityStatus::not_implied, why);

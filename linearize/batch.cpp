@@ -92,7 +92,7 @@ namespace {
 void check(const MatrixBatch& A) {
   if (A.n < 0 || A.n > largest_batch_matrix || A.count < 0)
     throw std::invalid_argument(
-        fmt::format("batch of {} matrices of size {}: a batch takes sizes 0 to {}", A.count, A.n,
+        fmt::format("batch of {} matrices of size {}: supported sizes are 0 to {}", A.count, A.n,
                     largest_batch_matrix));
   if (A.entries.size() != std::size_t(A.n * A.n * A.count))
     throw std::invalid_argument(

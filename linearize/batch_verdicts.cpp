@@ -20,8 +20,8 @@ static_assert(int(RouthVerdict::stable) == int(Verdict::stable) &&
 
 void check_batch(const MatrixBatch& A, double entry_error) {
   if (A.n < 0 || A.n > largest_batch_matrix)
-    throw std::invalid_argument(
-        fmt::format("verdicts take matrices of 0 to {} states, not {}", largest_batch_matrix, A.n));
+    throw std::invalid_argument(fmt::format(
+        "verdicts: supported are matrices of 0 to {} states, not {}", largest_batch_matrix, A.n));
   if (A.count < 0 || std::ssize(A.entries) != A.n * A.n * A.count)
     throw std::invalid_argument(
         fmt::format("verdicts: {} matrices of {} states have {} entries, not {}", A.count, A.n,

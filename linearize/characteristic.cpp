@@ -31,7 +31,7 @@ void check_square(const MatrixXd& A, Index n, const char* name) {
 Frame::Frame(const MatrixXd& sizes) {
   const double top = sizes.maxCoeff();
   if (!std::isfinite(top))
-    throw std::invalid_argument("stability map: gains times matrices leave the range of doubles");
+    throw std::invalid_argument("stability map: gains times matrices overflow");
   const double first = top > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(top), -1000, 1000)) : 1.0;
   balanced = balance(sizes / first);
   const double norm = balanced.B.rowwise().sum().maxCoeff();

@@ -98,7 +98,7 @@ std::string not_finite(const Model& model, const Evaluation& e) {
   for (Index row = 0; row < y.size(); ++row)
     if (!std::isfinite(y[row]))
       words.push_back(fmt::format("{} = {}", row_name(model, row), y[row]));
-  return words.empty() ? "" : fmt::format("no finite numbers: {}", fmt::join(words, ", "));
+  return words.empty() ? "" : fmt::format("not finite: {}", fmt::join(words, ", "));
 }
 
 // Exact and finite-difference Jacobians that differ by more than their errors: one is wrong.
@@ -126,13 +126,13 @@ std::vector<std::string> not_determined(const Estimate& e, const Model& model, c
       const std::string &row = row_name(model, i),
                         &along = signal_of(model, s.variables[std::size_t(j)]).name;
       if (!std::isfinite(e.value(i, j)))
-        words.push_back(
-            fmt::format("the model has no derivative of {} along {} at this point", row, along));
-      else if (!std::isfinite(e.error(i, j)))
         words.push_back(fmt::format(
-            "the derivative of {} along {} is not determined: differences of three steps do not "
-            "settle",
-            row, along));
+            "the model has no derivative of {} with respect to {} at this point", row, along));
+      else if (!std::isfinite(e.error(i, j)))
+        words.push_back(
+            fmt::format("the derivative of {} with respect to {} is not determined: differences "
+                        "with three step sizes do not converge",
+                        row, along));
     }
   return words;
 }
@@ -175,8 +175,8 @@ std::string only_small(const Model& model, const LinearModel& linear,
   }
   if (!(rates.lpNorm<Eigen::Infinity>() <= 2 * linear.residual)) return {};
   return fmt::format(
-      "not an equilibrium: the rates are small because their slopes are; the nearest equilibrium "
-      "would be {:.2g} nominal sizes away",
+      "not an equilibrium: the rates are small only because the Jacobian is; the nearest "
+      "equilibrium would be {:.2g} nominal sizes away",
       away);
 }
 
@@ -201,8 +201,8 @@ void note_moving(const LinearizeOptions& options, LinearModel& linear) {
     for (Index i = 0; i < linear.A.rows(); ++i)
       if (linear.A(i, j) != 0) {
         linear.remarks.push_back(fmt::format(
-            "{}' = {:.3g}, and {}' depends on {}: the linear model is that of an instant", name,
-            linear.rates[j], linear.states[std::size_t(i)].name, name));
+            "{}' = {:.3g}, and {}' depends on {}: the linear model is valid only at this instant",
+            name, linear.rates[j], linear.states[std::size_t(i)].name, name));
         break;
       }
   }
@@ -223,7 +223,8 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   if (refused(LinearizeStatus::not_equilibrium, moving)) return;
 
   const std::string unsteady =
-      "the model gives two answers at one point: it keeps state, or draws random numbers";
+      "the model returns two different values at one point: it keeps internal state or draws "
+      "random numbers";
   if (!same_answer(e, evaluate(model, linear.point)) &&
       refused(LinearizeStatus::not_repeatable, unsteady))
     return;
@@ -285,7 +286,7 @@ LinearModel linearize(const Model& model, const OperatingPoint& point,
   } catch (const std::exception& e) {
     threw(e.what());
   } catch (...) {
-    threw("something that is not a std::exception");
+    threw("an exception that is not a std::exception");
   }
   if (limited && *limited->over) {
     linear.status = LinearizeStatus::time_limit;

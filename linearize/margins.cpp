@@ -58,7 +58,7 @@ LoopTransfer inverse(const LoopTransfer& g) {
 LoopTransfer inverse_of_one_plus(LoopTransfer g) {
   check(g);
   g.d += 1;
-  if (g.d == 0) throw std::invalid_argument("loop: 1 + d = 0, it has no answer when closed");
+  if (g.d == 0) throw std::invalid_argument("loop: 1 + d = 0, the closed loop is not well posed");
   return inverse(g);
 }
 

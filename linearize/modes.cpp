@@ -296,7 +296,7 @@ VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
 }
 
 Modes modes(const LinearModel& linear) {
-  if (!linear) throw std::invalid_argument("modes: there is no linear model: " + linear.message);
+  if (!linear) throw std::invalid_argument("modes: no linear model: " + linear.message);
   return modes(linear.A, linear.A_error, names(linear.states), {.mode_names = linear.mode_names});
 }
 

@@ -156,7 +156,8 @@ Column column(const Model& model, Line& line, const VectorXd& y0, const Range& b
   };
   if (!room(2) || !room(-2)) {
     if (!room(4) && !room(-4))
-      throw CallerMistake(fmt::format("'{}': the bounds leave no room for a step", signal.name));
+      throw CallerMistake(
+          fmt::format("'{}': the bounds are too close for a finite difference", signal.name));
     const double side = room(4) ? 1.0 : -1.0;
     if (!room(8 * side)) line.h /= 2;
     remarks.push_back(fmt::format("{}: one-sided difference from {}, at a limit", signal.name,

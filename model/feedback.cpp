@@ -83,8 +83,8 @@ Loop connect(const Model& plant, const Model& controller) {
     }
   if (loop.feeds.empty())
     throw std::invalid_argument(fmt::format(
-        "nothing closes the loop: no input of the plant ({}) is an output or state of the "
-        "controller ({}), none of the controller ({}) one of the plant ({})",
+        "the loop is not closed: no input of the plant ({}) is an output or state of the "
+        "controller ({}), and no input of the controller ({}) is one of the plant ({})",
         fmt::join(names(plant.inputs), ", "), fmt::join(names(controller.outputs), ", "),
         fmt::join(names(controller.inputs), ", "), fmt::join(names(plant.outputs), ", ")));
   return loop;
@@ -196,7 +196,7 @@ std::vector<std::string> on_a_cycle(const Loop& loop, const MatrixXd& depends) {
   if (signals.empty())
     for (const Feed& feed : loop.feeds) signals.push_back(feed.name);
   throw std::invalid_argument(
-      fmt::format("algebraic loop: without a state between, each of these depends on itself: {}",
+      fmt::format("algebraic loop: each of these depends on itself without a state in between: {}",
                   fmt::join(signals, ", ")));
 }
 

@@ -102,10 +102,10 @@ std::string unknown(const std::string& token, std::size_t position,
                     const std::vector<std::string>& names) {
   const std::string word = token.substr(0, token.find_first_not_of(name_characters));
   if (word.empty())
-    return fmt::format("'{}' at character {} means nothing here; expected {}", token, position,
+    return fmt::format("'{}' at character {} has no meaning here; expected {}", token, position,
                        operators);
   if (word.front() >= '0' && word.front() <= '9')
-    return fmt::format("'{}' at character {} is no number", word, position);
+    return fmt::format("'{}' at character {} is not a number", word, position);
   if (std::ranges::find(formula_functions(), word) != formula_functions().end())
     return fmt::format("'{0}' at character {1} has no arguments; expected {0}(...)", word,
                        position);
@@ -113,8 +113,8 @@ std::string unknown(const std::string& token, std::size_t position,
   known.insert(known.end(), formula_functions().begin(), formula_functions().end());
   known.emplace_back("pi");
   const std::string near = word == "log" ? "ln' or 'log10" : nearest_name(word, known);
-  return fmt::format("'{}' at character {} is no name that it may use; {}there are: {}", word,
-                     position, near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
+  return fmt::format("'{}' at character {} is not a known name; {}there are: {}", word, position,
+                     near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
                      fmt::join(known, ", "));
 }
 
@@ -142,7 +142,7 @@ std::string complaint(const mu::Parser::exception_type& e, std::string_view text
     case mu::ecUNEXPECTED_FUN:
     case mu::ecUNEXPECTED_PARENS:
     case mu::ecUNEXPECTED_CONDITIONAL:
-      return fmt::format("'{}' at character {} cannot stand there", token, position);
+      return fmt::format("'{}' at character {} is not allowed there", token, position);
     case mu::ecUNEXPECTED_EOF:
     case mu::ecEMPTY_EXPRESSION:
       return "ends where a value is expected";
@@ -150,7 +150,7 @@ std::string complaint(const mu::Parser::exception_type& e, std::string_view text
       return "a closing parenthesis is missing";
     case mu::ecMISSING_ELSE_CLAUSE:
     case mu::ecMISPLACED_COLON:
-      return "has a ? or a : alone; expected a ? b : c";
+      return "has a ? without a : or a : without a ?; expected a ? b : c";
     case mu::ecTOO_FEW_PARAMS:
       return fmt::format("too few arguments for {} at character {}", token, position);
     case mu::ecTOO_MANY_PARAMS:
@@ -262,7 +262,7 @@ void check(const Formulas& m) {
   const auto learn = [&](const std::string& name) {
     check_formula_name(name);
     if (std::ranges::find(known, name) != known.end())
-      throw std::invalid_argument(fmt::format("'{}' stands twice", name));
+      throw std::invalid_argument(fmt::format("'{}' occurs twice", name));
     known.push_back(name);
   };
   for (const Signals* signals : {&m.states, &m.inputs, &m.parameters})
@@ -291,14 +291,16 @@ const std::vector<std::string>& formula_functions() {
 void check_formula_name(std::string_view name) {
   const bool starts = !name.empty() && !(name.front() >= '0' && name.front() <= '9');
   if (!starts || name.find_first_not_of(name_characters) != std::string_view::npos)
-    throw std::invalid_argument(fmt::format(
-        "'{}' is no name for a formula; expected letters, digits and _, no digit first", name));
+    throw std::invalid_argument(
+        fmt::format("'{}' cannot be a name in a formula; expected letters, digits and _, not "
+                    "starting with a digit",
+                    name));
   if (name.size() > longest_name)
     throw std::invalid_argument(fmt::format("'{}...' is {} characters long; expected at most {}",
                                             name.substr(0, 20), name.size(), longest_name));
   if (name == "pi" || std::ranges::find(formula_functions(), name) != formula_functions().end())
     throw std::invalid_argument(
-        fmt::format("'{}' means something else in formulas; expected another name", name));
+        fmt::format("'{}' has another meaning in formulas; expected another name", name));
 }
 
 void check_formula(std::string_view text, const std::vector<std::string>& names) {

@@ -103,8 +103,8 @@ void check(const Model& model) {
   for (const Signals* signals : {&model.states, &model.inputs, &model.outputs})
     if (signals->size() > largest_model)
       throw std::invalid_argument(
-          fmt::format("{} signals in one vector of the model; the methods here work with full "
-                      "matrices, for at most {}",
+          fmt::format("{} signals in one vector of the model; these methods use dense matrices and "
+                      "support at most {}",
                       signals->size(), largest_model));
   std::set<std::string> variables;
   std::set<std::string> outputs;

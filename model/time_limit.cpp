@@ -10,7 +10,7 @@ namespace tiltrim {
 using Clock = std::chrono::steady_clock;
 
 std::string out_of_time_in_words(double seconds) {
-  return fmt::format("the model took longer than the {:.6g} s allowed", seconds);
+  return fmt::format("the model exceeded the time limit of {:.6g} s", seconds);
 }
 
 TimedModel timed(const Model& model, double seconds) {

@@ -110,7 +110,7 @@ std::string words(const BranchEvent& e) {
     case EventKind::limit:
       return e.which + " limit";
     case EventKind::limit_left:
-      return e.which + " limit is left";
+      return e.which + " limit left";
     case EventKind::zero:
       return "a real eigenvalue crosses zero: " + e.which;
     case EventKind::hopf:
@@ -140,6 +140,29 @@ void drop_repeated(Sheet& sheet) {
   drop(sheet, [&](std::size_t k) { return k != own && sheet.columns[k].key == key; });
 }
 
+// Columns of one value become a note: "Constant: γ = 0°, η = 0°."
+void note_constants(Sheet& sheet) {
+  constexpr std::size_t own = 2;
+  if (sheet.rows.size() < 2) return;
+  const auto constant = [&](std::size_t k) {
+    const auto text = [&](const auto& row) { return cell_text(row[k], sheet.columns[k]); };
+    return k >= own && is_numeric(sheet, k) && sheet.columns[k].key != "unstable" &&
+           std::ranges::all_of(sheet.rows,
+                               [&](const auto& row) { return text(row) == text(sheet.rows[0]); });
+  };
+  std::string words;
+  for (std::size_t k = 0; k < sheet.columns.size(); ++k) {
+    if (!constant(k)) continue;
+    const SheetColumn& c = sheet.columns[k];
+    words += fmt::format("{}{} = {:.6g}{}{}", words.empty() ? "" : ", ", c.title,
+                         std::get<double>(sheet.rows[0][k].value) + 0.0,
+                         c.unit.empty() || c.unit == "°" ? "" : " ", c.unit);
+  }
+  if (words.empty()) return;
+  drop(sheet, constant);
+  sheet.notes.push_back("Constant: " + words + ".");
+}
+
 }  // namespace
 
 // For reading: eigenvalues in words.
@@ -158,6 +181,7 @@ Sheet events_sheet(const BranchAnswer& b) {
   drop_repeated(sheet);
   for (const char* untold : {"name", "eigenvalue_re", "eigenvalue_im", "residual"})
     drop(sheet, [&](std::size_t k) { return sheet.columns[k].key == untold; });
+  note_constants(sheet);
   return sheet;
 }
 

@@ -101,23 +101,22 @@ std::vector<std::string> remarks(const ConditionReport& c) {
       notes.push_back(fmt::format("{} is at its {} limit, {:.6g}", l.signal,
                                   l.upper ? "upper" : "lower", l.value));
   if (!t.others.empty())
-    notes.push_back(
-        fmt::format("{} more equilibri{} found within the limits in {}; this one "
-                    "takes the least control effort",
-                    t.others.size(), t.others.size() == 1 ? "um" : "a",
-                    number_of(std::size_t(t.starts), "start")));
+    notes.push_back(fmt::format(
+        "{} more equilibri{} found within the limits in {}; this one has the least control effort",
+        t.others.size(), t.others.size() == 1 ? "um" : "a",
+        number_of(std::size_t(t.starts), "start")));
   if (c.answer.table)
     notes.push_back(
-        fmt::format("moment about the centre of gravity: CM {:.5f} balances the thrust, the "
-                    "elevator has to add {:+.5f}",
+        fmt::format("moment about the center of gravity: CM {:.5f} balances the thrust, the "
+                    "elevator must add {:+.5f}",
                     c.answer.table->CM_required, c.answer.table->CM_elevator));
   return notes;
 }
 
 const char* formulation_name(const Condition& c) {
   return c.command()    ? "closed loop"
-         : c.airframe() ? "airframe alone"
-         : c.user()     ? "own model"
+         : c.airframe() ? "airframe"
+         : c.user()     ? "user model"
                         : "table";
 }
 
@@ -254,10 +253,20 @@ std::vector<Sheet> conditions_document(const std::vector<ConditionReport>& condi
   return sheets;
 }
 
+// Text has no room for the residual, which is below the tolerance where the status is converged.
+static Sheet without_residual(Sheet sheet) {
+  const auto at = std::ranges::find(sheet.columns, "residual", &SheetColumn::key);
+  if (at == sheet.columns.end()) return sheet;
+  const auto column = at - sheet.columns.begin();
+  sheet.columns.erase(at);
+  for (auto& row : sheet.rows) row.erase(row.begin() + column);
+  return sheet;
+}
+
 std::string conditions_text(const std::vector<ConditionReport>& conditions,
                             const TextStyle& style) {
-  std::string text = as_text(trim_sheet(conditions), style);
-  if (any_all(conditions)) text += '\n' + as_text(all_sheet(conditions), style);
+  std::string text = as_text(without_residual(trim_sheet(conditions)), style);
+  if (any_all(conditions)) text += '\n' + as_text(without_residual(all_sheet(conditions)), style);
   for (const ConditionReport& c : conditions) {
     if (!c.linear) continue;
     const std::string& name = c.answer.condition.name;

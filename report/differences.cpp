@@ -83,7 +83,7 @@ Sheet first_changes(const SweepMap& before, const MapDifference& d) {
 
 std::string and_more(const MapDifference& d) {
   return d.changed.size() <= most_changed ? ""
-                                          : fmt::format("... and {} more: --format csv has all",
+                                          : fmt::format("... and {} more: --format csv lists all",
                                                         d.changed.size() - most_changed);
 }
 

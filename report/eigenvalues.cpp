@@ -65,7 +65,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
                    {"time_to_half", "t half", "s", "{:.3g}"},
                    {"condition", "cond.", "", "{:.1f}"},
                    {"mode", "mode", ""},
-                   {"participation", "taking part", ""}};
+                   {"participation", "participation", ""}};
   bool growing = false, undetermined = false;
   for (const Mode& m : modes.modes) {
     if (m.eigenvalue.imag() < 0) continue;  // the conjugate represents both

@@ -121,7 +121,7 @@ namespace {
 // The pieces of the boundary, for reading.
 Sheet pieces_sheet(const EnvelopeAnswer& e) {
   Sheet border;
-  border.columns = {{"", "border", ""},    along_column(e, "", "{:.4f}"), over_column(e, "{:.3f}"),
+  border.columns = {{"", "boundary", ""},  along_column(e, "", "{:.4f}"), over_column(e, "{:.3f}"),
                     {"", "begins at", ""}, along_column(e, "", "{:.4f}"), over_column(e, "{:.3f}"),
                     {"", "ends at", ""},   {"", "points", "", "{:.0f}"}};
   std::size_t inner = 0, multiple = 0;
@@ -141,9 +141,9 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
   }
   if (multiple > 0)
     border.notes.push_back(fmt::format(
-        "{} grid points have more than one trim; {} piece{} of border (folds, limits of one of "
-        "several trims) lie{} within: --format csv or json has them.",
-        multiple, inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
+        "{} with more than one trim; {} piece{} of the boundary (folds, limits of one "
+        "of several trims) lie{} inside: --format csv or json lists them.",
+        number_of(multiple, "grid point"), inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
   return border;
 }
 
@@ -156,14 +156,14 @@ std::string asked(const EnvelopeAnswer& e) {
                      held(e));
 }
 
-const char* const interrupted = "interrupted: what is missing here may be there";
+const char* const interrupted = "interrupted: regions missing here may still have trims";
 
 }  // namespace
 
 std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const TextStyle& style) {
   std::string text;
   for (const EnvelopeAnswer& e : envelopes) {
-    text += (text.empty() ? "" : "\n") + asked(e) + '\n';
+    text += (text.empty() ? "" : "\n") + wrapped(asked(e), 0, style.width);
     if (!e.answered()) text += wrapped(toned(interrupted, Tone::bad, style) + ".", 2, style.width);
     text += as_text(envelope_sheet(e), style);
     const Sheet border = pieces_sheet(e);
@@ -179,7 +179,7 @@ std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelop
     sheets.back().title = asked(e);
     if (!e.answered()) sheets.back().notes.push_back(std::string(interrupted) + ".");
     Sheet border = pieces_sheet(e);
-    border.title = e.condition.name + ": the border";
+    border.title = e.condition.name + ": the boundary";
     if (!border.rows.empty()) sheets.push_back(std::move(border));
   }
   return sheets;

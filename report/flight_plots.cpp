@@ -96,7 +96,7 @@ std::string flight_plots(const FlightReport& report) {
       if (e.kind == FlightEventKind::hand_over && arrow < 5)
         marks += fmt::format(
             "set arrow {0} from {1:.6f}, graph 0 to {1:.6f}, graph 1 nohead dt 4 lc rgb '#777777'\n"
-            "set label {0} 'hand-over {2}' at {1:.6f}, graph 0.03 offset 0.5,0 tc rgb '#555555' "
+            "set label {0} 'handover {2}' at {1:.6f}, graph 0.03 offset 0.5,0 tc rgb '#555555' "
             "font ',10'\n",
             ++arrow, e.t, e.what);
   for (const PaperFigure& f : figures()) {

@@ -19,15 +19,17 @@ std::string in_words(const TiltRateLimit& l, const TextStyle& style) {
   const auto rate = [](double r) { return fmt::format("{:.4g}°/s", r * degrees); };
   switch (l.status) {
     case TiltRateStatus::found:
-      return toned(fmt::format("frozen eigenvalues decide up to a tilt rate of {}", rate(l.holds)),
+      return toned(fmt::format("frozen eigenvalues predict the flight up to a tilt rate of {}",
+                               rate(l.holds)),
                    Tone::good, style) +
              fmt::format(", not at {}", rate(l.fails));
     case TiltRateStatus::always:
-      return toned("frozen eigenvalues decide at every rate tried, up to " + rate(l.holds),
-                   Tone::good, style);
+      return toned(
+          "frozen eigenvalues predict the flight at every rate tried, up to " + rate(l.holds),
+          Tone::good, style);
     case TiltRateStatus::never:
-      return toned("frozen eigenvalues decide at no rate: not even at " + rate(l.fails), Tone::bad,
-                   style);
+      return toned("frozen eigenvalues predict the flight at no rate, not even at " + rate(l.fails),
+                   Tone::bad, style);
     case TiltRateStatus::no_trim:
       return toned("no trim", Tone::bad, style);
     case TiltRateStatus::interrupted:
@@ -39,12 +41,12 @@ std::string in_words(const TiltRateLimit& l, const TextStyle& style) {
 std::string stretch_text(const SlowTilt& s) {
   const std::string where =
       fmt::format("tilts {:.4g}° to {:.4g}°: ", s.from * degrees, s.to * degrees);
-  if (!s.stable) return where + "some frozen loop is unstable, nothing follows from them";
+  if (!s.stable) return where + "some frozen loop is unstable, so no rate can be certified";
   if (s.certified <= 0) {
     constexpr double width = 1e-6;  // rad, distance of the two sides of a switch
     return (s.from - s.to < width ? fmt::format("at the switch, {:.4g}°: ", s.from * degrees)
                                   : where) +
-           "no rate is certified";
+           "no rate can be certified";
   }
   return where + fmt::format(
                      "certified by a Lyapunov function up to {:.3g}°/s (largest eigenvalue of the "
@@ -73,17 +75,17 @@ std::string tilt_rate_text(const TiltRateLimit& l, const TextStyle& style) {
                      0, style.width);
   for (const SlowTilt& s : l.stretches) text += wrapped(stretch_text(s), 2, style.width);
   for (const Growth& g : l.growth)
-    text += wrapped(fmt::format("linear motions about the moving trim at {:.4g}°/s: they grow at "
-                                "most {:.3g} times, from beginning to end {:.3g} times",
+    text += wrapped(fmt::format("linear motion about the moving trim at {:.4g}°/s: grows by a "
+                                "factor of {:.3g} at most, and of {:.3g} from beginning to end",
                                 g.rate * degrees, g.worst, g.whole),
                     2, style.width);
   const auto held = std::ranges::count_if(l.flights, &TiltFlight::holds);
   text += wrapped(
-      fmt::format("{} nonlinear flights, {} of them come to the trim at the end; they "
-                  "begin disturbed{}",
-                  l.flights.size(), held,
-                  l.disturbance < 1 ? fmt::format(", by {:.3g} of the full size", l.disturbance)
-                                    : std::string()),
+      fmt::format(
+          "{} nonlinear flights with initial disturbances{}, {} of them end at the trim",
+          l.flights.size(),
+          l.disturbance < 1 ? fmt::format(" scaled by {:.3g}", l.disturbance) : std::string(),
+          held),
       2, style.width);
   return text;
 }
@@ -147,14 +149,15 @@ std::string in_words(const NamedResponse& named, const TextStyle& style) {
     return wrapped(named.name + ": " + toned("no trim", Tone::bad, style) + ": " + r.message, 0,
                    style.width);
   const std::string cut = r.status == ResponseStatus::cut_short
-                              ? toned("the nonlinear motion is cut short", Tone::bad, style) +
-                                    ": " + r.message + "; until then "
+                              ? toned("the nonlinear motion ends early", Tone::bad, style) + ": " +
+                                    r.message + "; until then "
                               : std::string();
   const std::string line = fmt::format(
-      "{}: {}linear and nonlinear are at most {:.3g} % apart; the linear model reaches {} this "
-      "offset ({:.0f} % apart)",
+      "{}: {}linear and nonlinear response differ by at most {:.3g} %; the linear model is valid "
+      "up to {} this offset ({:.0f} % difference)",
       named.name, cut, 100 * r.apart,
-      r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("not a millionth of"), 10.0);
+      r.reach > 0 ? fmt::format("{:.3g} times", r.reach) : std::string("less than a millionth of"),
+      10.0);
   return wrapped(line, 0, style.width);
 }
 
@@ -283,13 +286,13 @@ std::string shares_in_words(const MonteCarlo& run, const TextStyle& style) {
   std::string line = fmt::format(
       "{} of {} flights are good: {:.4g} %, with 95 % confidence between {:.4g} and {:.4g} %",
       run.good, run.flown, 100 * run.share.share, 100 * run.share.lower, 100 * run.share.upper);
-  if (run.interrupted) line += fmt::format(" (interrupted; {} are asked)", run.asked);
+  if (run.interrupted) line += fmt::format(" (interrupted; {} were requested)", run.asked);
   std::string text = wrapped(
       toned(line, run.good == run.flown ? Tone::good : Tone::doubtful, style), 0, style.width);
   std::string ends;
   for (std::size_t k = 0; k < run.ends.size(); ++k)
     if (run.ends[k] > 0)
-      ends += fmt::format("{}{} {}", ends.empty() ? "they end: " : ", ", run.ends[k],
+      ends += fmt::format("{}{} {}", ends.empty() ? "outcomes: " : ", ", run.ends[k],
                           to_string(FlightStatus(k)));
   std::ranges::replace(ends, '_', ' ');
   if (!ends.empty()) text += wrapped(ends, 0, style.width);
@@ -300,7 +303,8 @@ Sheet worst_flights(const MonteCarlo& run) {
   Sheet worst = monte_carlo_sheet(run);
   constexpr double early = 1e6;  // Outcome::miss
   if (run.worst.front().outcome.miss >= early)
-    worst.notes.push_back("a miss beyond a million: ended early, the earlier the more");
+    worst.notes.push_back(
+        "a miss above a million means that the flight ended early; the earlier, the larger");
   return worst;
 }
 
@@ -316,7 +320,7 @@ std::vector<Sheet> monte_carlo_document(const MonteCarlo& run) {
   std::vector<Sheet> sheets{paragraph_sheet(shares_in_words(run, unwrapped))};
   if (!run.message.empty() || run.worst.empty()) return sheets;
   sheets.push_back(worst_flights(run));
-  sheets.back().title = "The worst of the flights";
+  sheets.back().title = "The worst flights";
   return sheets;
 }
 

@@ -51,7 +51,7 @@ std::string in_words(const FlightEvent& event) {
     case FlightEventKind::limit_left:
       return event.what + " limit left";
     case FlightEventKind::hand_over:
-      return "hand-over " + event.what;
+      return "handover " + event.what;
     case FlightEventKind::lift_off:
       return "lift-off" + (event.what == "at once" ? " at once" : std::string());
     case FlightEventKind::ground_contact:
@@ -72,7 +72,7 @@ std::string verdict(const FlightReport& r, const TextStyle& style) {
            "\n";
   const FlightResult& f = *r.flown;
   std::string line =
-      fmt::format("{}, begun {}: {} {} {:.6g} s", r.name, r.plan.start_words,
+      fmt::format("{}, starting {}: {} {} {:.6g} s", r.name, r.plan.start_words,
                   toned(in_words(f.status), tone(f.status), style), f ? "of" : "at", f.t.back());
   if (!f.message.empty()) line += ": " + f.message;
   return line + "\n";
@@ -121,7 +121,7 @@ std::string limits_touched(const FlightResult& f) {
       touched.insert(e.what);
   std::string all;
   for (const std::string& name : touched) all += (all.empty() ? "" : ", ") + name;
-  return touched.empty() ? "no limit is touched" : "limits touched: " + all;
+  return touched.empty() ? "no limit reached" : "limits reached: " + all;
 }
 
 Sheet events_sheet(const FlightResult& f) {
@@ -133,7 +133,7 @@ Sheet events_sheet(const FlightResult& f) {
   }
   if (f.events.size() > most_events)
     sheet.notes.push_back(
-        fmt::format("and {} more: --format json has them", f.events.size() - most_events));
+        fmt::format("and {} more: --format json lists them", f.events.size() - most_events));
   return sheet;
 }
 
@@ -151,8 +151,8 @@ std::string balance_text(const FlightReport& r) {
     size = std::max(size, std::abs(x.thrust_work));
   }
   return fmt::format(
-      "energy balance: work of thrust, drag and wind against ½V² + gh, off by {:.1e} of the work; "
-      "{} steps at a tolerance of {:.0e}",
+      "energy balance: work of thrust, drag and wind less the change of ½V² + gh is {:.1e} of the "
+      "work; {} steps at a tolerance of {:.0e}",
       off / size, f.steps, r.plan.options.integrate.tolerance);
 }
 
@@ -160,23 +160,24 @@ std::string balance_text(const FlightReport& r) {
 std::string error_text(const FlightReport& r) {
   if (!r.plan.options.global_error || !r.flown->ended()) return {};
   if (!r.flown->rough_end)
-    return "error of the end: not known; at ten times the tolerance the flight ends otherwise";
+    return "error of the final state: unknown; with ten times the tolerance the flight ends "
+           "differently";
   const auto of = [&](const char* name) {
     const auto column = std::ranges::find(r.table.columns, name, &FlightColumn::name);
     return column == r.table.columns.end() ? 0.0 : column->error;
   };
   return fmt::format(
-      "estimated error of the end: V {:.0e} m/s, γ {:.0e}°, θ {:.0e}°, distance {:.0e} m, height "
-      "{:.0e} m",
+      "estimated error of the final state: V {:.0e} m/s, γ {:.0e}°, θ {:.0e}°, distance {:.0e} m, "
+      "height {:.0e} m",
       of("V"), of("gamma_deg"), of("theta_deg"), of("distance"), of("height"));
 }
 
 std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
-  if (c.verdict == HandOverVerdict::never) return "hand-over: the schedule does not come to it\n";
+  if (c.verdict == HandOverVerdict::never) return "handover: not on the schedule\n";
   if (c.verdict == HandOverVerdict::blended)
-    return "hand-over: blended (cyclic_blend_deg), nothing jumps\n";
+    return "handover: blended (cyclic_blend_deg), without a jump\n";
   const std::string where = fmt::format(
-      "hand-over to the {} at η = {:.4g}°, {} (V = {:.3g} m/s, γ = {:.3g}°)",
+      "handover to the {} at η = {:.4g}°, {} (V = {:.3g} m/s, γ = {:.3g}°)",
       c.behind.airplane ? "elevator" : "cyclic", c.command.eta * degrees,
       c.t > 0 ? fmt::format("t = {:.4g} s", c.t) : fmt::format("h = {:.4g} m", c.height),
       c.command.V, std::round(c.command.gamma * degrees * 1e9) / 1e9 + 0.0);
@@ -186,25 +187,25 @@ std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
   std::string text;
   switch (c.verdict) {
     case HandOverVerdict::settles:
-      text = says("from the trim in front the flight goes on", Tone::good);
+      text = says("the flight continues from the trim before it", Tone::good);
       break;
     case HandOverVerdict::lost:
       text = says(
           c.ends == FlightStatus::flown
-              ? fmt::format("loss predicted: from the trim in front the flight is not back "
-                            "near the command after {:.0f} s",
+              ? fmt::format("loss predicted: starting from the trim before it, the flight has not "
+                            "returned to the command after {:.0f} s",
                             c.ends_at)
-              : fmt::format("loss predicted: from the trim in front the flight is {} after "
-                            "{:.1f} s",
+              : fmt::format("loss predicted: starting from the trim before it, the flight is {} "
+                            "after {:.1f} s",
                             c.ends == FlightStatus::lost ? "lost" : in_words(c.ends), c.ends_at),
           Tone::bad);
       break;
     case HandOverVerdict::not_reached:
-      text =
-          says(fmt::format("not decided by trims: the loop in front takes {:.3g} s to come to its "
-                           "own, the schedule {:.3g} s to come here",
-                           -1 / c.front.abscissa, c.seconds_there),
-               Tone::doubtful);
+      text = says(
+          fmt::format("not decided by the trims: the loop before the handover needs {:.3g} s to "
+                      "settle, but the schedule reaches the handover after {:.3g} s",
+                      -1 / c.front.abscissa, c.seconds_there),
+          Tone::doubtful);
       break;
     case HandOverVerdict::no_trim:
     case HandOverVerdict::blended:

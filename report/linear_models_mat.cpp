@@ -109,7 +109,7 @@ struct InMemory {
     std::string all(std::size_t(std::max<off_t>(::lseek(fd, 0, SEEK_END), 0)), '\0');
     for (std::size_t done = 0; done < all.size();) {
       const ssize_t n = ::pread(fd, all.data() + done, all.size() - done, off_t(done));
-      if (n <= 0) refuse("what was written cannot be read back");
+      if (n <= 0) refuse("the written data cannot be read back");
       done += std::size_t(n);
     }
     return all;

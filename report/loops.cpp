@@ -23,7 +23,7 @@ bool commanded(const ActuatorLoop& l) { return !l.loop.c.isZero(0); }
 
 // Status of a loop in one word.
 SheetCell word(const ActuatorLoop& l) {
-  if (!l.in_use) return {commanded(l) ? "moves nothing" : "not in use"};
+  if (!l.in_use) return {commanded(l) ? "has no effect" : "not in use"};
   if (l.margins.stable() && !l.margins.complete) return {"incomplete", Tone::doubtful};
   return in_one_word(l.margins.closed_loop);
 }
@@ -57,10 +57,10 @@ std::string reason(const LoopsAnswer& c) {
     case Verdict::stable:
       return {};
     case Verdict::unstable:
-      return "the closed loop is unstable, so no margins: right of the axis is " + which;
+      return "the closed loop is unstable, so no margins: right of the axis lies " + which;
     case Verdict::undecided:
       return fmt::format(
-          "whether the closed loop is stable is undecided, so no margins: the axis lies within the "
+          "the stability of the closed loop is undecided, so no margins: the axis lies within the "
           "error bound {:.1e} of {}",
           last.error, which);
   }
@@ -78,7 +78,8 @@ std::vector<std::string> notes(const LoopsAnswer& c) {
     if (!l.in_use || c.modes.verdict != Verdict::stable) continue;
     if (!l.margins.stable())
       found.push_back(l.actuator +
-                      ": rounding does not tell its loop, opened and closed, from an unstable one");
+                      ": within rounding its loop, opened and closed, cannot be distinguished from "
+                      "an unstable one");
     else if (!l.margins.complete)
       found.push_back(fmt::format("{}: a margin may have been missed (left over: {:.1e})",
                                   l.actuator, l.margins.residual));

@@ -62,7 +62,7 @@ Sheet events_sheet(const Simulation& s) {
                           SheetCell(s.events[k].rising ? "above" : "below")});
   if (s.events.size() > most_shown)
     sheet.notes.push_back(
-        fmt::format("and {} more: --format json has them", s.events.size() - most_shown));
+        fmt::format("and {} more: --format json lists them", s.events.size() - most_shown));
   return sheet;
 }
 

@@ -195,8 +195,8 @@ std::string unanswered_part(Parts& parts) {
   std::string body;
   if (open.empty())
     body = paragraph(
-        "Nothing: every condition has a verified equilibrium and a verdict, and so has every point "
-        "of the maps.");
+        "Nothing is missing: every condition and every point of the maps has a verified "
+        "equilibrium and a verdict.");
   for (const Unanswered& u : open) {
     std::string more;
     for (const std::string& words : u.more) more += "<li>" + html_escaped(words) + "</li>";
@@ -204,7 +204,7 @@ std::string unanswered_part(Parts& parts) {
                         more.empty() ? "" : "<ul>" + more + "</ul>");
   }
   if (!open.empty()) body = "<dl class=\"unanswered\">\n" + body + "</dl>\n";
-  return section(parts, "unanswered", "What has no answer, and why", body);
+  return section(parts, "unanswered", "Unanswered, and why", body);
 }
 
 std::string modes_part(Parts& parts) {

@@ -39,7 +39,7 @@ Sheet table_sheet(const Table& table, const Columns<std::string>& columns) {
 }
 
 Sheet identification_sheet(const PaperTables& t) {
-  Sheet sheet{"The two constants behind the six numbers theta0 and a1s of Table 3",
+  Sheet sheet{"The two constants that give the six numbers theta0 and a1s of Table 3",
               {{"reading", "digits read as", ""},
                {"thrust_excess", "Ep", "", "{:.5f}"},
                {"thrust_excess_lower", "Ep from", "", "{:.6f}"},

@@ -86,8 +86,8 @@ Sheet sensitivities_sheet(const std::vector<SensitivityAnswer>& conditions) {
 namespace {
 
 const char* const explained =
-    "What one percent more of a parameter changes, the trim's own shift included; "
-    "the most telling first.";
+    "Changes caused by one percent more of a parameter, including the shift of the trim; the "
+    "largest first.";
 
 std::vector<Sheet> mode_sheets(const Sensitivities& s, std::size_t most) {
   std::vector<Sheet> sheets;

@@ -49,11 +49,12 @@ struct Sheet {
 
 /// Layout of text.
 struct TextStyle {
-  bool colour = false;      ///< with ANSI colour codes
-  std::size_t width = 100;  ///< line width for notes
+  bool colour = false;     ///< with ANSI colour codes
+  std::size_t width = 80;  ///< longest line
 };
 
-/// Aligned text: numbers right, text left; widths in characters, not bytes.
+/// Aligned text: numbers right, text left; widths in characters, not bytes. A table that is wider
+/// than the style's lines has narrower gaps, cells of several lines, or blocks of columns.
 std::string as_text(const Sheet& sheet, const TextStyle& style = {});
 /// One header line, then the rows; without notes.
 std::string as_csv(const Sheet& sheet);

@@ -87,15 +87,15 @@ std::vector<Unanswered> unanswered(const StudyReport& report) {
       all.push_back({"Margins of " + c.trimmed.condition.name,
                      !c.linear ? "no linear model: " + ended(c.linear.message)
                      : c.modes.verdict == Verdict::stable
-                         ? "some margin may have been missed: the table's notes say which."
-                         : "a loop that is not stable has none."});
+                         ? "some margins may have been missed: see the table's notes."
+                         : "a loop that is not stable has no margins."});
   for (const StudyReport::Map& m : report.maps) add_map(m.map, all);
   if (report.flight && !report.flight->flown)
     all.push_back({"The flight", "no trim to start from: " + ended(report.flight->plan.message)});
   if (report.motion && !report.motion->answered())
     all.push_back({"The motion", outcome_of(*report.motion)});
   if (report.paper && report.paper->identified.status != IdentifyStatus::reproduced)
-    all.push_back({"The constants behind Table 3", ended(report.paper->identified.message)});
+    all.push_back({"The constants of Table 3", ended(report.paper->identified.message)});
   if (!report.not_examined.empty())
     all.push_back({"The rest of this report",
                    "interrupted: not examined are " + listed(report.not_examined) + "."});

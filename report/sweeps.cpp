@@ -100,7 +100,7 @@ std::vector<std::string> reasons_of(const SweepMap& map, std::size_t c) {
   std::vector<std::string> reasons;
   if (const Threw all = threw(map, c * n, (c + 1) * n); all.points > 0)
     reasons.push_back(fmt::format("{} x {}{}", all.points, all.first,
-                                  all.alike ? "" : " (the first; others differ)"));
+                                  all.alike ? "" : " (the first one; others differ)"));
   std::size_t left = 0;
   for (const auto& [times, r] : counts) {
     if (times > 0 && reasons.size() < most)
@@ -200,14 +200,13 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
                           own.name, measured(abscissa_at(map, *least)))
             : "";
   if (unstable == 0 && rest == 0) return fmt::format("stable on all of {}{}", range, worst);
-  if (unstable == 0 && stable == 0)
-    return fmt::format("without trim or undecided on all of {}", range);
+  if (unstable == 0 && stable == 0) return fmt::format("no trim or undecided on all of {}", range);
   if (unstable == 0)
-    return "stable on " + range + " but for " + measured(rest) +
-           ", which is without trim or undecided";
+    return "stable on " + range + " except for " + measured(rest) +
+           ", which has no trim or is undecided";
   std::string words = fmt::format("not stable on all of {}: unstable on {} of it, {} in all", range,
                                   number_of(stretches, "stretch"), measured(unstable));
-  if (rest > 0) words += "; without trim or undecided on " + measured(rest);
+  if (rest > 0) words += "; no trim or undecided on " + measured(rest);
   return words + worst;
 }
 
@@ -237,13 +236,13 @@ std::string map_text(const SweepMap& map, const TextStyle& style) {
   std::string text;
   for (std::size_t c = 0; c < map.conditions.size(); ++c) {
     text += (c > 0 ? "\n" : "") + map.conditions[c] + "\n";
-    for (const SweepAxis& axis : map.axes) text += "  " + axis_in_words(axis) + "\n";
-    text += "  " + counts_in_words(map, c) + "\n";
+    for (const SweepAxis& axis : map.axes) text += wrapped(axis_in_words(axis), 2, style.width);
+    text += wrapped(counts_in_words(map, c), 2, style.width);
     for (const std::string& reason : reasons_of(map, c)) text += wrapped(reason, 2, style.width);
     if (map.intervals.empty()) continue;
     if (map.axes.size() > 1) {
       for (std::size_t a = 0; a < map.axes.size(); ++a)
-        text += "  " + lines_in_words(map, c, a) + "\n";
+        text += wrapped(lines_in_words(map, c, a), 2, style.width);
       continue;
     }
     text += wrapped(line_in_words(map, c, 0), 2, style.width) + "\n";

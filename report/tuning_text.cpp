@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "report/code_points.hpp"
 #include "report/tuning_parts.hpp"
 #include "report/tuning_words.hpp"
 
@@ -12,74 +13,15 @@ namespace tiltrim {
 namespace tuning {
 namespace {
 
-// Length of the longest line in characters.
-std::size_t width_of(const std::string& text) {
-  std::size_t widest = 0;
-  std::istringstream lines(text);
-  for (std::string line; std::getline(lines, line);)
-    widest = std::max<std::size_t>(widest, std::ranges::count_if(line, [](char c) {
-                                     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-                                   }));
-  return widest;
-}
-
-// The first column and those of [from, to).
-Sheet columns_of(const Sheet& sheet, std::size_t from, std::size_t to) {
-  const auto chosen = [&](const auto& all) {
-    auto some = std::decay_t<decltype(all)>{all.front()};
-    some.insert(some.end(), all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to));
-    return some;
-  };
-  Sheet part;
-  part.columns = chosen(sheet.columns);
-  for (const auto& row : sheet.rows) part.rows.push_back(chosen(row));
-  return part;
-}
-
-// A table split to fit the width; the first column is repeated.
-std::string as_narrow_text(const Sheet& sheet, const TextStyle& style) {
-  std::string text = sheet.title + '\n';
-  for (std::size_t from = 1, to = 2; from < sheet.columns.size(); from = to++) {
-    while (to < sheet.columns.size() &&
-           width_of(as_text(columns_of(sheet, from, to + 1))) <= style.width)
-      ++to;
-    text += (from > 1 ? "\n" : "") + as_text(columns_of(sheet, from, to), style);
-  }
-  return text;
-}
-
-std::string gains_text(const TuningReport& report) {
+std::string gains_text(const TuningReport& report, const TextStyle& style) {
   const std::string toml = tuning_toml(report);
   if (toml.empty()) return "";
   std::string text = report.result ? "\nThe gains, to paste into the study:\n\n"
                                    : "\nThe best found, to paste into the study:\n\n";
   std::istringstream lines(toml);
   for (std::string line; std::getline(lines, line);)
-    text += line.empty() ? "\n" : "    " + line + '\n';
+    text += line.empty() ? "\n" : wrapped(line, 4, style.width);
   return text;
-}
-
-// Broken at commas into lines of at most `room` characters, if possible.
-std::vector<std::string> broken_at_commas(const std::string& words, std::size_t room) {
-  std::vector<std::string> lines{""};
-  for (std::size_t at = 0; at < words.size();) {
-    const std::size_t comma = words.find(", ", at);
-    const std::string part = words.substr(at, comma == std::string::npos ? comma : comma + 2 - at);
-    const std::size_t space = part.ends_with(' ') ? 1 : 0;  // at a line end it takes no space
-    if (!lines.back().empty() && width_of(lines.back() + part) > room + space) lines.emplace_back();
-    lines.back() += part;
-    at += part.size();
-  }
-  return lines;
-}
-
-// Adds a row whose last cell spans as many lines as needed.
-void add_row(Sheet& sheet, std::vector<SheetCell> row, const std::string& last, std::size_t room) {
-  for (const std::string& line : broken_at_commas(last, room)) {
-    row.emplace_back(line);
-    sheet.rows.push_back(row);
-    row.assign(sheet.columns.size() - 1, SheetCell(""));
-  }
 }
 
 SheetCell reserve_cell(const Achieved& a) {
@@ -90,18 +32,13 @@ SheetCell reserve_cell(const Achieved& a) {
   return cell;
 }
 
-Sheet requirements_sheet(const TuningReport& report, const TextStyle& style) {
+Sheet requirements_sheet(const TuningReport& report) {
   Sheet sheet;
-  sheet.title = "\nWhat was asked, where it is worst, and the reserve in percent of the limit:";
+  sheet.title = "\nRequirements, where they are worst, and the reserve in percent of the limit:";
   sheet.columns = {{"", "asked", ""},  {"", "worst", "", "{:.5g}"},
                    {"", "unit", ""},   {"", "reserve", "%", "{:.1f}"},
                    {"", "active", ""}, {"", "at", ""}};
   const std::vector<Requirement> asked = asked_of(report.problem);
-  std::size_t taken = 0;
-  for (std::size_t i = 0; i < asked.size(); ++i)
-    taken = std::max(taken, width_of(asked_in_words(asked[i], i == 0)));
-  constexpr std::size_t others = 36, least = 24;  // columns between; least width of the place's
-  const std::size_t room = std::max(least, style.width - std::min(style.width, taken + others));
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const std::string words = asked_in_words(asked[i], i == 0);
     const Achieved* a = worst(report.result, i, everywhere);
@@ -109,10 +46,9 @@ Sheet requirements_sheet(const TuningReport& report, const TextStyle& style) {
       sheet.rows.push_back({words, {}, "", {}, "", "applies nowhere"});
       continue;
     }
-    add_row(sheet,
-            {words, a->value, unit_in_text(unit(asked[i].measure)), reserve_cell(*a),
-             any_active(report.result, i, everywhere) ? "*" : ""},
-            place_in_words(report.problem, a->place), room);
+    sheet.rows.push_back({words, a->value, unit_in_text(unit(asked[i].measure)), reserve_cell(*a),
+                          any_active(report.result, i, everywhere) ? "*" : "",
+                          place_in_words(report.problem, a->place)});
   }
   return sheet;
 }
@@ -135,8 +71,8 @@ void align_right(Sheet& sheet, std::size_t column) {
   std::vector<std::string*> words{&sheet.columns[column].title, &sheet.columns[column].unit};
   for (auto& row : sheet.rows) words.push_back(&std::get<std::string>(row[column].value));
   std::size_t width = 0;
-  for (const std::string* w : words) width = std::max(width, width_of(*w));
-  for (std::string* w : words) w->insert(0, width - width_of(*w), ' ');
+  for (const std::string* w : words) width = std::max(width, characters(*w));
+  for (std::string* w : words) w->insert(0, width - characters(*w), ' ');
 }
 
 struct PlacesOfPoint {
@@ -155,7 +91,7 @@ std::vector<PlacesOfPoint> places_by_point(const TuningReport& report) {
 std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
   Sheet sheet;
-  sheet.title = "\nAt each operating point (* holds the answer where it is):";
+  sheet.title = "\nAt each operating point (* limits the result):";
   sheet.columns = {{"", "point", ""}};
   const std::vector<Requirement> asked = asked_of(problem);
   for (std::size_t i = 0; i < asked.size(); ++i) {
@@ -187,14 +123,14 @@ std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
 }
 
 std::string and_more(std::size_t left_out) {
-  return left_out > 0 ? fmt::format("... and {} more (JSON has all)", left_out) : "";
+  return left_out > 0 ? fmt::format("... and {} more (JSON lists all)", left_out) : "";
 }
 
 std::string points_text(const TuningReport& report, const TextStyle& style) {
   auto [sheet, left_out] = points_sheet(report);
   for (std::size_t k = 1; k < sheet.columns.size(); ++k) align_right(sheet, k);
   const std::string more = and_more(left_out);
-  return as_narrow_text(sheet, style) + (more.empty() ? "" : "  " + more + '\n');
+  return as_text(sheet, style) + (more.empty() ? "" : "  " + more + '\n');
 }
 
 SheetCell met_cell(bool met) {
@@ -207,8 +143,8 @@ Sheet effects_sheet(const TuningReport& report) {
   const bool limited = asked.size() > 1;
   Sheet sheet;
   sheet.title =
-      "\nWhat each gain does: the worst case at 10 % less and 10 % more of it, slopes per 10 % "
-      "more:";
+      "\nEffect of each gain: the worst case with 10 % less and with 10 % more of it, and slopes "
+      "per 10 % more:";
   sheet.columns = {{"", "gain", ""}, {"", "value", "", "{:.5g}"}, {"", "unit", ""}};
   for (const char* step : {"10 % less", "10 % more"}) {
     sheet.columns.push_back({"", "goal", step, "{:.4g}"});
@@ -228,16 +164,9 @@ Sheet effects_sheet(const TuningReport& report) {
   }
   if (report.result.coalescing)
     sheet.notes.emplace_back(
-        "Two of the deciding eigenvalues meet: slopes of single eigenvalues are unbounded there; "
-        "the two columns at 10 % less and more are evaluated.");
+        "Two of the critical eigenvalues coincide: slopes of single eigenvalues are unbounded "
+        "there; the columns with 10 % less and more are evaluated exactly.");
   return sheet;
-}
-
-std::string effects_text(const TuningReport& report, const TextStyle& style) {
-  const Sheet sheet = effects_sheet(report);
-  std::string text = as_narrow_text(sheet, style);
-  for (const std::string& note : sheet.notes) text += wrapped(note, 2, style.width);
-  return text;
 }
 
 Sheet front_sheet(const TuningReport& report) {
@@ -286,10 +215,10 @@ Sheet gains_sheet(const TuningReport& report) {
 using namespace tuning;
 
 std::string tuning_text(const TuningReport& report, const TextStyle& style) {
-  std::string text = verdict_text(report, style) + gains_text(report);
+  std::string text = verdict_text(report, style) + gains_text(report, style);
   if (!report.result.achieved.empty())
-    text += as_text(requirements_sheet(report, style), style) + points_text(report, style);
-  if (!report.result.effects.empty()) text += effects_text(report, style);
+    text += as_text(requirements_sheet(report), style) + points_text(report, style);
+  if (!report.result.effects.empty()) text += as_text(effects_sheet(report), style);
   for (const std::string& words : paragraphs(report)) text += '\n' + wrapped(words, 0, style.width);
   if (!report.front.empty()) text += as_text(front_sheet(report), style);
   return text + '\n' + wrapped(effort_in_words(report), 0, style.width);
@@ -299,7 +228,7 @@ std::vector<Sheet> tuning_document(const TuningReport& report) {
   std::vector<Sheet> sheets{paragraph_sheet(verdict_text(report, unwrapped))};
   if (!tuning_toml(report).empty()) sheets.push_back(gains_sheet(report));
   if (!report.result.achieved.empty()) {
-    sheets.push_back(requirements_sheet(report, unwrapped));
+    sheets.push_back(requirements_sheet(report));
     const auto [points, left_out] = points_sheet(report);
     sheets.push_back(points);
     if (left_out > 0) sheets.back().notes.push_back(and_more(left_out));

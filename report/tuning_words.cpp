@@ -109,7 +109,7 @@ std::string verdict_text(const TuningReport& report, const TextStyle& style) {
   if (r)
     words = fmt::format(": worst {} {} {}; {}", in_words(goal), quantity(r.goal, goal.measure),
                         where_in_words(report),
-                        report.problem.limits.empty() ? "no limits asked" : "all limits met");
+                        report.problem.limits.empty() ? "no limits required" : "all limits met");
   else if (!r.message.empty())
     words = ": " + r.message;
   const char* kept = r.status == TuneStatus::no_trim ? "" : ": the best so far";
@@ -141,8 +141,8 @@ std::string second_in_words(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
   const TuneResult &first = report.result, &second = *report.second;
   const Measure measure = problem.goal.measure;
-  std::string words =
-      fmt::format("Beside it {}: {}", report.second_algorithm, status_in_words(second.status));
+  std::string words = fmt::format("Second search by {}: {}", report.second_algorithm,
+                                  status_in_words(second.status));
   if (second.status == TuneStatus::no_trim || !std::isfinite(second.goal))
     return words + (second.message.empty() ? "." : ", " + second.message + ".");
   words += fmt::format(", worst {} {}", in_words(problem.goal), quantity(second.goal, measure));
@@ -178,14 +178,14 @@ std::string robustness_in_words(const TuningReport& report) {
   if (r.samples > r.no_trim && std::isfinite(r.worst_goal))
     words += fmt::format("; worst {} {} at {}", in_words(goal),
                          quantity(r.worst_goal, goal.measure), r.worst);
-  return words + (r.interrupted ? " (interrupted: fewer samples than asked)." : ".");
+  return words + (r.interrupted ? " (interrupted: fewer samples than requested)." : ".");
 }
 
 std::string corner_in_words(const TuningReport& report) {
   const Achieved* corner =
       worst(report.result, 0, [](const TunePlace& place) { return !place.scatter.empty(); });
   if (!corner) return "";
-  return fmt::format("Worst of the scatter tuned for: {} {} at {}.", in_words(report.problem.goal),
+  return fmt::format("Worst corner of the scatter: {} {} at {}.", in_words(report.problem.goal),
                      quantity(corner->value, report.problem.goal.measure),
                      place_in_words(report.problem, corner->place));
 }
@@ -195,8 +195,8 @@ std::string corner_in_words(const TuningReport& report) {
 std::string effort_in_words(const TuningReport& report) {
   return fmt::format(
       "{} candidates{}; global {}, local {}, seed {}.", grouped(report.result.evaluations),
-      report.result.out_of_evaluations ? " (as many as were allowed)" : "",
-      to_string(report.options.global), to_string(report.options.local), report.options.seed);
+      report.result.out_of_evaluations ? " (the limit)" : "", to_string(report.options.global),
+      to_string(report.options.local), report.options.seed);
 }
 
 std::vector<std::string> paragraphs(const TuningReport& report) {
@@ -205,7 +205,7 @@ std::vector<std::string> paragraphs(const TuningReport& report) {
   if (report.robustness) words.push_back(robustness_in_words(report));
   words.push_back(corner_in_words(report));
   if (report.interrupted && !report.result.interrupted)
-    words.emplace_back("What comes after the first search was interrupted, or not begun.");
+    words.emplace_back("The steps after the first search were interrupted or not started.");
   std::erase(words, "");
   return words;
 }

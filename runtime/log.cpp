@@ -71,7 +71,7 @@ int open_locked(const std::filesystem::path& file) {
       ::close(fd);
       if (error == EINTR) continue;
       if (error != EWOULDBLOCK) refuse_log(file, error);
-      refuse_log(file, "another process is at work on it; wait for it, or choose another output");
+      refuse_log(file, "another process is using it; wait for it, or choose another output");
     }
     struct stat opened {
     }, named{};
@@ -80,7 +80,7 @@ int open_locked(const std::filesystem::path& file) {
       return fd;
     ::close(fd);
   }
-  refuse_log(file, "is deleted again and again by another process");
+  refuse_log(file, "is repeatedly deleted by another process");
 }
 
 // Fills `bytes` from `offset`; false if the file ends before.
@@ -136,7 +136,7 @@ std::string what_differs(std::string_view there, std::string_view here) {
   const std::size_t before = there.substr(0, start).rfind('\n');
   const std::size_t line = before == std::string_view::npos ? 0 : before + 1;
   const std::size_t from = start - line > context ? start - context : line;
-  return fmt::format("line {}: {} there, {} here",
+  return fmt::format("line {}: {} in the log, {} now",
                      1 + std::ranges::count(there.substr(0, line), '\n'), quoted(there, from),
                      quoted(here, from));
 }
@@ -152,9 +152,9 @@ std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint6
     return start.size() == ours.size() ? ours.size() : 0;
   if (size < before_identity + word ||
       !std::ranges::equal(std::span(start).first(magic.size()), bytes_of(magic)))
-    refuse_log(file, fmt::format("is not a log of ours; {}", remedy));
+    refuse_log(file, fmt::format("is not a log of tiltrim; {}", remedy));
   if (number_at(start, word) != log_format)
-    refuse_log(file, fmt::format("is a log of another format, {} in place of {}; {}",
+    refuse_log(file, fmt::format("is a log of another format, {} instead of {}; {}",
                                  number_at(start, word), log_format, remedy));
   const std::uint64_t length = number_at(start, 2 * word);
   const std::string damaged = fmt::format("its header is damaged; {}", remedy);
@@ -164,7 +164,7 @@ std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint6
   const auto checked = std::span(header).first(before_identity + length);
   if (number_at(header, checked.size()) != checksum(checked)) refuse_log(file, damaged);
   const std::string there(reinterpret_cast<const char*>(header.data()) + before_identity, length);
-  refuse_log(file, fmt::format("is the log of other work ({}); {}", what_differs(there, identity),
+  refuse_log(file, fmt::format("is the log of another run ({}); {}", what_differs(there, identity),
                                remedy));
 }
 

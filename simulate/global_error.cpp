@@ -74,8 +74,8 @@ VectorXd with_error(const Signals& states, const Trajectory& second, Trajectory&
   std::erase_if(found.events, [&](const MotionEvent& e) { return e.t > found.t.back(); });
   found.status = MotionStatus::inaccurate;
   found.message = fmt::format(
-      "from t = {:.4g} s on the estimated error exceeds a tenth of the motion; a smaller tolerance "
-      "reaches farther",
+      "after t = {:.4g} s the estimated error exceeds a tenth of the motion; a smaller tolerance "
+      "extends the valid range",
       t);
   return a.error;
 }

@@ -29,14 +29,15 @@ void check(const Motion& motion, const State& x0, double from, double to,
   require(!motion.states.empty(), "the motion has no states");
   require(x0.size() == motion.states.size(),
           fmt::format("{} values for {} states", x0.size(), motion.states.size()));
-  require(motion.watched.empty() || bool(motion.g), "events are watched but there is no g");
+  require(motion.watched.empty() || bool(motion.g),
+          "events are named but there is no event function g");
   require(std::isfinite(from) && std::isfinite(to) && to > from,
           fmt::format("from t = {} to t = {}; the end must come after the start", from, to));
-  require(std::ranges::is_sorted(motion.breaks), "the breaks must be rising");
+  require(std::ranges::is_sorted(motion.breaks), "the breaks must be in ascending order");
   require(o.tolerance > 0 && o.tolerance < 1, "the tolerance must be between 0 and 1");
   require(o.sample >= 0 && o.longest_step > 0 && o.fixed_step >= 0 && std::isfinite(o.fixed_step),
           "sample and steps must not be negative");
-  require(o.diverged_beyond > 0, "diverged_beyond must be above zero");
+  require(o.diverged_beyond > 0, "diverged_beyond must be greater than zero");
   for (std::size_t i = 0; i < x0.size(); ++i)
     require(std::isfinite(x0[i]) && motion.states[i].nominal > 0,
             fmt::format("{} starts at {}, nominal {}", motion.states[i].name, x0[i],
@@ -71,9 +72,11 @@ class Integration {
       if (options_.stop.stop_requested())
         stop(MotionStatus::interrupted, "stopped");
       else if (result_.steps + result_.rejected >= options_.max_steps)
-        stop(MotionStatus::step_limit, fmt::format("{} steps are used up: stiff, or too fine a "
-                                                   "tolerance",
-                                                   options_.max_steps));
+        stop(
+            MotionStatus::step_limit,
+            fmt::format(
+                "the limit of {} steps is reached: the motion is stiff, or the tolerance too small",
+                options_.max_steps));
       else
         step();
     }
@@ -167,7 +170,7 @@ class Integration {
     for (std::size_t k = 0; k < g_.size() && !finished_; ++k)
       if (std::isnan(g_[k]))
         stop(MotionStatus::not_finite,
-             fmt::format("the watched '{}' is nan", motion_.watched[k].name));
+             fmt::format("the event function '{}' is nan", motion_.watched[k].name));
   }
 
   // A hundredth of the time in which the fastest state changes by its size.
@@ -219,7 +222,8 @@ class Integration {
 
   void too_small() {
     require_finite(next_rates_);
-    if (!finished_) stop(MotionStatus::step_too_small, "no step is short enough for the tolerance");
+    if (!finished_)
+      stop(MotionStatus::step_too_small, "even the shortest step exceeds the tolerance");
   }
 
   // Accepts the step of length h up to the first event in it.
@@ -313,7 +317,7 @@ class Integration {
     const long at_most = 20 * long(above_.size());  // simultaneous, 20 of each: chattering
     if (long(result_.events.size()) >= options_.max_events || ++at_once_ > at_most)
       stop(MotionStatus::event_limit,
-           fmt::format("'{}' to and fro, {} events", watched.name, result_.events.size()));
+           fmt::format("'{}' chatters, {} events", watched.name, result_.events.size()));
     else
       onward();
   }

@@ -18,8 +18,7 @@ std::string to_string(ResponseStatus status) {
 VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset) {
   VectorXd by = VectorXd::Zero(std::ssize(states));
   for (const auto& [name, value] : offset) by[index_of(states, name, "state")] = value;
-  if (by.isZero(0))
-    throw std::invalid_argument("an offset of nothing; expected a state and its change");
+  if (by.isZero(0)) throw std::invalid_argument("an empty offset; expected a state and its change");
   return by;
 }
 

@@ -37,8 +37,8 @@ std::vector<Change> checked(const Model& model, const std::vector<SignalChange>&
           "'{}' is a state; expected an input or a parameter, which can be changed", c.signal));
     if (!std::isfinite(c.size) || !std::isfinite(c.from) || !(c.to > c.from))
       throw std::invalid_argument(
-          fmt::format("a change of '{}' by {} from {} to {} s; expected finite numbers, the end "
-                      "behind the beginning",
+          fmt::format("a change of '{}' by {} from {} to {} s; expected finite numbers and an end "
+                      "after the beginning",
                       c.signal, c.size, c.from, c.to));
     all.push_back({j, c});
   }
@@ -112,7 +112,7 @@ class Moving {
     } catch (const std::exception& e) {
       thrown_ = e.what();
     } catch (...) {
-      thrown_ = "something that is not a std::exception";
+      thrown_ = "an exception that is not a std::exception";
     }
   }
 };

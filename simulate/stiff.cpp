@@ -111,12 +111,13 @@ class StiffIntegration {
       if (result_.steps >= options_.max_steps)
         return end(MotionStatus::step_limit, t, fmt::format("{} steps", result_.steps));
       if (stepper.next_step() < shortest * std::max(std::abs(t), until - from_))
-        return end(MotionStatus::step_too_small, t, "no step is short enough for the tolerance");
+        return end(MotionStatus::step_too_small, t, "even the shortest step exceeds the tolerance");
       try {
         if (!stepper.do_step())
-          return end(MotionStatus::step_too_small, t, "no step is short enough for the tolerance");
+          return end(MotionStatus::step_too_small, t,
+                     "even the shortest step exceeds the tolerance");
       } catch (const NotFinite&) {
-        return end(MotionStatus::not_finite, t, "the rates are no finite numbers ahead");
+        return end(MotionStatus::not_finite, t, "the rates are not finite ahead");
       }
       ++result_.steps;
       const double reached = std::min(stepper.to(), until);

@@ -24,10 +24,10 @@ std::vector<std::string> places_of(const Condition& condition) {
 void check(const Condition& condition, const LoopsOptions& options) {
   if (condition.user() && condition.user()->model->loops.empty())
     throw std::invalid_argument(
-        "the model says no place to break a loop at; expected [[model.loop]] tables with input and "
-        "output");
+        "the model has no [[model.loop]], so no loop can be broken; expected [[model.loop]] tables "
+        "with input and output");
   if (!condition.user() && !condition.command())
-    throw std::invalid_argument("margins are of a closed loop; expected formulation closed_loop");
+    throw std::invalid_argument("margins need a closed loop; expected formulation closed_loop");
   const std::vector<std::string> all = places_of(condition);
   for (const std::string& name : options.actuators)
     if (std::ranges::find(all, name) == all.end())

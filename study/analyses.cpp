@@ -128,7 +128,7 @@ EnvelopeTable envelope_table(const Study& study, const std::string& over,
                     study.file.string()));
   if (study.user_model && !over.empty())
     throw std::invalid_argument(
-        "over is of the tiltrotor; a study with [model] says it in [envelope]");
+        "--over applies to the built-in tiltrotor; a study with [model] sets `over` in [envelope]");
   EnvelopeTable table = study.envelope.value_or(EnvelopeTable{});
   if (!over.empty() && over != table.over.name) {
     if (over != "eta_deg" && over != "gamma_deg")
@@ -177,7 +177,7 @@ EnvelopeAnswer envelope(const Vehicle& vehicle, const Condition& condition,
   if (condition.user()) return user_envelope(condition, table, options);
   if (!condition.command())
     throw std::invalid_argument(
-        "an envelope is of the closed loop; expected formulation closed_loop");
+        "an envelope needs the closed loop; expected formulation closed_loop");
   // Far enough from the switch that finite differences do not cross it.
   constexpr double clear = 1e-6;
   const Aircraft& a = vehicle.aircraft;

@@ -104,7 +104,7 @@ static bool fixed(const Range& range) { return range.lower == range.upper; }
 static void check_speed(const Section& section, const Range& V, Equations equations) {
   if (equations == Equations::printed && V.lower < body_axes_below)
     section.refuse(*section.find("V"),
-                   fmt::format("reaches below {} m/s, where the printed equations divide by a "
+                   fmt::format("extends below {} m/s, where the printed equations divide by a "
                                "vanishing V; expected V of at least {} m/s",
                                body_axes_below, body_axes_below));
 }
@@ -146,8 +146,8 @@ static void check_angles(const Section& section, const AirframeCondition& condit
   const bool gamma = held("gamma") || !condition.values.contains("gamma");
   if (gamma && held("alpha") && held("theta"))
     section.refuse(*section.find("theta_deg"),
-                   "alpha, theta and gamma are all fixed (gamma is 0 if not given) though theta = "
-                   "alpha + gamma; expected one of them left out or free");
+                   "alpha, theta and gamma are all fixed (gamma is 0 by default), but theta = "
+                   "alpha + gamma; expected one of them omitted or free");
 }
 
 // Cost term: signals of the airframe by SI name or, in degrees, by the keys of a condition.
@@ -179,7 +179,7 @@ static void read_objective(const Section& section, const std::filesystem::path& 
       "expected an array of tables like {signal = \"theta0\", scale = 1.0, reference = 0.0}";
   if (objective->kind != Entry::Kind::array || objective->entries.empty())
     section.refuse(*objective,
-                   fmt::format("{} is no objective; {}", describe(*objective), expected));
+                   fmt::format("{} is not an objective; {}", describe(*objective), expected));
   for (const Entry& term : objective->entries) {
     if (term.kind != Entry::Kind::table)
       refuse(file, term.place,

@@ -105,8 +105,8 @@ std::string at_full_thrust(const Model& model, const TrimSpec& spec, OperatingPo
   const double missing = f.weight - f.thrust - f.wing;
   if (missing <= 0 || f.wing >= 0) return {};
   return fmt::format(
-      "at the thrust limit, theta0 = {:.4g}: {}; thrust would have to be {:.1f} N, or the wing's "
-      "download {:.1f} N at most",
+      "at the thrust limit, theta0 = {:.4g}: {}; thrust would have to be {:.1f} N, or the download "
+      "on the wing at most {:.1f} N",
       full, words(f), f.thrust + missing, std::max(0.0, f.thrust - f.weight));
 }
 
@@ -164,22 +164,21 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
                                unit.name));
   }
   const std::string acting = with_forces ? words(forces(model, closest)) + "; " : "";
-  e.words.push_back(fmt::format(
-      "closest point: {}held back by {}", acting,
-      back.empty() ? "no limit, the equations alone" : fmt::format("{}", fmt::join(back, ", "))));
+  e.words.push_back(fmt::format("closest point: {}limited by {}", acting,
+                                back.empty() ? "the equations alone, not by a limit"
+                                             : fmt::format("{}", fmt::join(back, ", "))));
   const std::string full =
       with_forces ? at_full_thrust(model, p.spec, closest.point) : std::string();
   if (!full.empty()) e.words.push_back(full);
   // All remedies that work; of those that do not, only what a pilot or designer would try first.
   for (const Remedy& r : d.remedies)
     if (r.helps() && r.kind != RemedyKind::equation)
-      e.words.push_back("alone it would take " + words(r, model, with_forces));
+      e.words.push_back("sufficient alone: " + words(r, model, with_forces));
   for (const Remedy& r : d.remedies)
     if (!r.helps() && (r.kind == RemedyKind::lever || (r.signal == "theta0" && r.upper)))
       e.words.push_back("does not help: " + words(r, model, with_forces));
-  if (d.interrupted) e.words.push_back("interrupted: what else would help was not examined");
-  if (d.out_of_time)
-    e.words.push_back("not everything could be examined in the time allowed (time_limit)");
+  if (d.interrupted) e.words.push_back("interrupted: other remedies were not examined");
+  if (d.out_of_time) e.words.push_back("not all remedies were examined within time_limit");
 }
 
 }  // namespace
@@ -197,17 +196,16 @@ std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& cond
   const TrimResult open = trim(p.model, p.spec, p.guess, options);
   Explanation e{p.model, {}, {}};
   if (open.status == TrimStatus::interrupted) {
-    e.words.push_back("interrupted: what would help was not examined");
+    e.words.push_back("interrupted: remedies were not examined");
     return e;
   }
   if (open.status == TrimStatus::time_limit) {
-    e.words.push_back("what would help was not examined: " + open.message);
+    e.words.push_back("remedies were not examined: " + open.message);
     return e;
   }
   if (is_equilibrium(open.status)) {
     e.words.push_back(
-        "the airframe alone has an equilibrium within the limits: it is the control law that does "
-        "not reach it");
+        "the airframe has an equilibrium within the limits, but the control law does not reach it");
     return e;
   }
   e.diagnosis =

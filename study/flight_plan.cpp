@@ -20,7 +20,7 @@ const Command& named(const Study& study, const std::string& name) {
     throw std::invalid_argument(fmt::format("simulate: no condition '{}'", name));
   if (!at->command())
     throw std::invalid_argument(
-        fmt::format("simulate: the condition '{}' is no closed loop", name));
+        fmt::format("simulate: the condition '{}' is not a closed loop", name));
   return *at->command();
 }
 
@@ -130,7 +130,8 @@ namespace {
 ScatteredFlights scattered_flights(const Study& study) {
   if (!study.montecarlo)
     throw std::invalid_argument(
-        "no [montecarlo] table; expected one, with [[montecarlo.scatter]] for what is scattered");
+        "no [montecarlo] table; expected one, with a [[montecarlo.scatter]] for each scattered "
+        "number");
   return {flight_plan(study), study.simulate.value_or(SimulateTable{}).gusts, *study.montecarlo};
 }
 

@@ -65,7 +65,7 @@ std::map<std::string, FigureOfMerit> flight_figures(const Study& study) {
                                 plan.message);
   if (!plan.flight.gains.eta.empty())
     throw std::invalid_argument(
-        "flight and tracking are for gains that do not depend on the tilt; expected no "
+        "flight and tracking need gains that do not depend on the tilt; expected no "
         "schedule_eta_deg");
   plan.options.integrate.tolerance = std::max(plan.options.integrate.tolerance, 1e-7);
   plan.options.integrate.sample = std::max(plan.options.integrate.sample, 0.25);

@@ -46,7 +46,7 @@ std::string new_name(const Section& section, std::vector<std::string>& known) {
     check_formula_name(name);
     if (std::ranges::find(known, name) != known.end())
       throw std::invalid_argument(
-          fmt::format("{} stands twice; expected distinct names", in_quotes(name)));
+          fmt::format("{} occurs twice; expected distinct names", in_quotes(name)));
     if (std::ranges::find(condition_words(), name) != condition_words().end())
       throw std::invalid_argument(fmt::format(
           "{} is a key of every [[condition]]; expected another name", in_quotes(name)));
@@ -96,7 +96,7 @@ void read_names(const Section& section, Formulas& model, std::vector<double>& va
   }
   for (const Section& s : tables_of(section, "input")) {
     s.allow_only({"name", "unit", "nominal"},
-                 {{"value", "an input's value stands in the [[condition]]"}});
+                 {{"value", "the value of an input belongs into the [[condition]]"}});
     model.inputs.push_back(read_signal(s, known));
   }
   for (const Section& s : tables_of(section, "parameter")) {
@@ -154,7 +154,7 @@ std::vector<UserModel::Loop> read_loops(const Section& section, const Model& mod
     loop.output = chosen("output", model.outputs, "an output");
     loop.name = s.find("name") ? s.text("name") : loop.output;
     if (std::ranges::find(loops, loop.name, &UserModel::Loop::name) != loops.end())
-      s.refuse("name", fmt::format("{} stands twice; expected distinct names", loop.name));
+      s.refuse("name", fmt::format("{} occurs twice; expected distinct names", loop.name));
     loops.push_back(loop);
   }
   return loops;
@@ -203,7 +203,7 @@ void read_values(const Section& section, const std::vector<Key>& keys, UserCondi
     const auto [at, once] = given.insert({key.signal, key.name});
     if (!once)
       section.refuse(*entry,
-                     fmt::format("{} is given already; expected one of the two", at->second));
+                     fmt::format("{} is already given; expected only one of the two", at->second));
     condition.values[key.signal] = read_value(section, *entry, key);
   }
 }

@@ -55,8 +55,8 @@ void check_scattered(const Section& section, const Key& key, const Study& study)
   if (!of_vehicle(key)) return;
   const Range own = vehicle_range(study, key.signal);
   if (own.lower != own.upper)
-    section.refuse(entry, fmt::format("{} moves with the tilt (schedule_eta_deg), from {} to {}; "
-                                      "expected a number that is the same all the way",
+    section.refuse(entry, fmt::format("{} depends on the tilt (schedule_eta_deg), from {} to {}; "
+                                      "expected a number that is constant",
                                       key.name, own.lower, own.upper));
 }
 
@@ -70,9 +70,10 @@ Uncertain read_scatter(const Section& section, const Study& study,
                    fmt::format("{} is given twice; expected each number once", key.name));
   const Entry* percent = section.find("percent");
   if (percent && !of_vehicle(key))
-    section.refuse(*percent, fmt::format("is of a number of the vehicle, which {} is not; expected "
-                                         "from and to",
-                                         key.name));
+    section.refuse(
+        *percent,
+        fmt::format("needs a number of the vehicle, which {} is not; expected from and to",
+                    key.name));
   const bool turbulent = std::ranges::find(study.simulate->gusts, GustTable::Kind::dryden,
                                            &GustTable::kind) != study.simulate->gusts.end();
   if (key.name == "gust_size" && turbulent) key.accepted.lower = turbulence.lower;

@@ -52,16 +52,17 @@ std::string read_of(const Section& section, const Tuned& tuned, const Requiremen
   const Entry* of = section.find("of");
   if (!of) return {};
   if (!of_an_actuator(asked.measure))
-    section.refuse(
-        *of, fmt::format("{} is not of a mode or an actuator; expected no of", name_of(asked)));
+    section.refuse(*of,
+                   fmt::format("{} does not apply to a mode or an actuator; expected no key of",
+                               name_of(asked)));
   if (tuned.actuators.empty())
-    section.refuse(*of, "the model has no [[model.loop]]; expected no of");
+    section.refuse(*of, "the model has no [[model.loop]]; expected no key of");
   return tuned.actuators[section.choice("of", tuned.actuators)];
 }
 
 // A measure and its subject, without a limit.
 Requirement read_measure(const Section& section, const Tuned& tuned, const TuneTable& tune) {
-  section.require("measure", "what is measured in quotes, as \"damping\"");
+  section.require("measure", "the name of a measure in quotes, as \"damping\"");
   std::vector<std::string> names;
   for (const Requirement& measure : tuned.measures) names.push_back(name_of(measure));
   Requirement asked = tuned.measures[section.choice("measure", names)];
@@ -69,12 +70,12 @@ Requirement read_measure(const Section& section, const Tuned& tuned, const TuneT
   const bool disturbed =
       std::ranges::any_of(tune.disturbance, [](const auto& start) { return start.second != 0; });
   if (asked.measure == Measure::response_use && !disturbed)
-    section.refuse(*section.find("measure"),
-                   "response_use is after a disturbance; expected [tune.disturbance] with a number "
-                   "other than zero");
+    section.refuse(
+        *section.find("measure"),
+        "response_use needs a disturbance; expected [tune.disturbance] with a nonzero number");
   if (asked.measure == Measure::sensitivity && tune.uncertain.empty())
     section.refuse(*section.find("measure"),
-                   "sensitivity is to uncertain numbers; expected [[tune.uncertain]] tables");
+                   "sensitivity needs uncertain numbers; expected [[tune.uncertain]] tables");
   return asked;
 }
 
@@ -106,7 +107,7 @@ Requirement read_goal(const Section& section, const path& file, const Tuned& tun
     written = {Entry::Kind::table, goal->key, goal->key_place, goal->place, 0.0, {}, {*goal}};
     written.entries.front().key = "measure";
   } else if (goal->kind != Entry::Kind::table) {
-    section.refuse(*goal, fmt::format("{} is no measure; expected \"decay\" or {{measure = "
+    section.refuse(*goal, fmt::format("{} is not a measure; expected \"decay\" or {{measure = "
                                       "\"disk_margin\", of = \"delta_e\"}}",
                                       described(*goal)));
   }
@@ -122,7 +123,7 @@ Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTab
   const bool more = more_is_better(limit.measure);
   const char* right = more ? "at_least" : "at_most";
   if (const Entry* wrong = section.find(more ? "at_most" : "at_least"))
-    section.refuse(*wrong, fmt::format("of {}, {} is better; expected {}", name_of(limit),
+    section.refuse(*wrong, fmt::format("for {}, {} is better; expected {}", name_of(limit),
                                        more ? "more" : "less", right));
   limit.limit = as_written(section, right, range_of(limit.measure));
   return limit;

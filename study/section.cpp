@@ -107,7 +107,7 @@ double Section::whole(const Entry& entry, const Accepted& accepted) const {
 
 std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted) const {
   if (list.kind != Entry::Kind::array || list.entries.empty())
-    refuse(list, fmt::format("{} is no list of numbers; expected [a, b, ...], each {}",
+    refuse(list, fmt::format("{} is not a list of numbers; expected [a, b, ...], each {}",
                              described(list), describe(accepted)));
   std::vector<double> values;
   for (const Entry& entry : list.entries) {
@@ -122,14 +122,15 @@ std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted
 std::vector<double> Section::rising(const Entry& list, const Accepted& accepted,
                                     std::string_view things) const {
   if (list.kind != Entry::Kind::array || list.entries.size() < 2)
-    refuse(list, fmt::format("{} is no list of {}; expected [a, b, ...], at least two, rising, "
-                             "each {}",
+    refuse(list, fmt::format("{} is not a list of {}; expected [a, b, ...], at least two, in "
+                             "ascending order, each {}",
                              described(list), things, describe(accepted)));
   const std::vector<double> values = numbers(list, accepted);
   for (std::size_t i = 1; i < values.size(); ++i)
     if (!(values[i] > values[i - 1]))
-      refuse(list, fmt::format("{} after {} does not rise; expected rising {}, each once",
-                               values[i], values[i - 1], things));
+      refuse(list,
+             fmt::format("{} after {} is not in ascending order; expected ascending {}, each once",
+                         values[i], values[i - 1], things));
   return values;
 }
 
@@ -194,8 +195,8 @@ std::vector<Section> Section::tables(std::string_view key) const {
   if (list->kind == Entry::Kind::table)
     refuse(*list, fmt::format("is one table; expected double brackets, [[{}]]", name));
   if (list->kind != Entry::Kind::array || list->entries.empty())
-    refuse(*list,
-           fmt::format("{} is no list of tables; expected [[{}]] tables", described(*list), name));
+    refuse(*list, fmt::format("{} is not a list of tables; expected [[{}]] tables",
+                              described(*list), name));
   std::vector<Section> found;
   for (const Entry& entry : list->entries) {
     if (entry.kind != Entry::Kind::table)

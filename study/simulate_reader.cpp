@@ -30,8 +30,8 @@ void read_lasting(const Section& section, std::string_view key, double longest_o
 
 std::vector<double> read_at(const Section& section, bool over_time) {
   const std::string_view things = over_time ? "times" : "heights";
-  const Entry& list = section.require(
-      "at", over_time ? "[0, 10, ...], rising times in s" : "[0, 60, ...], rising heights in m");
+  const Entry& list = section.require("at", over_time ? "[0, 10, ...], ascending times in s"
+                                                      : "[0, 60, ...], ascending heights in m");
   const std::vector<double> at =
       section.rising(list, over_time ? moment : Accepted{-largest, largest, "m"}, things);
   if (at.size() > most_places)
@@ -72,8 +72,8 @@ ScheduleTable read_table(const Section& section) {
   schedule.eta = read_commands(section, "eta_deg", schedule);
   if (schedule.V.empty() && schedule.gamma.empty() && schedule.eta.empty())
     section.refuse("V",
-                   "is missing, and gamma_deg and eta_deg too, which leaves the corridor; "
-                   "expected one of them, or schedule = \"corridor\"");
+                   "is missing, and so are gamma_deg and eta_deg; expected one of them, or "
+                   "schedule = \"corridor\"");
   return schedule;
 }
 
@@ -82,7 +82,7 @@ ScheduleTable read_schedule(const Section& section) {
   if (!entry) return {};
   if (entry->kind == Entry::Kind::table) return read_table(*section.table("schedule"));
   if (entry->kind != Entry::Kind::text)
-    section.refuse(*entry, fmt::format("{} is no schedule; expected \"corridor\", \"hold\", "
+    section.refuse(*entry, fmt::format("{} is not a schedule; expected \"corridor\", \"hold\", "
                                        "\"reconversion\" or a table [simulate.schedule]",
                                        described(*entry)));
   const std::vector<std::string> kinds{"corridor", "hold", "reconversion"};
@@ -104,9 +104,10 @@ const Condition* start_of(const SimulateTable& simulate, const std::vector<Condi
 
 void check_condition(const Section& section, const Entry& entry, const Condition& condition) {
   if (!condition.command())
-    section.refuse(entry, fmt::format("the condition {} is flown without a control law; expected "
-                                      "one of formulation closed_loop",
-                                      in_quotes(condition.name)));
+    section.refuse(
+        entry,
+        fmt::format("the condition {} has no control law; expected one of formulation closed_loop",
+                    in_quotes(condition.name)));
 }
 
 // "ground", "trim" or a condition's name; empty if not given.
@@ -119,9 +120,11 @@ std::string read_start(const Section& section, const std::vector<Condition>& con
   if (chosen >= words)
     check_condition(section, *entry, conditions[chosen - words]);
   else if (std::ranges::count(names, names[chosen]) > 1)
-    section.refuse(*entry, fmt::format("{} is the name of a condition too; expected that one by "
-                                       "another name",
-                                       in_quotes(names[chosen])));
+    section.refuse(
+        *entry,
+        fmt::format(
+            "{} is also the name of a condition; expected that condition to have another name",
+            in_quotes(names[chosen])));
   return names[chosen];
 }
 
@@ -130,7 +133,7 @@ double read_height(const Section& section, const SimulateTable& simulate) {
   const bool back = simulate.schedule.kind == ScheduleTable::Kind::reconversion;
   if (back && from_ground(simulate))
     section.refuse(*section.find("start"),
-                   "a reconversion begins in the air; expected \"trim\" or a condition");
+                   "a reconversion starts in the air; expected \"trim\" or a condition");
   double start = back ? top_of_corridor : 0.0;
   read_number(section, "height", height, start);
   if (from_ground(simulate) && start != 0)
@@ -179,7 +182,7 @@ void check_wind_axes(const Section& section, const SimulateTable& simulate,
   if (start && (!given || holds(simulate))) speeds.push_back(start->command()->V);
   for (const double slow : speeds)
     if (slow < body_axes_below)
-      section.refuse(axes, fmt::format("wind axes divide by V, which goes down to {} m/s; expected "
+      section.refuse(axes, fmt::format("wind axes divide by V, which decreases to {} m/s; expected "
                                        "\"body\", or V of at least {} m/s",
                                        slow, body_axes_below));
 }
@@ -220,7 +223,7 @@ DisturbanceTable read_disturbance(const Section& section) {
   section.require("kind", "\"step\" or \"doublet\"");
   disturbance.kind =
       static_cast<DisturbanceTable::Kind>(section.choice("kind", {"step", "doublet"}));
-  section.require("on", "what is disturbed in quotes, as \"V\" or \"delta_e_deg\"");
+  section.require("on", "the disturbed quantity in quotes, as \"V\" or \"delta_e_deg\"");
   const On& on =
       sizes[section.choice("on", {"V", "gamma_deg", "theta0", "a1s_deg", "delta_e_deg"})];
   disturbance.on = on.signal;
@@ -307,7 +310,7 @@ UserMotion::Change read_change(const Section& section, const UserModel& own) {
   section.require("kind", "\"step\" or \"doublet\"");
   section.require("on", "an input or a parameter of the model in quotes");
   if (keys.empty())
-    section.refuse(*section.find("on"), "the model has neither input nor parameter");
+    section.refuse(*section.find("on"), "the model has neither inputs nor parameters");
   UserMotion::Change change;
   change.doublet = section.choice("kind", {"step", "doublet"}) == 1;
   const Key& key = keys[section.choice("on", names_of(keys))];

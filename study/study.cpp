@@ -70,7 +70,7 @@ static GainSchedule read_schedule(const Section& section, const Gains& gains) {
   if (tilts->kind == Entry::Kind::array) schedule.eta = listed(*tilts, study_key("eta_deg"));
   if (schedule.eta.size() < 2 ||
       std::ranges::adjacent_find(schedule.eta, std::greater_equal<>()) != schedule.eta.end())
-    section.refuse(*tilts, "expected two tilts or more in rising order, as [0, 45, 90]");
+    section.refuse(*tilts, "expected at least two tilts in ascending order, as [0, 45, 90]");
   schedule.gains.assign(schedule.eta.size(), gains);
   const std::vector<Key> keys = number_keys(gain_signals());
   for (std::size_t j = 0; j < keys.size(); ++j) {
@@ -95,7 +95,7 @@ static void read_gains(const Section& section, const Aircraft& aircraft, Gains& 
   for (const Gains& g : schedule.gains)
     if (!(1 + g.K_Lp > 0) || !(1 + aircraft.thrust_excess * g.K_Ep > 0))
       section.refuse(*section.find("schedule_eta_deg"),
-                     "1 + K_Lp or 1 + thrust_excess K_Ep is not above zero at one of the tilts");
+                     "1 + K_Lp or 1 + thrust_excess K_Ep is not positive at one of the tilts");
   if (!schedule.eta.empty()) gains = schedule.gains.front();
   // Divisors of the control law (13); the defaults keep both above zero.
   if (1 + gains.K_Lp == 0)
@@ -167,7 +167,7 @@ static EnvelopeTable read_envelope(const Section& section) {
   const std::string& other = angles[1 - chosen];
   EnvelopeTable envelope = envelope_over(angles[chosen]);
   if (const Entry* entry = section.find(other))
-    section.refuse(*entry, fmt::format("is each condition's own; expected over = \"{}\", or no {}",
+    section.refuse(*entry, fmt::format("is set by each condition; expected over = \"{}\", or no {}",
                                        other, other));
   if (const Entry* entry = section.find("V"))
     envelope.along_range = section.range(*entry, {body_axes_below, 1000, "m/s"});
@@ -183,10 +183,9 @@ static std::shared_ptr<const Polar> find_polar(const std::string& name, const fs
   std::error_code ignored;
   for (const fs::path& place : {folder / name, shipped / name})
     if (fs::exists(place, ignored)) return std::make_shared<const Polar>(load_polar(place));
-  throw std::runtime_error(
-      fmt::format("{} is neither in {} nor in {}; expected a polar beside the study or among the "
-                  "program's data",
-                  in_quotes(name), folder.empty() ? "." : folder.string(), shipped.string()));
+  throw std::runtime_error(fmt::format(
+      "{} is neither in {} nor in {}; expected a polar next to the study or in the program's data",
+      in_quotes(name), folder.empty() ? "." : folder.string(), shipped.string()));
 }
 
 static void read_polar(const Entry& root, Study& study) {
@@ -203,7 +202,8 @@ static void read_polar(const Entry& root, Study& study) {
 static void check_equations(const Section& top, Equations equations) {
   for (const char* flown : {"simulate", "montecarlo"})
     if (const Entry* entry = top.find(flown); entry && equations == Equations::printed)
-      top.refuse(*entry, "the printed equations do not fly; expected equations = \"consistent\"");
+      top.refuse(*entry,
+                 "the printed equations cannot be simulated; expected equations = \"consistent\"");
 }
 
 static void read_vehicle(const Section& top, const Entry& root, Study& study) {
@@ -221,7 +221,7 @@ static void read_vehicle(const Section& top, const Entry& root, Study& study) {
 // Reads the other tables of a study with [model].
 static void read_user_study(const Section& top, const Entry& root, Study& study) {
   const std::string others =
-      "it is the tiltrotor's, and a study with [model] has numbers of its own";
+      "it belongs to the built-in tiltrotor, and a study with [model] defines its own numbers";
   top.allow_only({"model", "time_limit", "condition", "follow", "envelope", "sweep", "tune",
                   "simulate", "report"},
                  {{"equations", others},

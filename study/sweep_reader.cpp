@@ -45,7 +45,7 @@ std::vector<double> read_values(const Section& section, const Accepted& accepted
   if (const Entry* list = section.find("values")) {
     for (const char* other : {"from", "to", "count", "spacing"})
       if (const Entry* entry = section.find(other))
-        section.refuse(*entry, "stands beside values; expected one or the other");
+        section.refuse(*entry, "cannot be combined with values; expected one or the other");
     return section.numbers(*list, accepted);
   }
   const bool logarithmic = section.choice("spacing", {"linear", "log"}) == 1;
@@ -55,7 +55,7 @@ std::vector<double> read_values(const Section& section, const Accepted& accepted
   if (logarithmic && !(from * to > 0))
     section.refuse(
         *section.find("spacing"),
-        fmt::format("log from {} to {} passes zero; expected both of one sign", from, to));
+        fmt::format("log from {} to {} passes through zero; expected both of one sign", from, to));
   return spaced(from, to, count ? *count : read_count(section), logarithmic);
 }
 
@@ -73,8 +73,8 @@ void check_monotone(const Section& section, const SweepAxis::Column& column) {
   for (std::size_t i = 1; i < column.values.size(); ++i) {
     const double before = column.values[i - 1], here = column.values[i];
     if (up ? here > before : here < before) continue;
-    section.refuse(named, fmt::format("{} after {} does not go on in one direction; expected "
-                                      "rising or falling values, each once",
+    section.refuse(named, fmt::format("{} after {} reverses the direction; expected ascending or "
+                                      "descending values, each once",
                                       here, before));
   }
 }
@@ -85,21 +85,21 @@ void read_coupled(const Section& section, const std::filesystem::path& file, con
   if (!list) return;
   constexpr std::string_view expected = "expected [{key = \"V\", from = 5, to = 15}, ...]";
   if (list->kind != Entry::Kind::array || list->entries.empty())
-    section.refuse(*list, fmt::format("{} is no list of keys; {}", describe(*list), expected));
+    section.refuse(*list, fmt::format("{} is not a list of keys; {}", describe(*list), expected));
   for (const Entry& entry : list->entries) {
     if (entry.kind != Entry::Kind::table)
       refuse(file, entry.place,
              fmt::format("{}with: {} is not a table; {}", prefix, describe(entry), expected));
     const Section with(file, entry, "in with", prefix + "with.");
     with.allow_only({"key", "from", "to", "spacing", "values"},
-                    {{"count", "the axis has the count"}});
+                    {{"count", "the axis determines the count"}});
     axis.columns.push_back(read_column(with, keys, axis.size()));
     if (axis.columns.back().values.size() != axis.size())
       with.refuse(*with.find("values"),
-                  fmt::format("{} values beside an axis of {}; expected as many",
+                  fmt::format("{} values for an axis of {}; expected as many",
                               axis.columns.back().values.size(), axis.size()));
     if (is_corridor(axis.columns.back()))
-      with.refuse(*with.find("key"), "h sets V, gamma and eta; expected it as an axis's own key");
+      with.refuse(*with.find("key"), "h sets V, gamma and eta; expected it as the key of an axis");
   }
 }
 
@@ -138,8 +138,8 @@ SweepTable read_grid(const Section& section, const std::filesystem::path& file,
     sweep.crossings = section.choice("crossings", {"locate", "skip"}) == 0;
   const Entry& list = section.require("axis", tables + " tables");
   if (list.kind != Entry::Kind::array || list.entries.empty())
-    section.refuse(
-        list, fmt::format("{} is no list of tables; expected {} tables", describe(list), tables));
+    section.refuse(list, fmt::format("{} is not a list of tables; expected {} tables",
+                                     describe(list), tables));
   const std::string prefix = path + "axis.";
   double points = 1;
   for (const Entry& entry : list.entries) {
@@ -177,7 +177,7 @@ ReportTable::Map read_map(const Section& section, const std::filesystem::path& f
   if (map.grid.axes.size() > 2)
     section.refuse(
         *section.find("axis"),
-        fmt::format("{} axes cannot be drawn; expected one or two", map.grid.axes.size()));
+        fmt::format("{} axes cannot be plotted; expected one or two", map.grid.axes.size()));
   return map;
 }
 

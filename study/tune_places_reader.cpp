@@ -39,21 +39,21 @@ const Condition& named_condition(const Section& section, const Entry& list, cons
     const std::string nearest = nearest_name(entry.text, names);
     section.refuse(
         named,
-        fmt::format("{} is no condition of the study; {}there are: {}", in_quotes(entry.text),
+        fmt::format("{} is not a condition of the study; {}there are: {}", in_quotes(entry.text),
                     nearest.empty() ? "" : fmt::format("did you mean '{}'? ", nearest),
                     fmt::join(names, ", ")));
   }
   if (!has_gains(*at))
     section.refuse(named,
-                   fmt::format("{}; expected conditions of closed_loop alone", without_gains(*at)));
+                   fmt::format("{}; expected only conditions of closed_loop", without_gains(*at)));
   return *at;
 }
 
 std::set<std::string> listed_conditions(const Section& section, const Entry& list,
                                         const std::vector<Condition>& conditions) {
   if (list.kind != Entry::Kind::array)
-    section.refuse(
-        list, fmt::format("{} is no list of names; expected [\"a\", \"b\", ...]", described(list)));
+    section.refuse(list, fmt::format("{} is not a list of names; expected [\"a\", \"b\", ...]",
+                                     described(list)));
   std::set<std::string> names;
   for (const Entry& entry : list.entries) {
     const Condition& condition = named_condition(section, list, entry, conditions);
@@ -61,7 +61,7 @@ std::set<std::string> listed_conditions(const Section& section, const Entry& lis
     Entry named = entry;
     named.key = list.key;
     section.refuse(named,
-                   fmt::format("{} stands there twice; expected each once", in_quotes(entry.text)));
+                   fmt::format("{} occurs twice; expected each once", in_quotes(entry.text)));
   }
   return names;
 }
@@ -71,9 +71,10 @@ std::vector<std::string> every_condition(const Section& section,
   std::vector<std::string> names;
   for (const Condition& condition : conditions) {
     if (!has_gains(condition))
-      section.refuse("conditions", fmt::format("is missing, so all are tuned, and {}; expected the "
-                                               "names of conditions of closed_loop",
-                                               without_gains(condition)));
+      section.refuse("conditions",
+                     fmt::format("is missing, so all conditions are tuned for, and {}; expected "
+                                 "the names of conditions of closed_loop",
+                                 without_gains(condition)));
     names.push_back(condition.name);
   }
   return names;
@@ -90,7 +91,7 @@ std::vector<std::string> read_places(const Section& section,
   const std::set<std::string> chosen = listed_conditions(section, *list, conditions);
   if (chosen.empty() && !along_corridor)
     section.refuse(*list,
-                   "leaves no operating point; expected names of conditions, or corridor beside");
+                   "leaves no operating point; expected names of conditions, or also corridor");
   std::vector<std::string> names;
   for (const Condition& condition : conditions)
     if (chosen.contains(condition.name)) names.push_back(condition.name);
@@ -104,8 +105,8 @@ void check_one_direction(const Section& section, const Entry& entry,
   const bool up = values.back() > values.front();
   for (std::size_t i = 1; i < values.size(); ++i)
     if (!(up ? values[i] > values[i - 1] : values[i] < values[i - 1]))
-      section.refuse(entry, fmt::format("{} after {} does not go on in one direction; expected "
-                                        "rising or falling heights, each once",
+      section.refuse(entry, fmt::format("{} after {} reverses the direction; expected ascending or "
+                                        "descending heights, each once",
                                         values[i], values[i - 1]));
 }
 
@@ -132,8 +133,8 @@ std::vector<double> read_heights(const Section& section, const path& file) {
   } else if (entry->kind == Entry::Kind::array && !entry->entries.empty()) {
     heights = section.numbers(*entry, any_height);
   } else {
-    section.refuse(*entry, fmt::format("{} is no list of heights; expected {{from = 0, to = 120, "
-                                       "count = 13}} or [a, b, ...], each {}",
+    section.refuse(*entry, fmt::format("{} is not a list of heights; expected {{from = 0, to = "
+                                       "120, count = 13}} or [a, b, ...], each {}",
                                        described(*entry), describe(any_height)));
   }
   if (heights.size() > most_heights)

@@ -17,7 +17,7 @@ namespace {
 const TuneTable& table_of(const Study& study) {
   if (!study.tune)
     throw std::invalid_argument(
-        "no [tune] table; expected one, with [[tune.gain]] for each number that is free");
+        "no [tune] table; expected one, with a [[tune.gain]] for each free number");
   return *study.tune;
 }
 
@@ -87,10 +87,10 @@ Model broken(const UserModel& own, const SweepRequest& request) {
   }
   for (const Signal& s : own.model.inputs)
     if (std::ranges::find(request.spec.free, s.name) != request.spec.free.end())
-      throw std::invalid_argument(fmt::format(
-          "the input {} is found by the trim of '{}'; expected a number for it where margins are "
-          "tuned",
-          s.name, request.name));
+      throw std::invalid_argument(
+          fmt::format("the input {} is an unknown of the trim of '{}'; expected a number for it "
+                      "when margins are tuned",
+                      s.name, request.name));
   const auto with = [columns, u = request.guess.u](const Eigen::VectorXd& added) {
     Eigen::VectorXd all = u;
     for (std::size_t j = 0; j < columns.size(); ++j) all[columns[j]] += added[Eigen::Index(j)];
@@ -120,7 +120,8 @@ void add_own(const Study& study, TuneProblem& problem) {
   if (!margins) return;
   if (study.user_model->loops.empty())
     throw std::invalid_argument(
-        "margins of a model that says no place to break a loop at; expected [[model.loop]] tables");
+        "margins of a model without [[model.loop]], so no loop can be broken; expected "
+        "[[model.loop]] tables");
   for (const SweepRequest& r : problem.points)
     problem.loops.push_back(broken(*study.user_model, r));
 }
@@ -137,8 +138,8 @@ void add_tiltrotor(const Study& study, TuneProblem& problem) {
     const bool wind = find(r.model.states, "V_err") >= 0;
     if (!wind && !problem.disturbance.empty())
       throw std::invalid_argument(
-          fmt::format("condition '{}' is too slow for a disturbance in wind axes; expected V of {} "
-                      "m/s at least",
+          fmt::format("condition '{}' is too slow for a disturbance in wind axes; expected V of at "
+                      "least {} m/s",
                       r.name, body_axes_below));
     problem.loops.push_back(closed_loop_with_inputs(study.vehicle, wind ? Axes::wind : Axes::body));
   }

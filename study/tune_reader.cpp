@@ -48,7 +48,7 @@ Range read_ends(const Section& section, const Key& key) {
                    section.number("to", accepted_by(key))};
   if (!(ends.lower < ends.upper))
     section.refuse(*section.find("to"),
-                   fmt::format("{} is not above `from`, {}; expected from below to",
+                   fmt::format("{} is not above `from`, {}; expected `from` below `to`",
                                section.find("to")->number, section.find("from")->number));
   return ends;
 }
@@ -68,10 +68,10 @@ FreeGain read_gain(const Section& section, const Tuned& tuned,
   const Range ends = read_ends(section, key);
   const bool logarithmic = section.choice("spacing", {"log", "linear"}) == 0;
   if (logarithmic && !(ends.lower > 0))
-    section.refuse(*section.find("from"),
-                   fmt::format("{} has no logarithm; expected a number above zero, or spacing = "
-                               "\"linear\"",
-                               section.find("from")->number));
+    section.refuse(
+        *section.find("from"),
+        fmt::format("{} has no logarithm; expected a positive number, or spacing = \"linear\"",
+                    section.find("from")->number));
   return {key.signal, ends.lower, ends.upper, logarithmic};
 }
 
@@ -80,17 +80,18 @@ Range read_percent(const Section& section, const Key& key,
                    const std::function<double(const std::string& name)>& own_value) {
   for (const char* other : {"from", "to"})
     if (const Entry* entry = section.find(other))
-      section.refuse(*entry, "stands beside percent; expected one or the other");
+      section.refuse(*entry, "cannot be combined with percent; expected one or the other");
   const Entry& entry = *section.find("percent");
   const double percent = section.number(entry, {0, 1000, "percent"});
   const double own = own_value(key.signal), reach = std::abs(own) * percent / 100;
   if (own == 0)
     section.refuse(
-        entry, fmt::format("{} is 0, and a share of it nothing; expected from and to", key.name));
+        entry,
+        fmt::format("{} is 0, so a percentage of it is 0 too; expected from and to", key.name));
   const Range ends{own - reach, own + reach};
   if (!(ends.lower < ends.upper))
-    section.refuse(
-        entry, fmt::format("{} moves nothing; expected a number above 0 percent", describe(entry)));
+    section.refuse(entry, fmt::format("{} changes nothing; expected a number above 0 percent",
+                                      describe(entry)));
   for (const double end : {key.in_study(ends.lower), key.in_study(ends.upper)})
     if (!(end >= key.accepted.lower && end <= key.accepted.upper))
       section.refuse(entry,
@@ -107,7 +108,7 @@ Uncertain read_uncertain(const Section& section, const TuneTable& tune, const Tu
   if (std::ranges::find(tune.gains, key.signal, &FreeGain::name) != tune.gains.end())
     section.refuse(
         *section.find("key"),
-        fmt::format("{} is free in [[tune.gain]]; expected a number that is not chosen", key.name));
+        fmt::format("{} is free in [[tune.gain]]; expected a number that is not tuned", key.name));
   const Range ends = read_reach(section, key, tuned.own);
   return {key.signal, ends.lower, ends.upper};
 }
@@ -128,10 +129,11 @@ Range reach_of(const std::string& name, const TuneTable& tune, const Tuned& tune
   for (const std::string& list : lists)
     for (const Section& moved : section.tables(list))
       if (std::ranges::find(names, moved.text("key")) != names.end())
-        moved.refuse(*moved.find("key"),
-                     fmt::format("makes {} zero somewhere between its ends; expected ends on one "
-                                 "side of that",
-                                 divisor));
+        moved.refuse(
+            *moved.find("key"),
+            fmt::format(
+                "makes {} zero somewhere in its range; expected a range on one side of that",
+                divisor));
   section.refuse(lists.front(), fmt::format("makes {} zero", divisor));
 }
 

@@ -126,7 +126,7 @@ GridTrim next_forward(const LineTracker& w, std::size_t k) {
   }
   const std::string neighbour = e.message;
   e = from_nothing(w.sweep, place);
-  if (!e.valid() && !neighbour.empty()) e.message += "; from the point before, " + neighbour;
+  if (!e.valid() && !neighbour.empty()) e.message += "; from the preceding point, " + neighbour;
   return e;
 }
 

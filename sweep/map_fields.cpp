@@ -78,10 +78,11 @@ std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) 
     if (axis.columns.empty()) wrong("axis", "has no values");
     for (const SweepAxis::Column& c : axis.columns)
       if (c.values.size() != axis.size() || c.si.size() != axis.size() || axis.size() == 0)
-        wrong(c.name, "has not as many values as its axis has points");
+        wrong(c.name, "has a different number of values than its axis has points");
     points *= double(axis.size());
   }
-  if (points != double(map.status.size())) wrong("status", "has not as many values as points");
+  if (points != double(map.status.size()))
+    wrong("status", "has a different number of values than points");
   return {{"condition", map.conditions.size()},
           {"point", map.status.size()},
           {"axis", map.axes.size()},
@@ -101,7 +102,7 @@ void check_positions(const std::string& name, const std::vector<T>& all, std::si
   for (const T k : all)
     if (std::cmp_less(k, least) ||
         (std::cmp_greater_equal(k, 0) && std::cmp_greater_equal(k, size)))
-      wrong(name, fmt::format("{} is no position in a list of {}", k, size));
+      wrong(name, fmt::format("{} is not a position in a list of {}", k, size));
 }
 
 }  // namespace
@@ -112,7 +113,7 @@ void check_parts(const SweepMap& map, const Lists& l) {
     std::size_t count = 1;
     for (const std::string& over : field.over) count *= length.at(over);
     if (array.size() != count)
-      wrong(field.name, fmt::format("{} values in place of {}", array.size(), count));
+      wrong(field.name, fmt::format("{} values, not {}", array.size(), count));
     if constexpr (std::is_same_v<std::decay_t<decltype(array)>, std::vector<std::int8_t>>)
       check_positions(field.name, array, field.flags.size(), field.nothing ? -1 : 0);
   });

@@ -48,11 +48,12 @@ std::span<std::byte> unsealed(std::vector<std::byte>& bytes, const std::filesyst
   constexpr std::size_t behind = seal.size() + sizeof(std::uint64_t);
   const std::size_t size = bytes.size() - std::min(bytes.size(), behind);
   if (size == 0 || std::memcmp(bytes.data() + size, seal.data(), seal.size()) != 0)
-    refuse(file, "is not a map as it was written: cut off, or changed by another program");
+    refuse(file,
+           "is not the map that tiltrim wrote: it was truncated, or changed by another program");
   std::uint64_t expected = 0;
   std::memcpy(&expected, bytes.data() + size + seal.size(), sizeof expected);
   if (checksum(std::span(bytes).first(size + seal.size())) != expected)
-    refuse(file, "is damaged: its checksum does not hold");
+    refuse(file, "is damaged: its checksum does not match");
   return std::span(bytes).first(size);
 }
 

@@ -292,7 +292,8 @@ Strings find_dimensions(Dataset& set) {
     axes.push_back(dimension_name(set, id));
     set.dimensions[axes.back()] = dimension(set, id);
   }
-  if (axes.empty() || axes.front() != "condition") refuse(set.name, "status: not over condition");
+  if (axes.empty() || axes.front() != "condition")
+    refuse(set.name, "status: has no dimension condition");
   axes.erase(axes.begin());
   return axes;
 }
@@ -311,7 +312,7 @@ int find_variable(const Dataset& set, const Field& field, nc_type type, const Sh
     ids.pop_back();
   }
   if (found != type || ids != shape.ids)
-    refuse(set.name, fmt::format("{}: is of another type or over other dimensions", field.name));
+    refuse(set.name, fmt::format("{}: has another type or other dimensions", field.name));
   return id;
 }
 
@@ -365,7 +366,7 @@ void get_globals(const Dataset& set, SweepMap& map) {
   int found = 0;
   set.check(nc_get_att_int(set.id, NC_GLOBAL, "format_version", &found), "format_version");
   if (found != map_format)
-    refuse(set.name, fmt::format("is of another format, {} in place of {}", found, map_format));
+    refuse(set.name, fmt::format("has another format, {} instead of {}", found, map_format));
   map.program = get_text(set, NC_GLOBAL, "program");
   map.instruction_set = get_text(set, NC_GLOBAL, "instruction_set");
   map.study = get_study(set);

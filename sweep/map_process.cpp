@@ -185,7 +185,7 @@ std::string end_of(pid_t child) {
   while (ended < 0 && errno == EINTR);
   if (ended != child || !WIFSIGNALED(status)) return "fails";
   const int number = WTERMSIG(status);
-  if (number == SIGXCPU || number == SIGKILL || number == SIGALRM) return "does not come to an end";
+  if (number == SIGXCPU || number == SIGKILL || number == SIGALRM) return "does not finish";
   return fmt::format("crashes ({})", ::strsignal(number));
 }
 
@@ -232,7 +232,7 @@ SweepMap map_in(std::span<std::byte> content, const std::filesystem::path& file)
   if (child < 0) refuse(file, error);
   const std::string end = end_of(child);
   if (failure) std::rethrow_exception(failure);
-  if (!map) refuse(file, fmt::format("is damaged: the NetCDF library {} on it", end));
+  if (!map) refuse(file, fmt::format("is damaged: the NetCDF library {} when reading it", end));
   return *std::move(map);
 }
 

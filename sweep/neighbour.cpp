@@ -241,7 +241,7 @@ GridTrim equilibrium_at(const Prepared& s, const OperatingPoint& at) {
 
 // Thousands of points fail for the same reason: the message without numbers, which trim() gives.
 static std::string in_short(const Prepared& s, const TrimResult& found) {
-  if (found.status == TrimStatus::infeasible) return "shown: no equilibrium within the limits";
+  if (found.status == TrimStatus::infeasible) return "proved: no equilibrium within the limits";
   if (found.status == TrimStatus::time_limit) return out_of_time_in_words(s.trimming.time_limit);
   if (found.status != TrimStatus::not_found) return found.message;
   std::string words = "no equilibrium found in " + counted(found.starts, "start");

@@ -17,7 +17,8 @@ TrimSpec free_of(TrimSpec spec, const Model& model, const std::vector<SweepAxis>
       if (column.signal.empty()) continue;
       if (std::ranges::find(spec.free, column.signal) != spec.free.end())
         throw std::invalid_argument(
-            fmt::format("{} is free in this trim; expected a number that is given", column.name));
+            fmt::format("{} is a free variable of this trim; expected a number with a given value",
+                        column.name));
       const auto at = spec.bounds.find(column.signal);
       if (at != spec.bounds.end() && at->second.lower == at->second.upper) spec.bounds.erase(at);
       (void)variable(model, column.signal);
@@ -47,7 +48,7 @@ Prepared::Prepared(const SweepRequest& r, const std::vector<SweepAxis>& a, const
       problem(make_problem(r.model, free_of(r.spec, r.model, a), r.guess)) {
   const Model& m = r.model;
   if (states() > largest_batch_matrix)
-    throw std::invalid_argument(fmt::format("a sweep takes up to {} states, the {} has {}",
+    throw std::invalid_argument(fmt::format("a sweep supports up to {} states, the {} has {}",
                                             largest_batch_matrix, m.name, states()));
   for (Index i = 0; i < states(); ++i) along.push_back(i);
   for (const Index j : problem.unknowns) {

@@ -65,7 +65,7 @@ struct Reader {
   std::size_t at = 0;
 
   void raw(void* to, std::size_t size) {
-    if (size > bytes.size() - at) throw std::runtime_error("is damaged: a line of it is cut off");
+    if (size > bytes.size() - at) throw std::runtime_error("is damaged: a line is truncated");
     if (size > 0) std::memcpy(to, bytes.data() + at, size);
     at += size;
   }
@@ -79,7 +79,7 @@ struct Reader {
                          }) {
       std::uint64_t size = 0;
       raw(&size, sizeof size);
-      if (size > bytes.size() - at) throw std::runtime_error("is damaged: a line of it is cut off");
+      if (size > bytes.size() - at) throw std::runtime_error("is damaged: a line is truncated");
       value.resize(size);
       using Element = typename T::value_type;
       if constexpr (std::is_arithmetic_v<Element>)
@@ -104,12 +104,12 @@ T read(const Bytes& bytes) {
   T value;
   Reader reader{bytes};
   visit(value, reader);
-  if (reader.at != bytes.size()) throw std::runtime_error("is damaged: a line of it is too long");
+  if (reader.at != bytes.size()) throw std::runtime_error("is damaged: a line is too long");
   return value;
 }
 
 void check_that(bool fits) {
-  if (!fits) throw std::runtime_error("is damaged: a line of it does not fit the sweep");
+  if (!fits) throw std::runtime_error("is damaged: a line does not match the sweep");
 }
 
 // Throws unless all numbers are in first, ..., last - 1.

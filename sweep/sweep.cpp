@@ -40,9 +40,10 @@ void check_alike(const std::vector<std::unique_ptr<Prepared>>& conditions) {
   const Prepared& first = *conditions.front();
   for (const auto& c : conditions)
     if (names(c->model().states) != names(first.model().states))
-      throw std::invalid_argument(fmt::format(
-          "condition '{}' has other states than '{}'; expected conditions of one formulation",
-          c->request.name, first.request.name));
+      throw std::invalid_argument(
+          fmt::format("the states of condition '{}' differ from those of '{}'; expected conditions "
+                      "of one formulation",
+                      c->request.name, first.request.name));
 }
 
 // Hundreds of megabytes that the system clears page by page: uses large pages if available.
@@ -248,7 +249,7 @@ bool first_of_ranks() { return rank() == 0; }
 SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
                const SweepOptions& options) {
   const RoundToNearest environment;
-  if (requests.empty()) throw std::invalid_argument("no condition to sweep");
+  if (requests.empty()) throw std::invalid_argument("no condition to sweep over");
   if (axes.empty()) throw std::invalid_argument("no axis to sweep along");
   std::vector<std::unique_ptr<Prepared>> conditions;
   for (const SweepRequest& r : requests)

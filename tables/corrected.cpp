@@ -80,8 +80,8 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
     spec.bounds[w.input] = w.range;
     const TrimResult freed = without_proof(problem, spec);
     if (freed)
-      stops.push_back(fmt::format("the limits of {}, [{:g}, {:g}]: it would have to be {:.4f}",
-                                  w.input, w.limit.lower, w.limit.upper,
+      stops.push_back(fmt::format("the limits of {}, [{:g}, {:g}]: it would need {:.4f}", w.input,
+                                  w.limit.lower, w.limit.upper,
                                   signal(problem.model.inputs, freed.point.u, w.input)));
   }
   return stops;
@@ -97,9 +97,8 @@ std::string moment_left(const Vehicle& vehicle, const TrimProblem& problem, cons
   const double acceleration = signal(problem.model.states, forces.rates, "q");
   const double lever = std::abs(std::cos(c.gamma));  // alpha = -gamma
   return fmt::format(
-      "; with both forces balanced {:+.3f} N m of pitching moment are left over, and at this angle "
-      "of "
-      "attack the elevator has {:.0f} % of its effect",
+      "; with both forces balanced a pitching moment of {:+.3f} N m remains, and at this angle of "
+      "attack the elevator keeps {:.0f} % of its effectiveness",
       acceleration * vehicle.aircraft.inertia_yy, 100.0 * lever);
 }
 
@@ -128,9 +127,9 @@ CorrectedColumn level_body_column(const Vehicle& vehicle, std::size_t i) {
   column.finding = no_equilibrium(column);
   if (column.stopped_by.empty())
     column.finding +=
-        "; no single equation or limit stops it: more than one would have to give way";
+        "; no single equation or limit prevents it: more than one would have to be released";
   else
-    column.finding += fmt::format("; without any one of these there would be: {}",
+    column.finding += fmt::format("; releasing any one of these gives an equilibrium: {}",
                                   fmt::join(column.stopped_by, "; "));
   column.finding += moment_left(vehicle, problem, column.condition);
   return column;

@@ -51,7 +51,7 @@ void check_input(const SixNumbers& numbers, const IdentifyOptions& options) {
   for (const Range& r : {options.thrust_excess, options.k})
     if (!(r.lower > 0.0 && r.lower <= r.upper && std::isfinite(r.upper)))
       throw std::invalid_argument(
-          fmt::format("identify: [{}, {}] is no range of positive numbers", r.lower, r.upper));
+          fmt::format("identify: [{}, {}] is not a range of positive numbers", r.lower, r.upper));
 }
 
 // From theta0 and a1s of one column: k = tan a/(CL + CD tan a), Ep = hypot(...)/theta0.
@@ -101,8 +101,8 @@ void solve(Search& search, const SixNumbers& numbers, const IdentifyOptions& opt
         std::ranges::max_element(found.misses, {}, [](double m) { return std::abs(m); });
     found.status = IdentifyStatus::not_reproduced;
     found.message = fmt::format(
-        "no pair Ep, k was found that gives the printed digits; the best leaves {} {:.3g} units of "
-        "its last digit outside",
+        "no pair Ep, k found that gives the printed digits; with the best, {} misses by {:.3g} "
+        "units of its last digit",
         name_of(numbers, std::size_t(at - found.misses.begin())), std::abs(*at) - half_unit);
     return;
   }

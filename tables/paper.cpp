@@ -20,11 +20,9 @@ std::string identification_in_words(const Identification& id) {
     return fmt::format("Table 3's six numbers, read as {}: {}: {}", to_string(id.reading),
                        to_string(id.status), id.message);
   return fmt::format(
-      "two constants give Table 3's six numbers theta0 and a1s, read as {}, to every printed "
-      "digit: Ep "
-      "in {} and k in {}; at Ep = {:.6f} and V + vi = {:.4f} m/s no number is farther than {:.3f} "
-      "of a "
-      "last digit from the middle of what its digits allow",
+      "two constants reproduce Table 3's six numbers theta0 and a1s, read as {}, to every printed "
+      "digit: Ep in {} and k in {}; at Ep = {:.6f} and V + vi = {:.4f} m/s every number is within "
+      "{:.3f} of a last digit of the middle of its interval",
       to_string(id.reading), in_words(id.thrust_excess_range, 6), in_words(id.k_range, 7),
       id.thrust_excess, id.effective_speed, id.worst);
 }

@@ -70,7 +70,7 @@ Slip lift_down(const Source& s) {
           "-L sin(alpha) in X, +L cos(alpha) in Z",
           "+L sin(alpha), -L cos(alpha)",
           "z points down: a positive lift coefficient pushes the aircraft down",
-          {{"w' with Table 2's level CL at 15 m/s, alpha = 0, gravity once", w, "m/s²",
+          {{"w' with Table 2's level-flight CL at 15 m/s, alpha = 0, gravity once", w, "m/s²",
             w > paper.gravity}}};
 }
 
@@ -92,8 +92,8 @@ Slip thrust_angle(const Source& s) {
   const double from_body = (u * std::cos(alpha) + w * std::sin(alpha)) / paper.gravity;
   const double from_wind = std::cos(alpha + eta);
   return {
-      "(1) beside (2), thrust",
-      "(1) turned into wind axes has T cos(eta - a1s - alpha); (2) has T cos(alpha + eta - a1s)",
+      "(1) compared with (2), thrust",
+      "(1) transformed to wind axes has T cos(eta - a1s - alpha); (2) has T cos(alpha + eta - a1s)",
       "cos(alpha + eta - a1s), as (2): it follows from (1) once Z = +FTzb",
       "(2) does not follow from (1) as printed",
       {{"V' over g from T = m g in (1) at Table 1's transition, a1s = 0", from_body, "",
@@ -102,13 +102,12 @@ Slip thrust_angle(const Source& s) {
 }
 
 Slip hub_moment(const Source& s) {
-  Slip slip{
-      "(1), M",
-      "-zH sin(eta) FTxb + (xR - zH cos(eta)) FTzb",
-      "-zH sin(eta) FTxb - (xR + zH cos(eta)) FTzb = (xR sin(eta - a1s) - zH sin(a1s)) T",
-      "hub at (xR + zH cos(eta), -zH sin(eta)); (14) has the consistent arm, (1) that with xR's "
-      "sign turned",
-      {}};
+  Slip slip{"(1), M",
+            "-zH sin(eta) FTxb + (xR - zH cos(eta)) FTzb",
+            "-zH sin(eta) FTxb - (xR + zH cos(eta)) FTzb = (xR sin(eta - a1s) - zH sin(a1s)) T",
+            "hub at (xR + zH cos(eta), -zH sin(eta)); (14) has the consistent arm, (1) the one "
+            "with the sign of xR reversed",
+            {}};
   for (std::size_t i = 0; i < 2; ++i) {
     const double eta = s.published.eta[i].value, a1s = s.published.a1s[i].value;
     const double Fx = std::cos(eta - a1s), Fz = -std::sin(eta - a1s);
@@ -130,21 +129,20 @@ Slip quadrant() {
       "(1), alpha",
       "arctan(w/u)",
       "atan2(w, u)",
-      "the polars run over the full circle; arctan folds it, and u = 0 at the climb's own angle",
+      "the polars cover the full circle; arctan folds it, and u = 0 at the climb's angle of attack",
       {{"arctan(w/u) at alpha = -100°", folded, "°", near(folded, 80.0)}}};
 }
 
 Slip path_equation() {
   // T = m g at phi = pi/2, L = 0, gamma = 0:  V gamma' = (-T - m g)/m
   const double rate = (-weight - weight) / paper.mass;
-  return {
-      "(2), (10), (14), (15), gamma row",
-      "m V gamma' = -T sin(phi) - L - m g cos(gamma)",
-      "m V gamma' = T sin(phi) + L - m g cos(gamma)",
-      "lift and thrust push the path down; at gamma = +-pi/2 the weight drops out and both forms "
-      "have the same roots, so Table 3 cannot tell them apart",
-      {{"V gamma' at gamma = 0 with T = m g straight up (0 if thrust held the weight)", rate,
-        "m/s²", near(rate, -2 * paper.gravity)}}};
+  return {"(2), (10), (14), (15), gamma row",
+          "m V gamma' = -T sin(phi) - L - m g cos(gamma)",
+          "m V gamma' = T sin(phi) + L - m g cos(gamma)",
+          "lift and thrust push the path down; at gamma = +-pi/2 the weight drops out and both "
+          "forms have the same roots, so Table 3 cannot distinguish them",
+          {{"V gamma' at gamma = 0 with T = m g straight up (0 if thrust held the weight)", rate,
+            "m/s²", near(rate, -2 * paper.gravity)}}};
 }
 
 Slip pitch_or_fraction(const Source& s) {
@@ -152,7 +150,7 @@ Slip pitch_or_fraction(const Source& s) {
   Slip slip{
       "(3) with (4)",
       "one theta0, a blade pitch in (3) and a fraction of full thrust in (4)",
-      "(3) takes pitch_scale theta0, and the wing sees wake_immersion of vi",
+      "(3) uses pitch_scale theta0, and wake_immersion of vi acts on the wing",
       "at hover (Ep theta0 = 1) (3) gives a wake whose momentum is many times the weight, for any "
       "plausible radius; on the whole wing with Table 2's CD it leaves no climb equilibrium",
       {}};
@@ -165,19 +163,18 @@ Slip pitch_or_fraction(const Source& s) {
          thrust / weight, "", thrust > 5 * weight});
   }
   const double left = s.identified.effective_speed - s.published.V[0].value;
-  slip.evidence.push_back(
-      {"vi that Table 3 leaves beside the climb's 2 m/s", left, "m/s", std::abs(left) < 0.05});
+  slip.evidence.push_back({"vi that Table 3 implies in addition to the climb's 2 m/s", left, "m/s",
+                           std::abs(left) < 0.05});
   return slip;
 }
 
 Slip root_of_negative(const Source& s) {
-  Slip slip{
-      "(3) at Table 3's theta0",
-      "a square root of 1 + 32 theta0/(ab sigma)",
-      "vi odd in theta0",
-      "at the negative theta0 printed the root has no real value unless the radius is below a few "
-      "centimetres: no vi belongs to these equilibria",
-      {}};
+  Slip slip{"(3) at Table 3's theta0",
+            "a square root of 1 + 32 theta0/(ab sigma)",
+            "vi odd in theta0",
+            "at the printed negative theta0 the root is real only for radii below a few "
+            "centimeters: these equilibria have no vi",
+            {}};
   for (std::size_t i = 1; i < 3; ++i) {
     const double theta0 = s.published.theta0[i].value;
     // 32 |θ0| = ab σ,  σ = b c/(π R)
@@ -208,7 +205,7 @@ std::vector<Evidence> climb_from_body_axes(const Source& s) {
     const double left = std::hypot(a.u, a.w) / paper.gravity;
     const bool solves = i != 1;
     evidence.push_back(
-        {fmt::format("left over in (1), gravity once, gamma = -pi/2, signs as printed, {}",
+        {fmt::format("residual of (1), gravity once, gamma = -pi/2, signs as printed, {}",
                      s.published.columns[i]),
          left, "g", solves ? left < 1e-9 : left > 0.1});
   }

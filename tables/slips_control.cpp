@@ -68,15 +68,14 @@ Slip sine_of_difference() {
       "(7) beside (6)",
       "He, Le with sin(gamma_d - gamma)",
       "sin(gamma_d) - sin(gamma), which (6) divided by m g V gives",
-      "the two agree near level flight only; in the climb the energy rate feels a path error in "
-      "second "
-      "order, He in first (kept as printed in the model)",
+      "the two agree near level flight only; in the climb the energy rate depends on a path error "
+      "to second order, He to first (kept as printed in the model)",
       {{"energy-rate error of 0.1 rad off a vertical climb, by (6)", energy, "", energy < 0.006},
        {"the same by (7)", std::sin(error), "", std::sin(error) > 0.09}}};
 }
 
 Slip commanded_acceleration(const Source& s) {
-  return {"below (13), the commanded acceleration",
+  return {"after (13), the commanded acceleration",
           "Vd' = kV (Vd - V)/g",
           "Vd' = kV (Vd - V)",
           "(13) and (14) have Vd'/g = kV (Vd - V)/g, which is the second; the first is smaller by "
@@ -91,16 +90,15 @@ Slip cyclic_not_solved(const Source& s) {
   Slip slip{"(13), cyclic",
             "[KLp (... + D/(m g)) + KLi x2]/(1 + KLp)",
             "KLp Le + KLi x2 with Le of (11), in which cyclic acts through cos(alpha + eta - a1s)",
-            "(13) is what (8) and (11) give if Ep theta0 cos(...) is replaced by a1s itself; the "
-            "loop has "
-            "equilibria all the same, with another x2 (kept as printed in the model)",
+            "(8) and (11) give (13) only if Ep theta0 cos(...) is replaced by a1s itself; the loop "
+            "still has equilibria, with another x2 (kept as printed in the model)",
             {}};
   const CorrectedColumn& climb = s.free_pitch.columns[0];
   if (!climb.trim) return slip;
   const Gains& k = s.vehicle.gains;
   const double x2 = climb.trim.point.x[5];
   const double printed = *climb.a1s - k.k_pa * *climb.theta;
-  slip.evidence = {{"cyclic less pitch feedback by (13), reference climb", printed, "rad",
+  slip.evidence = {{"cyclic without pitch feedback by (13), reference climb", printed, "rad",
                     std::isfinite(printed)},
                    {"the same by (8)", k.K_Li * x2, "rad", std::abs(k.K_Li * x2 - printed) > 0.1}};
   return slip;
@@ -190,10 +188,9 @@ Slip moving_command(const Source& s) {
   const double rate = slope * transition.condition.V * std::sin(transition.condition.gamma);
   return {"(15), second row, at Table 1's transition",
           "gamma_d' in the row of an equilibrium",
-          "gamma_d' = 0: a point of the corridor with the command held",
-          "on (16) the command moves with height, so the transition is no equilibrium of the "
-          "flight; its "
-          "eigenvalues are those of a frozen command",
+          "gamma_d' = 0: a point of the corridor with constant commands",
+          "on (16) the command changes with height, so the transition is not an equilibrium of the "
+          "flight; its eigenvalues are those of a frozen command",
           {{"gamma_d' on (16) at h = 60 m and 6 m/s", rate, "rad/s", rate < -0.01}}};
 }
 

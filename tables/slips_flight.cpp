@@ -25,10 +25,10 @@ Slip tilts_before(const Source& s) {
     along += take_off / panels / std::tan(corridor((i + 0.5) * take_off / panels).gamma);
   const double eta = corridor(take_off).eta * 180 / pi;
   return {
-      "(16) beside the text on Figs. 8 and 9",
+      "(16) compared with the text on Figs. 8 and 9",
       "vertical take-off to 55 m, then the transition starts",
       "the transition of (16) starts at the ground and is half done at 60 m",
-      "the schedule turns with height from h = 0",
+      "the schedule tilts with height from h = 0",
       {{"nacelle tilt of (16) at 55 m", eta, "°", eta < 60},
        {"height at which (16) switches cyclic off", 0.5 * (below + above), "m", above < take_off},
        {"horizontal distance along gamma_d up to 55 m", along, "m", along > 1}}};
@@ -41,7 +41,7 @@ Slip velocity_names() {
   return {"Fig. 6, axes",
           "horizontal velocity u, vertical velocity w",
           "u and w are body axes in (1), w down",
-          "in the climb shown, body axes have other values and w another sign than the curves",
+          "in the plotted climb, body axes give other values than the curves, and w the other sign",
           {{"u of (1) in a vertical climb of 2 m/s at theta = 0.2 rad", u, "m/s", u > 0.3},
            {"w of (1) there", w, "m/s", w < 0}}};
 }
@@ -52,7 +52,7 @@ Slip error_units(const Source& s) {
   return {"Fig. 7, axes",
           "Le in N m/s",
           "no unit: (7) is divided by m g V",
-          "the power behind one unit of (7) grows with the speed",
+          "the power per unit of (7) grows with the speed",
           {{"m g V at 2 m/s", slow, "N m/s", slow > 1},
            {"m g V at 15 m/s", fast, "N m/s", fast > slow}}};
 }
@@ -64,7 +64,7 @@ Slip inertia() {
   return {"parameters, Iyy",
           "6.076 kg m²",
           "not known (kept as printed)",
-          "all of the mass would sit farther fore and aft than the wing tips are out",
+          "all of the mass would lie farther from the center of gravity than the wing tips",
           {{"radius of gyration about the pitch axis", radius, "m", radius > half_span},
            {"half span, S/(2 cbar)", half_span, "m", half_span > 1}}};
 }

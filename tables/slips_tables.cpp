@@ -19,9 +19,8 @@ Slip climb_descends(const Source& s) {
       "Table 1, climb",
       "gamma_d = -pi/2",
       "gamma_d = +pi/2",
-      "theta = alpha + gamma: the printed pair flies upside down, and with theta = 0 a path angle "
-      "of "
-      "-pi/2 descends; (16) starts at +pi/2",
+      "theta = alpha + gamma: the printed pair is inverted flight, and with theta = 0 a path angle "
+      "of -pi/2 is a descent; (16) starts at +pi/2",
       {{"vertical speed at the printed gamma", V * std::sin(gamma), "m/s", V * std::sin(gamma) < 0},
        {"theta of the printed alpha and gamma", alpha + gamma, "rad", alpha + gamma < -3},
        {"gamma_d of (16) at h = 0", corridor(0).gamma, "rad", corridor(0).gamma > 1.57}}};
@@ -39,13 +38,12 @@ Slip no_speed(const Source& s) {
 }
 
 Slip level_attitude(const Source& s) {
-  Slip slip{
-      "Table 1 beside Fig. 5",
-      "alpha_d = -gamma_d: theta = 0 at every point",
-      "theta as the equilibrium has it",
-      "the paper's own flight settles near 0.2 rad in the climb and 0.15 rad in level flight; the "
-      "reference aircraft does not rest at zero either",
-      {}};
+  Slip slip{"Table 1 compared with Fig. 5",
+            "alpha_d = -gamma_d: theta = 0 at every point",
+            "theta of the equilibrium",
+            "the paper's own flight settles near 0.2 rad in the climb and 0.15 rad in level "
+            "flight; the reference aircraft does not trim at zero either",
+            {}};
   for (const CorrectedColumn& c : s.free_pitch.columns)
     if (c.theta)
       slip.evidence.push_back({"theta of the reference aircraft, " + c.name, *c.theta, "rad",
@@ -58,7 +56,7 @@ Slip lift_convention(const Source& s) {
   const double level = s.section.at(s.published.alpha[2].value).CL;
   const double CL1 = s.published.CL[1].value, CL2 = s.published.CL[2].value;
   return {"Table 2, CL",
-          "CL(-45°) = 1.3229 beside CL(0) = 0.1792",
+          "CL(-45°) = 1.3229 with CL(0) = 0.1792",
           "one sign convention",
           "the NACA 8-H-12 polar changes sign between the two angles; the printed pair does not",
           {{"CL printed at -45°", CL1, "", CL1 > 0},
@@ -73,8 +71,8 @@ Slip moment_convention(const Source& s) {
   const double CM0 = s.published.CM[0].value, CM1 = s.published.CM[1].value;
   return {
       "Table 2, CM",
-      "CM(-90°) = 0.6145 beside CM(-45°) = -0.1707",
-      "one sign behind the stall",
+      "CM(-90°) = 0.6145 with CM(-45°) = -0.1707",
+      "one sign beyond the stall",
       "in the NACA 8-H-12 polar the moment about the quarter chord keeps its sign between the two "
       "angles",
       {{"product of the printed pair", CM0 * CM1, "", CM0 * CM1 < 0},
@@ -84,11 +82,12 @@ Slip moment_convention(const Source& s) {
 Slip drag_of_wing(const Source& s) {
   const double printed = s.published.CD[0].value;
   const double section = s.section.at(s.published.alpha[0].value).CD;
-  return {"Table 2, CD",
-          "CD(-90°) = 3.4994",
-          "about 2 for a section in a free stream",
-          "published values for aerofoils broadside on lie between 1.8 and 2.1 (data/README.md)",
-          {{"printed over the polar's", printed / section, "", printed > 1.5 * section}}};
+  return {
+      "Table 2, CD",
+      "CD(-90°) = 3.4994",
+      "about 2 for a section in a free stream",
+      "published values for airfoils normal to the flow lie between 1.8 and 2.1 (data/README.md)",
+      {{"printed over the polar's", printed / section, "", printed > 1.5 * section}}};
 }
 
 Slip one_condition(const Source& s) {
@@ -96,12 +95,12 @@ Slip one_condition(const Source& s) {
   Slip slip{"Table 3, rows theta0 and a1s",
             "three flight conditions",
             "one: gamma = -pi/2 and one V + vi, with Table 2's coefficients changed",
-            "two constants give six numbers to every printed digit, and each column alone names "
-            "the same two",
+            "two constants reproduce six numbers to every printed digit, and each column alone "
+            "gives the same two",
             {}};
-  slip.evidence.push_back({"largest miss from the middle of what the digits allow (0.5 allowed)",
-                           id.worst, "units of the last digit",
-                           id.status == IdentifyStatus::reproduced});
+  slip.evidence.push_back(
+      {"largest distance from the middle of the interval of the digits (0.5 allowed)", id.worst,
+       "units of the last digit", id.status == IdentifyStatus::reproduced});
   for (std::size_t i = 0; i < 3; ++i) {
     const ColumnConstants& c = id.columns[i];
     slip.evidence.push_back(
@@ -130,12 +129,10 @@ Own at_own_condition(const PublishedTables& p, std::size_t i, double gamma, doub
 Slip not_own_condition(const Source& s) {
   Slip slip{"Table 3, transition and level flight",
             "equilibria at gamma_d = pi/4 and 0",
-            "none: they are at gamma = -pi/2",
-            "at their own gamma_d the first two rows of (15) with the printed a1s need a negative "
-            "dynamic "
-            "pressure; with lift up, L/D of Table 2 fixes the thrust, and at gamma = 0 it is far "
-            "from the "
-            "printed one",
+            "not equilibria there: they are at gamma = -pi/2",
+            "at their gamma_d the first two rows of (15) with the printed a1s need a negative "
+            "dynamic pressure; with lift up, L/D of Table 2 determines the thrust, and at gamma = "
+            "0 it is far from the printed one",
             {}};
   for (std::size_t i : {1u, 2u}) {
     const Own own = at_own_condition(s.published, i, s.published.gamma[i].value, -1.0);
@@ -147,7 +144,8 @@ Slip not_own_condition(const Source& s) {
   const double thrust = std::abs(at_own_condition(s.published, 2, 0.0, 1.0).thrust);
   slip.evidence.push_back(
       {"Ep |theta0| at gamma = 0 with lift up, V and vi free", thrust, "", thrust < 0.2 * printed});
-  slip.evidence.push_back({"Ep |theta0| printed, Ep = 1 at least", printed, "", printed > 0.7});
+  slip.evidence.push_back(
+      {"Ep |theta0| printed, at least with Ep = 1", printed, "", printed > 0.7});
   return slip;
 }
 
@@ -159,16 +157,16 @@ Slip lift_and_weight(const Source& s) {
       "Tables 1 and 2, level flight",
       "Vd = 15 m/s with CL = 0.1792, theta = 0",
       "a faster flight, or theta > 0",
-      "the wing carries less than half the weight, and the nacelles point forward",
+      "the wing supports less than half the weight, and the nacelles point forward",
       {{"lift over weight at 15 m/s without wake", share, "", share < 0.5},
-       {"airspeed at which that CL carries the weight", V / std::sqrt(share), "m/s", share < 1}}};
+       {"airspeed at which that CL supports the weight", V / std::sqrt(share), "m/s", share < 1}}};
 }
 
 Slip climb_sign(const Source& s) {
   Slip slip{
       "Table 3, theta0 of the climb",
       "+0.60807",
-      "-0.60807 beside a1s = -0.002555, with (15) as printed",
+      "-0.60807 with a1s = -0.002555, with (15) as printed",
       "the other two columns follow (15). The climb's pair solves (1) as printed instead, in which "
       "thrust at eta = pi/2 points down; level flight solves both, the transition only (15)",
       {}};
@@ -176,19 +174,18 @@ Slip climb_sign(const Source& s) {
                                       s.published.CL[0].value, s.published.CD[0].value, -pi / 2,
                                       s.published.alpha[0].value, s.published.eta[0].value);
   slip.evidence.push_back({"theta0 of (15) in the climb", b.theta0, "", b.theta0 < 0});
-  slip.evidence.push_back({"a1s beside it", b.a1s, "rad", b.a1s < 0});
+  slip.evidence.push_back({"a1s with it", b.a1s, "rad", b.a1s < 0});
   for (const Evidence& e : climb_from_body_axes(s)) slip.evidence.push_back(e);
   return slip;
 }
 
 Slip thrust_backwards(const Source& s) {
-  Slip slip{
-      "Table 3, negative theta0",
-      "-0.66627 and -0.71378",
-      "theta0 between 0 and 1",
-      "by (4) the rotors push backwards with nearly the whole weight: the descent at gamma = -pi/2 "
-      "is held back by reversed thrust",
-      {}};
+  Slip slip{"Table 3, negative theta0",
+            "-0.66627 and -0.71378",
+            "theta0 between 0 and 1",
+            "by (4) the rotors push backwards with nearly the whole weight: reversed thrust "
+            "balances the descent at gamma = -pi/2",
+            {}};
   for (std::size_t i : {1u, 2u}) {
     const double thrust = s.identified.thrust_excess * s.published.theta0[i].value;
     slip.evidence.push_back(
@@ -202,7 +199,7 @@ Slip elevator_row(const Source& s) {
   Slip slip{"Table 3, row delta_e",
             "-0.5245, -0.2376, 0.07832",
             "an elevator model",
-            "neither one linear elevator nor the control law (9) stands behind the three",
+            "neither one linear elevator nor the control law (9) gives the three values",
             {}};
   double least = audit.columns[0].slope, most = least;
   for (const ElevatorColumn& c : audit.columns) {

@@ -34,11 +34,11 @@ Columns<ForceBalance> table3_balance(const PublishedTables& p, const Identificat
 std::string elevator_finding(const ElevatorAudit& audit, const PublishedTables& p) {
   const auto& c = audit.columns;
   return fmt::format(
-      "M = 0 leaves moment increments {:+.4f} ({}), {:+.4f} ({}), {:+.4f} ({}) to the elevator; "
-      "over "
-      "the printed deflections these are slopes dCM/dde of {:+.4f}, {:+.4f} and {:+.4f} /rad: one "
-      "linear elevator would have one. (9) and (13) with theta = 0 give the printed a1s and "
-      "delta_e only with K_Lp {:+.3f}, {:+.3f}, {:+.3f}: not one positive gain either.",
+      "M = 0 requires moment increments {:+.4f} ({}), {:+.4f} ({}), {:+.4f} ({}) from the "
+      "elevator; divided by the printed deflections these are slopes dCM/dde of {:+.4f}, {:+.4f} "
+      "and {:+.4f} /rad, where a linear elevator has a single one. (9) and (13) with theta = 0 "
+      "give the printed a1s and delta_e only with K_Lp {:+.3f}, {:+.3f}, {:+.3f}: not a single "
+      "positive gain either.",
       c[0].CM_increment, p.columns[0], c[1].CM_increment, p.columns[1], c[2].CM_increment,
       p.columns[2], c[0].slope, c[1].slope, c[2].slope, c[0].K_Lp, c[1].K_Lp, c[2].K_Lp);
 }
@@ -50,10 +50,10 @@ Row elevator_row(const PublishedTables& published, const ElevatorAudit& elevator
   for (std::size_t i = 0; i < 3; ++i) {
     const ElevatorColumn& c = elevator.columns[i];
     r.cells[i].remark = fmt::format(
-        "the paper gives no elevator model; its row asks for a moment increment of {:+.5f}, {}",
+        "the paper gives no elevator model; its row requires a moment increment of {:+.5f}, {}",
         c.CM_increment,
-        c.delta_e ? "which the reference aircraft's elevator gives at the angle computed"
-                  : "and at this angle of attack the reference aircraft's elevator gives none");
+        c.delta_e ? "which the reference aircraft's elevator produces at the computed angle"
+                  : "and at this angle of attack the reference aircraft's elevator produces none");
   }
   return r;
 }
@@ -88,8 +88,8 @@ Table recompute_table1(const PublishedTables& published) {
       "with "
       "-pi/2 this is a descent";
   t.rows[3].cells[1].remark =
-      "slip: (14) divides by Vd; the speed computed is the corridor's at 60 m, a choice of ours "
-      "between the paper's 2 and 15 m/s";
+      "slip: (14) divides by Vd; the computed speed is the corridor's at 60 m, chosen here between "
+      "the paper's 2 and 15 m/s";
   t.notes = {
       "computed: schedule (16) at heights 0, 60 and 120 m, and alpha = theta - gamma with theta "
       "= 0"};
@@ -127,9 +127,8 @@ Table recompute_table3(const PublishedTables& published, const Identification& i
     Cell& cell = t.rows[0].cells[i];
     if (cell.agreement == Agreement::opposite_sign)
       cell.remark =
-          "sign slip: with the a1s printed beside it, (15) at gamma = -pi/2 has theta0 of the "
-          "other "
-          "sign, as in the other columns";
+          "sign slip: with the a1s printed next to it, (15) at gamma = -pi/2 has theta0 of the "
+          "other sign, as in the other columns";
   }
   t.notes = {
       fmt::format("computed: the first two rows of (15) as printed, at gamma = -pi/2 in all three "

@@ -490,7 +490,7 @@ TEST_CASE("what is wrong with a batch or the environment is said") {
   };
   BatchEigenvalues answer;
   CHECK(message([&] { eigenvalues(MatrixBatch(17, 2), answer); }) ==
-        "batch of 2 matrices of size 17: a batch takes sizes 0 to 16");
+        "batch of 2 matrices of size 17: supported sizes are 0 to 16");
   MatrixBatch short_one(3, 4);
   short_one.entries.pop_back();
   CHECK(message([&] { eigenvalues(short_one, answer); }) ==

@@ -180,8 +180,8 @@ TEST_CASE(
   CHECK(said("theta0 at its lower limit 0"));  // the wake of any thrust adds more download
   CHECK(said("at the thrust limit, theta0 = 1: "));
   CHECK(said(" N down; thrust would have to be "));
-  CHECK(said("any V between 0.5 m/s and 60 m/s (shown)"));
-  CHECK(said("any eta between 60° and 90° (shown)"));
+  CHECK(said("any V between 0.5 m/s and 60 m/s (proved)"));
+  CHECK(said("any eta between 60° and 90° (proved)"));
   CHECK(why["holding"][0]["limit"] == "theta0 lower");
   for (const json& held : why["holding"]) CHECK(held["pull"].get<double>() < 0);
   const auto remedy = [&](const std::string& kind, const std::string& signal) {

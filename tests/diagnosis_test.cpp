@@ -485,7 +485,7 @@ struct Explained {
   void check_held_back(const std::string& strongest, const std::string& words) const {
     CHECK(d().holding.front().limit.signal == strongest);
     CHECK_FALSE(d().holding.front().limit.upper);
-    CHECK(says("closest point: " + in_words(at(d().closest)) + "; held back by " + words));
+    CHECK(says("closest point: " + in_words(at(d().closest)) + "; limited by " + words));
   }
 
   // At the remedy's point everything balances, within all limits except the relaxed one.
@@ -558,11 +558,12 @@ TEST_CASE("(3) as printed: no climb, for the wing's download" *
   const double mg = a.mass * a.gravity;
   CHECK_NEAR(f.thrust_up, a.thrust_excess * mg, 1e-12 * mg);
   CHECK(climb.says("at the thrust limit, theta0 = 1: " + in_words(f)));
-  CHECK(climb.says(fmt::format("thrust would have to be {:.1f} N, or the wing's download {:.1f} N",
-                               mg - f.wing_up, (a.thrust_excess - 1) * mg)));
+  CHECK(climb.says(
+      fmt::format("thrust would have to be {:.1f} N, or the download on the wing at most {:.1f} N",
+                  mg - f.wing_up, (a.thrust_excess - 1) * mg)));
 
   CHECK(of(d, lever, "V").trim.status == TrimStatus::infeasible);
-  CHECK(climb.says("does not help: any V between 0.5 m/s and 60 m/s (shown)"));
+  CHECK(climb.says("does not help: any V between 0.5 m/s and 60 m/s (proved)"));
   for (int i = 0; i < trials(10); ++i) CHECK_FALSE(flies(v, {0.5 + 6 * i, pi / 2, pi / 2}));
   for (const Remedy& r : d.remedies)
     if (r.signal == "eta") CHECK(r.trim.status == TrimStatus::infeasible);
@@ -618,7 +619,7 @@ TEST_CASE("what is not explained") {
   REQUIRE(level.has_value());
   CHECK_FALSE(level->diagnosis.has_value());
   REQUIRE(level->words.size() == 1);
-  CHECK(level->words[0].starts_with("the airframe alone has an equilibrium"));
+  CHECK(level->words[0].starts_with("the airframe has an equilibrium"));
 }
 
 // ---- the caller's mistakes, and messages ----
@@ -649,13 +650,14 @@ TEST_CASE("remedies in words") {
   CHECK(words(limit, true, converged) == "s up to 1.25 instead of 1");
   CHECK(words(limit, false, converged, 2, "m") == "s down to 2.5 m instead of 2 m");
   CHECK(words(limit, true, not_optimal) == "s up to at most 1.25 instead of 1");
-  CHECK(words(limit, true, not_found) == "s up to 3 (none found in 5 starts)");
-  CHECK(words(limit, false, infeasible, 10, "°") == "s down to -20° (shown)");
+  CHECK(words(limit, true, not_found) == "s up to 3 (no equilibrium found in 5 starts)");
+  CHECK(words(limit, false, infeasible, 10, "°") == "s down to -20° (proved)");
   CHECK(words(equation, false, converged) == "s' = 1.25 instead of 1");
-  CHECK(words(equation, false, not_found) == "any s' (none found in 5 starts)");
+  CHECK(words(equation, false, not_found) == "any s' (no equilibrium found in 5 starts)");
   CHECK(words(lever, false, converged, 1, "m/s") == "s = 1.25 m/s instead of 1 m/s");
-  CHECK(words(lever, false, not_found) == "any s between -2 and 3 (none found in 5 starts)");
-  CHECK(words(lever, false, infeasible, 2, "°") == "any s between -4° and 6° (shown)");
+  CHECK(words(lever, false, not_found) ==
+        "any s between -2 and 3 (no equilibrium found in 5 starts)");
+  CHECK(words(lever, false, infeasible, 2, "°") == "any s between -4° and 6° (proved)");
 }
 
 // ---- regressions ----

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Runs every command of the program once, on a shipped study, and checks its exit code and a word of its output.
+"""Runs every command of the program once, on a shipped study, and checks its exit code, a word of its output, and
+that no line of it or of its help is wider than a terminal of 80 columns.
 
     each_command.py <tiltrim> <source tree>
 
@@ -18,10 +19,13 @@ MAPPED = studies / "map_corridor.toml"
 # Command, arguments, exit code (1: a condition without answer), a word of its output.
 COMMANDS = [
     ("trim", [studies / "paper.toml"], 0, "converged"),
+    ("trim", [studies / "stall.toml", "--all", "--starts", "20"], 0, "descent"),
+    ("linearize", [studies / "paper.toml"], 0, "participation"),
     ("linearize", [studies / "paper.toml", "--format", "json"], 0, '"verdict"'),
     ("modes", [studies / "boeing747.csv"], 0, "stable"),
     ("follow", [studies / "stall.toml", "--only", "level"], 0, "fold"),
-    ("envelope", [studies / "stall.toml", "--only", "level", "--count", "12"], 0, "border"),
+    ("envelope", [studies / "stall.toml", "--only", "level", "--count", "12"], 0, "boundary"),
+    ("linearize", [studies / "levitation.toml"], 0, "gap + speed"),
     ("sensitivities", [studies / "paper.toml", "--only", "level", "--most", "3"], 0, "decay rate"),
     ("margins", [studies / "paper.toml", "--only", "level"], 0, "gain up"),
     ("sweep", [MAPPED, "-o", "one.nc"], 0, ""),
@@ -29,21 +33,29 @@ COMMANDS = [
     ("diff", ["one.nc", "two.nc"], 0, ""),
     ("tune", [studies / "tune_paper.toml", "--evaluations", "40"], None, "tuned"),
     ("simulate", [studies / "transition_reference.toml"], None, "h"),
+    ("simulate", [studies / "paper.toml", "--response", "gamma_deg=1", "--only", "level"], 0, "differ"),
+    ("simulate", [studies / "levitation.toml"], 0, "t"),
     ("report", [studies / "paper.toml", "-o", "paper.html"], None, ""),
     ("tables", [], 0, "Table 3"),
     ("completion", ["bash"], 0, "complete -o"),
     ("manual", ["sweep"], 0, "SYNOPSIS"),
 ]
 
+NOT_TO_READ = ("completion", "manual")  # scripts, for other programs
+
 told = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
 offered = set(re.findall(r"^  ([a-z]+) {2,}", told.split("Subcommands:")[1].split("Examples:")[0], re.M))
 faults = [f"{name}: not run here" for name in offered - {name for name, *_ in COMMANDS}]
+COMMANDS += [(name, ["--help"], 0, "Usage") for name in sorted(offered)]
 
 with tempfile.TemporaryDirectory() as folder:
     for name, arguments, code, word in COMMANDS:
         run = subprocess.run([program, name, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
         print(f"{name}: exit code {run.returncode}, {len(run.stdout)} characters")
         expected = (0, 1) if code is None else (code,)
+        wide = [line for line in run.stdout.splitlines() if len(line) > 80]
+        if wide and "json" not in arguments and (name not in NOT_TO_READ or "--help" in arguments):
+            faults.append(f"{name} {arguments}: a line of {len(max(wide, key=len))} characters\n{wide[0]}")
         if run.returncode not in expected or word not in run.stdout:
             faults.append(f"{name} {arguments}: exit code {run.returncode}\n{run.stdout[-2000:]}{run.stderr[-2000:]}")
 

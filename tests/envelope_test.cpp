@@ -527,7 +527,7 @@ TEST_CASE("without starts only the branch leads to the others") {
   REQUIRE(all.equilibria.size() == 3);
   CHECK(all.branches == 6);
   const auto by_branch = [](const Equilibrium& e) {
-    return e.found.starts_with("the branch in a from number ");
+    return e.found.starts_with("the branch in a from start ");
   };
   CHECK(std::ranges::count_if(all.equilibria, by_branch) == 2);
 }

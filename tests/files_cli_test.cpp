@@ -102,7 +102,7 @@ TEST_CASE("a link and its target are one output: the second sweep is refused") {
   ::kill(first.pid, SIGSTOP);
   const Ran second = run(scratch, "sweep s.toml -o link.nc");
   CHECK(second.exit_code == 2);
-  CHECK(contains(second.err, "tiltrim: real.nc.log: another process is at work on it"));
+  CHECK(contains(second.err, "tiltrim: real.nc.log: another process is using it"));
   ::kill(first.pid, SIGKILL);
   (void)finish(first);
   CHECK(scratch.files() == Names{"link.nc", "real.nc.log", "s.toml"});

@@ -70,7 +70,7 @@ TEST_CASE("a tilt that does not fall at a rate above zero is refused") {
           }).find("rate") != std::string::npos);
   CHECK(refusal([&] {
           (void)corridor_at_tilt_rate({0, 1, 0.5, 0.5});
-        }).find("fall") != std::string::npos);
+        }).find("decrease") != std::string::npos);
 }
 
 TEST_CASE("reconversion: (16) backwards on a level path, then the path turns down") {
@@ -520,7 +520,7 @@ TEST_CASE("a plan of what the study has not is refused; so is an aircraft of no 
   other.simulate->start = "foot";
   other.conditions[1].asked = AirframeCondition{};
   CHECK(refusal([&] { (void)flight_plan(other); }) ==
-        "simulate: the condition 'foot' is no closed loop");
+        "simulate: the condition 'foot' is not a closed loop");
   for (const char* mass : {"0", "-4", "nan"})
     CHECK_THROWS_AS((void)studied(fmt::format("[aircraft]\nmass = {}\n[simulate]\n", mass)),
                     StudyError);
@@ -865,7 +865,8 @@ static FlightResult touched_down(const Wind& wind, double leans = FlyOptions{}.l
 TEST_CASE("on the ground: landed if softly, else not") {
   const FlightResult soft = touched_down({-14, -1});
   CHECK(soft.status == FlightStatus::landed);
-  CHECK(soft.message.starts_with("on the ground at 1 m/s down, 1 m/s along, θ = "));
+  CHECK(
+      soft.message.starts_with("touches down at 1 m/s vertical and 1 m/s horizontal speed, θ = "));
   CHECK_NEAR(soft.t.back(), 0.5, 2e-6);  // a thousandth of a millimetre is no contact
   CHECK(soft.states.back().height == 0.0);
   CHECK_NEAR(soft.states.back().distance, 0.5, 2e-6);
@@ -1002,7 +1003,7 @@ TEST_CASE("what cannot fly is refused in words") {
   };
   refused([](auto& f, auto&, auto&) { f.vehicle.polar = nullptr; }, "no polar");
   refused([](auto& f, auto&, auto&) { f.vehicle.equations = Equations::printed; }, "printed");
-  refused([](auto& f, auto&, auto&) { f.schedule.command = {}; }, "no command");
+  refused([](auto& f, auto&, auto&) { f.schedule.command = {}; }, "no schedule");
   refused([](auto&, auto& x, auto&) { x.state.height = -1; }, "below the ground");
   refused([](auto& f, auto& x, auto&) { f.axes = Axes::wind, x = at_rest(); }, "wind axes");
   refused([](auto& f, auto& x, auto&) { f.axes = Axes::wind, x.state.along = 0; }, "airspeed");
@@ -1010,7 +1011,7 @@ TEST_CASE("what cannot fly is refused in words") {
     refused([&](auto& f, auto&, auto&) { f.lag = wrong; }, "lag");
     refused([&](auto& f, auto&, auto&) { f.anti_windup = wrong; }, "anti_windup");
     refused([&](auto&, auto&, auto& o) { o.duration = wrong; }, "duration");
-    refused([&](auto& f, auto&, auto&) { f.rates.a1s = wrong; }, "rates");
+    refused([&](auto& f, auto&, auto&) { f.rates.a1s = wrong; }, "rate limits");
   }
   for (const double wrong : {inf, nan_value}) {
     refused([&](auto& f, auto&, auto&) { f.vehicle.limits.a1s.upper = wrong; }, "limits");

@@ -141,7 +141,7 @@ TEST_CASE("operators and what binds before what") {
 TEST_CASE("a name not known is said with the nearest and with all") {
   CHECK(refusal("alpha*beta - thrust") == "");
   const std::string slip = refusal("2*alpah + 1");
-  CHECK(says(slip, "'alpah' at character 3 is no name that it may use; did you mean 'alpha'?"));
+  CHECK(says(slip, "'alpah' at character 3 is not a known name; did you mean 'alpha'?"));
   CHECK(says(slip, "there are: alpha, beta, thrust, sin, cos, "));
   CHECK(slip.ends_with("min, max, pi"));
   CHECK(says(refusal("log(alpha)"), "did you mean 'ln' or 'log10'?"));
@@ -149,7 +149,7 @@ TEST_CASE("a name not known is said with the nearest and with all") {
   CHECK_FALSE(says(refusal("qwertyuiop"), "did you mean"));
   for (const char* other : {"e", "_pi", "rint(1)", "sum(1, 2)", "avg(1, 2)", "log2(1)", "ans"}) {
     CAPTURE(other);
-    CHECK(says(refusal(other), "is no name that it may use"));
+    CHECK(says(refusal(other), "is not a known name;"));
   }
 }
 
@@ -161,7 +161,7 @@ TEST_CASE("what is no formula is said with its place") {
                       {"alpha += 1", "single ="},
                       {"alpha == 1 ? beta = 2 : 3", "single ="},
                       {"(alpha + 1", "a closing parenthesis is missing"},
-                      {"1 + alpha)", "')' at character 10 cannot stand there"},
+                      {"1 + alpha)", "')' at character 10 is not allowed there"},
                       {"sin alpha", "'sin' at character 1 has no arguments; expected sin(...)"},
                       {"sin()", "too few arguments for sin at character 5"},
                       {"sin(1, 2)", "too many arguments for sin"},
@@ -173,21 +173,21 @@ TEST_CASE("what is no formula is said with its place") {
                       {"1 +", "ends where a value is expected"},
                       {"", "ends where a value is expected"},
                       {" \n", "ends where a value is expected"},
-                      {"2alpha", "'alpha' at character 2 cannot stand there"},
-                      {"alpha beta", "'beta' at character 7 cannot stand there"},
-                      {"alpha**2", "'*' at character 7 cannot stand there"},
-                      {"--alpha", "'-' at character 2 cannot stand there"},
-                      {"1.2.3", "'.3' at character 4 cannot stand there"},
-                      {"1e", "'1e' at character 1 is no number"},
-                      {"1e400", "'1e400' at character 1 is no number"},
-                      {"alpha ? 1", "has a ? or a : alone; expected a ? b : c"},
-                      {"1 : 2", "has a ? or a : alone"},
-                      {"!alpha", "'!alpha' at character 1 means nothing here; expected + - * /"},
-                      {"alpha % 2", "'% 2' at character 7 means nothing here"},
-                      {"alpha & 1", "means nothing here"},
-                      {"1; 2", "means nothing here"},
-                      {"alpha²", "'²' at character 6 means nothing here"},
-                      {"'alpha'", "means nothing here"},
+                      {"2alpha", "'alpha' at character 2 is not allowed there"},
+                      {"alpha beta", "'beta' at character 7 is not allowed there"},
+                      {"alpha**2", "'*' at character 7 is not allowed there"},
+                      {"--alpha", "'-' at character 2 is not allowed there"},
+                      {"1.2.3", "'.3' at character 4 is not allowed there"},
+                      {"1e", "'1e' at character 1 is not a number"},
+                      {"1e400", "'1e400' at character 1 is not a number"},
+                      {"alpha ? 1", "has a ? without a : or a : without a ?; expected a ? b : c"},
+                      {"1 : 2", "has a ? without a : or a : without a ?;"},
+                      {"!alpha", "'!alpha' at character 1 has no meaning here; expected + - * /"},
+                      {"alpha % 2", "'% 2' at character 7 has no meaning here"},
+                      {"alpha & 1", "has no meaning here"},
+                      {"1; 2", "has no meaning here"},
+                      {"alpha²", "'²' at character 6 has no meaning here"},
+                      {"'alpha'", "has no meaning here"},
                       {"\"alpha\"", "has text in quotes; expected numbers, names and functions"},
                       {"\"alpha", "has text in quotes"}};
   for (const Row& row : rows) {
@@ -229,14 +229,14 @@ TEST_CASE("names") {
   }
   for (const char* bad : {"", "1x", "a b", "a.b", "a-b", "é", "a\n", "x'"}) {
     CAPTURE(bad);
-    CHECK(says(named(bad), "expected letters, digits and _, no digit first"));
+    CHECK(says(named(bad), "expected letters, digits and _, not starting with a digit"));
   }
   for (const std::string& function : formula_functions()) {
     CAPTURE(function);
     CHECK(named(function) ==
-          fmt::format("'{}' means something else in formulas; expected another name", function));
+          fmt::format("'{}' has another meaning in formulas; expected another name", function));
   }
-  CHECK(says(named("pi"), "means something else"));
+  CHECK(says(named("pi"), "has another meaning"));
   CHECK(named(std::string(100, 'n')) == "");
   CHECK(says(named(std::string(101, 'n')), "101 characters long; expected at most 100"));
 }
@@ -277,17 +277,19 @@ TEST_CASE("what is no model") {
   const Row rows[] = {
       {[](Formulas& f) { f.rates.pop_back(); }, "1 formulas for 2 states"},
       {[](Formulas& f) { f.values.emplace_back("1"); }, "3 formulas for 2 outputs"},
-      {[](Formulas& f) { f.states[1].name = "angle"; }, "'angle' stands twice"},
-      {[](Formulas& f) { f.inputs[0].name = "angle"; }, "'angle' stands twice"},
-      {[](Formulas& f) { f.parameters[0].name = "torque"; }, "'torque' stands twice"},
-      {[](Formulas& f) { f.let[0].name = "mass"; }, "'mass' stands twice"},
-      {[](Formulas& f) { f.let[1].name = "inertia"; }, "'inertia' stands twice"},
-      {[](Formulas& f) { f.let[1].name = "sin"; }, "'sin' means something else in formulas"},
-      {[](Formulas& f) { f.states[0].name = "1st"; }, "'1st' is no name for a formula"},
-      {[](Formulas& f) { f.let[0].text = "weight"; }, "'weight' at character 1 is no name"},
-      {[](Formulas& f) { f.let[0].text = "inertia"; }, "'inertia' at character 1 is no name"},
-      {[](Formulas& f) { f.rates[0] = "height"; }, "'height' at character 1 is no name"},
-      {[](Formulas& f) { f.values[0] = "t"; }, "'t' at character 1 is no name"},
+      {[](Formulas& f) { f.states[1].name = "angle"; }, "'angle' occurs twice"},
+      {[](Formulas& f) { f.inputs[0].name = "angle"; }, "'angle' occurs twice"},
+      {[](Formulas& f) { f.parameters[0].name = "torque"; }, "'torque' occurs twice"},
+      {[](Formulas& f) { f.let[0].name = "mass"; }, "'mass' occurs twice"},
+      {[](Formulas& f) { f.let[1].name = "inertia"; }, "'inertia' occurs twice"},
+      {[](Formulas& f) { f.let[1].name = "sin"; }, "'sin' has another meaning in formulas;"},
+      {[](Formulas& f) { f.states[0].name = "1st"; }, "'1st' cannot be a name in a formula;"},
+      {[](Formulas& f) { f.let[0].text = "weight"; },
+       "'weight' at character 1 is not a known name;"},
+      {[](Formulas& f) { f.let[0].text = "inertia"; },
+       "'inertia' at character 1 is not a known name;"},
+      {[](Formulas& f) { f.rates[0] = "height"; }, "'height' at character 1 is not a known name;"},
+      {[](Formulas& f) { f.values[0] = "t"; }, "'t' at character 1 is not a known name;"},
       {[](Formulas& f) { f.switches[0].text = "angle <"; }, "ends where a value is expected"},
       {[](Formulas& f) { f.states[0].nominal = 0; }, "angle"}};
   for (const Row& row : rows) {

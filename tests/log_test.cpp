@@ -235,15 +235,15 @@ TEST_CASE("another identity is refused with what differs and what to do") {
   const auto why = [&](const Text& other) { return refusal<LogError>([&] { Log(file, other); }); };
   CHECK(why("program 1\nV = 16.0\nK_Lp = 0.3\n") ==
         file.string() +
-            ": is the log of other work (line 2: 'V = 15.0' there, 'V = 16.0' here); "
+            ": is the log of another run (line 2: 'V = 15.0' in the log, 'V = 16.0' now); "
             "delete it, or choose another output");
-  CHECK(contains(why(identity + "eta = 0"), "line 4: '' there, 'eta = 0' here"));
-  CHECK(contains(why(""), "line 1: 'program 1' there, '' here"));
+  CHECK(contains(why(identity + "eta = 0"), "line 4: '' in the log, 'eta = 0' now"));
+  CHECK(contains(why(""), "line 1: 'program 1' in the log, '' now"));
   CHECK(contents(file) == whole.bytes);
   const Text long_line(200, 'a');
   { Log(folder.path / "long", long_line + "1"); }
   CHECK(contains(refusal<LogError>([&] { Log(folder.path / "long", long_line + "2"); }),
-                 fmt::format("line 1: '{0}1' there, '{0}2' here", Text(40, 'a'))));
+                 fmt::format("line 1: '{0}1' in the log, '{0}2' now", Text(40, 'a'))));
   const Text greek = "\xCE\xB1\xCE\xB2\xCE\xB3";  // cut between letters, never within one
   Text many;
   for (int i = 0; i < 50; ++i) many += greek;
@@ -251,7 +251,7 @@ TEST_CASE("another identity is refused with what differs and what to do") {
   CHECK(contains(refusal<LogError>([&] { Log(folder.path / "greek", "y" + many); }),
                  "'x\xCE\xB1\xCE\xB2"));
   CHECK(contains(refusal<LogError>([&] { Log(folder.path / "greek", "y" + many); }),
-                 "\xCE\xB1\xCE\xB2' here"));
+                 "\xCE\xB1\xCE\xB2' now"));
 }
 
 TEST_CASE("what is no log, or a damaged one, is refused and left as it is") {
@@ -263,11 +263,11 @@ TEST_CASE("what is no log, or a damaged one, is refused and left as it is") {
     CHECK(contents(file) == bytes);
     return text;
   };
-  CHECK(contains(why("a letter to a friend\n"), "is not a log of ours"));
-  CHECK(contains(why(Text(100, '\0')), "is not a log of ours"));
+  CHECK(contains(why("a letter to a friend\n"), "is not a log of tiltrim;"));
+  CHECK(contains(why(Text(100, '\0')), "is not a log of tiltrim;"));
   Text header = written(file, some_records(0, 0)).bytes;
   header[8] = 2;
-  CHECK(contains(why(header), "is a log of another format, 2 in place of 1"));
+  CHECK(contains(why(header), "is a log of another format, 2 instead of 1"));
   header[8] = 1;
   for (std::size_t i = 16; i < 24; ++i) header[i] = char(0xFF);  // an identity of 2⁶⁴ - 1 bytes
   CHECK(contains(why(header), "its header is damaged"));
@@ -293,8 +293,7 @@ TEST_CASE("a second writer is refused while the first is at work, and welcome af
     Log first(file, identity);
     first.append(1, bytes_of("one"));
     CHECK(refusal<LogError>([&] { Log(file, identity); }) ==
-          file.string() +
-              ": another process is at work on it; wait for it, or choose another output");
+          file.string() + ": another process is using it; wait for it, or choose another output");
     const pid_t child = ::fork();
     if (child == 0)
       ::_exit(contains(refusal<LogError>([&] { Log(file, identity); }), "another process") ? 0 : 1);
@@ -419,7 +418,7 @@ TEST_CASE("lines that do not fit the sweep are refused") {
     LinePoints other = points;
     change(other);
     return contains(refusal<std::runtime_error>([&] { (void)points_from(as_bytes(other), sizes); }),
-                    "does not fit the sweep");
+                    "does not match the sweep");
   };
   CHECK(refused([](LinePoints& p) { p.state.resize(1000); }));
   CHECK(refused([](LinePoints& p) { p.second_im.clear(); }));
@@ -436,7 +435,7 @@ TEST_CASE("lines that do not fit the sweep are refused") {
   const auto refused_verdicts = [&](const LineVerdicts& other) {
     return contains(
         refusal<std::runtime_error>([&] { (void)verdicts_from(as_bytes(other), sizes); }),
-        "does not fit the sweep");
+        "does not match the sweep");
   };
   LineVerdicts other = verdicts;
   other.crossings[0].axis = 2;

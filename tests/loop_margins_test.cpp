@@ -299,7 +299,7 @@ static std::vector<std::string> in_use(const LoopsAnswer& answer) {
   return found;
 }
 
-TEST_CASE("loops in use: by tilt; none where the actuator moves nothing") {
+TEST_CASE("loops in use: by tilt; none where the actuator changes nothing") {
   using Names = std::vector<std::string>;
   const std::vector<Condition> at = conditions();
   CHECK(in_use(actuator_loops(reference_vehicle(), at[0])) == Names{"theta0", "a1s"});
@@ -335,12 +335,13 @@ TEST_CASE("every reason is given in words") {
   const MatrixXd I = MatrixXd::Identity(2, 2);
   SUBCASE("unstable") {
     const LoopsAnswer a = answer_of(modes(I));
-    says(text_of(a), "the closed loop is unstable, so no margins: right of the axis is 1.0000 1/s");
+    says(text_of(a),
+         "the closed loop is unstable, so no margins: right of the axis lies 1.0000 1/s");
     CHECK(a.answered());
   }
   SUBCASE("undecided") {
     const LoopsAnswer a = answer_of(modes(0 * I));
-    says(text_of(a), "whether the closed loop is stable is undecided, so no margins");
+    says(text_of(a), "the stability of the closed loop is undecided, so no margins:");
     CHECK_FALSE(a.answered());
   }
   SUBCASE("no eigenvalues") {
@@ -368,20 +369,22 @@ TEST_CASE("every reason is given in words") {
     const std::string text = text_of(a);
     says(text, "theta0: a margin may have been missed (left over: ");
     says(text, "incomplete");
-    says(text, "a1s: rounding does not tell its loop, opened and closed, from an unstable one");
+    says(text,
+         "a1s: within rounding its loop, opened and closed, cannot be distinguished from an "
+         "unstable one");
     says(text, "a kink");
     says(text, "some remark");
     CHECK_FALSE(a.answered());
   }
 }
 
-TEST_CASE("an actuator that is commanded and moves nothing has no margins") {
+TEST_CASE("an actuator that is commanded and changes nothing has no margins") {
   Vehicle vehicle = blended();
   vehicle.aircraft.CL_de = vehicle.aircraft.CM_de = 0;
   const LoopsAnswer answer = actuator_loops(vehicle, conditions()[5]);
   REQUIRE(answer.answered());
   CHECK(in_use(answer) == std::vector<std::string>{"theta0", "a1s"});
-  says(text_of(answer), "moves nothing");
+  says(text_of(answer), "has no effect");
 }
 
 // Between a stable and an unstable condition of the corridor, to the limit of rounding.
@@ -498,7 +501,7 @@ TEST_CASE("tiltrim margins: no trim is exit 1, unstable is an answer; the rest i
   const program::Ran all = program::run(scratch, "margins study.toml");
   CHECK(all.exit_code == 1);
   says(all.out, "slow: no trim, so no margins: ");
-  says(all.out, "unstable: the closed loop is unstable, so no margins: right of the axis is ");
+  says(all.out, "unstable: the closed loop is unstable, so no margins: right of the axis lies");
   says(all.out, "level");
   CHECK(program::run(scratch, "margins study.toml --only unstable --only level").exit_code == 0);
   const json j = json::parse(program::run(scratch, "margins study.toml -f json").out)["conditions"];
@@ -524,14 +527,15 @@ TEST_CASE("tiltrim margins: mistakes are said in a line, and nothing is written"
   refused(command + " --points 1", "--points");
   refused(command + " --from 2 --to 1", "--from 2 is not below --to 1");
   refused(command + " --from 1 --to 1", "--from 1 is not below --to 1");
-  refused(command + " --from nan", "--from: nan is no frequency; expected one above 0 rad/s");
-  refused(command + " --to -1", "--to: -1 is no frequency");
-  refused(command + " --to inf", "--to: inf is no frequency");
+  refused(command + " --from nan",
+          "--from: nan is not a frequency; expected a number above 0 rad/s");
+  refused(command + " --to -1", "--to: -1 is not a frequency");
+  refused(command + " --to inf", "--to: inf is not a frequency");
   refused(command + " --from 1e9", "condition 'climb': no Bode data from 1e+09 to ");
-  refused(command + " --bode a.csv -o ./a.csv", "--bode and --output are one file");
+  refused(command + " --bode a.csv -o ./a.csv", "--bode and --output name the same file;");
   refused(command + " --bode nowhere/a.csv", "nowhere: No such file");
   refused("margins " + source + "/studies/airframe.toml",
-          "condition 'hover': margins are of a closed loop; expected formulation closed_loop");
+          "condition 'hover': margins need a closed loop; expected formulation closed_loop");
   refused("margin " + paper, "did you mean 'margins'?");
   CHECK(scratch.files().empty());
 }

@@ -706,7 +706,7 @@ TEST_CASE("tables that make no polar are refused, the row named") {
   }
   SUBCASE("not rising") {
     alpha[3] = 0;
-    CHECK_CONTAINS(message(), "row 4: alpha does not rise");
+    CHECK_CONTAINS(message(), "row 4: alpha does not increase");
   }
   SUBCASE("not periodic") {
     rows.back().CM = 0.30001;
@@ -750,7 +750,7 @@ TEST_CASE("polar files are read, and refused with file and line") {
   refused(good + "0,0,1,0,7\n" + end, ":5: ", "column 4");
   refused(good + "0,zero,1,0\n" + end, ":5: ", "column 2");
   refused(good + "0,0,inf,0\n" + end, ":5: ", "column 3");
-  refused(good + "-90,0,1,0\n" + end, ":5: ", "alpha does not rise");
+  refused(good + "-90,0,1,0\n" + end, ":5: ", "alpha does not increase");
   refused(good + "180,0,1,0.1\n", ": ", "at least 4 rows");
   refused(good + "0,0,1,0\n180,0,1,0.1\n", ": ", "polar row 4: the polar is not periodic");
   refused("", ": ", "at least 4 rows, got 0");
@@ -759,7 +759,7 @@ TEST_CASE("polar files are read, and refused with file and line") {
   const Scratch huge("");
   fs::resize_file(huge.path, 5 << 20);
   CHECK_CONTAINS(refusal<std::runtime_error>([&] { (void)load_polar(huge.path); }),
-                 "bytes is no polar");
+                 "bytes is too large for a polar");
 }
 
 // --- enclosures -------------------------------------------------------------------------------

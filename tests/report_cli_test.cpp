@@ -1,5 +1,6 @@
 // tiltrim report as a user runs it. report_page.py tests the page in a browser.
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 
 #include "model/degrees.hpp"
@@ -70,8 +71,8 @@ TEST_CASE("the page is STUDY.html here, and the terminal is told the verdict") {
   scratch.write("s.toml", small);
   const Ran ran = run(scratch, "report s.toml");
   CHECK(ran.exit_code == 0);
-  CHECK(says(ran.out,
-             "The condition is in verified equilibrium and stable. Along K_Lp: stable on all of"));
+  CHECK(
+      says(ran.out, "The condition is in verified equilibrium and stable. Along K_Lp: stable on"));
   CHECK(says(ran.out, "s.html\n"));
   CHECK(scratch.files() == std::set<std::string>{"s.toml", "s.html"});
   CHECK(run(scratch, "report s.toml -o other.html").exit_code == 0);
@@ -141,7 +142,7 @@ TEST_CASE("--sweep: another study's map is refused, and what differs is named") 
       "\"gains.K_Li\"\nvalues = [0.1, 0.2]\n" +
       grid + level);
   check_refused(scratch, "report s.toml --sweep map.nc",
-                {"map.nc: a map over 3 axes cannot be drawn"});
+                {"map.nc: a map over 3 axes cannot be plotted;"});
   scratch.write("no.nc", "not a map");
   check_refused(scratch, "report s.toml --sweep no.nc", {"no.nc"});
   check_refused(scratch, "report s.toml --sweep nowhere.nc", {"nowhere.nc"});
@@ -300,5 +301,6 @@ TEST_CASE("Ctrl-C in a map: the conditions are examined, the map and what follow
   CHECK(ran.exit_code == 128 + SIGINT);
   CAPTURE(ran.out);
   CHECK(says(ran.out, "Interrupted, so incomplete: not examined are "));
-  CHECK(says(ran.out, "the map over K_Lp and V, the flight."));
+  CHECK(says(std::regex_replace(ran.out, std::regex("\n"), " "),
+             "the map over K_Lp and V, the flight."));
 }

@@ -106,7 +106,7 @@ TEST_CASE("points at which the model threw: how many, and the first exception") 
   CHECK(reasons_of(map, 0) == std::vector<std::string>{"3 x the model threw: no row 7"});
   map.reason = {0, 1, 2, 2};
   CHECK(reasons_of(map, 0) ==
-        std::vector<std::string>{"3 x the model threw: no row 7 (the first; others differ)"});
+        std::vector<std::string>{"3 x the model threw: no row 7 (the first one; others differ)"});
   const auto json = nlohmann::json::parse(map_json(map));
   CHECK(json["model_threw"]["points"] == 3);
   CHECK(json["model_threw"]["first"] == "the model threw: no row 7");

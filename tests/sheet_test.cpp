@@ -325,7 +325,7 @@ TEST_CASE("numbers are the same to the printed digit in all five formats") {
                                                : mantissa(random) * std::pow(10, power(random)));
     // one page of LaTeX at a time
     sheet.rows = {row};
-    const std::vector<Cells> all{of_text(as_text(sheet), 1), of_csv(as_csv(sheet)),
+    const std::vector<Cells> all{of_text(as_text(sheet, unwrapped), 1), of_csv(as_csv(sheet)),
                                  of_markdown(as_markdown(sheet)), of_latex(as_latex(sheet)),
                                  of_html(as_html(sheet))};
     for (const Cells& cells : all) {

@@ -319,8 +319,8 @@ TEST_CASE("a gain that is the same at all tilts may be scattered") {
   };
   CHECK(repeated(with("gains.k_V")).scatter.at(0).upper == 12);
   check_refused(with("gains.K_Lp"), "12:7",
-                {"montecarlo.scatter.key: gains.K_Lp moves with the tilt (schedule_eta_deg)",
-                 "from 1 to 2", "expected a number that is the same"});
+                {"montecarlo.scatter.key: gains.K_Lp depends on the tilt (schedule_eta_deg)",
+                 "from 1 to 2", "expected a number that is constant"});
 }
 
 // ---- refused ----
@@ -369,18 +369,18 @@ TEST_CASE("what is no table is refused") {
     };
     const std::size_t column = name.size() - dot + 3;
     const std::string at = fmt::format("7:{}", column), in = fmt::format("7:{}", column + 1);
-    check_refused(with(" = 3\n"), at, {name + ": 3 is no list of tables", "[[" + name + "]]"});
-    check_refused(with(" = []\n"), at, {name + ": an empty array is no list"});
+    check_refused(with(" = 3\n"), at, {name + ": 3 is not a list of tables", "[[" + name + "]]"});
+    check_refused(with(" = []\n"), at, {name + ": an empty array is not a list"});
     check_refused(with(" = {}\n"), at, {name + ": is one table", "[[" + name + "]]"});
     check_refused(with(" = ['x']\n"), in, {name + ": the text 'x' is not a table"});
     check_refused(with(" = [[]]\n"), in, {name + ": an empty array is not a table"});
   }
 }
 
-TEST_CASE("the printed equations do not fly") {
+TEST_CASE("the printed equations cannot be simulated;") {
   for (const char* name : {"simulate", "montecarlo"})
     check_refused(fmt::format("equations = 'printed'\n{}[{}]\n", level, name), "7:1",
-                  {fmt::format("{}: the printed equations do not fly", name),
+                  {fmt::format("{}: the printed equations cannot be simulated", name),
                    "expected equations = \"consistent\""});
   CHECK(study_refusal("equations = 'consistent'\n" + study("")).empty());
 }
@@ -417,10 +417,10 @@ TEST_CASE("words of [simulate] that are not known are refused") {
                 {"simulate.schedule: 'coridor' is not known", "corridor, hold, reconversion",
                  "did you mean 'corridor'?"});
   check_refused(study("schedule = 3\n"), "7:12",
-                {"simulate.schedule: 3 is no schedule", "[simulate.schedule]"});
+                {"simulate.schedule: 3 is not a schedule", "[simulate.schedule]"});
   check_refused(study("schedule = []\n"), "7:12", {"simulate.schedule: an empty array"});
   check_refused(study("schedule = ''\n"), "7:12", {"simulate.schedule: 0 bytes"});
-  check_refused(study("[[simulate.schedule]]\n"), "7:1", {"an array is no schedule"});
+  check_refused(study("[[simulate.schedule]]\n"), "7:1", {"an array is not a schedule"});
   check_refused(study("axes = 'wnd'\n"), "7:8", {"simulate.axes: 'wnd'", "did you mean 'wind'?"});
   check_refused(study("axes = 1\n"), "7:8", {"simulate.axes: 1 is not text"});
   check_refused(study("hand_over = 'bumples'\n"), "7:13",
@@ -437,20 +437,20 @@ TEST_CASE("starts that cannot be are refused") {
   check_refused(study("start = 'grund'\n"), "7:9", {"did you mean 'ground'?"});
   check_refused(study("start = 3\n"), "7:9", {"simulate.start: 3 is not text"});
   check_refused(study("start = ['level']\n"), "7:9", {"an array is not text"});
-  check_refused(both("start = 'glide'\n"), "12:9",
-                {"simulate.start: the condition 'glide' is flown without a control law",
-                 "formulation closed_loop"});
+  check_refused(
+      both("start = 'glide'\n"), "12:9",
+      {"simulate.start: the condition 'glide' has no control law", "formulation closed_loop"});
   check_refused(
       "[[condition]]\nname = 'trim'\nV = 5\ngamma_deg = 0\neta_deg = 0\n[simulate]\n"
       "start = 'trim'\n",
-      "7:9", {"simulate.start: 'trim' is the name of a condition too"});
+      "7:9", {"simulate.start: 'trim' is also the name of a condition"});
   check_refused(fixed_wing + "[simulate]\nschedule = 'hold'\n", "7:12",
-                {"simulate.schedule: the condition 'glide' is flown without", "closed_loop"});
+                {"simulate.schedule: the condition 'glide' has no control law", "closed_loop"});
   CHECK(study_refusal(fixed_wing + level + "[simulate]\nschedule = 'hold'\nstart = 'level'\n")
             .empty());
   CHECK(study_refusal(fixed_wing + "[simulate]\n").empty());
   check_refused(study("schedule = 'reconversion'\nstart = 'ground'\n"), "8:9",
-                {"simulate.start: a reconversion begins in the air", "\"trim\""});
+                {"simulate.start: a reconversion starts in the air", "\"trim\""});
   check_refused(study("height = 20\n"), "7:10",
                 {"simulate.height: 20 m is not the ground", "start = \"trim\""});
   check_refused(study("start = 'ground'\nheight = 20\n"), "8:10", {"20 m is not the ground"});
@@ -468,16 +468,16 @@ TEST_CASE("wind axes are refused where V vanishes") {
   CHECK(flown(study("axes = 'wind'\nschedule = 'hold'\n")).axes == Axes::wind);
   CHECK(flown(study("axes = 'wind'\n" + times)).axes == Axes::wind);
   check_refused(study("axes = 'wind'\nstart = 'trim'\n[simulate.states]\nV = 0.4\n"), "7:8",
-                {"V, which goes down to 0.4 m/s", "at least 0.5 m/s"});
+                {"V, which decreases to 0.4 m/s;", "at least 0.5 m/s"});
   check_refused(study("axes = 'wind'\nschedule = {over = 'time', at = [0, 1], V = [5, 0], "
                       "gamma_deg = [0, 0], eta_deg = [0, 0]}\n"),
-                "7:8", {"goes down to 0 m/s"});
+                "7:8", {"decreases to 0 m/s;"});
   const std::string hovering = hover + "[simulate]\naxes = 'wind'\nstart = 'hover'\n";
-  check_refused(hovering, "7:8", {"goes down to 0 m/s"});
+  check_refused(hovering, "7:8", {"decreases to 0 m/s;"});
   CHECK(study_refusal(hovering + "[simulate.states]\nV = 0.5\n").empty());
   const std::string held = hover + "[simulate]\naxes = 'wind'\nschedule = 'hold'\n";
-  check_refused(held, "7:8", {"goes down to 0 m/s"});
-  check_refused(held + "[simulate.states]\nV = 5\n", "7:8", {"goes down to 0 m/s"});
+  check_refused(held, "7:8", {"decreases to 0 m/s;"});
+  check_refused(held + "[simulate.states]\nV = 5\n", "7:8", {"decreases to 0 m/s;"});
 }
 
 TEST_CASE("states that cannot be are refused") {
@@ -531,12 +531,13 @@ TEST_CASE("schedules that cannot be are refused") {
   check_refused(with("over = 'height'\n"), "7:1", {"at: is missing", "heights in m"});
   const auto at = [&](const std::string& list) { return with("over = 'height'\nat = " + list); };
   check_refused(at("5\n"), "9:6",
-                {"simulate.schedule.at: 5 is no list of heights", "at least two"});
-  check_refused(at("[]\n"), "9:6", {"an empty array is no list of heights"});
-  check_refused(at("[5]\n"), "9:6", {"at least two, rising"});
-  check_refused(at("{}\n"), "9:6", {"a table is no list of heights"});
-  check_refused(at("[5, 5]\n"), "9:6", {"5 after 5 does not rise", "rising heights, each once"});
-  check_refused(at("[0, 5, 4]\n"), "9:6", {"4 after 5 does not rise"});
+                {"simulate.schedule.at: 5 is not a list of heights", "at least two"});
+  check_refused(at("[]\n"), "9:6", {"an empty array is not a list of heights"});
+  check_refused(at("[5]\n"), "9:6", {"at least two, in ascending order,"});
+  check_refused(at("{}\n"), "9:6", {"a table is not a list of heights"});
+  check_refused(at("[5, 5]\n"), "9:6",
+                {"5 after 5 is not in ascending order;", "ascending heights, each once"});
+  check_refused(at("[0, 5, 4]\n"), "9:6", {"4 after 5 is not in ascending order;"});
   check_refused(at("[0, 1e-5]\n"), "9:6", {"1e-05 after 0 is too close", "at least 0.0001 apart"});
   check_refused(at("[0, nan]\n"), "9:10", {"simulate.schedule.at: nan is not finite"});
   check_refused(at("[-inf, 0]\n"), "9:7", {"simulate.schedule.at: -inf is not finite"});
@@ -547,13 +548,13 @@ TEST_CASE("schedules that cannot be are refused") {
   check_refused(at(many + "]\n"), "9:6", {"has 1001 heights", "at most 1000"});
   check_refused(with("over = 'time'\nat = [-1, 1]\n"), "9:7", {"-1 is out of range", "100000 s"});
   check_refused(at("[0, 5]\n"), "7:1",
-                {"simulate.schedule.V: is missing, and gamma_deg and eta_deg too",
+                {"simulate.schedule.V: is missing, and so are gamma_deg and eta_deg",
                  "schedule = \"corridor\""});
   const auto V = [&](const std::string& list) { return at("[0, 5]\nV = " + list + "\n"); };
   check_refused(V("[1]"), "10:5", {"simulate.schedule.V: 1 values for 2 heights", "one for each"});
   check_refused(V("[1, 2, 3]"), "10:5", {"3 values for 2 heights"});
-  check_refused(V("[]"), "10:5", {"simulate.schedule.V: an empty array is no list of numbers"});
-  check_refused(V("5"), "10:5", {"5 is no list of numbers"});
+  check_refused(V("[]"), "10:5", {"simulate.schedule.V: an empty array is not a list of numbers"});
+  check_refused(V("5"), "10:5", {"5 is not a list of numbers;"});
   check_refused(V("[1, -1]"), "10:9", {"-1 is out of range", "m/s"});
   check_refused(V("[1, nan]"), "10:9", {"nan is not finite"});
   check_refused(V("[1, true]"), "10:9", {"a boolean is not a number"});
@@ -695,10 +696,10 @@ TEST_CASE("scatter that cannot be is refused") {
   check_refused(with(mass + "from = 1\n"), "7:1", {"montecarlo.scatter.to: is missing"});
   check_refused(with(mass + "from = 2\nto = 2\n"), "10:6", {"2 is not above `from`"});
   check_refused(with(mass + "from = 0\nto = 2\n"), "9:8", {"0 is out of range", "kg"});
-  check_refused(with(mass + "percent = 5\nto = 2\n"), "10:6", {"stands beside percent"});
+  check_refused(with(mass + "percent = 5\nto = 2\n"), "10:6", {"cannot be combined with percent;"});
   check_refused(with(mass + "percent = 100\n"), "9:11", {"reaches 0", "out of range"});
   check_refused(with(mass + "percent = nan\n"), "9:11", {"nan is not finite"});
-  check_refused(with(mass + "percent = 0\n"), "9:11", {"moves nothing"});
+  check_refused(with(mass + "percent = 0\n"), "9:11", {"changes nothing"});
   check_refused(with(mass + "percent = 5\n[[montecarlo.scatter]]\n" + mass + "percent = 5\n"),
                 "11:7", {"aircraft.mass is given twice"});
   check_refused(with("key = 'theta_deg'\npercent = 5\n"), "9:11",

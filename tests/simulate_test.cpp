@@ -193,7 +193,7 @@ TEST_CASE("not finite, with the model's words where it throws") {
     const Simulation s =
         simulate(scalar([](double, double, double) -> double { throw 3; }), from(0), 2.0);
     CHECK(s.status == MotionStatus::not_finite);
-    CHECK(says(s.message, "the model threw: something that is not a std::exception"));
+    CHECK(says(s.message, "the model threw: an exception that is not a std::exception"));
   }
   SUBCASE("a switch throws") {
     Model m = scalar([](double, double, double) { return 1.0; });
@@ -201,7 +201,7 @@ TEST_CASE("not finite, with the model's words where it throws") {
         {"edge", [](const OperatingPoint&) -> double { throw std::runtime_error("no edge"); }});
     const Simulation s = simulate(m, from(0), 2.0);
     CHECK(s.status == MotionStatus::not_finite);
-    CHECK(s.message == "the watched 'edge' is nan: the model threw: no edge");
+    CHECK(s.message == "the event function 'edge' is nan: the model threw: no edge");
   }
 }
 
@@ -238,7 +238,7 @@ TEST_CASE("step too small: an infinite slope") {
       simulate(scalar([](double x, double, double) { return -1 / x; }), from(1), 1.0);
   CHECK(s.status == MotionStatus::step_too_small);
   CHECK_NEAR(s.t.back(), 0.5, 1e-6);  // x² = 1 - 2t
-  CHECK(says(s.message, "no step is short enough"));
+  CHECK(says(s.message, "even the shortest step exceeds"));
 }
 
 TEST_CASE("step limit: held short by the caller, not by stability") {
@@ -365,7 +365,7 @@ TEST_CASE("inaccurate: where the error has eaten a chaotic motion, it ends") {
   CHECK(to_string(s.status) == "inaccurate");
   CHECK(s.t.back() > 15);
   CHECK(s.t.back() < 45);
-  CHECK(says(s.message, "a smaller tolerance reaches farther"));
+  CHECK(says(s.message, "a smaller tolerance extends the valid range"));
   // Up to its end it is the motion, as computed with a much smaller tolerance.
   const Simulation truth = simulate(lorenz, start, s.t.back(), {}, {.tolerance = 1e-13});
   for (Eigen::Index k = 0; k < s.x.cols(); ++k)
@@ -418,7 +418,8 @@ TEST_CASE("the caller's mistakes throw, in words") {
   CHECK(
       says(message(m, from(0), 1, {{"x", 1}}), "'x' is a state; expected an input or a parameter"));
   CHECK(says(message(m, from(0), 1, {{"u", not_a_number}}), "a change of 'u' by nan"));
-  CHECK(says(message(m, from(0), 1, {{"u", 1, 0.5, 0.5}}), "the end behind the beginning"));
+  CHECK(
+      says(message(m, from(0), 1, {{"u", 1, 0.5, 0.5}}), "numbers and an end after the beginning"));
   CHECK(says(message(m, from(0), 1, {{"u", 1, not_a_number}}), "expected finite numbers"));
   CHECK(says(message(m, from(0), 0), "the end must come after the start"));
   CHECK(says(message(m, from(not_a_number), 1), "'x' is nan"));

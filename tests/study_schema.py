@@ -23,7 +23,7 @@ from packages import need  # noqa: E402
 (jsonschema,) = need("python3-jsonschema", "jsonschema")
 program, source = sys.argv[1], pathlib.Path(sys.argv[2])
 OF_ONE_KEY = ("unknown key", "is not a number", "is out of range", "is not finite", "is not text", "is not a table",
-              "is no list", "is not known", "is not a whole number", "is not a value")  # fmt: skip
+              "is not a list", "is not known", "is not a whole number", "is not a value")  # fmt: skip
 
 schema = jsonschema.Draft7Validator(json.loads((source / "data/study.schema.json").read_text()))
 for study in sorted((source / "studies").glob("*.toml")):

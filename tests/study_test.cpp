@@ -326,7 +326,7 @@ TEST_CASE("gains scheduled over the tilt: linear between, constant beyond, moved
 
   check_refused("[gains]\nschedule_eta_deg = [30]\n" + one_condition, "2:20", {"two tilts"});
   check_refused("[gains]\nschedule_eta_deg = 30\n" + one_condition, "2:20", {"two tilts"});
-  check_refused("[gains]\nschedule_eta_deg = [30, 30]\n" + one_condition, "2:20", {"rising"});
+  check_refused("[gains]\nschedule_eta_deg = [30, 30]\n" + one_condition, "2:20", {"ascending"});
   check_refused("[gains]\nschedule_eta_deg = [30, nan]\n" + one_condition, "2:25", {"finite"});
   check_refused("[gains]\nschedule_eta_deg = [30, 60]\nK_Lp = [1, 2, 3]\n" + one_condition, "3:8",
                 {"3 values for 2 tilts"});
@@ -488,7 +488,7 @@ TEST_CASE("wrong branches and envelopes are refused") {
   };
   check_refused(envelope("over = 'V'\n"), "2:8", {"envelope.over", "eta_deg, gamma_deg"});
   check_refused(envelope("over = 'eta_deg'\ngamma_deg = [-5, 5]\n"), "3:13",
-                {"envelope.gamma_deg", "each condition's own", "over = \"gamma_deg\""});
+                {"envelope.gamma_deg", "each condition;", "over = \"gamma_deg\""});
   check_refused(envelope("gamma_deg = [-5, 5]\n"), "2:13", {"envelope.gamma_deg"});
   check_refused(envelope("over = 'gamma_deg'\neta_deg = [0, 5]\n"), "3:11", {"envelope.eta_deg"});
   check_refused(envelope("V = 5\n"), "2:5", {"envelope.V: 5 is not a pair"});
@@ -685,14 +685,16 @@ TEST_CASE("sweeps that cannot be are refused at their line") {
                 {"did you mean 'gains.K_Lp'?"});
   check_refused(axis + "key = 'eta'\nvalues = [1]\n", "7:7", {"did you mean 'eta_deg'?"});
   check_refused(axis + "key = 'V'\nvalues = []\n", "8:10", {"an empty array"});
-  check_refused(axis + "key = 'V'\nvalues = [1, 3, 2]\n", "8:10", {"2 after 3", "one direction"});
+  check_refused(axis + "key = 'V'\nvalues = [1, 3, 2]\n", "8:10",
+                {"2 after 3", "reverses the direction"});
   check_refused(axis + "key = 'V'\nvalues = [1, 1]\n", "8:10", {"1 after 1"});
   check_refused(axis + "key = 'V'\nvalues = [1, nan]\n", "8:14", {"not finite"});
   check_refused(axis + "key = 'V'\nfrom = 1\nto = 2\ncount = 1e12\n", "10:9", {"out of range"});
   check_refused(axis + "key = 'V'\nfrom = 1\nto = 2\ncount = 2.5\n", "10:9", {"whole number"});
   check_refused(axis + "key = 'V'\nfrom = 0\nto = 2\ncount = 3\nspacing = 'log'\n", "11:11",
-                {"passes zero"});
-  check_refused(axis + "key = 'V'\nvalues = [1]\ncount = 3\n", "9:9", {"beside values"});
+                {"passes through zero;"});
+  check_refused(axis + "key = 'V'\nvalues = [1]\ncount = 3\n", "9:9",
+                {"cannot be combined with values;"});
   check_refused(axis + "key = 'h'\nvalues = [1]\n[[sweep.axis]]\nkey = 'V'\nvalues = [1]\n", "6:1",
                 {"V is set twice"});
 }
@@ -734,11 +736,11 @@ TEST_CASE("reports that cannot be are refused at their line") {
   check_refused(map + "condition = 'lvel'\n" + K, "7:13",
                 {"report.map.condition", "mean 'level'?"});
   check_refused(map + "axis = 3\n", "7:8",
-                {"report.map.axis: 3 is no list", "[[report.map.axis]]"});
+                {"report.map.axis: 3 is not a list", "[[report.map.axis]]"});
   check_refused(map + "[[report.map.axis]]\nkey = 'gains.K_Lpp'\nvalues = [1]\n", "8:7",
                 {"report.map.axis.key", "did you mean 'gains.K_Lp'?"});
   check_refused(map + K + "with = [{key = 'V', from = 1, two = 2}]\n", "10:31", {"two"});
   check_refused(map + K + "[[report.map.axis]]\nkey = 'V'\nvalues = [1]\n" +
                     "[[report.map.axis]]\nkey = 'eta_deg'\nvalues = [1]\n",
-                "7:1", {"3 axes cannot be drawn; expected one or two"});
+                "7:1", {"3 axes cannot be plotted; expected one or two"});
 }

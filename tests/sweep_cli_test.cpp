@@ -247,7 +247,7 @@ TEST_CASE("ranks: the log is in use: all end") {
   const Ran second = finish(start(scratch, sweep_command, on_ranks(2)), 60s);
   ::kill(first.pid, SIGKILL);
   (void)finish(first);
-  REQUIRE(says(second.err, "map.nc.log: another process is at work on it"));
+  REQUIRE(says(second.err, "map.nc.log: another process is using it"));
   CHECK(second.exit_code == 2);
 }
 
@@ -273,7 +273,8 @@ TEST_CASE("SIGINT and SIGTERM: 128 + n, how to go on, and going on gives the sam
     CHECK(ran.exit_code == 128 + signal);
     CHECK(ran.out.empty());
     CHECK(ran.err ==
-          "tiltrim: stopped; what is done is in map.nc.log: the same command goes on there\n");
+          "tiltrim: stopped; finished lines are in map.nc.log: the same command continues from "
+          "there\n");
     CHECK(scratch.files() == interrupted_files);
     const Ran again = run(scratch, sweep_command);
     CHECK(again.exit_code == 0);
@@ -292,9 +293,9 @@ TEST_CASE("two at one output: the second is refused, the first is not disturbed"
   ::kill(first.pid, SIGSTOP);
   const Ran second = run(scratch, sweep_command);
   CHECK(second.exit_code == 2);
-  CHECK(second.err ==
-        "tiltrim: map.nc.log: another process is at work on it; wait for it, or choose another "
-        "output\n");
+  CHECK(
+      second.err ==
+      "tiltrim: map.nc.log: another process is using it; wait for it, or choose another output\n");
   CHECK(scratch.files() == interrupted_files);
   ::kill(first.pid, SIGCONT);
   CHECK(finish(first).exit_code == 0);
@@ -310,8 +311,8 @@ TEST_CASE("the log of another study is refused, with the line that is another, a
   scratch.write("s.toml", std::regex_replace(corridor_study(), std::regex("to = 5"), "to = 6"));
   const Ran ran = run(scratch, sweep_command);
   CHECK(ran.exit_code == 2);
-  for (const char* words : {"map.nc.log: is the log of other work", "'to = 5' there",
-                            "'to = 6' here", "delete it, or choose another output"}) {
+  for (const char* words : {"map.nc.log: is the log of another run", "'to = 5' in the log",
+                            "'to = 6' now", "delete it, or choose another output"}) {
     CAPTURE(ran.err);
     CHECK(says(ran.err, words));
   }
@@ -456,7 +457,7 @@ TEST_CASE("a bad [[sweep.axis]]: exit 2 before any work, with the place and the 
   const std::vector<Bad> cases{
       {level, {"s.toml: no [[sweep.axis]] table; expected"}},
       {level + "[sweep]\n", {"s.toml:6:1: sweep.axis: is missing"}},
-      {level + "[sweep]\naxis = 3\n", {"s.toml:7:8: sweep.axis: 3 is no list of tables"}},
+      {level + "[sweep]\naxis = 3\n", {"s.toml:7:8: sweep.axis: 3 is not a list of tables"}},
       {level + "[sweep]\naxis = []\n", {"s.toml:7:8: sweep.axis: "}},
       {level + "[sweep]\naxis = [1]\n", {"s.toml:7:9: sweep.axis: 1 is not a table"}},
       {"sweep = 3\n" + level, {"s.toml:1:9: sweep: 3 is not a table"}},
@@ -490,9 +491,9 @@ TEST_CASE("a bad [[sweep.axis]]: exit 2 before any work, with the place and the 
       {level + axis("aircraft.mass", 0, 5, 3), {"s.toml:8:8: sweep.axis.from: 0 is out", "kg"}},
       {level + axis("gains.K_Lp", 1, 1, 3), {"s.toml:9:6: sweep.axis.to: 1 after 1"}},
       {level + axis("gains.K_Lp", -1, 1, 3) + "spacing = \"log\"\n",
-       {"s.toml:11:11: sweep.axis.spacing: log from -1 to 1 passes zero"}},
+       {"s.toml:11:11: sweep.axis.spacing: log from -1 to 1 passes through zero"}},
       {level + axis("gains.K_Lp", 0, 1, 3) + "spacing = \"log\"\n",
-       {"s.toml:11:11: sweep.axis.spacing: log from 0 to 1 passes zero"}},
+       {"s.toml:11:11: sweep.axis.spacing: log from 0 to 1 passes through zero"}},
       {level + axis("gains.K_Lp", 1, 2, 3) + "spacing = \"logg\"\n",
        {"s.toml:11:11: sweep.axis.spacing: 'logg' is not known", "did you mean 'log'?"}},
   };
@@ -505,25 +506,28 @@ TEST_CASE("bad values, and keys that move with an axis: exit 2, with the place a
   const std::string once = "gains.k_V is set twice; expected each key once";
   const std::vector<Bad> cases{
       {level + gain + "values = []\n", {"s.toml:8:10: sweep.axis.values: an empty array"}},
-      {level + gain + "values = 3\n", {"s.toml:8:10: sweep.axis.values: 3 is no list of numbers"}},
+      {level + gain + "values = 3\n",
+       {"s.toml:8:10: sweep.axis.values: 3 is not a list of numbers"}},
       {level + gain + "values = [1, \"a\"]\n", {"s.toml:8:14: sweep.axis.values: the text 'a'"}},
       {level + gain + "values = [1, nan]\n", {"s.toml:8:14: sweep.axis.values: nan is not finite"}},
       {level + gain + "values = [inf, 1]\n", {"s.toml:8:11: sweep.axis.values: inf is not finite"}},
       {level + gain + "values = [1, 3, 2]\n", {"s.toml:8:10: sweep.axis.values: 2 after 3"}},
       {level + gain + "values = [3, 1, 2]\n", {"s.toml:8:10: sweep.axis.values: 2 after 1"}},
       {level + gain + "values = [1, 2, 2]\n", {"s.toml:8:10: sweep.axis.values: 2 after 2"}},
-      {level + gain + "values = [1, 2]\ncount = 2\n", {"s.toml:9:9: sweep.axis.count: stands bes"}},
-      {level + gain + "values = [1, 2]\nfrom = 1\n", {"s.toml:9:8: sweep.axis.from: stands besid"}},
+      {level + gain + "values = [1, 2]\ncount = 2\n",
+       {"s.toml:9:9: sweep.axis.count: cannot be combined"}},
+      {level + gain + "values = [1, 2]\nfrom = 1\n",
+       {"s.toml:9:8: sweep.axis.from: cannot be combined"}},
       {level + gain + "values = [1, 2]\nspacing = \"log\"\n", {"s.toml:9:11: sweep.axis.spacing:"}},
-      {with("3"), {"s.toml:11:8: sweep.axis.with: 3 is no list of keys; expected [{key ="}},
+      {with("3"), {"s.toml:11:8: sweep.axis.with: 3 is not a list of keys; expected [{key ="}},
       {with("[]"), {"s.toml:11:8: sweep.axis.with: "}},
       {with("[3]"), {"s.toml:11:9: sweep.axis.with: 3 is not a table"}},
       {with("[{key = \"gains.k_V\", frm = 1, to = 2}]"),
        {"s.toml:11:29: unknown key 'frm' in with; did you mean 'from'?"}},
       {with("[{key = \"gains.k_V\", from = 1, to = 2, count = 3}]"),
-       {"s.toml:11:47: unknown key 'count' in with; the axis has the count"}},
+       {"s.toml:11:47: unknown key 'count' in with; the axis determines the count"}},
       {with("[{key = \"gains.k_V\", values = [1, 2]}]"),
-       {"s.toml:11:38: sweep.axis.with.values: 2 values beside an axis of 3"}},
+       {"s.toml:11:38: sweep.axis.with.values: 2 values for an axis of 3"}},
       {with("[{key = \"gains.k_v\", from = 1, to = 2}]"),
        {"s.toml:11:16: sweep.axis.with.key: 'gains.k_v'", "did you mean 'gains.k_V'?"}},
       {with("[{key = \"h\", from = 1, to = 2}]"), {"s.toml:11:16: sweep.axis.with.key: h sets V"}},
@@ -543,8 +547,9 @@ TEST_CASE("what a condition cannot be swept over: exit 2, with its name") {
   const std::vector<Bad> cases{
       {airframe + three, {"s.toml: condition 'b': the airframe", "no variable gains.K_Lp"}},
       {printed + three, {"s.toml: condition 'c': formulation table has no linear model to sweep"}},
-      {level + axis("V", 0, 20, 3), {"s.toml: condition 'a': V = 0 has no path"}},
-      {airframe + axis("theta_deg", 0, 10, 3), {"s.toml: ", "theta_deg is free in this trim"}},
+      {level + axis("V", 0, 20, 3), {"s.toml: condition 'a': at V = 0 there is no path"}},
+      {airframe + axis("theta_deg", 0, 10, 3),
+       {"s.toml: ", "theta_deg is a free variable of this trim;"}},
   };
   for (const Bad& bad : cases) check_study_refused(scratch, bad.study, bad.said);
 }
@@ -552,7 +557,7 @@ TEST_CASE("what a condition cannot be swept over: exit 2, with its name") {
 TEST_CASE("conditions of two formulations: refused before any work") {
   const Scratch scratch("sweep-formulations");
   check_study_refused(scratch, level + airframe + axis("aircraft.mass", 4, 5, 3),
-                      {"s.toml: condition 'b' has other states than 'a'"});
+                      {"s.toml: the states of condition 'b' differ from those of 'a'"});
 }
 
 TEST_CASE("a hover can be swept over a gain") {
@@ -954,7 +959,7 @@ TEST_CASE(
   int counted = 0;
   for (std::size_t i = 3; i < 7; ++i) counted += std::stoi(told[i]);
   CHECK(counted == (told[2] == "1200 lines" ? 360'000 : std::stoi(told[1])));
-  CHECK(says(ran.out, "stopped; what is done is in map.nc.log"));
+  CHECK(says(ran.out, "stopped; finished lines are in map.nc.log"));
   CHECK(scratch.files() == interrupted_files);
 }
 

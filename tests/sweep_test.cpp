@@ -1073,8 +1073,8 @@ TEST_CASE("the caller's mistakes are named") {
   CHECK(contains(said({}, {p}), "no condition"));
   CHECK(contains(said({r}, {}), "no axis"));
   CHECK(contains(said({r}, {axis("pp", {0, 1})}), "pp"));
-  CHECK(contains(said({r}, {axis("x", {0, 1})}), "x is free in this trim"));
-  CHECK(contains(said({r, fold_request(0)}, {p}), "other states than 'cusp'"));
+  CHECK(contains(said({r}, {axis("x", {0, 1})}), "x is a free variable of this trim;"));
+  CHECK(contains(said({r, fold_request(0)}, {p}), "differ from those of 'cusp'"));
   SweepRequest unknown_input = r;
   unknown_input.inputs = {"rudder"};
   CHECK(contains(said({unknown_input}, {p}), "rudder"));

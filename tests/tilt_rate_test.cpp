@@ -296,7 +296,7 @@ TEST_CASE("no hand-over: blended, never; or no trim beside it") {
   flight.vehicle.limits.delta_e = {-1e-4, 1e-4};
   const HandOverCheck check = checked(flight);
   CHECK(check.verdict == HandOverVerdict::no_trim);
-  CHECK(check.message.starts_with("behind the hand-over there is no trim: "));
+  CHECK(check.message.starts_with("no trim after the handover: "));
   std::set<std::string> names;
   for (int k = 0; k <= int(HandOverVerdict::never); ++k)
     names.insert(to_string(HandOverVerdict(k)));
@@ -556,14 +556,14 @@ TEST_CASE("always, never, no trim") {
   const TiltRateLimit unstable = tilt_rate_limit(flight, options);
   CHECK(unstable.status == TiltRateStatus::never);
   CHECK_FALSE(unstable.frozen_stable);
-  CHECK(unstable.message == "the loop frozen at the beginning brings no disturbance back");
+  CHECK(unstable.message ==
+        "the loop frozen at the initial tilt recovers from none of the disturbances");
   CHECK(unstable.flights.empty());
   flight.vehicle.gains = stable;
   flight.vehicle.limits.theta0.upper = 0.5;  // does not carry the weight
   const TiltRateLimit none = tilt_rate_limit(flight, options);
   CHECK(none.status == TiltRateStatus::no_trim);
-  CHECK(none.message.starts_with("at a tilt of "));
-  CHECK(none.message.find("there is no trim: ") != std::string::npos);
+  CHECK(none.message.starts_with("no trim at a tilt of "));
 }
 
 TEST_CASE("interrupted: before it begins, or by what watches it") {

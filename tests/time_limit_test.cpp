@@ -52,7 +52,7 @@ TEST_CASE("a trim that takes too long ends with the best point so far") {
     CHECK(r.status == TrimStatus::time_limit);
     CHECK_FALSE(r);
     CHECK(calls == 4);  // no call after the one that took too long
-    CHECK(contains(r.message, "the model took longer than the 0.2 s allowed: "));
+    CHECK(contains(r.message, "the model exceeded the time limit of 0.2 s: "));
     CHECK(contains(r.message, fmt::format(": {} evaluations; ", r.evaluations)));
     const double x = r.point.x[0];
     CHECK_NEAR(r.rates[0], 1 - x - 0.1 * x * x * x, 1e-15);
@@ -87,7 +87,7 @@ TEST_CASE("what was verified in time is the answer, with a remark") {
   const TrimResult r = trim(m, asked, zero, {.method = TrimMethod::newton, .time_limit = allowed});
   CHECK(r.status == TrimStatus::converged);
   CHECK_NEAR(r.point.x[0] + 0.1 * std::pow(r.point.x[0], 3), 1.0, 1e-10);
-  CHECK(contains(r.message, "the 0.2 s allowed were over after "));
+  CHECK(contains(r.message, "the time limit of 0.2 s was reached after "));
   CHECK(r.starts < 33);
   // With enough time no remark, and the same result to the last bit.
   const TrimResult whole =
@@ -130,7 +130,7 @@ TEST_CASE("a linear model that takes too long") {
   const LinearModel linear = linearize(m, zero, {.time_limit = allowed});
   CHECK(linear.status == LinearizeStatus::time_limit);
   CHECK(to_string(linear.status) == "time_limit");
-  CHECK(linear.message == "the model took longer than the 0.2 s allowed");
+  CHECK(linear.message == "the model exceeded the time limit of 0.2 s");
   CHECK(calls == 5);
   CHECK(linearize(m, zero, {.time_limit = 1e6}));
 }

@@ -442,7 +442,7 @@ TEST_CASE("mistakes are refused with the name") {
 }
 
 // The last of the two is taken, the other has no effect.
-TEST_CASE("a gain that is free twice is refused") {
+TEST_CASE("a gain that is listed twice is refused") {
   TuneProblem p = problem_a();
   p.gains.push_back(p.gains.front());
   CHECK_THROWS_AS((void)tune(p, {.evaluations = 10}), std::invalid_argument);

@@ -59,10 +59,10 @@ TEST_CASE("text: verdict, gains, what became of each, and the searches") {
   CHECK(ran.exit_code == 0);
   CHECK(ran.err.empty());
   for (const char* words :
-       {"tuned: worst decay ", "over 2 points with scatter (6 places); all limits met",
-        "The gains, to paste into the study:", "What was asked", "At each operating point",
-        "What each gain does", "Beside it ", " random samples meet all limits",
-        "100 candidates (as many as were allowed); global "})
+       {"tuned: worst decay ", "over 2 points with scatter (6 places); all limits",
+        "The gains, to paste into the study:", "\nRequirements,", "At each operating point",
+        "\nEffect of each gain:", "Second search by ", " random samples meet all limits",
+        "100 candidates (the limit); global "})
     says(ran.out, words);
   std::istringstream lines(slurp(scratch.path / "gains.toml"));
   for (std::string line; std::getline(lines, line);) says(ran.out, "\n    " + line + "\n");
@@ -156,7 +156,7 @@ TEST_CASE("exit 1: limits unmet, no trim, not one candidate; what there is is st
   says(answer(untrimmed + alone + damped + two_gains, "--evaluations 2"),
        "no trim: no equilibrium at 'slow'");
   says(answer(level + alone + damped + two_gains, "--evaluations 0"),
-       "no trim: not one candidate was evaluated");
+       "no trim: no candidate could be evaluated");
 }
 
 namespace {
@@ -178,7 +178,7 @@ void refused(const Scratch& scratch, const std::string& arguments, const std::st
 TEST_CASE("exit 2: a study without [tune], with unknown keys") {
   const Scratch scratch("tune");
   scratch.write("none.toml", level);
-  refused(scratch, "none.toml", "none.toml: no [tune] table; expected one, with [[tune.gain]]");
+  refused(scratch, "none.toml", "none.toml: no [tune] table; expected one, with a [[tune.gain]]");
   scratch.write("key.toml", level + "[tune]\nsecnd = \"crs2\"\n" + two_gains);
   refused(scratch, "key.toml",
           "key.toml:7:1: unknown key 'secnd' in [tune]; did you mean 'second'");

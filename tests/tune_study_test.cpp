@@ -253,7 +253,7 @@ TEST_CASE("margins and uses may be of one actuator, half_time is of a mode, the 
                     {"tune.goal.of: 'delta_r'", "theta0, a1s, delta_e", "'delta_e'?"});
     } else {
       check_refused(with("delta_e"), fmt::format("7:{}", 28 + name.size()),
-                    {"tune.goal.of", name + " is not of", "expected no of"});
+                    {"tune.goal.of", name + " does not apply to", "expected no key of"});
     }
   }
 }
@@ -306,14 +306,14 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
 
 TEST_CASE("conditions that cannot be tuned are refused") {
   const auto with = [](const std::string& list) { return study("conditions = " + list + "\n"); };
-  check_refused(with("'level'"), "7:14", {"tune.conditions: the text 'level'", "no list"});
+  check_refused(with("'level'"), "7:14", {"tune.conditions: the text 'level'", "not a list"});
   check_refused(with("{level = 1}"), "7:14", {"tune.conditions: a table"});
   check_refused(with("3"), "7:14", {"tune.conditions: 3"});
   check_refused(with("[3]"), "7:15", {"tune.conditions: 3 is not text"});
   check_refused(with("[['level']]"), "7:15", {"tune.conditions: an array is not text"});
   check_refused(with("[]"), "7:14", {"tune.conditions", "no operating point", "corridor"});
-  check_refused(with("['level', 'level']"), "7:24", {"'level' stands there twice"});
-  check_refused(with("['']"), "7:15", {"tune.conditions: '' is no condition"});
+  check_refused(with("['level', 'level']"), "7:24", {"'level' occurs twice"});
+  check_refused(with("['']"), "7:15", {"tune.conditions: '' is not a condition"});
   check_refused(level + climb + "[tune]\nconditions = ['level', 'clim']\n" + gain, "12:24",
                 {"tune.conditions: 'clim'", "did you mean 'climb'?", "there are: level, climb"});
   check_refused(level + fixed_wing + "[tune]\nconditions = ['glide']\n" + gain, "12:15",
@@ -330,14 +330,14 @@ TEST_CASE("heights and tilts that cannot be are refused") {
   const auto corridor = [](const std::string& value) {
     return study("corridor = " + value + "\n");
   };
-  check_refused(corridor("5"), "7:12", {"tune.corridor: 5 is no list of heights", "count"});
+  check_refused(corridor("5"), "7:12", {"tune.corridor: 5 is not a list of heights", "count"});
   check_refused(corridor("'all'"), "7:12", {"tune.corridor: the text 'all'"});
   check_refused(corridor("[]"), "7:12", {"tune.corridor: an empty array"});
   check_refused(corridor("[1, 'x']"), "7:16", {"tune.corridor: the text 'x' is not a number"});
   check_refused(corridor("[1, [2]]"), "7:16", {"tune.corridor: an array is not a number"});
   check_refused(corridor("[1, nan]"), "7:16", {"tune.corridor: nan is not finite"});
   check_refused(corridor("[1, 1e7]"), "7:16", {"tune.corridor: 10000000 is out of range", "m"});
-  check_refused(corridor("[1, 3, 2]"), "7:12", {"2 after 3", "one direction"});
+  check_refused(corridor("[1, 3, 2]"), "7:12", {"2 after 3", "reverses the direction"});
   check_refused(corridor("[1, 1]"), "7:12", {"1 after 1"});
   check_refused(corridor("{}"), "7:12", {"tune.corridor.from", "missing"});
   check_refused(corridor("{from = 0}"), "7:12", {"tune.corridor.to", "missing"});
@@ -354,12 +354,13 @@ TEST_CASE("heights and tilts that cannot be are refused") {
   const auto schedule = [](const std::string& value) {
     return study("schedule_eta_deg = " + value + "\n");
   };
-  check_refused(schedule("45"), "7:20", {"tune.schedule_eta_deg: 45 is no list", "at least two"});
+  check_refused(schedule("45"), "7:20",
+                {"tune.schedule_eta_deg: 45 is not a list", "at least two"});
   check_refused(schedule("[45]"), "7:20", {"at least two"});
   check_refused(schedule("[]"), "7:20", {"an empty array", "at least two"});
-  check_refused(schedule("{}"), "7:20", {"a table is no list"});
-  check_refused(schedule("[0, 0]"), "7:20", {"0 after 0 does not rise"});
-  check_refused(schedule("[90, 0]"), "7:20", {"0 after 90 does not rise"});
+  check_refused(schedule("{}"), "7:20", {"a table is not a list"});
+  check_refused(schedule("[0, 0]"), "7:20", {"0 after 0 is not in ascending order;"});
+  check_refused(schedule("[90, 0]"), "7:20", {"0 after 90 is not in ascending order;"});
   check_refused(schedule("[0, 101]"), "7:24", {"101 is out of range", "-10 to 100 degrees"});
   check_refused(schedule("[0, nan]"), "7:24", {"tune.schedule_eta_deg: nan"});
   check_refused(schedule("[0, true]"), "7:24", {"tune.schedule_eta_deg: a boolean"});
@@ -459,9 +460,9 @@ TEST_CASE("uncertain numbers that cannot be are refused") {
   check_refused(with(mass_is + "from = 2\nto = 1\n"), "14:6", {"1 is not above"});
   check_refused(with(mass_is + "from = 0\nto = 1\n"), "13:8", {"0 is out of range", "kg"});
   check_refused(with(mass_is + "percent = 5\nfrom = 1\n"), "14:8",
-                {"tune.uncertain.from: stands beside percent"});
+                {"tune.uncertain.from: cannot be combined with percent"});
   check_refused(with(mass_is + "percent = 0\n"), "13:11", {"tune.uncertain.percent: 0"});
-  check_refused(with(mass_is + "percent = 1e-300\n"), "13:11", {"moves nothing"});
+  check_refused(with(mass_is + "percent = 1e-300\n"), "13:11", {"changes nothing"});
   check_refused(with(mass_is + "percent = -5\n"), "13:11", {"-5 is out of range", "percent"});
   check_refused(with(mass_is + "percent = 1001\n"), "13:11", {"1001 is out of range"});
   check_refused(with(mass_is + "percent = nan\n"), "13:11", {"nan is not finite"});
@@ -517,8 +518,8 @@ TEST_CASE("disturbances that cannot be are refused") {
 TEST_CASE("goals that cannot be are refused") {
   const auto with = [](const std::string& goal) { return study("goal = " + goal + "\n"); };
   check_refused(with("'decai'"), "7:8", {"'decai' is not known", "did you mean 'decay'?", "use"});
-  check_refused(with("3"), "7:8", {"tune.goal: 3 is no measure"});
-  check_refused(with("['decay']"), "7:8", {"tune.goal: an array is no measure"});
+  check_refused(with("3"), "7:8", {"tune.goal: 3 is not a measure"});
+  check_refused(with("['decay']"), "7:8", {"tune.goal: an array is not a measure"});
   check_refused(with("[]"), "7:8", {"tune.goal: an empty array"});
   check_refused(with("{}"), "7:8", {"tune.goal.measure", "missing"});
   check_refused(with("''"), "7:8", {"0 bytes"});
@@ -530,12 +531,12 @@ TEST_CASE("goals that cannot be are refused") {
   check_refused(with("'response_use'"), "7:8", {"response_use", "[tune.disturbance]"});
   check_refused(with("'sensitivity'"), "7:8", {"sensitivity", "[[tune.uncertain]]"});
   check_refused(study("goal = 'response_use'\n", "[tune.disturbance]\nV = 0\nq_deg = 0\n"), "7:8",
-                {"other than zero"});
+                {"nonzero"});
 }
 
 TEST_CASE("limits that cannot be are refused") {
   const auto with = [](const std::string& text) { return study("", "[[tune.limit]]\n" + text); };
-  check_refused(study("limit = 3\n"), "7:9", {"tune.limit: 3 is no list of tables"});
+  check_refused(study("limit = 3\n"), "7:9", {"tune.limit: 3 is not a list of tables"});
   check_refused(study("limit = [[]]\n"), "7:10", {"tune.limit: an empty array is not a table"});
   check_refused(study("", "[tune.limit]\nmeasure = 'decay'\n"), "11:1", {"double brackets"});
   check_refused(with("at_least = 1\n"), "11:1", {"tune.limit.measure", "missing"});
@@ -545,7 +546,7 @@ TEST_CASE("limits that cannot be are refused") {
   check_refused(with("measure = 'half_time'\nat_most = 1\n"), "11:1",
                 {"tune.limit.of: is missing", "the name of a mode"});
   check_refused(with("measure = 'damping'\nat_least = 0.4\nof = 'phugoid'\n"), "14:6",
-                {"tune.limit.of", "expected no of"});
+                {"tune.limit.of", "expected no key of"});
   check_refused(with("measure = 'damping'\nat_least = 2\n"), "13:12", {"2 is out of range"});
   check_refused(with("measure = 'damping'\nat_least = nan\n"), "13:12", {"nan is not finite"});
   check_refused(with("measure = 'damping'\nat_least = [0.4]\n"), "13:12", {"an array"});
@@ -587,7 +588,7 @@ TEST_CASE("fronts that cannot be are refused") {
                 {"tune.front.of: is missing"});
   check_refused(study("", "[tune.front]\nmeasure = 'sensitivity'\n"), "12:11",
                 {"[[tune.uncertain]]"});
-  check_refused(with("of = 'a1s'\n"), "13:6", {"tune.front.of", "expected no of"});
+  check_refused(with("of = 'a1s'\n"), "13:6", {"tune.front.of", "expected no key of"});
   check_refused(with(""), "11:1", {"tune.front.from", "missing"});
   check_refused(with("from = 0.2\n"), "11:1", {"tune.front.to", "missing"});
   check_refused(with("from = 0.2\nto = 0.8\n"), "11:1", {"tune.front.count", "missing"});

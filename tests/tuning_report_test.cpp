@@ -139,7 +139,8 @@ bool has(const std::string& text, const std::string& part) {
 TEST_CASE("the text as a whole") {
   const std::string text = tuning_text(tuned(), {});
   CHECK(text ==
-        R"(tuned: worst decay 0.3372 1/s over 3 points with scatter (7 places); all limits met
+        R"(tuned: worst decay 0.3372 1/s over 3 points with scatter (7 places); all limits
+met
 
 The gains, to paste into the study:
 
@@ -150,65 +151,83 @@ The gains, to paste into the study:
     [aircraft]
     cyclic_off_deg = 25.0
 
-What was asked, where it is worst, and the reserve in percent of the limit:
-  asked                          worst  unit   reserve  active  at
-                                                     %
-  decay, the goal               0.3372  1/s          -  *       climb, mass +15 %, inertia_yy -15 %,
-                                                                air_density +10 %, CM_de -15 %
-  damping ≥ 0.4                    0.4             0.0  *       übergang η, mass +15 %,
-                                                                inertia_yy -15 %, air_density +10 %,
-                                                                CM_de -15 %
-  frequency ≤ 20 rad/s              20  rad/s      0.0  *       übergang η, mass +15 %,
-                                                                inertia_yy -15 %, air_density +10 %,
-                                                                CM_de -15 %
-  phase margin of theta0 ≥ 45°   47.25  °          5.0          übergang η, mass +15 %,
-                                                                inertia_yy -15 %, air_density +10 %,
-                                                                CM_de -15 %
-  half time of phugoid ≤ 4 s         3  s         25.0          level, mass +15 %, inertia_yy -15 %,
-                                                                air_density +10 %, CM_de -15 %
+Requirements, where they are worst, and the reserve in percent of the limit:
+  asked                     worst unit  reserve active at
+                                              %
+  decay, the goal          0.3372 1/s         - *      climb, mass +15 %,
+                                                       inertia_yy -15 %,
+                                                       air_density +10 %, CM_de
+                                                       -15 %
+  damping ≥ 0.4               0.4           0.0 *      übergang η, mass +15 %,
+                                                       inertia_yy -15 %,
+                                                       air_density +10 %, CM_de
+                                                       -15 %
+  frequency ≤ 20 rad/s         20 rad/s     0.0 *      übergang η, mass +15 %,
+                                                       inertia_yy -15 %,
+                                                       air_density +10 %, CM_de
+                                                       -15 %
+  phase margin of theta0 ≥  47.25 °         5.0        übergang η, mass +15 %,
+  45°                                                  inertia_yy -15 %,
+                                                       air_density +10 %, CM_de
+                                                       -15 %
+  half time of phugoid ≤ 4      3 s        25.0        level, mass +15 %,
+  s                                                    inertia_yy -15 %,
+                                                       air_density +10 %, CM_de
+                                                       -15 %
 
-At each operating point (* holds the answer where it is):
-  point                        decay   damping    frequency   phase margin of theta0
-                           goal, 1/s     ≥ 0.4   ≤ 20 rad/s                    ≥ 45°
-  climb                        0.412      0.55        12.25                     61.5
-    scattered, worst of 2     0.3372*     0.48           13                       58
-  übergang η                   0.377      0.45        18.75                       50
-    scattered, worst of 1       0.36       0.4*          20*                   47.25
-  level                         0.51       0.4*           8                       55
-    scattered, worst of 1       0.48      0.42          8.5                       52
+At each operating point (* limits the result):
+  point                   decay   damping    frequency   phase margin of theta0
+                      goal, 1/s     ≥ 0.4   ≤ 20 rad/s                    ≥ 45°
+  climb                   0.412      0.55        12.25                     61.5
+  scattered, worst       0.3372*     0.48           13                       58
+  of 2
+  übergang η              0.377      0.45        18.75                       50
+  scattered, worst         0.36       0.4*          20*                   47.25
+  of 1
+  level                    0.51       0.4*           8                       55
+  scattered, worst         0.48      0.42          8.5                       52
+  of 1
 
-  point                    half time of phugoid
-                                          ≤ 4 s
-  climb                                       -
-    scattered, worst of 2                     -
-  übergang η                                  -
-    scattered, worst of 1                     -
-  level                                     2.5
-    scattered, worst of 1                     3
+  point                        decay   half time of phugoid
+                           goal, 1/s                  ≤ 4 s
+  climb                        0.412                      -
+    scattered, worst of 2     0.3372*                     -
+  übergang η                   0.377                      -
+    scattered, worst of 1       0.36                      -
+  level                         0.51                    2.5
+    scattered, worst of 1       0.48                      3
 
-What each gain does: the worst case at 10 % less and 10 % more of it, slopes per 10 % more:
-  gain                 value  unit       goal  limits       goal  limits   decay  damping  frequency
-                                    10 % less          10 % more           slope    slope      slope
-  K_Lp                   0.3            0.325  met         0.331  missed  -0.021   +0.035      +0.05
-  aircraft.cyclic_off     25  °         0.337  met         0.337  met     +0.002       +0         +0
-  k_da                     4  s             -  missed     0.3355  met          -        -          -
+Effect of each gain: the worst case with 10 % less and with 10 % more of it, and
+slopes per 10 % more:
+  gain                 value  unit       goal  limits       goal  limits   decay
+                                    10 % less          10 % more           slope
+  K_Lp                   0.3            0.325  met         0.331  missed  -0.021
+  aircraft.cyclic_off     25  °         0.337  met         0.337  met     +0.002
+  k_da                     4  s             -  missed     0.3355  met          -
 
-  gain                 phase margin of theta0  half time of phugoid
-                                        slope                 slope
-  K_Lp                                  +0.15                     -
-  aircraft.cyclic_off                      +0                    +0
-  k_da                                      -                     -
-  Two of the deciding eigenvalues meet: slopes of single eigenvalues are unbounded there; the two
-  columns at 10 % less and more are evaluated.
+  gain                 damping  frequency  phase margin of theta0
+                         slope      slope                   slope
+  K_Lp                  +0.035      +0.05                   +0.15
+  aircraft.cyclic_off       +0         +0                      +0
+  k_da                       -          -                       -
 
-Beside it crs2: tuned, worst decay 0.335 1/s, 0.0022 1/s worse; the gain that differs most is k_da,
-by 20 % (4,000 candidates).
+  gain                 half time of phugoid
+                                      slope
+  K_Lp                                    -
+  aircraft.cyclic_off                    +0
+  k_da                                    -
+  Two of the critical eigenvalues coincide: slopes of single eigenvalues are
+  unbounded there; the columns with 10 % less and more are evaluated exactly.
 
-9,812 of 10,000 random samples meet all limits: 98.12 %, 95 % interval 97.83 to 98.38 %; 12 without
-trim, 3 unstable; worst decay -0.0125 1/s at level, mass +14.2 %.
+Second search by crs2: tuned, worst decay 0.335 1/s, 0.0022 1/s worse; the gain
+that differs most is k_da, by 20 % (4,000 candidates).
 
-Worst of the scatter tuned for: decay 0.3372 1/s at climb, mass +15 %, inertia_yy -15 %, air_density
-+10 %, CM_de -15 %.
+9,812 of 10,000 random samples meet all limits: 98.12 %, 95 % interval 97.83 to
+98.38 %; 12 without trim, 3 unstable; worst decay -0.0125 1/s at level, mass
++14.2 %.
+
+Worst corner of the scatter: decay 0.3372 1/s at climb, mass +15 %, inertia_yy
+-15 %, air_density +10 %, CM_de -15 %.
 
 The best decay where damping is limited:
   damping ≥   decay  status
@@ -217,7 +236,7 @@ The best decay where damping is limited:
         0.4  0.3372  tuned
         0.9       -  no trim
 
-4,000 candidates (as many as were allowed); global multistart, local slsqp, seed 1.
+4,000 candidates (the limit); global multistart, local slsqp, seed 1.
 )");
   for (const std::string& line : lines_of(text)) CHECK_MESSAGE(characters(line) <= 100, line);
 }
@@ -253,8 +272,8 @@ TEST_CASE("every status has its own first line") {
   report.result.achieved.clear();
   report.second.reset();
   CHECK(first(TuneStatus::tuned, "") ==
-        "tuned: worst decay 0.3372 1/s over 3 points; no limits asked (out of time: the best so "
-        "far)");
+        "tuned: worst decay 0.3372 1/s over 3 points; no limits required (out of time: the best "
+        "so far)");
 }
 
 TEST_CASE("no trim at any candidate: nothing but that is said") {
@@ -405,12 +424,13 @@ TEST_CASE("the second answer names the place of the gain that differs most") {
   TuningReport report = scheduled();
   report.second_algorithm = "isres";
   report.second = report.result;
-  CHECK(has(tuning_text(report, {}), "decay 0.25 1/s, the same; the same gains (0 candidates)."));
+  CHECK(has(tuning_text(report, {}), "the same; the same gains (0"));
   report.second->gains[4] = 0.0;
   CHECK(has(tuning_text(report, {.width = 200}), "is k_da at eta = 30 deg, by 100 % "));
   report.second->status = TuneStatus::no_trim;
   report.second->message = "no equilibrium at 'level'";
-  CHECK(has(tuning_text(report, {}), "Beside it isres: no trim, no equilibrium at 'level'."));
+  CHECK(
+      has(tuning_text(report, {}), "Second search by isres: no trim, no equilibrium at 'level'."));
 }
 
 TEST_CASE("random samples: none, one of very many, interrupted") {
@@ -427,7 +447,7 @@ TEST_CASE("random samples: none, one of very many, interrupted") {
   CHECK(
       has(tuning_text(report, {.width = 400}), " 99.9999 %, 95 % interval 99.9990 to 100.0000 %"));
   report.robustness->interrupted = true;
-  CHECK(has(tuning_text(report, {.width = 400}), "(interrupted: fewer samples than asked)."));
+  CHECK(has(tuning_text(report, {.width = 400}), "(interrupted: fewer samples than requested)."));
 }
 
 TEST_CASE("stability that is asked because nothing else asks for it has its row and column") {
@@ -465,5 +485,5 @@ TEST_CASE("of many points forty rows are shown and the rest counted") {
   const std::string text = tuning_text(report, {});
   CHECK(has(text, "  point 19                        20\n    scattered, worst of 1       19.5\n"));
   CHECK(!has(text, "point 20"));
-  CHECK(has(text, "  ... and 50 more (JSON has all)\n"));
+  CHECK(has(text, "  ... and 50 more (JSON lists all)\n"));
 }

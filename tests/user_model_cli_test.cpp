@@ -182,8 +182,9 @@ TEST_CASE("envelope over two numbers of the model") {
   CHECK(rows[10]["k_p"] == 240.0);
   CHECK_NEAR(rows[10]["intervals"][0]["from"]["aim"].get<double>(), 0.005 + 0.5 / 240, 1e-8);
   CHECK(rows[10]["intervals"][0]["from"]["which"] == "gap lower");
-  check_refused(scratch, "envelope " + levitation + "--over eta_deg",
-                "over is of the tiltrotor; a study with [model] says it in [envelope]");
+  check_refused(
+      scratch, "envelope " + levitation + "--over eta_deg",
+      "--over applies to the built-in tiltrotor; a study with [model] sets `over` in [envelope]");
 }
 
 TEST_CASE("sensitivities and margins") {
@@ -268,7 +269,7 @@ TEST_CASE("simulate: the study's motion, its samples and plots, a response") {
   check_refused(scratch, "simulate " + levitation + "--response bias=1",
                 "--response: no 'bias'; there are: gap, speed");
   for (const char* other : {"--monte-carlo", "--tilt-rate-limit", "--flight 3"})
-    check_refused(scratch, "simulate " + levitation + other, "are of the tiltrotor");
+    check_refused(scratch, "simulate " + levitation + other, "apply to the built-in tiltrotor;");
 }
 
 TEST_CASE("an option with a list takes one word: the study may stand behind it") {
@@ -299,7 +300,7 @@ TEST_CASE("report: one page") {
 
 TEST_CASE("what is not of such a study") {
   const Scratch scratch("own-others");
-  check_refused(scratch, "tables " + levitation, "the tables are of the paper's tiltrotor");
+  check_refused(scratch, "tables " + levitation, "the tables are those of the paper's tiltrotor;");
   scratch.write(
       "s.toml",
       "[model]\nstate = [{name = \"x\", rate = \"1 - x\"}]\n[[condition]]\nname = \"a\"\n");
@@ -411,7 +412,7 @@ TEST_CASE("a line without any trim is not called stable") {
   scratch.write("s.toml", study_of("x^2 + p"));
   const Ran ran = run(scratch, "sweep s.toml");
   CHECK(ran.exit_code == 1);
-  CHECK(says(ran.out, "without trim or undecided on all of [1, 2]"));
+  CHECK(says(ran.out, "no trim or undecided on all of [1, 2]"));
   CHECK(!says(ran.out, "stable on"));
 }
 
@@ -450,7 +451,7 @@ TEST_CASE("a long sweep of formulas is stopped cleanly, and goes on to the same 
   const Ran ran = finish(sweep);
   CHECK(ran.exit_code == 128 + SIGINT);
   CHECK(ran.out.empty());
-  CHECK(says(ran.err, "tiltrim: stopped; what is done is in map.nc.log"));
+  CHECK(says(ran.err, "tiltrim: stopped; finished lines are in map.nc.log"));
   CHECK(scratch.files() == std::set<std::string>{"map.nc.log", "s.toml"});
   CHECK(run(scratch, command).exit_code == 0);
   const std::string resumed = slurp(scratch.path / "map.nc");
@@ -465,7 +466,7 @@ TEST_CASE("a study limits the time of each trim: status, words and exit code") {
   const Ran text = run(scratch, "trim s.toml");
   CHECK(text.exit_code == 1);
   CHECK(says(text.out, "time_limit"));
-  CHECK(says(text.out, "the model took longer than the 1e-06 s allowed: "));
+  CHECK(says(text.out, "the model exceeded the time limit of 1e-06 s: "));
   const json trimmed = json::parse(run(scratch, "trim s.toml -f json").out)["conditions"][0];
   CHECK(trimmed["status"] == "time_limit");
   for (const char* const command :
@@ -473,9 +474,9 @@ TEST_CASE("a study limits the time of each trim: status, words and exit code") {
     CAPTURE(command);
     const Ran ran = run(scratch, fmt::format("{} s.toml", command));
     CHECK(ran.exit_code == 1);
-    CHECK(says(ran.out, "the model took longer than"));
+    CHECK(says(ran.out, "the model exceeded the time limit of"));
   }
   const Ran swept = run(scratch, "sweep s.toml");
   CHECK(swept.exit_code == 1);
-  CHECK(says(swept.out, " x the model took longer than the 1e-06 s allowed"));
+  CHECK(says(swept.out, " x the model exceeded the time limit of 1e-06 s"));
 }

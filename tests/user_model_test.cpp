@@ -191,7 +191,7 @@ TEST_CASE("what is no model") {
   check_refused("model = @3\n" + down, {"model: ", "is not a table; expected a table [model]"});
   check_refused("@[model]\nname = 'a'\n" + down,
                 {"model.state: is missing; expected at least one [[model.state]] table"});
-  check_refused("[model]\nstate = @[]\n" + down, {"model.state: an empty array is no list"});
+  check_refused("[model]\nstate = @[]\n" + down, {"model.state: an empty array is not a list"});
   check_refused("@[model.state]\nname = 'x'\n" + down,
                 {"model.state: is one table; expected double brackets, [[model.state]]"});
   check_model_refused("name = \"pendulum\"", "name = @3", {"model.name: 3 is not text"});
@@ -202,9 +202,9 @@ TEST_CASE("what is no model") {
 TEST_CASE("unknown keys of its tables, with the nearest") {
   check_model_refused("nominal = 0.1", "@nominl = 0.1",
                       {"unknown key 'nominl' in [[model.state]]", "did you mean 'nominal'?"});
-  check_model_refused(
-      "nominal = 0.5", "@value = 0.5",
-      {"unknown key 'value' in [[model.input]]", "an input's value stands in the [[condition]]"});
+  check_model_refused("nominal = 0.5", "@value = 0.5",
+                      {"unknown key 'value' in [[model.input]]",
+                       "the value of an input belongs into the [[condition]]"});
   check_model_refused("value = 2\n", "value = 2\n@rate = '1'\n",
                       {"unknown key 'rate' in [[model.parameter]]"});
   check_model_refused("value = \"2*inertia\"", "value = \"2*inertia\"\n@unit = 'kg'",
@@ -219,21 +219,22 @@ TEST_CASE("unknown keys of its tables, with the nearest") {
 
 TEST_CASE("names that cannot be") {
   check_model_refused("\"speed\"\nunit", "@\"angle\"\nunit",
-                      {"model.state.name: 'angle' stands twice; expected distinct names"});
-  check_model_refused("\"torque\"", "@\"angle\"", {"model.input.name: 'angle' stands twice"});
-  check_model_refused("\"mass\"", "@\"torque\"", {"model.parameter.name: 'torque' stands twice"});
+                      {"model.state.name: 'angle' occurs twice; expected distinct names"});
+  check_model_refused("\"torque\"", "@\"angle\"", {"model.input.name: 'angle' occurs twice"});
+  check_model_refused("\"mass\"", "@\"torque\"", {"model.parameter.name: 'torque' occurs twice"});
   check_model_refused("name = \"inertia\"", "name = @\"mass\"",
-                      {"model.let.name: 'mass' stands twice"});
+                      {"model.let.name: 'mass' occurs twice"});
   check_model_refused("name = \"height\"", "name = @\"mass\"",
-                      {"model.output.name: 'mass' stands twice"});
+                      {"model.output.name: 'mass' occurs twice"});
   check_model_refused("name = \"twice\"\nvalue = \"twice\"",
                       "name = @\"height\"\nvalue = \"twice\"",
-                      {"model.output.name: 'height' stands twice"});
+                      {"model.output.name: 'height' occurs twice"});
   check_model_refused("\"mass\"", "@\"sin\"",
-                      {"model.parameter.name: 'sin' means something else in formulas"});
-  check_model_refused("\"mass\"", "@\"pi\"", {"'pi' means something else in formulas"});
-  check_model_refused("\"mass\"", "@\"2m\"", {"'2m' is no name for a formula; expected letters"});
-  check_model_refused("\"mass\"", "@\"the mass\"", {"is no name for a formula"});
+                      {"model.parameter.name: 'sin' has another meaning in formulas"});
+  check_model_refused("\"mass\"", "@\"pi\"", {"'pi' has another meaning in formulas;"});
+  check_model_refused("\"mass\"", "@\"2m\"",
+                      {"'2m' cannot be a name in a formula; expected letters,"});
+  check_model_refused("\"mass\"", "@\"the mass\"", {"cannot be a name in a formula;"});
   check_model_refused("\"mass\"", "@\"\"", {"model.parameter.name: 0 bytes long"});
   check_model_refused("\"mass\"", "@\"" + std::string(101, 'm') + "\"",
                       {"101 characters long; expected at most 100"});
@@ -243,9 +244,9 @@ TEST_CASE("names that cannot be") {
 }
 
 TEST_CASE("formulas that are none, at their place") {
-  check_model_refused("rate = \"speed\"", "rate = @\"sped\"",
-                      {"model.state.rate: 'sped' at character 1 is no name that it may use",
-                       "did you mean 'speed'?"});
+  check_model_refused(
+      "rate = \"speed\"", "rate = @\"sped\"",
+      {"model.state.rate: 'sped' at character 1 is not a known name", "did you mean 'speed'?"});
   check_refused(
       replaced(replaced(pendulum, "rate = \"speed\"\n", ""), "[[model.state]]\nname = \"angle\"",
                "@[[model.state]]\nname = \"angle\"") +
@@ -254,11 +255,12 @@ TEST_CASE("formulas that are none, at their place") {
   check_model_refused("rate = \"speed\"", "rate = @0", {"model.state.rate: 0 is not text"});
   check_model_refused("rate = \"speed\"", "rate = @\"speed = 1\"", {"has a single ="});
   check_model_refused("rate = \"speed\"", "rate = @\"height\"",
-                      {"'height' at character 1 is no name"});
+                      {"'height' at character 1 is not a known name;"});
   check_model_refused("rate = \"speed\"", "rate = @\"" + std::string(5001, '1') + "\"",
                       {"5001 bytes long; expected 1 to 5000"});
-  check_model_refused("\"mass*length^2\"", "@\"twice/2\"",
-                      {"model.let.value: 'twice' at character 1 is no name"});  // defined later
+  check_model_refused(
+      "\"mass*length^2\"", "@\"twice/2\"",
+      {"model.let.value: 'twice' at character 1 is not a known name"});  // defined later
   check_model_refused("\"-length*cos(angle)\"", "@\"-length*cos(angle\"",
                       {"model.output.value: a closing parenthesis is missing"});
   check_model_refused("\"cos(angle)\"\n[[model.par", "@\"log(angle)\"\n[[model.par",
@@ -307,7 +309,7 @@ TEST_CASE("places to break a loop at that are none") {
   check_refused(replaced(pendulum, "[[model.loop]]\ninput = \"added\"", "@[[model.loop]]") + down,
                 {"model.loop.input: is missing; expected the name of an input of the model"});
   check_refused(pendulum + "@[[model.loop]]\ninput = 'torque'\noutput = 'height'\n" + down,
-                {"model.loop.name: height stands twice; expected distinct names"});
+                {"model.loop.name: height occurs twice; expected distinct names"});
   const std::string first = "[model]\nstate = [{name = 'x', rate = '-x'}]\n";
   check_refused(first + "loop = [{input = @'u', output = 'y'}]\n" + down,
                 {"model.loop.input: the model has none; expected an input"});
@@ -369,8 +371,9 @@ TEST_CASE("conditions that are none") {
   check_condition_refused("torque = 0\n@formulation = 'airframe'\n",
                           {"a study with [model] has one way to trim it"});
   check_condition_refused("torque = 0\n@V = 15\n", {"unknown key 'V'"});
-  check_condition_refused("angle = 1\nangle_deg = @2\ntorque = 0\n",
-                          {"condition.angle_deg: angle is given already; expected one of the two"});
+  check_condition_refused(
+      "angle = 1\nangle_deg = @2\ntorque = 0\n",
+      {"condition.angle_deg: angle is already given; expected only one of the two"});
   check_condition_refused("torque = @'fre'\n",
                           {"condition.torque: the text 'fre' is not a value; expected a "
                            "number, [lower, upper] or \"free\""});
@@ -404,7 +407,7 @@ TEST_CASE("conditions that are none") {
 
 TEST_CASE("a study with [model] has none of the tiltrotor's tables") {
   const std::string words =
-      "it is the tiltrotor's, and a study with [model] has numbers of its own";
+      "it belongs to the built-in tiltrotor, and a study with [model] defines its own numbers";
   for (const char* table : {"aircraft", "gains", "limits", "montecarlo"})
     check_table_refused(fmt::format("[@{}]\n", table),
                         {fmt::format("unknown key '{}'", table), words});
@@ -540,11 +543,11 @@ TEST_CASE("what [tune] of such a study cannot ask") {
   check_table_refused(
       "[[tune.gain]]\nkey = 'g'\nfrom = 1\nto = 2\n[[tune.uncertain]]\nkey = 'damping'\npercent = "
       "@1\n",
-      {"damping is 0, and a share of it nothing; expected from and to"});
+      {"damping is 0, so a percentage of it is 0 too; expected from and to"});
   check_refused(replaced(pendulum, "[[model.loop]]\ninput = \"added\"\noutput = \"height\"\n", "") +
                     "[[condition]]\nname = 'a'\ntorque = 0\nadded = 0\n" + gain +
                     "[[tune.limit]]\nmeasure = 'phase_margin_deg'\nof = @'height'\nat_least = 1\n",
-                {"tune.limit.of: the model has no [[model.loop]]; expected no of"});
+                {"tune.limit.of: the model has no [[model.loop]]; expected no key of"});
 }
 
 TEST_CASE("[simulate] of a model") {
@@ -624,5 +627,5 @@ TEST_CASE("what [simulate] of a model refuses") {
   check_refused(
       "[model]\nstate = [{name = 'x', rate = '-x'}]\n[[condition]]\nname = 'a'\n"
       "[[simulate.disturbance]]\nkind = 'step'\non = @'x'\nsize = 1\n",
-      {"the model has neither input nor parameter"});
+      {"the model has neither inputs nor parameters"});
 }

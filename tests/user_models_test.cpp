@@ -110,10 +110,10 @@ TEST_CASE("it gives NaN") {
   CHECK(trimmed(m).status == TrimStatus::not_finite);
   const LinearModel linear = linear_at(m, 1);
   CHECK(linear.status == LinearizeStatus::not_finite);
-  CHECK(linear.message == "no finite numbers: x' = nan");
+  CHECK(linear.message == "not finite: x' = nan");
   const Branch branch = branch_from(m, 1);
   CHECK(branch.end == BranchEnd::no_start);
-  CHECK(says(branch.message, "no finite numbers"));
+  CHECK(says(branch.message, "is not finite"));
   CHECK(statuses(map_of(m)) == thrice(TrimStatus::not_finite));
 }
 
@@ -129,7 +129,8 @@ TEST_CASE("it throws, or gives NaN, on both sides of the point that is linearize
     CHECK(linear.status == (throws ? LinearizeStatus::model_threw : LinearizeStatus::not_finite));
     CHECK(linear.rates == one(0));
     CHECK(linear.A.size() == 0);
-    CHECK(says(linear.message, throws ? "the model threw: x above 1" : "derivative of x' along x"));
+    CHECK(says(linear.message,
+               throws ? "the model threw: x above 1" : "derivative of x' with respect to x"));
   }
 }
 
@@ -144,7 +145,7 @@ TEST_CASE("its derivatives throw, its outputs are NaN") {
   m.outputs = {{"y", "", 1.0}};
   m.h = [](const VectorXd&, const VectorXd&, const VectorXd&) { return one(not_a_number); };
   CHECK(linear_at(m, 1).status == LinearizeStatus::not_finite);
-  CHECK(linear_at(m, 1).message == "no finite numbers: y = nan");
+  CHECK(linear_at(m, 1).message == "not finite: y = nan");
 }
 
 TEST_CASE("it answers with the wrong length") {
@@ -244,7 +245,7 @@ TEST_CASE("it has no equilibrium") {
   CHECK(linear_at(m, 0).status == LinearizeStatus::not_equilibrium);
   const Branch branch = branch_from(m, 0);
   CHECK(branch.end == BranchEnd::no_start);
-  CHECK(says(branch.message, "1 nominal sizes a second are left over"));
+  CHECK(says(branch.message, "1 nominal sizes per second"));
   CHECK(statuses(map_of(m)) == thrice(TrimStatus::not_found));
 }
 

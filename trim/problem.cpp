@@ -47,7 +47,7 @@ static bool guarded(const Problem& p, const Evaluate& evaluate) {
   } catch (const std::exception& e) {
     if (p.thrown.empty()) p.thrown = e.what();
   } catch (...) {
-    if (p.thrown.empty()) p.thrown = "something that is not a std::exception";
+    if (p.thrown.empty()) p.thrown = "an exception that is not a std::exception";
   }
   return false;
 }
@@ -97,7 +97,7 @@ void add_unknowns(Problem& p, const TrimSpec& spec) {
   for (const std::string& name : spec.free) {
     const Index j = variable(p.model, name);
     if (!seen.insert(j).second)
-      throw std::invalid_argument(fmt::format("'{}' is named free twice", name));
+      throw std::invalid_argument(fmt::format("'{}' is listed twice as a free variable", name));
     const auto bound = spec.bounds.find(name);
     if (bound != spec.bounds.end() && bound->second.lower == bound->second.upper)
       set_value(p.base, j, bound->second.lower);  // fixed: not an unknown
@@ -127,7 +127,7 @@ void add_rates(Problem& p, const TrimSpec& spec) {
   for (const std::string& name : spec.moving) {
     (void)index_of(p.model.states, name, "state");
     if (among(spec.steady, name) || held.contains(name) || among(spec.implied, name))
-      throw std::invalid_argument(fmt::format("the rate of '{}' is free and held", name));
+      throw std::invalid_argument(fmt::format("the rate of '{}' is both free and held", name));
   }
   for (const std::string& name : steady_states(p.model, spec))
     if (!held.emplace(name, 0.0).second)
@@ -184,10 +184,8 @@ void add_effort(Problem& p, const TrimSpec& spec) {
         effort.push_back({signal_of(p.model, j).name, signal_of(p.model, j).nominal, 0.0});
   for (const CostTerm& e : effort) {
     if (!(e.scale > 0 && std::isfinite(e.scale) && std::isfinite(e.reference)))
-      throw std::invalid_argument(
-          fmt::format("the effort of '{}': its scale must be positive, its "
-                      "reference finite",
-                      e.signal));
+      throw std::invalid_argument(fmt::format(
+          "control effort of '{}': its scale must be positive and its reference finite", e.signal));
     const Place at = place_of(p.model, e.signal);
     const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
     if (at.row >= 0)
@@ -202,7 +200,7 @@ void add_effort(Problem& p, const TrimSpec& spec) {
 void count(const Problem& p, const TrimSpec& spec) {
   if (p.m() == 0 && p.implied.empty() && spec.effort.empty())
     throw std::invalid_argument(
-        "the trim asks for nothing: every state is left moving and no output is held at a value");
+        "the trim has no conditions: every state may move and no output is held at a value");
   if (p.n() >= p.m()) return;
   std::vector<std::string> unknowns, held;
   for (const Index j : p.unknowns) unknowns.push_back(signal_of(p.model, j).name);

@@ -269,7 +269,7 @@ std::string no_numbers(const Search& s) {
   const Problem& p = s.p;
   if (!p.thrown.empty()) return "the model threw: " + p.thrown;
   const VectorXd rates = values(p, unknowns_of(p, p.base)).rates;
-  return fmt::format("the model gives no finite numbers at any of {}; at the guess {}",
+  return fmt::format("the model is not finite at any of {}; at the guess {}",
                      counted(s.starts, "start"), not_finite_in_words(p, rates, outputs(p, p.base)));
 }
 
@@ -313,7 +313,7 @@ TrimResult no_answer(Search& s) {
     r.message = fmt::format(
         "{}; the closest point leaves {}, {}",
         proof.shown
-            ? fmt::format("no point within the limits is an equilibrium (shown, over {} boxes)",
+            ? fmt::format("no point within the limits is an equilibrium (proved over {} boxes)",
                           proof.boxes)
             : "no equilibrium found in " + counted(s.starts, "start"),
         left_over(p, p.equations, r), limits_in_words(r));
@@ -329,7 +329,7 @@ std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) 
     if (at >= range.lower && at <= range.upper) continue;
     TrimResult r = verify(p, unknowns_of(p, p.base), true, options);
     r.status = TrimStatus::infeasible;
-    r.message = fmt::format("{} is held at {:.6g}, outside its limits [{:.6g}, {:.6g}]",
+    r.message = fmt::format("{} is fixed at {:.6g}, outside its limits [{:.6g}, {:.6g}]",
                             signal_of(p.model, variable).name, at, range.lower, range.upper);
     return r;
   }
@@ -347,15 +347,16 @@ TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& 
   if (limited) problem.out_of_time = limited->over;
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(
-        fmt::format("Newton alone needs as many unknowns as equations, not {} and {}", problem.n(),
+        fmt::format("method newton needs as many unknowns as equations, not {} and {}", problem.n(),
                     problem.m()));
   if (auto r = refused(problem, options)) return *r;
   Search s{problem, options};
   search(s);
   TrimResult result = s.answers.empty() ? no_answer(s) : best_answer(s);
   if (problem.over() && result.message.empty())
-    result.message = fmt::format("the {:.6g} s allowed were over after {}: others were not tried",
-                                 options.time_limit, counted(s.starts, "start"));
+    result.message = fmt::format(
+        "the time limit of {:.6g} s was reached after {}: further starts were not tried",
+        options.time_limit, counted(s.starts, "start"));
   result.thrown = problem.thrown;
   result.starts = s.starts;
   result.evaluations = problem.evaluations;

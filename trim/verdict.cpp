@@ -95,7 +95,7 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
   while (rank < p.m() && svd.sigma[rank] >= singular_below * std::max(svd.sigma[0], 1.0)) ++rank;
   rank = std::min(rank, p.m() - 1);
   r.message = fmt::format(
-      "the equations do not determine {}: the Jacobian is singular there, of rank {} for {} "
+      "the equations do not determine {}: the Jacobian is singular there, with rank {} for {} "
       "equations",
       free_directions(p, svd.V.middleCols(rank, p.m() - rank)), rank, p.m());
 }
@@ -157,7 +157,9 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   note_limits(p, z, v, r);
   if (!dense::same_bits(v.residual, again.residual)) {
     r.status = TrimStatus::not_repeatable;
-    r.message = "the model gives two answers at one point: it keeps state, or draws random numbers";
+    r.message =
+        "the model returns two different values at one point: it keeps internal state or draws "
+        "random numbers";
     return r;
   }
   const double outside =
@@ -173,7 +175,7 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   note_conditioning(p, z, v, r, away);
   if (away > 0) {
     r.message = fmt::format(
-        "the equations are met to {:.1g} because their slopes vanish too: the nearest equilibrium "
+        "the residual is only {:.1g} because the Jacobian vanishes too: the nearest equilibrium "
         "would be {:.2g} nominal sizes away",
         r.residual, away);
     return r;  // not_found
@@ -183,18 +185,18 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   };
   if (std::ranges::any_of(p.implied, moves)) {
     r.status = TrimStatus::not_implied;
-    r.message = "the equations hold, but what should follow from them does not: " +
+    r.message = "the equations hold, but a rate that should vanish with them does not: " +
                 left_over(p, p.implied, r);
   } else if (r.rcond < singular_below || r.step > options.step_tolerance) {
     r.status = TrimStatus::singular;
     if (r.message.empty())
       r.message = fmt::format(
-          "Newton would still move by {:.2g} nominal sizes there: the equations "
-          "are nearly singular, or noisy",
+          "Newton's next step would be {:.2g} nominal sizes: the equations are nearly singular or "
+          "noisy",
           r.step);
   } else if (!optimal) {
     r.status = TrimStatus::not_optimal;
-    r.message = "an equilibrium, but not shown to be the one of least effort";
+    r.message = "an equilibrium, but not proved to be the one of least effort";
   } else {
     r.status = TrimStatus::converged;
   }

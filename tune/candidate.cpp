@@ -37,7 +37,7 @@ void check_gains(const TuneProblem& problem) {
     check_range(g.name, "free", g.lower, g.upper);
     if (g.logarithmic && !(g.lower > 0))
       throw std::invalid_argument(
-          fmt::format("{} is free in [{}, {}] on a logarithmic scale; expected bounds above zero",
+          fmt::format("{} is free in [{}, {}] on a logarithmic scale; expected positive bounds",
                       g.name, g.lower, g.upper));
   }
   std::set<std::string> names;
@@ -47,11 +47,12 @@ void check_gains(const TuneProblem& problem) {
   for (const Uncertain& u : problem.uncertain)
     if (!names.insert(u.name).second)
       throw std::invalid_argument(
-          fmt::format("{} is free and uncertain, or uncertain twice; expected once", u.name));
+          fmt::format("{} is both free and uncertain, or uncertain twice; expected once", u.name));
   const std::vector<double>& s = problem.schedule;
   if (s.size() == 1 || std::ranges::adjacent_find(s, std::greater_equal<>()) != s.end())
     throw std::invalid_argument(
-        fmt::format("a schedule at [{}]; expected two rising places or more", fmt::join(s, ", ")));
+        fmt::format("a schedule over [{}]; expected at least two places in ascending order",
+                    fmt::join(s, ", ")));
 }
 
 void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
@@ -60,26 +61,26 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
     throw std::invalid_argument(
         fmt::format("the limit of {} is {}; expected a number", name, r.limit));
   if (r.measure == Measure::half_time && r.of.empty())
-    throw std::invalid_argument("half_time of no mode; expected the mode's name");
+    throw std::invalid_argument("half_time without a mode; expected the mode's name");
   if (r.measure == Measure::half_time && limit && !(r.limit > 0))
     throw std::invalid_argument(
-        fmt::format("the limit of half_time is {}; expected a time above zero", r.limit));
+        fmt::format("the limit of half_time is {}; expected a positive time", r.limit));
   const bool margin = r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
   if (margin && problem.loops.size() != problem.points.size())
     throw std::invalid_argument(
-        fmt::format("{} of models whose loops cannot be opened; expected for each point its model "
-                    "with inputs behind the actuators",
+        fmt::format("{} for models whose loops cannot be opened; expected for each point a model "
+                    "whose inputs act after the actuators",
                     name));
   if (r.measure == Measure::response_use && problem.disturbance.empty())
-    throw std::invalid_argument("response_use after no disturbance; expected one");
+    throw std::invalid_argument("response_use without a disturbance; expected one");
   const bool is_figure = r.measure == Measure::figure;
   if (is_figure && !problem.figures.contains(r.figure))
     throw std::invalid_argument(
-        fmt::format("{} is none of the problem's figures; expected its function", name));
+        fmt::format("{} is not among the problem's figures; expected its function", name));
   if (is_figure && !problem.schedule.empty())
     throw std::invalid_argument(name + " is for constant gains; expected no schedule");
   if (r.measure == Measure::sensitivity && problem.uncertain.empty())
-    throw std::invalid_argument("sensitivity to nothing; expected uncertain numbers");
+    throw std::invalid_argument("sensitivity without uncertain numbers; expected some");
 }
 
 // The loops must be the points' models, except for their inputs.
@@ -87,8 +88,9 @@ void check_loops(const TuneProblem& problem) {
   for (std::size_t i = 0; i < problem.loops.size(); ++i) {
     const Model &loop = problem.loops[i], &own = problem.points[i].model;
     if (names(loop.states) != names(own.states) || names(loop.parameters) != names(own.parameters))
-      throw std::invalid_argument(fmt::format(
-          "the loops of '{}' have other states or parameters than it has", problem.points[i].name));
+      throw std::invalid_argument(
+          fmt::format("the loops of '{}' have other states or parameters than its model",
+                      problem.points[i].name));
   }
 }
 
@@ -155,8 +157,8 @@ Index given(const Place& place, const std::string& name) {
   const std::vector<Index>& unknowns = place.prepared->problem.unknowns;
   if (std::ranges::find(unknowns, found) != unknowns.end())
     throw std::invalid_argument(
-        fmt::format("{} is found by the trim of '{}'; expected a parameter that it is given", name,
-                    place.request.name));
+        fmt::format("{} is an unknown of the trim of '{}'; expected a parameter with a given value",
+                    name, place.request.name));
   return found;
 }
 
@@ -179,8 +181,7 @@ VectorXd gains_of(const VectorXd& variables, const VectorXd& shares) {
 
 Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
     : problem_(problem) {
-  if (problem.points.empty())
-    throw std::invalid_argument("nothing to tune for: no operating point");
+  if (problem.points.empty()) throw std::invalid_argument("no operating point to tune for");
   check_gains(problem);
   check_asked(problem, problem.goal, false);
   for (const Requirement& r : problem.limits) check_asked(problem, r, true);

@@ -287,7 +287,7 @@ std::string applies_nowhere(const Candidates& candidates, const std::vector<Plac
     return fmt::format(
         "{}{} applies at no operating point ({})", name_of(r), r.of.empty() ? "" : " of " + r.of,
         r.measure == Measure::half_time ? "no mode has that name"
-                                        : "no such actuator acts, or none has a range");
+                                        : "no such actuator is active, or it has no limits");
   }
   return {};
 }

@@ -119,7 +119,7 @@ Robustness robustness(const TuneProblem& problem, const VectorXd& gains, long sa
     throw std::invalid_argument(
         fmt::format("{} gains for a problem that has {}", gains.size(), problem.variables()));
   if (problem.uncertain.empty())
-    throw std::invalid_argument("robustness against nothing; expected uncertain numbers");
+    throw std::invalid_argument("robustness without uncertain numbers; expected some");
   Robustness result;
   with_threads(options.threads, [&] { result = tried_on(problem, gains, samples, options); });
   return result;

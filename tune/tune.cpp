@@ -106,7 +106,7 @@ std::string missed_in_words(const TuneProblem& problem, const std::vector<Achiev
   };
   const Achieved& most = *std::ranges::min_element(all, {}, least);
   const std::string_view of_unit = unit(most.requirement.measure);
-  return fmt::format("{}: {:.6g} is the best found, {} {:.6g}{}{} is asked",
+  return fmt::format("{}: the best found is {:.6g}, required is {} {:.6g}{}{}",
                      in_words(problem, most), most.value,
                      more_is_better(most.requirement.measure) ? "at least" : "at most",
                      most.requirement.limit, of_unit.empty() ? "" : " ", of_unit);
@@ -192,7 +192,7 @@ TuneResult verified(Search& search) {
   const auto lost = std::ranges::find_if_not(places, &PlaceModes::valid);
   if (lost != places.end()) {
     const Place& place = search.candidates.places()[std::size_t(lost - places.begin())];
-    result.message = fmt::format("no equilibrium at '{}'{}{}, as {} needs it: {}",
+    result.message = fmt::format("no equilibrium at '{}'{}{}, which {} needs: {}",
                                  place.request.name, place.where.scatter.empty() ? "" : " with ",
                                  place.where.scatter, name_of(problem.goal),
                                  lost->message.empty() ? to_string(lost->status) : lost->message);
@@ -264,7 +264,7 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   }
   TuneResult result;
   if (search.best.y.size() == 0)
-    result.message = fmt::format("not one candidate was evaluated: {} is not known anywhere",
+    result.message = fmt::format("no candidate could be evaluated: {} is undefined everywhere",
                                  name_of(problem.goal));
   else
     result = verified(search);

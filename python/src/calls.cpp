@@ -184,7 +184,7 @@ void do_beside(const std::function<void(const std::stop_token&)>& work, Progress
 void refuse_within_callable(const char* verb, const char* expected) {
   if (Call::current())
     throw std::invalid_argument(std::string(verb) +
-                                " within a model's function, which a verb is calling; expected " +
+                                " inside a model's function that a verb is calling; expected " +
                                 expected);
 }
 

@@ -18,9 +18,9 @@ static void add_exceptions(py::module_& module) {
       py::exception<StudyError>(module, "StudyError", PyExc_ValueError).release().ptr();
   for (PyObject* type : {invalid, study}) py::setattr(type, "__module__", py::str("tiltrim"));
   py::setattr(invalid, "__doc__",
-              py::str("What was asked cannot be asked: the words say what was meant."));
+              py::str("The request is invalid; the message states what was expected."));
   py::setattr(study, "__doc__",
-              py::str("A study that cannot be read: file, line, column, key, what is wrong."));
+              py::str("A study that cannot be read: file, line, column, key and the problem."));
   py::register_local_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

@@ -53,7 +53,7 @@ def test_a_loop_is_closed_by_names():
     assert [s.name for s in loop.states] == ["gap", "rate"]
     assert loop.inputs == ()
     assert [s.name for s in loop.outputs] == ["current"]
-    with pytest.raises(InvalidArgument, match="nothing"):
+    with pytest.raises(InvalidArgument, match="the loop is not closed"):
         tiltrim.close_loop(magnet(), Model("other", None, outputs=["y"], h=lambda x, u, p: [0.0]))
 
 

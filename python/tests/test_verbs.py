@@ -100,7 +100,7 @@ def test_a_model_without_states_is_its_d_and_has_no_modes():
     assert linear and linear.A.shape == (0, 0) and linear.B.shape == (0, 1)
     assert linear.C.shape == (1, 0) and "0 states" in repr(linear)
     assert linear.D[0, 0] == pytest.approx(12.0, abs=linear.D_error[0, 0])
-    with pytest.raises(ValueError, match="the trim asks for nothing"):
+    with pytest.raises(ValueError, match="the trim has no conditions"):
         tiltrim.trim(gain, {"u": 3.0})
     with pytest.raises(ValueError, match="no function f"):
         Model("no rates", None, states=["x"])

@@ -190,7 +190,7 @@ class Modes(Plotted):
                 ]
             )
         table = Table(
-            ["eigenvalue", "± bound", "frequency", "damping", "t half", "mode", "taking part"],
+            ["eigenvalue", "± bound", "frequency", "damping", "t half", "mode", "participation"],
             rows,
             ["1/s", "1/s", "rad/s", "", "s", "", ""],
             left=(5, 6),

@@ -289,7 +289,7 @@ class Point(Shown):
             model.parameters,
         ):
             raise _tiltrim.InvalidArgument(
-                f"a point of the model '{own.name}' is none of '{model.name}': their signals differ"
+                f"a point of the model '{own.name}' does not fit '{model.name}': their signals differ"
             )
 
     def _page(self) -> Page:

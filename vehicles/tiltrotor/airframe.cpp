@@ -84,7 +84,7 @@ struct BodyAirframe {
 Model airframe(const Vehicle& vehicle, Axes axes) {
   if (!vehicle.polar) throw std::invalid_argument("the vehicle has no polar");
   if (axes == Axes::body && vehicle.equations == Equations::printed)
-    throw std::invalid_argument("the printed equations are studied in wind axes only");
+    throw std::invalid_argument("the printed equations exist in wind axes only");
   const bool wind = axes == Axes::wind;
   Model model;
   model.mode_names = longitudinal_modes();

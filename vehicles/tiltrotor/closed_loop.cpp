@@ -30,7 +30,7 @@ std::vector<Model::Switch> hand_over(const Vehicle& vehicle, const Model& model)
   if (vehicle.aircraft.cyclic_blend > 0) return {};  // a smoothstep has no kink
   const Eigen::Index eta = find(model.parameters, "eta");
   const Eigen::Index off = find(model.parameters, "aircraft.cyclic_off");
-  return {{"the hand-over from cyclic to elevator at eta = cyclic_off",
+  return {{"the handover from cyclic to elevator at eta = cyclic_off",
            [eta, off](const OperatingPoint& at) { return at.p[eta] - at.p[off]; }}};
 }
 
@@ -68,7 +68,7 @@ template <LoopInputs added>
 Model model_of(const Vehicle& vehicle, Axes axes) {
   if (!vehicle.polar) throw std::invalid_argument("the vehicle has no polar");
   if (axes == Axes::body && vehicle.equations == Equations::printed)
-    throw std::invalid_argument("the printed equations are studied in wind axes only");
+    throw std::invalid_argument("the printed equations exist in wind axes only");
   const bool wind = axes == Axes::wind;
   Model model;
   model.mode_names = longitudinal_modes();

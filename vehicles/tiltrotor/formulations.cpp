@@ -187,7 +187,8 @@ TrimProblem closed_loop_along(const Vehicle& vehicle, const Command& command, do
   const RoundToNearest environment;
   const bool slow = slowest < body_axes_below;
   if (slow && command.V == 0)
-    throw std::invalid_argument("at rest there is no path to follow from; expected V above 0");
+    throw std::invalid_argument(
+        "at rest there is no path angle to continue from; expected V above 0");
   return without_integral_bounds(slow ? body_axes_problem(vehicle, command)
                                       : closed_loop_problem(vehicle, command));
 }

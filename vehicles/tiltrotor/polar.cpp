@@ -64,7 +64,7 @@ static void check_table(const std::vector<double>& alpha, const std::vector<Coef
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!std::isfinite(alpha[i] + rows[i].CL + rows[i].CD + rows[i].CM))
       refuse(i, "a value is not finite");
-    if (i > 0 && !(alpha[i] > alpha[i - 1])) refuse(i, "alpha does not rise");
+    if (i > 0 && !(alpha[i] > alpha[i - 1])) refuse(i, "alpha does not increase");
   }
   constexpr double slack = 1e-9;  // π printed with ten digits is accepted as the end
   if (std::abs(alpha.front() + pi) > slack || std::abs(alpha.back() - pi) > slack)
@@ -147,8 +147,8 @@ Polar load_polar(const std::filesystem::path& file) {
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error) throw std::runtime_error(fmt::format("{}: {}", file.string(), error.message()));
   if (size > largest)
-    throw std::runtime_error(
-        fmt::format("{}: {} bytes is no polar (limit {})", file.string(), size, largest));
+    throw std::runtime_error(fmt::format("{}: {} bytes is too large for a polar (limit {})",
+                                         file.string(), size, largest));
   std::ifstream in(file);
   if (!in) throw std::runtime_error(fmt::format("{}: cannot be read", file.string()));
 
@@ -174,13 +174,13 @@ Polar load_polar(const std::filesystem::path& file) {
       const auto [next, failed] = std::from_chars(at, end, v[k]);
       const bool ended = next == end || *next == ',';
       if (failed != std::errc{} || !ended || (k < 3) != (next != end) || !std::isfinite(v[k]))
-        refuse(fmt::format("column {} is not a number, or the row has not four of them", k + 1));
+        refuse(fmt::format("column {} is not a number, or the row does not have four", k + 1));
       at = next + 1;
     }
     alpha.push_back(v[0] * (pi / 180));
     rows.push_back({v[1], v[2], v[3]});
     if (alpha.size() > 1 && !(alpha.back() > alpha[alpha.size() - 2]))
-      refuse("alpha does not rise");
+      refuse("alpha does not increase");
   }
   try {
     return {alpha, rows};
