@@ -359,7 +359,8 @@ struct Sums {
 
 }  // namespace
 
-// k of n drawn is a share of at least `least`, to three standard deviations: few are drawn under sanitizers.
+// k of n drawn is a share of at least `least`, to three standard deviations: few are drawn under
+// sanitizers.
 static bool at_least(double least, int k, int n) {
   return k >= least * n - 3 * std::sqrt(least * (1 - least) * n);
 }
@@ -541,8 +542,7 @@ struct Explained {
 
 }  // namespace
 
-TEST_CASE("(3) as printed: no climb, for the wing's download" *
-          doctest::skip(sanitized)) {
+TEST_CASE("(3) as printed: no climb, for the wing's download" * doctest::skip(sanitized)) {
   Vehicle v = reference_vehicle();
   v.aircraft.pitch_scale = v.aircraft.wake_immersion = 1;
   const Explained climb(v, {2, pi / 2, pi / 2});

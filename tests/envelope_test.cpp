@@ -447,8 +447,7 @@ TEST_CASE("the corridor's ends in level flight are those of follow()") {
   CHECK(along_V(20, 0, 30).end == BranchEnd::reached);
 }
 
-TEST_CASE("another grid and other seeds find the same corridor" *
-          doctest::skip(sanitized)) {
+TEST_CASE("another grid and other seeds find the same corridor" * doctest::skip(sanitized)) {
   const std::vector<double> rows{0, 0.1, 0.25, 0.4, 0.8, 1.0, 1.1, 1.3, 1.57};
   const EnvelopeAnswer a = tiltrotor("eta_deg", 30, {.rows = rows});
   for (const EnvelopeAnswer& b :

@@ -290,8 +290,7 @@ TEST_CASE("verdicts: closed loops, nearly all of them without eigenvalues") {
   CHECK(contradictions(many(trials(20'000), [&] { return random_loop(random, 100); })) == 0);
 }
 
-TEST_CASE("verdicts: the classic hard matrices, close to the axis too" *
-          doctest::skip(sanitized)) {
+TEST_CASE("verdicts: the classic hard matrices, close to the axis too" * doctest::skip(sanitized)) {
   for (Index n = 1; n <= largest_batch_matrix; n += sanitized ? 3 : 1) {
     CAPTURE(n);
     CHECK(contradictions(hard_matrices(n)) == 0);
