@@ -1133,7 +1133,7 @@ TEST_CASE("a derivative that is missing is named by its own variable, and withho
   CHECK(std::isnan(lin.C(0, 1)));
   CHECK_NEAR(lin.C(1, 1), 1, 1e-8);
   CHECK(std::ranges::any_of(lin.remarks, [](const std::string& r) {
-    return contains(r, "root along y") && !contains(r, "with respect to x");
+    return contains(r, "root with respect to y") && !contains(r, "with respect to x");
   }));
 }
 

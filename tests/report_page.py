@@ -498,7 +498,7 @@ def check_names(driver):
 def check_unanswered(driver):
     first = driver.execute_script("""const part = document.querySelector('main section');
         return [part.querySelector('h2').textContent, [...part.querySelectorAll('dt')].map((e) => [e.textContent, e.nextElementSibling.textContent])];""")
-    if first[0] != "What has no answer, and why":
+    if first[0] != "Unanswered, and why":
         yield f"\"{first[0]}\" stands first"
     why = [reason for what, reason in first[1] if "too steep <b>" in what]
     if not why or "infeasible" not in why[0] or not re.search(r"limit|needs|cannot|without", why[0]) or len(why[0]) < 60:

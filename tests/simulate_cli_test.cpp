@@ -209,7 +209,7 @@ TEST_CASE("the other studies: bumpless arrives, the reference gains are lost, th
   CHECK(text.exit_code == 1);
   for (const char* words :
        {"transition_reference, starting at rest on the ground: lost at 33.6", "predicted",
-        "h = 46.44 m", "K_Li x2 must change from", "features at later times: it ends at 33.6 s"})
+        "h = 46.44 m", "K_Li x2 must change from", "features at later times: ends at 33.6 s"})
     says(text.out, words);
   const Ran landed = run(scratch, simulate("reconversion", ""));
   CHECK(landed.exit_code == 0);

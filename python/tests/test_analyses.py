@@ -176,7 +176,7 @@ def test_what_has_no_envelope(studies):
         tiltrim.envelope(tiltrim.tiltrotor(), over=("eta", 0, 1))
     with pytest.raises(tiltrim.InvalidArgument, match="no envelope over 'eta'; there are: eta_deg"):
         tiltrim.envelope(tiltrim.tiltrotor(), over="eta")
-    with pytest.raises(tiltrim.InvalidArgument, match="over is of the tiltrotor"):
+    with pytest.raises(tiltrim.InvalidArgument, match="applies to the built-in tiltrotor"):
         tiltrim.envelope(studies / "levitation.toml", over="eta_deg")
 
 
@@ -276,7 +276,7 @@ def test_the_report_is_the_programs_page(studies, tmp_path):
     tiltrim.save(map_of, tmp_path / "map.nc")
     tiltrim.report(file, tmp_path / "given.html", maps=[tmp_path / "map.nc"], only=["held"])
     assert b"map.nc" in (tmp_path / "given.html").read_bytes()
-    with pytest.raises(tiltrim.InvalidArgument, match="one file; expected two"):
+    with pytest.raises(tiltrim.InvalidArgument, match="name the same file; expected two"):
         tiltrim.report(file, file)
     with pytest.raises(tiltrim.InvalidArgument, match="no condition 'hold'"):
         tiltrim.report(file, tmp_path / "page.html", only=["hold"])
