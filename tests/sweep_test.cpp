@@ -930,7 +930,7 @@ TEST_CASE("one gain, its crossings, no other axis") {
     CHECK((i.verdict == IntervalVerdict::stable ? i.abscissa <= located : i.abscissa > 0));
 }
 
-TEST_CASE("crossings along gains are those of bisection") {
+TEST_CASE("crossings along gains are those of bisection" * doctest::skip(sanitized)) {
   const std::vector<std::tuple<FlownAt, std::string, double, double>> lines{
       {airplane, "gains.k_pe", 0.01, 30},   {airplane, "gains.k_de", 0.01, 10},
       {airplane, "gains.K_Lp", 0.05, 30},   {airplane, "gains.K_Li", 0.01, 30},
