@@ -139,6 +139,30 @@ std::string limits_in_words(const TrimResult& r) {
   return fmt::format("with {}", fmt::join(words, ", "));
 }
 
+// Status of a point that meets the equations and the bounds.
+static void classify(const Problem& p, bool optimal, const TrimOptions& options, TrimResult& r) {
+  const auto moves = [&](Index row) {
+    return std::abs(r.rates[row]) > options.tolerance * p.row_nominal[row];
+  };
+  if (std::ranges::any_of(p.implied, moves)) {
+    r.status = TrimStatus::not_implied;
+    r.message = "the equations hold, but a rate that should vanish with them does not: " +
+                left_over(p, p.implied, r);
+  } else if (r.rcond < singular_below || r.step > options.step_tolerance) {
+    r.status = TrimStatus::singular;
+    if (r.message.empty())
+      r.message = fmt::format(
+          "Newton's next step would be {:.2g} nominal sizes: the equations are nearly singular or "
+          "noisy",
+          r.step);
+  } else if (!optimal) {
+    r.status = TrimStatus::not_optimal;
+    r.message = "an equilibrium, but not proved to be the one of least effort";
+  } else {
+    r.status = TrimStatus::converged;
+  }
+}
+
 static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
                          const TrimOptions& options) {
   TrimResult r;
@@ -180,26 +204,7 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
         r.residual, away);
     return r;  // not_found
   }
-  const auto moves = [&](Index row) {
-    return std::abs(r.rates[row]) > options.tolerance * p.row_nominal[row];
-  };
-  if (std::ranges::any_of(p.implied, moves)) {
-    r.status = TrimStatus::not_implied;
-    r.message = "the equations hold, but a rate that should vanish with them does not: " +
-                left_over(p, p.implied, r);
-  } else if (r.rcond < singular_below || r.step > options.step_tolerance) {
-    r.status = TrimStatus::singular;
-    if (r.message.empty())
-      r.message = fmt::format(
-          "Newton's next step would be {:.2g} nominal sizes: the equations are nearly singular or "
-          "noisy",
-          r.step);
-  } else if (!optimal) {
-    r.status = TrimStatus::not_optimal;
-    r.message = "an equilibrium, but not proved to be the one of least effort";
-  } else {
-    r.status = TrimStatus::converged;
-  }
+  classify(p, optimal, options, r);
   return r;
 }
 
