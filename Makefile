@@ -120,6 +120,8 @@ figures: release
 	gnuplot docs/figures/envelope.gp
 	build/bin/tiltrim simulate studies/transition.toml --plots build/figures -o build/transition.txt
 	cp build/figures/fig5_angles.svg docs/figures/transition.svg
+	build/bin/tiltrim simulate studies/transition_as_drawn.toml --format csv -o build/as_drawn.csv
+	gnuplot docs/figures/as_drawn.gp
 	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
 	sed -E 's/^ width="[0-9]+" height="[0-9]+"$$//' build/figures/locus_slow_1_climb.svg > docs/figures/locus.svg  # as wide as the text
 

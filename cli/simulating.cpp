@@ -59,10 +59,17 @@ void check(const SimulateCommand& command) {
 
 // ---- The flight ---------------------------------------------------------------------------------
 
-// The paper's flight: (16) from the ground.
-bool as_in_paper(const Study& study) {
+// The paper's flight: from the ground, vertically, over a schedule of height to its level flight.
+bool as_in_paper(const Study& study, const Schedule& schedule) {
   const SimulateTable table = study.simulate.value_or(SimulateTable{});
-  return table.schedule.kind == ScheduleTable::Kind::corridor && from_ground(table);
+  if (!from_ground(table) || table.schedule.over_time) return false;
+  constexpr double aloft = 1e6, same = 1e-9;  // m; rad, m/s
+  const Command first = schedule.command(0, 0), last = schedule.command(0, aloft);
+  const Command foot = corridor(0), top = corridor(aloft);
+  const auto apart = [](const Command& a, const Command& b) {
+    return std::max(std::abs(a.gamma - b.gamma), std::abs(a.eta - b.eta));
+  };
+  return apart(first, foot) < same && apart(last, top) < same && std::abs(last.V - top.V) < same;
 }
 
 }  // namespace
@@ -79,7 +86,7 @@ FlightReport flown(const Study& study, std::optional<long> number, const std::st
   report.plan.options.global_error = true;
   report.flown = fly(report.plan.flight, report.plan.start, report.plan.options);
   report.table = flight_table(report.plan.flight, *report.flown);
-  if (as_in_paper(study)) report.facts = paper_facts(report.table);
+  if (as_in_paper(study, report.plan.flight.schedule)) report.facts = paper_facts(report.table);
   return report;
 }
 

@@ -57,8 +57,8 @@ class Flown {
 
 constexpr const char* schedule_over_height =
     "schedule (16) over height bends the path from the ground up: it commands 83° at 20 m and 60° "
-    "at 46 m; the paper's 25 s of vertical climb need another schedule or a later start of this "
-    "one";
+    "at 46 m; the paper's 25 s of vertical climb need a schedule that joins (16) at about 55 m, as "
+    "in studies/transition_as_drawn.toml";
 
 constexpr double climb_from = 5.0, climb_to = 25.0, whole = 90.0;  // s, as in the paper
 

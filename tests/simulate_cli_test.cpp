@@ -144,7 +144,7 @@ TEST_CASE("limits reached are events: where a command is beyond its limit, what 
 
 TEST_CASE("beside the paper's figures: fifteen facts with the numbers of the samples") {
   const Scratch scratch("simulate");
-  for (const std::string study : {"transition", "transition_bumpless"}) {
+  for (const std::string study : {"transition", "transition_bumpless", "transition_as_drawn"}) {
     const json flight = json::parse(run(scratch, simulate(study, "-f json")).out);
     const Samples s(flight);
     const double twenty = std::min(25.0, s.passes(20));
