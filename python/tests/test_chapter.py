@@ -1,4 +1,4 @@
-"""The Python blocks of README.md, docs/python.md and the tutorials print the output below them.
+"""The Python blocks of README.md, docs/python.md, docs/design.md and the tutorials print the output below them.
 
 test_chapter.py --write updates the output in the documents.
 """
@@ -19,7 +19,7 @@ BLOCK = re.compile(r"```python\n(.*?)```\n\n```text\n(.*?)```", re.DOTALL)
 STUDY = re.compile(r"```toml\n(# (\S+\.toml)\n.*?)```", re.DOTALL)
 ROUND_OFF = re.compile(r"-?\d(?:\.\d+)?e-1[2-9]\b|\b\de-\d\d\b")  # differs between compilers
 
-DOCUMENTS = [ROOT / "README.md", ROOT / "docs/python.md"]
+DOCUMENTS = [ROOT / "README.md", ROOT / "docs/python.md", ROOT / "docs/design.md"]
 DOCUMENTS += [page for page in TUTORIALS if "```python" in page.read_text()]
 
 

@@ -129,7 +129,8 @@ def test_all_is_what_is_public():
 def test_every_verb_says_all_its_options():
     for verb in (tiltrim.trim, tiltrim.follow, tiltrim.linearize, tiltrim.sweep, tiltrim.tune,
                  tiltrim.simulate, tiltrim.margins, tiltrim.envelope, tiltrim.all_equilibria,
-                 tiltrim.monte_carlo, tiltrim.report):  # fmt: skip
+                 tiltrim.monte_carlo, tiltrim.report, tiltrim.lqr, tiltrim.place, tiltrim.lyapunov,
+                 tiltrim.hinf_norm, tiltrim.h2_norm):  # fmt: skip
         of_the_problem = {*inspect.signature(tiltrim.TrimSpec).parameters, "spec", "guess"}
         for name in set(inspect.signature(verb).parameters) - of_the_problem:
             assert name in (verb.__doc__ or ""), f"{verb.__name__}: {name}"

@@ -2,12 +2,25 @@
 
 A Model has names, units and functions x' = f(x, u, p), y = h(x, u, p); tiltrotor() and read_study()
 return conditions of the built-in vehicle. The verbs: trim, follow, linearize, modes, margins,
-envelope, all_equilibria, sweep, tune, simulate, fly, monte_carlo, report. SI units and radians,
+envelope, all_equilibria, sweep, tune, simulate, fly, monte_carlo, report; of linear models lqr,
+place, hinf_norm, h2_norm, lyapunov. SI units and radians,
 degrees where a name ends in _deg.
 """
 
 from __future__ import annotations
 
+from ._design import (
+    EquationSolution,
+    H2Norm,
+    Peak,
+    Placement,
+    Regulator,
+    h2_norm,
+    hinf_norm,
+    lqr,
+    lyapunov,
+    place,
+)
 from ._envelope import Envelope, EnvelopePart, EnvelopePiece, envelope
 from ._equilibria import AllEquilibria, Equilibrium, all_equilibria
 from ._follow import Branch, BranchEvent, follow
@@ -40,9 +53,11 @@ __all__ = [
     "Envelope",
     "EnvelopePart",
     "EnvelopePiece",
+    "EquationSolution",
     "Equilibrium",
     "Flight",
     "GainEffect",
+    "H2Norm",
     "InvalidArgument",
     "LinearModel",
     "LoopMargins",
@@ -52,8 +67,11 @@ __all__ = [
     "Modes",
     "MonteCarlo",
     "ParameterSensitivity",
+    "Peak",
+    "Placement",
     "Point",
     "Problem",
+    "Regulator",
     "Report",
     "ScatteredFlight",
     "Sensitivities",
@@ -73,12 +91,17 @@ __all__ = [
     "feedback",
     "fly",
     "follow",
+    "h2_norm",
+    "hinf_norm",
     "linearize",
+    "lqr",
+    "lyapunov",
     "margins",
     "modes",
     "monte_carlo",
     "open_map",
     "parse_study",
+    "place",
     "plot",
     "read_study",
     "report",
