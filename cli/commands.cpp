@@ -14,8 +14,10 @@
 #include "report/paper.hpp"
 #include "report/sensitivities.hpp"
 #include "study/analyses.hpp"
+#include "study/angle_remarks.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
+#include "sweep/sweep.hpp"
 
 namespace tiltrim::cli {
 
@@ -37,7 +39,11 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
 
 Study read_study(const std::filesystem::path& file) {
   const Reading now;
-  return load_study(file);
+  Study study = load_study(file);
+  if (first_of_ranks())
+    for (const std::string& remark : angle_remarks(study))
+      fmt::print(stderr, "tiltrim: {}\n", remark);
+  return study;
 }
 
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {

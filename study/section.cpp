@@ -31,12 +31,23 @@ void Section::refuse(std::string_view key, std::string_view message) const {
   reading::refuse(file_, table_.place, fmt::format("{}{}: {}", prefix_, key, message));
 }
 
-// A hint: first a missing unit suffix of an angle, the commonest error; then the spelling.
+// The valid key that differs only in the unit suffix of an angle, the commonest error; or empty.
+static std::string with_its_suffix(const std::string& key, const std::vector<std::string>& keys) {
+  std::string bare = key;
+  for (const std::string_view suffix : {"_deg", "_degrees", "_degree", "_rad", "_radians"})
+    if (key.ends_with(suffix)) bare = key.substr(0, key.size() - suffix.size());
+  std::vector<std::string> same{bare, bare + "_deg"};
+  if (key.find("_deg") != key.npos) std::ranges::reverse(same);
+  const auto known = std::ranges::find_first_of(same, keys);
+  return known == same.end() ? "" : *known;
+}
+
 static std::string hint_for(const std::string& key, const std::vector<std::string>& keys) {
-  const std::string in_degrees = key + "_deg";
-  const bool unit_missing = std::ranges::find(keys, in_degrees) != keys.end();
-  const std::string nearest = unit_missing ? in_degrees : nearest_name(key, keys);
-  return nearest.empty() ? "" : fmt::format("did you mean '{}'? ", nearest);
+  const std::string same = with_its_suffix(key, keys);
+  const std::string nearest = same.empty() ? nearest_name(key, keys) : same;
+  if (nearest.empty()) return {};
+  const bool degrees = nearest.ends_with("_deg") && !key.ends_with("_deg");
+  return fmt::format("did you mean '{}'? {}", nearest, degrees ? "it is in degrees; " : "");
 }
 
 void Section::allow_only(const std::vector<std::string>& keys,

@@ -577,6 +577,18 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("envelope " + good + " --count 2", "--count");
 }
 
+TEST_CASE(
+    "an angle that appears to be in the other unit: a remark on standard error, and an answer") {
+  const Scratch scratch;
+  scratch.write("s.toml", "[[condition]]\nname = \"a\"\nV = 15\ngamma_deg = 1.5708\neta_deg = 0\n");
+  const Ran ran = tiltrim(scratch, "trim s.toml -f json");
+  CHECK(ran.exit_code == 0);
+  CHECK(
+      ran.err ==
+      "tiltrim: s.toml:4:13: gamma_deg = 1.5708 is 1.57 degrees; 1.5708 rad would be 90 degrees\n");
+  CHECK(json::parse(ran.out)["conditions"][0]["status"] == "converged");
+}
+
 TEST_CASE("every shipped study runs; hover trims in body axes") {
   const Scratch scratch;
   const json airframe =

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <set>
 
+#include "study/angle_remarks.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
 #include "tests/study_text.hpp"
@@ -354,6 +355,56 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
       "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 1\neta_deg = 0\n"
       "objective = [{signal = 'V', weight = 2}]\n",
       "6:29", {"'weight'", "in objective", "signal, scale, reference"});
+}
+
+TEST_CASE("an angle's key with no unit or another one: the hint is the key in degrees") {
+  const auto hint = [](const std::string& table, const std::string& key) {
+    const std::string message = study_refusal(table + key + " = 1\n");
+    return message.find("did you mean 'theta_deg'? it is in degrees;") != message.npos;
+  };
+  const std::string airframe = one_condition + "formulation = 'airframe'\n";
+  for (const std::string key : {"theta", "theta_rad", "theta_radians", "theta_degrees"}) {
+    CAPTURE(key);
+    CHECK(hint(airframe, key));
+  }
+  check_refused(airframe + "theta_dge = 1\n", "7:1", {"did you mean 'theta_deg'?"});
+  check_refused(airframe + "q_deg = 1\n", "7:1", {"did you mean 'q'? valid"});
+  check_refused("[gains]\nk_V_rad = 1\n", "2:1", {"did you mean 'k_V'? valid"});
+}
+
+TEST_CASE("an angle in degrees that is a fraction of pi is remarked upon") {
+  const auto remarks = [](const std::string& value) {
+    const std::string text = one_condition.substr(0, one_condition.find("gamma")) +
+                             "gamma_deg = " + value + "\neta_deg = 0\n";
+    return angle_remarks(parse_study(text, "t.toml"));
+  };
+  CHECK(remarks("1.5708") ==
+        std::vector<std::string>{"t.toml:4:13: gamma_deg = 1.5708 is 1.57 degrees; 1.5708 rad "
+                                 "would be 90 degrees"});
+  const std::map<std::string, std::string> radians{
+      {"3.1416", " 180 "}, {"-1.571", " -90 "},  {"1.0472", " 60 "},
+      {"0.7854", " 45 "},  {"-0.5236", " -30 "}, {"3.141592653589793", " 180 "}};
+  for (const auto& [value, degrees] : radians) {
+    CAPTURE(value);
+    REQUIRE(remarks(value).size() == 1);
+    CHECK(remarks(value)[0].find("would be" + degrees + "degrees") != std::string::npos);
+  }
+  for (const std::string usual : {"0", "1.57", "1.5", "0.5", "3.1", "3.14", "1.05", "90", "-30"})
+    CHECK(remarks(usual).empty());
+  const std::string elsewhere = "[limits]\na1s_deg = [-0.5236, 20]\n" + one_condition +
+                                "[follow]\nparameter = 'gamma_deg'\nto = 0.7854\n"
+                                "[[sweep.axis]]\nkey = 'eta_deg'\nvalues = [0, 1.5708]\n"
+                                "[[sweep.axis]]\nkey = 'gains.K_Lp'\nfrom = 0.7854\nto = 1.5708\n"
+                                "count = 2\n";
+  std::string places;
+  for (const std::string& remark : angle_remarks(parse_study(elsewhere, "t.toml")))
+    places += remark.substr(0, remark.find(' ')) + " ";
+  CHECK(places == "t.toml:2:12: t.toml:10:6: t.toml:13:14: ");
+}
+
+TEST_CASE("the shipped studies have their angles in the units of their keys") {
+  for (const auto& entry : fs::directory_iterator(source / "studies"))
+    if (entry.path().extension() == ".toml") CHECK(angle_remarks(load_study(entry.path())).empty());
 }
 
 TEST_CASE("a wrong number is refused at its place") {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <numbers>
 
+#include "study/angle_remarks.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 
@@ -358,6 +359,24 @@ TEST_CASE("rates, guess and objective") {
         std::vector<std::string>{"speed"});
 }
 
+TEST_CASE("an angle in rad beyond a full turn is remarked upon, and its key in degrees is not") {
+  const auto remarks = [](const std::string& rest) {
+    return angle_remarks(parse_study(pendulum + "[[condition]]\nname = 'a'\n" + rest, "t.toml"));
+  };
+  const auto one = remarks("angle = -45\ntorque = 0\n");
+  REQUIRE(one.size() == 1);
+  CHECK(
+      one[0].ends_with(": angle = -45 is in rad, -2578 degrees; -45 degrees would be -0.7854 rad"));
+  CHECK(remarks("torque = 'free'\nangle = [0, 6.3]\n").size() == 1);
+  CHECK(remarks("torque = 0\nguess = {angle = 90}\nrates = {angle = 90, speed = 90}\n").size() ==
+        1);
+  CHECK(remarks("torque = 90\nangle_deg = 90\n").empty());
+  CHECK(remarks("torque = 'free'\nangle = 6.28\nspeed = 90\n").empty());
+  CHECK(remarks("torque = 0\nangle_deg = 1.5708\n").size() == 1);
+  CHECK(remarks("torque = 0\nangle = 1\n[[sweep.axis]]\nkey = 'angle'\nvalues = [0, 45, 90]\n")
+            .size() == 2);
+}
+
 TEST_CASE("conditions that are none") {
   check_refused(pendulum + "@[[condition]]\nname = 'a'\n",
                 {"condition.torque: is missing; expected a number, [lower, upper] or \"free\" for "
@@ -367,7 +386,11 @@ TEST_CASE("conditions that are none") {
       {"unknown key 'angel' in [[condition]] of this model", "did you mean 'angle'?",
        "valid keys: name, guess, rates, objective, "
        "angle, angle_deg, speed, torque, added, mass"});
-  check_condition_refused("torque = 0\n@torque_deg = 1\n", {"unknown key 'torque_deg'"});
+  check_condition_refused("torque = 0\n@torque_deg = 1\n",
+                          {"unknown key 'torque_deg'", "did you mean 'torque'? valid"});
+  check_condition_refused("torque = 0\n@angle_rad = 1\n", {"did you mean 'angle'? valid"});
+  check_condition_refused("torque = 0\n@angle_degrees = 1\n",
+                          {"did you mean 'angle_deg'? it is in degrees; valid"});
   check_condition_refused("torque = 0\n@formulation = 'airframe'\n",
                           {"a study with [model] has one way to trim it"});
   check_condition_refused("torque = 0\n@V = 15\n", {"unknown key 'V'"});

@@ -13,6 +13,7 @@
 #include "python/src/sweeps.hpp"
 #include "python/src/verbs.hpp"
 #include "study/analyses.hpp"
+#include "study/angle_remarks.hpp"
 #include "study/problems.hpp"
 
 namespace tiltrim::python {
@@ -324,6 +325,8 @@ void add_studies(py::module_& module) {
       .def("problem", &problem_of);
   module.def("read_study", &loaded, arg("file"));
   module.def("parse_study", &parsed, arg("text"), arg("name"));
+  module.def(
+      "angle_remarks", [](const HeldStudy& s) { return angle_remarks(*s.study); }, arg("study"));
   module.def("trim_condition", &trimmed, arg("condition"), arg("options"));
   module.def("follow_condition", &followed, arg("condition"), arg("parameter"), arg("to"),
              arg("options"), arg("trimming"));

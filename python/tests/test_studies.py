@@ -32,6 +32,17 @@ def test_trim_linearize_and_modes_of_a_study_are_the_programs(program, paper):
     assert tiltrim.trim(paper, condition="level", starts=0).starts == 1
 
 
+def test_angles_in_the_other_unit_are_warned_of():
+    text = '[[condition]]\nname = "a"\nV = 15\ngamma_deg = %s\neta_deg = 0\n'
+    remark = "t.toml:4:13: gamma_deg = 1.5708 is 1.57 degrees; 1.5708 rad would be 90 degrees"
+    with pytest.warns(UserWarning) as warned:
+        study = tiltrim.parse_study(text % 1.5708, "t.toml")
+    assert [str(w.message) for w in warned] == [remark] and warned[0].filename == __file__
+    assert study["a"].guess  # valid, as given
+    with pytest.warns(UserWarning, match="would be 90 degrees"):
+        assert tiltrim.tiltrotor(gamma_deg=1.5708).name == "condition"
+
+
 def test_follow_of_a_study_is_the_programs(program, paper):
     command = ("follow", paper, "--parameter", "gains.K_Lp", "--to", "1.0")
     printed = program(*command)["branches"]

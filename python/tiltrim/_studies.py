@@ -6,6 +6,7 @@ import difflib
 import functools
 import inspect
 import os
+import warnings
 from types import MappingProxyType
 from typing import (
     TYPE_CHECKING,
@@ -154,13 +155,22 @@ class Study(Shown):
 
 
 def read_study(path: Union[str, os.PathLike[str]]) -> Study:
-    """Reads and checks a study file (docs/study.md); StudyError has file, line, column and key."""
-    return Study(_tiltrim.read_study(os.fspath(path)))
+    """Reads and checks a study file (docs/study.md); StudyError has file, line, column and key.
+
+    Warns of angles that appear to be in the other unit: gamma_deg = 1.5708.
+    """
+    return _remarked(_tiltrim.read_study(os.fspath(path)))
 
 
 def parse_study(text: str, name: str = "study") -> Study:
     """The same from text; `name` replaces the file name in messages."""
-    return Study(_tiltrim.parse_study(text, name))
+    return _remarked(_tiltrim.parse_study(text, name))
+
+
+def _remarked(core: _tiltrim.Study) -> Study:
+    for remark in _tiltrim.angle_remarks(core):
+        warnings.warn(remark, stacklevel=3)
+    return Study(core)
 
 
 StudyLike = Union[Study, str, "os.PathLike[str]"]  # a study, or the path of one
