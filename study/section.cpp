@@ -132,6 +132,7 @@ std::vector<double> Section::numbers(const Entry& list, const Accepted& accepted
 
 std::vector<double> Section::rising(const Entry& list, const Accepted& accepted,
                                     std::string_view things) const {
+  if (listener) listener({.path = prefix_ + list.key, .least = 2});
   if (list.kind != Entry::Kind::array || list.entries.size() < 2)
     refuse(list, fmt::format("{} is not a list of {}; expected [a, b, ...], at least two, in "
                              "ascending order, each {}",
@@ -147,6 +148,7 @@ std::vector<double> Section::rising(const Entry& list, const Accepted& accepted,
 
 Range Section::range(const Entry& entry, const Accepted& accepted) const {
   const std::string expected = fmt::format("[lower, upper], each {}", describe(accepted));
+  if (listener) listener({.path = prefix_ + entry.key, .least = 2, .most = 2});
   if (entry.kind != Entry::Kind::array || entry.entries.size() != 2)
     refuse(entry, fmt::format("{} is not a pair of numbers; expected {}", reading::describe(entry),
                               expected));

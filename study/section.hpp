@@ -48,6 +48,7 @@ struct Asked {
   bool number = false, whole = false;
   double lower = 0.0, upper = 0.0;  ///< limits of a number
   std::string unit = {};
+  unsigned least = 0, most = 0;  ///< entries of a list; 0: any
 };
 /// Called for every query while studies are read; empty except in tests.
 inline std::function<void(const Asked&)> listener;

@@ -1,5 +1,6 @@
 // data/study.schema.json, the JSON schema of studies for editors, is generated from the readers'
-// queries of every key: ranges, units, choices and lists of keys. TILTRIM_WRITE=1 writes it.
+// queries of every key: ranges, units, choices and lists of keys. What relates the keys of a table,
+// such as those that a kind requires, is in study_rules.json. TILTRIM_WRITE=1 writes the schema.
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -32,7 +33,9 @@ struct Shape {
 struct Family {
   bool user = false;
   Shape root;
-  std::map<std::string, Asked> numbers, choices;
+  std::map<std::string, Asked> numbers, choices, lists;
+  std::map<std::string, std::vector<ordered_json>>
+      rules;  // of a table "gains.", of a list "gains.K"
   std::map<std::string, std::set<std::string>> keys;
   std::set<std::string> open;  // tables whose keys are user-defined names
 };
@@ -61,6 +64,10 @@ void hear(Family& family, const Asked& asked) {
     all.lower = std::min(all.lower, asked.lower);
     all.upper = std::max(all.upper, asked.upper);
     if (all.unit != asked.unit) all.unit.clear();
+  }
+  if (asked.least > 0) {
+    family.lists.try_emplace(asked.path, asked);
+    return;
   }
   if (!asked.number && !table) {
     const auto [known, first] = family.choices.try_emplace(asked.path, asked);
@@ -93,6 +100,7 @@ void share(const Family& from, Family& to) {
     const auto of_table = [&](const auto& asked) { return asked.first.starts_with(table + "."); };
     std::ranges::copy_if(from.numbers, std::inserter(to.numbers, to.numbers.end()), of_table);
     std::ranges::copy_if(from.choices, std::inserter(to.choices, to.choices.end()), of_table);
+    std::ranges::copy_if(from.lists, std::inserter(to.lists, to.lists.end()), of_table);
   }
 }
 
@@ -120,7 +128,51 @@ ordered_json table_of(const Family& family, const Shape& shape, const std::strin
     }
   ordered_json table{{"type", "object"}, {"properties", properties}};
   if (!open) table["additionalProperties"] = false;
+  if (const auto rules = family.rules.find(prefix); rules != family.rules.end())
+    table["allOf"] = rules->second;
   return table;
+}
+
+ordered_json list_of(const Family& family, const Shape& shape, const std::string& path) {
+  ordered_json list{
+      {"type", "array"}, {"minItems", 1}, {"items", described_value(family, shape.entry[0], path)}};
+  if (const auto asked = family.lists.find(path); asked != family.lists.end()) {
+    list["minItems"] = asked->second.least;
+    if (asked->second.most > 0) list["maxItems"] = asked->second.most;
+    list["uniqueItems"] = true;  // in ascending order
+  }
+  if (const auto rules = family.rules.find(path); rules != family.rules.end())
+    list["allOf"] = rules->second;
+  return list;
+}
+
+// Reads tests/study_rules.json.
+void add_rules(Family& family, const ordered_json& rules) {
+  for (const auto& [path, parts] : rules.items()) {
+    std::vector<ordered_json>& all = family.rules[path];
+    all.insert(all.end(), parts.begin(), parts.end());
+  }
+}
+
+// A table whose `key` names a number of the study: the range that its other keys then have.
+ordered_json range_by(const std::string& key, const std::vector<std::string>& others) {
+  std::vector<Key> keys = study_keys();
+  keys.push_back({"h", "h", "m", {-1e6, 1e6}});
+  std::map<std::pair<double, double>, std::vector<std::string>> of_range;
+  std::vector<std::string> all;
+  for (const Key& k : keys) {
+    of_range[{k.accepted.lower, k.accepted.upper}].push_back(k.name);
+    all.push_back(k.name);
+  }
+  std::vector<ordered_json> rules{{{"properties", {{key, {{"enum", all}}}}}}};
+  for (const auto& [range, names] : of_range) {
+    const ordered_json limits{{"minimum", range.first}, {"maximum", range.second}};
+    ordered_json values{{"values", {{"items", limits}}}};
+    for (const std::string& other : others) values[other] = limits;
+    rules.push_back({{"if", {{"properties", {{key, {{"enum", names}}}}}, {"required", {key}}}},
+                     {"then", {{"properties", values}}}});
+  }
+  return {{"allOf", rules}};
 }
 
 ordered_json number_of(const Family& family, const std::string& path) {
@@ -140,12 +192,9 @@ ordered_json described_value(const Family& family, const Shape& shape, const std
     const auto choices = family.choices.find(path);
     if (kind == "number") ways.push_back(number_of(family, path));
     if (kind == "object") ways.push_back(table_of(family, shape, path + "."));
-    if (kind == "array")
-      ways.push_back({{"type", "array"},
-                      {"minItems", 1},
-                      {"items", described_value(family, shape.entry[0], path)}});
+    if (kind == "array") ways.push_back(list_of(family, shape, path));
     if (kind != "string") continue;
-    ordered_json text{{"type", "string"}};
+    ordered_json text{{"type", "string"}, {"minLength", 1}};
     if (choices != family.choices.end() && !choices->second.words.empty())
       text["enum"] = choices->second.words;
     if (shape.words == std::set<std::string>{"free"}) text["enum"] = {"free"};
@@ -444,10 +493,18 @@ TEST_CASE("the schema of studies is what the readers ask") {
   for (const std::string& text : of_the_tiltrotor) learn(tiltrotor, text);
   for (const std::string& text : with_a_model) learn(user, text);
   share(tiltrotor, user);
+  tiltrotor.choices["tune.goal"] = tiltrotor.choices.at("tune.goal.measure");
+  user.choices["tune.goal"] = user.choices.at("tune.goal.measure");
+  const auto rules = ordered_json::parse(contents(source / "tests/study_rules.json"));
+  for (Family* family : {&tiltrotor, &user}) add_rules(*family, rules["both"]);
+  add_rules(tiltrotor, rules["tiltrotor"]);
   const ordered_json tiltrotor_schema = table_of(tiltrotor, tiltrotor.root, "");
   const ordered_json user_schema = table_of(user, user.root, "");
   const ordered_json schema{{"$schema", "http://json-schema.org/draft-07/schema#"},
                             {"title", "a study of tiltrim"},
+                            {"definitions",
+                             {{"range_of_key", range_by("key", {"from", "to"})},
+                              {"range_of_parameter", range_by("parameter", {"to"})}}},
                             {"if", {{"required", {"model"}}}},
                             {"then", user_schema},
                             {"else", tiltrotor_schema}};
