@@ -6,7 +6,9 @@
 #endif
 
 #include <algorithm>
+#include <limits>
 #include <memory>
+#include <string_view>
 
 #include "linearize/batch.hpp"
 #include "runtime/rounding.hpp"
@@ -185,9 +187,26 @@ auto in_log(const Work& work, const auto& line_from, const Bytes& bytes, const L
   }
 }
 
-SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
-               const std::vector<SweepAxis>& axes, Work& work) {
-  SweepMap map = empty_map(conditions, axes);
+// Points of lines that were placed, perhaps, but not appended.
+void clear_from(std::size_t first, SweepMap& map) {
+  const auto clear = [&](auto& values, std::size_t each, auto value) {
+    std::fill(values.begin() + std::ptrdiff_t(first * each), values.end(), value);
+  };
+  const std::size_t n = map.modes(), m = map.inputs.size();
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (std::vector<std::int8_t>* codes : {&map.status, &map.verdict})
+    clear(*codes, 1, std::int8_t(-1));
+  clear(map.second_branch, 1, std::int8_t(0));
+  clear(map.confidence, n, std::uint8_t(0));
+  for (std::vector<double>* numbers : {&map.residual, &map.spectral_abscissa, &map.damping})
+    clear(*numbers, 1, nan);
+  for (std::vector<double>* numbers : {&map.eigenvalue_re, &map.eigenvalue_im, &map.state})
+    clear(*numbers, n, nan);
+  clear(map.input, m, nan);
+}
+
+void compute(const std::vector<std::unique_ptr<Prepared>>& conditions,
+             const std::vector<SweepAxis>& axes, Work& work, SweepMap& map) {
   const Lines lines{axes};
   const std::size_t per_condition = lines.count(), length = axes.back().size();
   std::vector<std::vector<LineStart>> starts(conditions.size(),
@@ -219,7 +238,7 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
         count_verdicts(line, work.progress);
       });
   for (std::size_t c = 0; c < conditions.size(); ++c) name_late(*conditions[c], c, map);
-  if (!work.options.crossings) return map;
+  if (!work.options.crossings) return;
 
   const std::vector<AxisLine> between = lines_along_axes(conditions.size(), axes);
   work.progress.what = "lines";
@@ -239,6 +258,18 @@ SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
         map.intervals.insert(map.intervals.end(), line.intervals.begin(), line.intervals.end());
         ++work.progress.done;
       });
+}
+
+SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
+               const std::vector<SweepAxis>& axes, Work& work) {
+  SweepMap map = empty_map(conditions, axes);
+  try {
+    compute(conditions, axes, work, map);
+  } catch (SweepInterrupted& e) {
+    if (work.progress.what == std::string_view("points")) clear_from(work.progress.done, map);
+    e.finished = std::make_shared<const SweepMap>(std::move(map));
+    throw;
+  }
   return map;
 }
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <stop_token>
 #include <string>
@@ -44,12 +45,16 @@ struct SweepOptions {
   std::function<void(const SweepProgress&)> observe{};  ///< called by one thread at a time
 };
 
-/// The sweep was stopped; finished work is in the log.
+/// The sweep was stopped; finished work is in the log, and here unless it was stopped before it
+/// began.
 struct SweepInterrupted : std::runtime_error {
   /// With a message; `elsewhere`: on another rank.
   explicit SweepInterrupted(const char* what, bool elsewhere = false)
       : std::runtime_error(what), failed_elsewhere(elsewhere) {}
   bool failed_elsewhere;  ///< another rank of the run failed, and has reported the error
+  /// The map so far. Points that were not reached have status -1; those that were are the same as
+  /// in the whole map. Crossings are missing where the search had not come.
+  std::shared_ptr<const SweepMap> finished{};
 };
 
 /// True if this process writes the results: always, except on ranks > 0 of an MPI run.

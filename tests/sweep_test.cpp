@@ -1036,6 +1036,37 @@ TEST_CASE("the same bits on 1, 2, 3 and 8 threads, and taken up again") {
   CHECK(interruptions > trials(20));
 }
 
+TEST_CASE("a stopped sweep has its finished lines, the same as of the whole map") {
+  SweepOptions options = newton_only();
+  options.threads = 1;
+  const SweepMap whole = sweep({cusp()}, cusp_axes(), options);
+  std::stop_source stop;
+  options.stop = stop.get_token();
+  std::size_t done = 0;
+  options.observe = [&](const SweepProgress& p) {
+    done = p.done;
+    stop.request_stop();
+  };
+  std::shared_ptr<const SweepMap> part;
+  try {
+    (void)sweep({cusp()}, cusp_axes(), options);
+  } catch (const SweepInterrupted& e) {
+    part = e.finished;
+  }
+  REQUIRE(part);
+  REQUIRE(done > 0);
+  REQUIRE(done < whole.points());
+  CHECK(part->crossings.empty());
+  for (std::size_t i = 0; i < whole.points(); ++i) {
+    CAPTURE(i);
+    CHECK(part->status[i] == (i < done ? whole.status[i] : -1));
+    CHECK(part->verdict[i] == (i < done ? whole.verdict[i] : -1));
+    const double expected = i < done ? whole.spectral_abscissa[i] : not_a_number;
+    CHECK(same_bits(std::vector{part->spectral_abscissa[i]}, std::vector{expected}));
+  }
+  for (const std::uint64_t point : part->second.points) CHECK(point < done);
+}
+
 TEST_CASE("the same bits of the tiltrotor, two gains, two threads and one") {
   const Study s = study(flight_text(airplane) + axis_text("gains.K_Lp", 0.1, 4, 5) +
                         axis_text("gains.k_de", 0.1, 8, 5));

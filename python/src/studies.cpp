@@ -121,13 +121,13 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only, cons
   observe(options, progress);
   const auto work = [&](const std::stop_token& stop) {
     options.stop = options.trimming.stop = stop;
-    SweepMap found = sweep(sweep_requests(study, chosen(study, only), axes), axes, options);
-    found.study = study.text;
-    found.program = "tiltrim " TILTRIM_VERSION;
+    Swept found = sweep_so_far(sweep_requests(study, chosen(study, only), axes), axes, options);
+    found.map.study = study.text;
     return found;
   };
-  const SweepMap map = run(false, work, Lasts::any_time, &progress).first;
-  py::dict d = dict_of(map);
+  const Swept swept = run(false, work, Lasts::any_time, &progress).first;
+  py::dict d = dict_of(swept.map);
+  d["interrupted"] = swept.interrupted;
   d["exception"] = py::none();
   return d;
 }

@@ -85,12 +85,11 @@ py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<Axis
   observe(options, progress);
   const auto work = [&](const std::stop_token& stop) {
     options.stop = options.trimming.stop = stop;
-    SweepMap found = sweep(requests, axes_of(axes), options);
-    found.program = "tiltrim " TILTRIM_VERSION;
-    return found;
+    return sweep_so_far(requests, axes_of(axes), options);
   };
-  const auto [map, raised] = run(callables, work, Lasts::any_time, &progress);
-  py::dict d = dict_of(map);
+  const auto [swept, raised] = run(callables, work, Lasts::any_time, &progress);
+  py::dict d = dict_of(swept.map);
+  d["interrupted"] = swept.interrupted;
   d["exception"] = raised;
   return d;
 }
@@ -132,6 +131,19 @@ py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
 }
 
 }  // namespace
+
+Swept sweep_so_far(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
+                   const SweepOptions& options) {
+  Swept swept;
+  try {
+    swept.map = sweep(requests, axes, options);
+  } catch (const SweepInterrupted& e) {
+    if (!e.finished) throw;
+    swept = {*e.finished, true};
+  }
+  swept.map.program = "tiltrim " TILTRIM_VERSION;
+  return swept;
+}
 
 SweepOptions sweep_options_of(const py::dict& fields, bool callables, double time_limit) {
   SweepOptions options;

@@ -14,6 +14,13 @@ py::dict dict_of(const SweepMap& map);
 /// threads, crossings, starts; `trimming` as trim's options.
 SweepOptions sweep_options_of(const py::dict& fields, bool callables,
                               double time_limit = unlimited);
+/// A map, or what there was of it when the sweep was stopped.
+struct Swept {
+  SweepMap map;
+  bool interrupted = false;
+};
+Swept sweep_so_far(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
+                   const SweepOptions& options);
 /// Passes on the progress, if anybody listens.
 void observe(SweepOptions& options, Progress& progress);
 void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress);

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import tiltrim
 from test_analyses import bowl, scattered_study
+from test_program import same
 from written_models import held_ball
 
 
@@ -93,11 +94,47 @@ def test_false_stops_with_what_there_is(studies, tmp_path):
     assert run.interrupted and not run and 0 < run.flown < run.asked == 1_000_000
     part = tiltrim.envelope(level(), count=400, progress=lambda done, total, text: False)
     assert part.status == "interrupted" and not part
-    with pytest.raises(RuntimeError, match="interrupted"):  # a part of a map is no map
-        tiltrim.sweep(
-            level(), axes={"V": np.linspace(12, 18, 400), "gains.K_Lp": np.linspace(0.5, 2, 400)},
-            progress=lambda done, total, text: False,
-        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "problem, axes",
+    [
+        (level(), {"V": np.linspace(12, 18, 400), "gains.K_Lp": np.linspace(0.5, 2, 400)}),
+        (held_ball(), {"k_d": np.linspace(1, 20, 300), "k_p": np.linspace(80, 200, 300)}),
+    ],
+    ids=["built in", "of callables"],
+)
+def test_false_stops_a_sweep_with_its_finished_lines(problem, axes, tmp_path):
+    first, second = axes
+    told = []
+    part = tiltrim.sweep(
+        problem, axes=axes, progress=lambda *news: bool(told.append(news)), crossings=False
+    )
+    missing = part.status.values == "not_reached"
+    lines = np.flatnonzero(~missing.any(axis=1))
+    assert missing.all(axis=1).sum() + len(lines) == len(axes[first])  # whole lines, from the first
+    assert lines.tolist() == list(range(len(lines))) and 0 < len(lines) < len(axes[first])
+    assert len(lines) * len(axes[second]) >= told[-1][0] > 0
+    of = f"stopped with {missing.sum()} of {missing.size} points missing"
+    assert part.attrs["interrupted"] == of
+    for name in ("eigenvalue", "state_value", "input_value", "spectral_abscissa", "residual"):
+        assert np.isnan(part[name].values[missing]).all()
+    assert (part.verdict.values[missing] == "").all()
+    # The finished lines are those of a whole map.
+    few = {first: axes[first][:2], second: axes[second]}
+    whole = tiltrim.sweep(problem, axes=few, crossings=False)
+    same(part.spectral_abscissa.values[:1].ravel(), whole.spectral_abscissa.values[:1].ravel())
+    assert "interrupted" not in whole.attrs
+    tiltrim.save(part, tmp_path / "m.nc")
+    assert (tiltrim.open_map(tmp_path / "m.nc").status.values[0] == part.status.values).all()
+
+
+def test_a_keyboard_interrupt_ends_a_sweep_at_once():
+    def tell(done, total, text):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        VERBS["sweep of callables"](tell)
 
 
 def test_other_values_do_not_stop(studies, tmp_path):

@@ -89,6 +89,9 @@ def to_dataset(
     attributes = {name: raw[name] for name in ("program", "instruction_set", "study")}
     found = xr.Dataset(variables, coords, attributes)
     _remark(found, raised)
+    if raw.get("interrupted"):
+        missing = int(np.count_nonzero(found.status.values == "not_reached"))
+        found.attrs["interrupted"] = f"stopped with {missing} of {found.status.size} points missing"
     return found.isel(condition=0) if single else found  # type: ignore[no-any-return]
 
 

@@ -58,7 +58,9 @@ def sweep(
     threads   : 0: as many as the machine has. Models with Python callables are swept by one
     starts, method, time_limit : of the trim from nothing, where Newton from the neighbour fails;
              s of wall clock each, default: none, or the study's
-    progress : True, or progress(done, total, text). An exception from it ends the sweep
+    progress : True, or progress(done, total, text). An exception from it ends the sweep; if it
+             returns False, the sweep stops with the lines that are finished: the other points have
+             the status "not_reached", and the attribute `interrupted` counts them
 
     Returns an xarray.Dataset over the axes (and `condition`, for a study or a list):
 
