@@ -7,7 +7,7 @@
 #                                    and what the Python package's tests need
 set -eu
 
-packages="build-essential cmake ninja-build pkg-config
+packages="build-essential cmake ninja-build pkg-config file
   libeigen3-dev coinor-libipopt-dev liblapack-dev libblas-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev libmuparser-dev
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev
   doctest-dev libbenchmark-dev gnuplot-nox pybind11-dev python3-dev python3-numpy"
