@@ -1,15 +1,19 @@
 """Hooks of mkdocs: how the repository's documents become a site (mkdocs.yml, make docs).
 
-README.md is the first page, docs/index.md is chapters.md. Whatever else a page links to outside docs/ is put under
+README.md is the first page, docs/index.md is chapters.md. The pages in reference/ are made by reference.py. Whatever else a page links to outside docs/ is put under
 repository/. The sources keep the links and lists that GitHub understands; here they are brought into mkdocs' form.
 """
 
 import json
 import os
 import re
+import sys
 from pathlib import Path
 
 from mkdocs.structure.files import File
+
+sys.path.insert(0, os.path.dirname(__file__))
+from reference import PAGES  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 LINK = re.compile(r"(?<=\]\()(?!https?:|mailto:|#)([^)\s#]+)")
@@ -51,10 +55,17 @@ def on_files(files, config):
         file = File(site_path(source), config["docs_dir"], config["site_dir"], config["use_directory_urls"])
         file.abs_src_path = str(ROOT / source)
         files.append(file)
+    for source, (path, _) in PAGES.items():
+        file = File(path, config["docs_dir"], config["site_dir"], config["use_directory_urls"])
+        file.abs_src_path = str(ROOT / source)
+        files.append(file)
     return files
 
 
 def on_page_read_source(page, config):
+    for path, text in PAGES.values():
+        if page.file.src_path == path:
+            return text(ROOT)
     if page.file.abs_src_path.endswith(".ipynb"):
         return notebook(json.loads(Path(page.file.abs_src_path).read_text(encoding="utf-8")))
     return None
@@ -72,6 +83,8 @@ def notebook(content):
 
 
 def on_page_markdown(markdown, page, config, files):
+    if page.file.src_path.startswith("reference/"):
+        return markdown  # with the links of the site
     source = os.path.relpath(page.file.abs_src_path, ROOT)
 
     def in_site(link):

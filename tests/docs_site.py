@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Every relative link and anchor of the repository's Markdown has a target, in the sources and in the site that
-mkdocs makes of them: docs_site.py SOURCE_FOLDER
+mkdocs makes of them; the site's reference has every key of a study and every public name of the Python package:
+docs_site.py SOURCE_FOLDER
 
 Exit code 0: they do; 1: not; 77: the sources' do, and there is no mkdocs (Debian: mkdocs) to make the site.
 """
@@ -8,6 +9,7 @@ Exit code 0: they do; 1: not; 77: the sources' do, and there is no mkdocs (Debia
 import collections
 import html.parser
 import importlib.util
+import json
 import os
 import pathlib
 import re
@@ -88,6 +90,30 @@ def broken_in_site(site):
                 yield f"{file.relative_to(site)}: no anchor {target}"
 
 
+def keys_of(schema):
+    """Every key that a schema names."""
+    if isinstance(schema, dict):
+        if schema.get("type") == "object":
+            yield from schema["properties"]
+        for part in schema.values():
+            yield from keys_of(part)
+    elif isinstance(schema, list):
+        for part in schema:
+            yield from keys_of(part)
+
+
+def missing_in_reference(root, site):
+    """Keys of studies and public names of the Python package that their pages do not have."""
+    schema = json.loads((root / "data/study.schema.json").read_text(encoding="utf-8"))
+    text = (site / "reference/study-keys.html").read_text(encoding="utf-8")
+    yield from (f"study-keys: no {key}" for key in sorted(set(keys_of(schema))) if f"<code>{key}</code>" not in text)
+    listed = re.findall(r'^    "(\w+)",$', (root / "python/tiltrim/__init__.py").read_text(), re.MULTILINE)
+    text = (site / "reference/python-names.html").read_text(encoding="utf-8")
+    yield from (f"python-names: no {name}" for name in listed if not re.search(rf"<h2 id=\"\w+\">{name}</h2>", text))
+    if len(listed) < 50 or "all_equilibria(" not in text or "Raises ValueError" not in text:
+        yield "python-names: no names, signatures or docstrings"
+
+
 def finish(complaints):
     if complaints:
         sys.exit("\n".join(complaints))
@@ -103,7 +129,7 @@ def main(root):
         made = subprocess.run(command, cwd=root, capture_output=True, text=True,
                               env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
         finish([made.stdout + made.stderr] if made.returncode else [])
-        finish(list(broken_in_site(site)))
+        finish([*broken_in_site(site), *missing_in_reference(root, site)])
         print(len(list(site.rglob("*.html"))), "pages")
 
 
