@@ -22,7 +22,7 @@ struct EnvelopeAxis {
   int count = 100;     ///< grid points; at least 2
 };
 
-/// A verified trim on the border.
+/// A verified trim on the boundary.
 struct BorderPoint {
   double x = 0.0, y = 0.0;  ///< in the plane, SI
   OperatingPoint point;     ///< the trim
@@ -31,7 +31,7 @@ struct BorderPoint {
   bool outer = true;        ///< no other trim within the limits exists on the outer side
 };
 
-/// A section of the border with one cause.
+/// A section of the boundary with one cause.
 struct BorderPiece {
   std::string name;                 ///< "delta_e lower", or "fold"
   std::vector<BorderPoint> points;  ///< in order
@@ -65,7 +65,7 @@ struct Envelope {
   EnvelopeStatus status = EnvelopeStatus::complete;  ///< how the search ended
   EnvelopeAxis x, y;                                 ///< as requested
   Eigen::MatrixXi count;            ///< distinct trims found at each grid point, (x.count) rows
-  std::vector<BorderPiece> pieces;  ///< of the border
+  std::vector<BorderPiece> pieces;  ///< of the boundary
   std::vector<EnvelopeRow> rows;    ///< at the requested values of y; empty if interrupted
   long evaluations = 0;             ///< of the model's f and derivatives
 };
@@ -75,7 +75,7 @@ struct EnvelopeOptions {
   std::vector<double> rows{};  ///< values of y at which intervals of x are computed
   int coarse = 7;              ///< seeds along each axis
   int starts = 24;             ///< Newton starts at each seed
-  double max_step = 0.2;       ///< along the border, on every unknown over its nominal size
+  double max_step = 0.2;       ///< along the boundary, on every unknown over its nominal size
   std::stop_token stop{};      ///< checked between trims
   std::function<void(double share)> observe{};  ///< share of the grid completed
 };

@@ -65,7 +65,7 @@ Slip sine_of_difference() {
   const double gamma_d = corridor(0.0).gamma;
   const double energy = std::sin(gamma_d) - std::sin(gamma_d - error);
   return {
-      "(7) beside (6)",
+      "(7) next to (6)",
       "He, Le with sin(gamma_d - gamma)",
       "sin(gamma_d) - sin(gamma), which (6) divided by m g V gives",
       "the two agree near level flight only; in the climb the energy rate depends on a path error "

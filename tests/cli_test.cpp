@@ -277,7 +277,7 @@ TEST_CASE("follow: text, CSV and JSON say the same; same input, same bytes") {
     CHECK(ran->err.empty());
   }
   for (const char* words : {"level: V from 20 towards 5 m/s: limit", "the branch turns back",
-                            "delta_e lower limit", "i crosses: ", "descent behind the stall: V"})
+                            "delta_e lower limit", "i crosses: ", "descent beyond the stall: V"})
     CHECK(text.out.find(words) != std::string::npos);
   CHECK(first.out == tiltrim(scratch, follow + " -f json").out);
   CHECK(tiltrim(scratch, follow + " -f csv -o out.csv").exit_code == 0);
@@ -312,7 +312,7 @@ TEST_CASE("follow: text, CSV and JSON say the same; same input, same bytes") {
 TEST_CASE("follow: any number of the study; both ends of the descent; no trim to start from") {
   const Scratch scratch;
   const json up = json_of(scratch, "follow " + studies +
-                                       "stall.toml --only 'descent behind the stall' "
+                                       "stall.toml --only 'descent beyond the stall' "
                                        "--parameter V --to 20")["branches"][0];
   CHECK(up["to"] == 20.0);
   CHECK(up["events"].back()["kind"] == "end");

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(repr=False)
 class EnvelopePiece(Shown):
-    """A piece of the border with one cause: piece["theta"] is any variable or output along it."""
+    """A piece of the boundary with one cause: piece["theta"] is any variable or output along it."""
 
     name: str  #: "delta_e lower", or "fold"
     begins: str  #: another piece's name, "edge", "loop", or a reason; as `ends`
@@ -86,7 +86,7 @@ class Envelope(Plotted):
 
     @property
     def pieces(self) -> List[EnvelopePiece]:
-        """The pieces of the border, of all parts."""
+        """The pieces of the boundary, of all parts."""
         return [piece for part in self.parts for piece in part.pieces]
 
     @property
@@ -98,7 +98,7 @@ class Envelope(Plotted):
         return self.status == "complete"
 
     def to_dataframe(self) -> Any:
-        """A pandas.DataFrame of the border's points; needs pandas."""
+        """A pandas.DataFrame of the boundary's points; needs pandas."""
         pd = need("pandas", "pandas", "to_dataframe()")
         m = self.model
         names = [s.name for s in (*m.states, *m.inputs, *m.outputs)]
@@ -143,7 +143,7 @@ def envelope(
     spec: Optional[TrimSpec] = None,
     **fields: Unpack[TrimFields],
 ) -> Envelope:
-    """The region of two parameters with trims within the limits, and its border.
+    """The region of two parameters with trims within the limits, and its boundary.
 
     what  : a closed-loop Condition: V over "eta_deg" (the conversion corridor) or "gamma_deg", or
             its study's [envelope]; a Model with a guess and a trim specification, a Problem or a

@@ -27,7 +27,7 @@ def plot(what: Any, *names: str, axes: Any = None) -> Any:
 
     what  : Modes (eigenvalues with their error discs); a Branch (signals over its parameter,
             dashed where unstable, with its events); a Trajectory or Flight (signals over time); a
-            Bode; Margins, of all loops or one (Bode diagrams of L); an Envelope (its border, and
+            Bode; Margins, of all loops or one (Bode diagrams of L); an Envelope (its boundary, and
             shaded where trims exist); AllEquilibria (their eigenvalues); a Dataset of sweep() over one axis (real parts) or two (verdicts)
     names : signals, of a Branch, Trajectory or Flight; default: every state
     axes  : where to draw; default: a new figure

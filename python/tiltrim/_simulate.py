@@ -256,7 +256,7 @@ def simulate(
     }
     function = None if isinstance(input, Mapping) else input
     if function is not None and changes:
-        raise TypeError("simulate(): changes beside input(t); expected them in it, and breaks")
+        raise TypeError("simulate(): changes together with input(t); expected them in it, and breaks")
     listed = [Change(*change) for change in changes]
     raw = _tiltrim.simulate(
         model._core,

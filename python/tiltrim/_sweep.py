@@ -129,8 +129,8 @@ def _axis_as_toml(name: str, values: Any) -> str:
         for key, column in together.items()
     ]
     first = tables[0].replace(", values", "\nvalues", 1)
-    beside = ", ".join(f"{{{table}}}" for table in tables[1:])
-    return f"\n[[sweep.axis]]\n{first}\n" + (f"with = [{beside}]\n" if beside else "")
+    coupled = ", ".join(f"{{{table}}}" for table in tables[1:])
+    return f"\n[[sweep.axis]]\n{first}\n" + (f"with = [{coupled}]\n" if coupled else "")
 
 
 def _numbers(axis: str, signal: str, given: Any) -> Array:
