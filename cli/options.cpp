@@ -283,7 +283,7 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
                    "write the gains to this file, in the format of a study")
       ->type_name("FILE.toml");
   tune->add_option("--evaluations", command.evaluations,
-                   "number of candidates (default: the study's, 4000)")
+                   "number of candidates (default: the study's, 100000)")
       ->check(CLI::Range(0L, 1'000'000'000L))
       ->type_name("N");
   tune->add_option("--seconds", command.seconds, "time limit of each search; 0: no limit")

@@ -14,13 +14,15 @@ namespace tiltrim::cli {
 
 namespace {
 
-// "decay 0.3371 1/s, held by damping at climb; 1234 of 4000, 850/s", short enough for one line.
+// "decay 0.3371 1/s, held by damping at climb; 3 starts, 1234 of 100000, 850/s", short enough for
+// one line.
 std::string in_words(const TuneProblem& problem, const TuneProgress& at) {
   const std::string_view in = unit(problem.goal.measure);
   const std::string where = at.decides.substr(0, at.decides.find(','));
-  return fmt::format("{} {:.4g}{}{}, {} {}; {} of {}, {:.0f}/s", name_of(problem.goal), at.best,
-                     in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing", where,
-                     at.evaluations, at.of, double(at.evaluations) / std::max(at.seconds, 1e-3));
+  return fmt::format("{} {:.4g}{}{}, {} {}; {} starts, {} of {}, {:.0f}/s", name_of(problem.goal),
+                     at.best, in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing",
+                     where, at.starts, at.evaluations, at.of,
+                     double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 
 void tell(Progress& progress, const std::string& what, const TuneProblem& problem,

@@ -1,6 +1,7 @@
 #include "report/tuning_words.hpp"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -190,6 +191,52 @@ std::string corner_in_words(const TuningReport& report) {
                      place_in_words(report.problem, corner->place));
 }
 
+// "2 of 3 starts agree to 0.1 %"
+std::string agreement_in_words(const TuneResult& r) {
+  return fmt::format("{} of {} starts agree to 0.1 %", r.agreeing, r.starts);
+}
+
+std::string end_in_words(const TuningReport& report) {
+  const TuneResult& r = report.result;
+  if (r.status == TuneStatus::no_trim) return "";
+  const std::string cancel =
+      std::isnan(r.stationarity)
+          ? ""
+          : fmt::format(
+                "{:.2g} (least norm in the hull of the gradients within {:.3g} % of the bounds' "
+                "ranges, relative to the largest; 0: stationary)",
+                r.stationarity, 100 * TuneResult::stationarity_radius);
+  switch (r.end) {
+    case TuneEnd::locally_optimal:
+      return fmt::format("Locally optimal: {}; stationarity {}.", agreement_in_words(r), cancel);
+    case TuneEnd::stagnated:
+      return fmt::format("Stagnated: {}, but no stationary point was reached: stationarity {}.",
+                         agreement_in_words(r), cancel);
+    case TuneEnd::no_influence:
+      return fmt::format("No influence: {} is the same for all {} candidates, whatever the gains.",
+                         in_words(report.problem.goal), grouped(r.evaluations));
+    case TuneEnd::budget_spent:
+      break;
+  }
+  return fmt::format(
+      "The search ended before two starts agreed{}{}; a larger budget may find better gains.",
+      cancel.empty() ? "" : "; stationarity ", cancel);
+}
+
+// Tuned values that change neither the goal nor what is required.
+std::string idle_in_words(const TuningReport& report) {
+  const TuneResult& r = report.result;
+  std::vector<std::string> names;
+  for (const GainEffect& e : r.effects) {
+    const bool flat = std::ranges::all_of(e.slopes, [](double s) { return s == 0; });
+    if (flat && e.goal_less == r.goal && e.goal_more == r.goal)
+      names.push_back(without_prefix(e.name));
+  }
+  if (names.empty() || r.end == TuneEnd::no_influence) return "";
+  return fmt::format("Without influence on the goal and the limits here: {}.",
+                     fmt::join(names, ", "));
+}
+
 }  // namespace
 
 std::string effort_in_words(const TuningReport& report) {
@@ -200,7 +247,7 @@ std::string effort_in_words(const TuningReport& report) {
 }
 
 std::vector<std::string> paragraphs(const TuningReport& report) {
-  std::vector<std::string> words;
+  std::vector<std::string> words{end_in_words(report), idle_in_words(report)};
   if (report.second) words.push_back(second_in_words(report));
   if (report.robustness) words.push_back(robustness_in_words(report));
   words.push_back(corner_in_words(report));

@@ -39,10 +39,10 @@ struct TuneTable {
   std::map<std::string, double> disturbance;  ///< of V [m/s], gamma, theta [rad], q [rad/s] by name
   Requirement goal{Measure::decay};           ///< its worst value is optimized
   std::vector<Requirement> limits;            ///< constraints at all operating points
-  std::string global = "multistart", local = "slsqp";  ///< as tune/tune.hpp spells them
+  std::string global = "multistart", local = "bfgs";  ///< as tune/tune.hpp spells them
   std::string second = "crs2";  ///< algorithm of the second search, for comparison; "none"
   std::uint64_t seed = 1;       ///< of all random numbers
-  long evaluations = 4000;      ///< number of candidates
+  long evaluations = 100000;    ///< number of candidates
   double seconds = 0.0;         ///< 0: no limit
   long robustness = 10'000;     ///< random samples for the robustness test
   /// The optimal goal as a function of one limit.

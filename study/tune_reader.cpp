@@ -171,7 +171,7 @@ void read_disturbance(const Section& section, const std::vector<Key>& keys,
 void read_search(const Section& section, TuneTable& tune) {
   std::vector<std::string> searches{"crs2", "isres", "esch", "direct", "mlsl", "multistart"};
   read_name(section, "global", searches, tune.global);
-  read_name(section, "local", {"slsqp", "mma", "bobyqa", "cobyla", "sbplx"}, tune.local);
+  read_name(section, "local", {"bfgs", "slsqp", "mma", "bobyqa", "cobyla", "sbplx"}, tune.local);
   searches.emplace_back("none");
   read_name(section, "second", searches, tune.second);
   read_whole(section, "seed", {0, most_seeds}, tune.seed);

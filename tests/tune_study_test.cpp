@@ -54,10 +54,10 @@ TEST_CASE("without [tune] there is none; with a gain alone everything has its de
   CHECK(tune.goal.of.empty());
   CHECK(tune.limits.empty());
   CHECK(tune.global == "multistart");
-  CHECK(tune.local == "slsqp");
+  CHECK(tune.local == "bfgs");
   CHECK(tune.second == "crs2");
   CHECK(tune.seed == 1);
-  CHECK(tune.evaluations == 4000);
+  CHECK(tune.evaluations == 100000);
   CHECK(tune.seconds == 0);
   CHECK(tune.robustness == 10'000);
   CHECK_FALSE(tune.front);

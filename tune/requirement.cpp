@@ -241,6 +241,13 @@ Worst worst(std::size_t asked, const Requirement& requirement, const PlaceModes&
   return found;
 }
 
+Eigen::RowVectorXd score_slope(std::size_t asked, const Requirement& r, const PlaceModes& modes) {
+  const Worst w = worst(asked, r, modes);
+  if (w.eigenvalue < 0) return modes.score_slopes.row(Index(asked));
+  const Scored s = score(r.measure, modes.eigenvalues[w.eigenvalue]);
+  return (std::conj(s.slope) * modes.slopes.row(w.eigenvalue)).real();
+}
+
 double Merit::value() const {
   constexpr double far = 1e9;
   if (!trimmed()) return -2 * far - double(without_trim);

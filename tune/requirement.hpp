@@ -33,6 +33,9 @@ struct Worst {
   Eigen::Index eigenvalue = -1;
 };
 Worst worst(std::size_t asked, const Requirement& requirement, const PlaceModes& modes);
+/// Derivatives of that score with respect to the tuned values, in SI units; needs the slopes.
+Eigen::RowVectorXd score_slope(std::size_t asked, const Requirement& requirement,
+                               const PlaceModes& modes);
 
 /// Larger is better: the goal if all limits are met, otherwise far below it depending on the
 /// violation, and lower still the more places have no equilibrium.

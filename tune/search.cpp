@@ -24,8 +24,9 @@ constexpr std::array<std::pair<GlobalSearch, const char*>, 6> global_searches{
      {GlobalSearch::direct, "direct"},
      {GlobalSearch::mlsl, "mlsl"},
      {GlobalSearch::multistart, "multistart"}}};
-constexpr std::array<std::pair<LocalSearch, const char*>, 5> local_searches{
-    {{LocalSearch::slsqp, "slsqp"},
+constexpr std::array<std::pair<LocalSearch, const char*>, 6> local_searches{
+    {{LocalSearch::bfgs, "bfgs"},
+     {LocalSearch::slsqp, "slsqp"},
      {LocalSearch::mma, "mma"},
      {LocalSearch::bobyqa, "bobyqa"},
      {LocalSearch::sbplx, "sbplx"},
@@ -100,9 +101,9 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   const bool known = last.y.size() == y.size() && last.y == y && (last_has_slopes_ || !slopes);
   if (known) return last;
   interrupted = options.stop.stop_requested();
-  out_of_evaluations = evaluations >= options.evaluations;
+  out_of_evaluations = !unlimited && evaluations >= options.evaluations;
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun_;
-  out_of_time = options.seconds > 0 && spent.count() > options.seconds;
+  out_of_time = !unlimited && options.seconds > 0 && spent.count() > options.seconds;
   if (interrupted || out_of_evaluations || out_of_time) throw EndSearch{};
   ++evaluations;
   last = {y, {}, {}};
@@ -112,14 +113,20 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
     last.places.resize(candidates.places().size());
   last.merit = merit(asked(), last.places);
   last_has_slopes_ = slopes;
+  if (last.merit.trimmed()) {
+    const bool first = best.y.size() == 0 || !best.merit.trimmed();
+    lowest_goal = first ? last.merit.goal : std::min(lowest_goal, last.merit.goal);
+    highest_goal = first ? last.merit.goal : std::max(highest_goal, last.merit.goal);
+  }
   const bool better = best.y.size() == 0 || best.merit < last.merit;
   if (better) best = last;
+  if (own.y.size() == 0 || own.merit < last.merit) own = last;
   if (better && options.observe) decides_ = deciding(*this);
   keep();
-  if (options.observe)
+  if (options.observe && !unlimited)
     options.observe({evaluations, options.evaluations, spent.count(),
-                     value_of(problem.goal.measure, best.merit.goal), best.merit.feasible,
-                     decides_});
+                     value_of(problem.goal.measure, best.merit.goal), best.merit.feasible, decides_,
+                     starts});
   return last;
 }
 
@@ -195,26 +202,12 @@ VectorXd random_point(std::mt19937_64& random, Index n) {
   return y;
 }
 
-// Local searches from the best of many random points, within the budget.
-void from_many_starts(Search& search) {
-  constexpr int samples = 20, steps = 60;
-  std::mt19937_64 random(search.options.seed);
-  const long end = search.options.evaluations / 2;
-  while (search.evaluations < end) {
-    Search::Seen start;
-    for (int i = 0; i < samples; ++i) {
-      const Search::Seen& seen = search.evaluate(random_point(random, search.variables()), false);
-      if (start.y.size() == 0 || start.merit < seen.merit) start = seen;
-    }
-    search_locally(search, start.y, search.options.local, 1.0, steps);
-  }
-}
-
 }  // namespace
 
 void search_globally(Search& search) {
   const Index n = search.variables();
-  if (search.options.global == GlobalSearch::multistart) return from_many_starts(search);
+  constexpr int each = 150;  // candidates per variable
+  if (search.options.global == GlobalSearch::multistart) return;
   std::mt19937_64 random(search.options.seed);
   Optimization o;
   o.algorithm = named(search.options.global);
@@ -225,7 +218,7 @@ void search_globally(Search& search) {
     const Merit merit = search.evaluate(y, false).merit;
     return -(search.options.global == GlobalSearch::direct ? merit.penalised() : merit.value());
   };
-  o.evaluations = int(search.options.evaluations / 3);
+  o.evaluations = each * int(n);
   o.seed = search.options.seed;
   o.step_tolerance = 1e-6;
   optimize(o);
@@ -253,7 +246,7 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
 // Eigenvalues that are decisive, or nearly, and close to each other.
 std::vector<Meeting> meetings_at(const Search& search, double within) {
   std::vector<Meeting> found;
-  const Search::Seen& best = search.best;
+  const Search::Seen& best = search.own;
   const Measure goal = search.problem.goal.measure;
   if (!spectral(goal)) return found;
   for (std::size_t p = 0; p < best.places.size(); ++p) {
@@ -285,14 +278,14 @@ static std::vector<Meeting> held_together(std::vector<Meeting> meetings, Index v
 }
 
 bool search_coalesced(Search& search, double within, double radius, int evaluations) {
-  if (!search.best.merit.trimmed()) return false;
-  const double before = search.best.merit.value();
+  if (!search.own.merit.trimmed()) return false;
+  const double before = search.own.merit.value();
   const std::vector<Meeting> meetings =
       held_together(meetings_at(search, within), search.variables());
   if (meetings.empty()) return false;
-  search_epigraph(search, meetings, search.best.y, search.best.merit.goal, Optimizer::slsqp, radius,
+  search_epigraph(search, meetings, search.own.y, search.own.merit.goal, Optimizer::slsqp, radius,
                   evaluations);
-  return search.best.merit.value() > before;
+  return search.own.merit.value() > before;
 }
 
 }  // namespace tiltrim

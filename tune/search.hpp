@@ -37,8 +37,11 @@ class Search {
   const TuneOptions& options;
   Candidates candidates;
   Seen last, best;
+  Seen own;                ///< best since the current start; reset by the caller
   std::vector<Seen> kept;  ///< best of each neighbourhood, best first
-  long evaluations = 0;
+  long evaluations = 0, starts = 0;
+  double lowest_goal = 0.0, highest_goal = 0.0;  ///< over all candidates with trims
+  bool unlimited = false;                        ///< no budget, for what is measured at the end
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
 
  private:
@@ -60,16 +63,19 @@ struct Meeting {
   double apart;
   bool real;
 };
-/// Those of the best candidate that are decisive, or nearly, and close together; closest first.
+/// Those of the start's best candidate that are decisive, or nearly, and close together; closest
+/// first.
 std::vector<Meeting> meetings_at(const Search& search, double within);
 
-/// Global search.
+/// NLopt's global search, of a length that depends only on the number of variables; none for
+/// multistart.
 void search_globally(Search& search);
 /// From y, within `radius`: the epigraph form with derivatives, or a method without (`local`). At
 /// most `evaluations` further evaluations.
 void search_locally(Search& search, Eigen::VectorXd y, LocalSearch local, double radius,
                     int evaluations);
-/// From the best, where decisive eigenvalues coalesce: they are kept together. True if better.
+/// From the start's best, where decisive eigenvalues coalesce: they are kept together. True if
+/// better.
 bool search_coalesced(Search& search, double within, double radius, int evaluations);
 
 }  // namespace tiltrim

@@ -6,12 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <random>
+#include <vector>
 
 #include "linearize/modes.hpp"
 #include "optimize/optimize.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
+#include "tune/descent.hpp"
+#include "tune/many_starts.hpp"
 #include "tune/search.hpp"
 
 namespace tiltrim {
@@ -21,54 +23,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 
 namespace {
-
-constexpr double settled = 1e-7;  // relative change of the goal
-constexpr int local_steps = 60;
-
-// Local searches from the best, with and without coalescing eigenvalues kept together, until there
-// is no further gain.
-void polish(Search& search) {
-  constexpr int rounds = 12, steps = 100;
-  for (int round = 0; round < rounds; ++round) {
-    const double before = search.best.merit.value();
-    for (const double radius : {0.2, 0.02})
-      for (const double within : {0.02, 0.1}) search_coalesced(search, within, radius, steps);
-    search_locally(search, search.best.y, LocalSearch::slsqp, 0.1, steps);
-    if (search.best.merit.value() <= before + settled) return;
-  }
-}
-
-// At coalescing eigenvalues, a derivative-free search may continue where gradient methods stop.
-void go_on_without_slopes(Search& search) {
-  constexpr int steps = 30;  // for each variable, and one extra
-  if (meetings_at(search, 0.1).empty()) return;
-  const double before = search.best.merit.value();
-  search_locally(search, search.best.y, LocalSearch::sbplx, 0.05,
-                 steps * int(search.variables() + 1));
-  if (search.best.merit.value() > before + settled) polish(search);
-}
-
-// From the best with one gain at its opposite bound, then from random points around it.
-void hop(Search& search) {
-  constexpr double far = 0.3;  // relative to each gain's range
-  std::mt19937_64 random(search.options.seed);
-  std::normal_distribution<double> normal(0.0, far);
-  for (Eigen::Index next = 0;;) {
-    const double before = search.best.merit.value();
-    const long counted = search.evaluations;
-    VectorXd y = search.best.y;
-    if (next < y.size())
-      y[next] = 1.0 - y[next];
-    else
-      for (double& v : y) v = std::clamp(v + normal(random), 0.0, 1.0);
-    ++next;
-    search_locally(search, y, search.options.local, 1.0, local_steps);
-    if (search.evaluations == counted) return;
-    if (search.best.merit.value() <= before + settled) continue;
-    polish(search);
-    next = 0;
-  }
-}
 
 constexpr double active = 1e-4;  // relative to the limit's size
 constexpr double near = 0.01;    // coalescing eigenvalues, relative to the goal
@@ -230,6 +184,20 @@ std::string to_string(TuneStatus status) {
   return "unknown";
 }
 
+std::string to_string(TuneEnd end) {
+  switch (end) {
+    case TuneEnd::locally_optimal:
+      return "locally_optimal";
+    case TuneEnd::stagnated:
+      return "stagnated";
+    case TuneEnd::budget_spent:
+      return "budget_spent";
+    case TuneEnd::no_influence:
+      return "no_influence";
+  }
+  return "unknown";
+}
+
 double Achieved::reserve() const {
   if (std::isnan(requirement.limit) || std::isnan(value))
     return std::numeric_limits<double>::quiet_NaN();
@@ -240,38 +208,62 @@ double Achieved::reserve() const {
 
 namespace {
 
-TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
-  Search search(problem, options);
+// How nearly the best is stationary; NaN if it is interrupted or has no trim.
+double stationarity_of(Search& search, double weight) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const Merit& best = search.best.merit;
+  if (search.interrupted || search.out_of_time || search.best.y.size() == 0 || !best.trimmed())
+    return none;
+  search.unlimited = true;
+  const Search::Seen found = search.best;
+  const bool spent = search.out_of_evaluations;
+  if (!best.feasible) weight = std::numeric_limits<double>::infinity();
+  const VectorXd y = search.best.y;
+  double measured = none;
   try {
-    const VectorXd middle = VectorXd::Constant(search.variables(), 0.5);
-    const VectorXd y = options.start.size() > 0 ? search.place_of(options.start) : middle;
-    search.evaluate(y, false);
-    if (options.start.size() > 0) {
-      search.evaluate(middle, false);
-      search_locally(search, y, options.local, 1.0, local_steps);
-    }
-    search_globally(search);
-    const std::vector<Search::Seen> starts = search.kept;
-    for (const Search::Seen& start : starts) {
-      const double before = search.best.merit.value();
-      search_locally(search, start.y, options.local, 1.0, local_steps);
-      if (search.best.merit.value() > before) polish(search);
-    }
-    polish(search);
-    go_on_without_slopes(search);
-    hop(search);
+    measured = stationarity(penalty(search, weight), y, TuneResult::stationarity_radius,
+                            search.options.seed)
+                   .relative;
   } catch (const EndSearch&) {
   }
+  search.best = found;  // what is measured is not a candidate
+  search.out_of_evaluations = spent;
+  return measured;
+}
+
+TuneEnd how_it_ended(const Search& search, const TuneResult& result) {
+  constexpr double same = 1e-12, cancelled = 0.05;
+  const double size = std::max(std::abs(search.highest_goal), std::abs(search.lowest_goal));
+  const bool flat = search.highest_goal - search.lowest_goal <= same * size;
+  if (result.evaluations > 1 && search.best.merit.trimmed() && flat) return TuneEnd::no_influence;
+  if (search.interrupted || search.out_of_time || search.out_of_evaluations)
+    return TuneEnd::budget_spent;
+  return result.stationarity <= cancelled ? TuneEnd::locally_optimal : TuneEnd::stagnated;
+}
+
+TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
+  Search search(problem, options);
+  Ends ends;
+  try {
+    from_many_starts(search, ends);
+  } catch (const EndSearch&) {
+  }
+  const long evaluations = search.evaluations;
+  const double stationary = stationarity_of(search, ends.weight);
   TuneResult result;
   if (search.best.y.size() == 0)
     result.message = fmt::format("no candidate could be evaluated: {} is undefined everywhere",
                                  name_of(problem.goal));
   else
     result = verified(search);
-  result.evaluations = search.evaluations;
+  result.stationarity = stationary;
+  result.starts = search.starts;
+  result.agreeing = search.best.y.size() == 0 ? 0 : ends.agreeing(search.best.merit);
+  result.evaluations = evaluations;
   result.interrupted = search.interrupted;
   result.out_of_time = search.out_of_time;
   result.out_of_evaluations = search.out_of_evaluations;
+  result.end = how_it_ended(search, result);
   return result;
 }
 

@@ -100,10 +100,11 @@ enum class GlobalSearch {
   esch,        ///< evolutionary algorithm
   direct,      ///< dividing rectangles
   mlsl,        ///< multi-level single linkage
-  multistart,  ///< local searches from the best of many random points
+  multistart,  ///< none: local searches from the best of twenty random points each
 };
-/// Local search: NLopt's algorithms.
+/// Local search: a quasi-Newton method for functions with kinks, or NLopt's algorithms.
 enum class LocalSearch {
+  bfgs,    ///< nonsmooth BFGS (Lewis and Overton) on a penalty function, then slsqp
   slsqp,   ///< sequential quadratic programming
   mma,     ///< moving asymptotes
   bobyqa,  ///< quadratic models, derivative-free
@@ -124,17 +125,19 @@ struct TuneProgress {
   double best = 0.0;             ///< of the goal, if `feasible`
   bool feasible = false;         ///< the best candidate meets all limits
   std::string decides;           ///< what limits the best: requirement and point, as text
+  long starts = 0;               ///< local searches completed
 };
 
 /// Options of tune().
 struct TuneOptions {
   GlobalSearch global = GlobalSearch::multistart;  ///< used first
-  LocalSearch local = LocalSearch::slsqp;          ///< used next
+  LocalSearch local = LocalSearch::bfgs;           ///< used next
   std::uint64_t seed = 1;                          ///< of all random numbers
   Eigen::VectorXd start{};  ///< tried first, SI, limited to the bounds; empty: the middle only
-  long evaluations = 4000;  ///< candidates, each at all points
-  double seconds = 0.0;     ///< 0: no limit
-  int threads = 0;          ///< 0: one per hardware thread; the result does not depend on it
+  /// Candidates, each at all points: at most; the search ends earlier where starts agree.
+  long evaluations = 100000;
+  double seconds = 0.0;  ///< 0: no limit
+  int threads = 0;       ///< 0: one per hardware thread; the result does not depend on it
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of each place
   std::stop_token stop{};                              ///< checked between candidates
   std::function<void(const TuneProgress&)> observe{};  ///< called by one thread at a time
@@ -148,6 +151,15 @@ enum class TuneStatus {
   no_trim,       ///< no candidate had an equilibrium at every point
 };
 std::string to_string(TuneStatus status);  ///< as in JSON
+
+/// Why a search ended.
+enum class TuneEnd {
+  locally_optimal,  ///< independent starts agree, and the gradients around their end cancel
+  stagnated,        ///< independent starts agree, but the gradients around their end do not cancel
+  budget_spent,     ///< candidates, time, or an interrupt ended it before two starts agreed
+  no_influence,     ///< no tuned value changes the goal
+};
+std::string to_string(TuneEnd end);  ///< as in JSON
 
 /// An operating point with a set of uncertain parameters.
 struct TunePlace {
@@ -185,18 +197,25 @@ struct TuneResult {
   std::vector<Achieved> achieved;           ///< [place][asked]
   std::vector<GainEffect> effects;          ///< largest first
   bool coalescing = false;  ///< two decisive eigenvalues (to 1 %) coalesce at the solution
-  long evaluations = 0;     ///< candidates evaluated
+  TuneEnd end = TuneEnd::budget_spent;  ///< why the search ended
+  /// Least norm in the hull of the gradients within `stationarity_radius` of the solution, over the
+  /// largest of these gradients: 0 where it is stationary, 1 where all of them point one way; the
+  /// tuned values are measured over their bounds. NaN: not computed.
+  double stationarity = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double stationarity_radius = 1e-3;
+  long starts = 0, agreeing = 0;  ///< local searches completed; of these within 0.1 % of the best
+  long evaluations = 0;           ///< candidates evaluated
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;  ///< why it stopped
 
   /// True if the best point found meets all limits.
   explicit operator bool() const { return status == TuneStatus::tuned; }
 };
 
-/// Global search, then local search from its result, then, if decisive eigenvalues coalesce, search
-/// on the manifold where they do. Every value of the result is evaluated again with new trims.
-/// Throws std::invalid_argument for unknown names, bounds that are reversed or not finite, no
-/// gains,
-/// no points, or a requirement that cannot be evaluated.
+/// Local searches from many starts, each followed by hops around its result and, if decisive
+/// eigenvalues coalesce, by a search on the manifold where they do, until two starts agree. With a
+/// larger budget the same search goes on, so its result is never worse. Every value of the result
+/// is evaluated again with new trims. Throws std::invalid_argument for unknown names, bounds that
+/// are reversed or not finite, no gains, no points, or a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
 
 /// Robustness of gains to random parameters between the corners.

@@ -250,6 +250,10 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
   d["achieved"] = achieved;
   d["effects"] = effects;
   d["coalescing"] = r.coalescing;
+  d["end"] = to_string(r.end);
+  d["stationarity"] = r.stationarity;
+  d["starts"] = r.starts;
+  d["agreeing"] = r.agreeing;
   d["evaluations"] = r.evaluations;
   d["interrupted"] = r.interrupted;
   d["out_of_time"] = r.out_of_time;

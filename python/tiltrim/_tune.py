@@ -76,6 +76,10 @@ class TuneResult(Shown):
     achieved: List[Achieved]
     effects: List[GainEffect]  #: largest first
     coalescing: bool  #: two decisive eigenvalues coalesce at the optimum
+    end: str  #: locally_optimal, stagnated, budget_spent, no_influence
+    stationarity: float  #: least norm in the hull of nearby gradients, over the largest; or NaN
+    starts: int  #: local searches completed
+    agreeing: int  #: of these, within 0.1 % of the best
     evaluations: int
     interrupted: bool  #: progress returned False
     out_of_time: bool
