@@ -219,7 +219,7 @@ std::string end_in_words(const TuningReport& report) {
       break;
   }
   return fmt::format(
-      "The search ended before two starts agreed{}{}; a larger budget may find better gains.",
+      "The search ended before three starts agreed{}{}; a larger budget may find better gains.",
       cancel.empty() ? "" : "; stationarity ", cancel);
 }
 

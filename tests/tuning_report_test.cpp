@@ -219,7 +219,7 @@ slopes per 10 % more:
   Two of the critical eigenvalues coincide: slopes of single eigenvalues are
   unbounded there; the columns with 10 % less and more are evaluated exactly.
 
-The search ended before two starts agreed; a larger budget may find better
+The search ended before three starts agreed; a larger budget may find better
 gains.
 
 Second search by crs2: tuned, worst decay 0.335 1/s, 0.0022 1/s worse; the gain

@@ -156,7 +156,7 @@ std::string to_string(TuneStatus status);  ///< as in JSON
 enum class TuneEnd {
   locally_optimal,  ///< independent starts agree, and the gradients around their end cancel
   stagnated,        ///< independent starts agree, but the gradients around their end do not cancel
-  budget_spent,     ///< candidates, time, or an interrupt ended it before two starts agreed
+  budget_spent,     ///< candidates, time, or an interrupt ended it before three starts agreed
   no_influence,     ///< no tuned value changes the goal
 };
 std::string to_string(TuneEnd end);  ///< as in JSON
@@ -202,7 +202,7 @@ struct TuneResult {
   /// largest of these gradients: 0 where it is stationary, 1 where all of them point one way; the
   /// tuned values are measured over their bounds. NaN: not computed.
   double stationarity = std::numeric_limits<double>::quiet_NaN();
-  static constexpr double stationarity_radius = 1e-3;
+  static constexpr double stationarity_radius = 1e-3;  ///< of the bounds' ranges
   long starts = 0, agreeing = 0;  ///< local searches completed; of these within 0.1 % of the best
   long evaluations = 0;           ///< candidates evaluated
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;  ///< why it stopped
@@ -212,8 +212,8 @@ struct TuneResult {
 };
 
 /// Local searches from many starts, each followed by hops around its result and, if decisive
-/// eigenvalues coalesce, by a search on the manifold where they do, until two starts agree. With a
-/// larger budget the same search goes on, so its result is never worse. Every value of the result
+/// eigenvalues coalesce, by a search on the manifold where they do, until three starts agree. With
+/// a larger budget the same search goes on, so its result is never worse. Every value of the result
 /// is evaluated again with new trims. Throws std::invalid_argument for unknown names, bounds that
 /// are reversed or not finite, no gains, no points, or a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});

@@ -243,7 +243,7 @@ def test_monte_carlo_is_the_programs(program, studies, tmp_path):
 def test_a_study_is_tuned_by_its_second_algorithm_too(program, paper, tmp_path):
     file = tmp_path / "tune.toml"
     file.write_text(
-        paper.read_text() + '\n[tune]\nsecond = "esch"\nevaluations = 60\n[tune.goal]\n'
+        paper.read_text() + '\n[tune]\nsecond = "esch"\nevaluations = 1000\n[tune.goal]\n'
         'measure = "decay"\n[[tune.gain]]\nkey = "gains.K_Lp"\nfrom = 0.1\nto = 5.0\n'
     )
     own, printed = tiltrim.tune(file), program("tune", file)
