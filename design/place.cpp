@@ -151,10 +151,9 @@ struct Assignment {
 
   // Another real eigenvalue below the last one, so that both become a pair.
   bool bring_second() {
-    for (Index i = last - 2; i >= first; --i) {
+    for (Index i = last - 2; i >= first; i -= 2) {
       const bool pair = i > first && schur.T(i, i - 1) != 0;
       if (!pair) return lapack::move(schur, i, last - 1);
-      --i;
     }
     return false;
   }
