@@ -70,9 +70,9 @@ def test_its_exception_ends_the_verb(verb):
 
 
 def endless_tuning(tell):
-    return tiltrim.tune(
-        level(), gains={"gains.K_Lp": (0.1, 5.0)}, evaluations=10**9, progress=tell
-    )
+    gains = ("k_V", "K_Ep", "K_Ei", "K_Lp", "K_Li", "k_pa", "k_da", "k_pe", "k_de")
+    bounds = {f"gains.{name}": (0.02, 10.0) for name in gains}
+    return tiltrim.tune(level(), gains=bounds, evaluations=10**9, progress=tell)
 
 
 def test_keyboard_interrupt_within_it_ends_built_in_work():
