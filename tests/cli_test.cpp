@@ -322,7 +322,8 @@ TEST_CASE("follow: any number of the study; both ends of the descent; no trim to
   const std::string paper = "follow " + studies + "paper.toml ";
   for (const auto& [key, to] :
        {std::pair{"gamma_deg", 10.0}, {"aircraft.mass", 4.5}, {"gains.K_Lp", 1.0}}) {
-    CAPTURE(key);
+    const std::string captured = key;  // clang 14 captures no structured binding
+    CAPTURE(captured);
     const json all = json_of(scratch, fmt::format("{} --parameter {} --to {}", paper, key, to));
     for (const json& branch : all["branches"]) {
       CHECK(branch["parameter"] == key);

@@ -384,7 +384,8 @@ TEST_CASE("an angle in degrees that is a fraction of pi is remarked upon") {
   const std::map<std::string, std::string> radians{
       {"3.1416", " 180 "}, {"-1.571", " -90 "},  {"1.0472", " 60 "},
       {"0.7854", " 45 "},  {"-0.5236", " -30 "}, {"3.141592653589793", " 180 "}};
-  for (const auto& [value, degrees] : radians) {
+  for (const auto& [typed, degrees] : radians) {
+    const std::string value = typed;
     CAPTURE(value);
     REQUIRE(remarks(value).size() == 1);
     CHECK(remarks(value)[0].find("would be" + degrees + "degrees") != std::string::npos);
