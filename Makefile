@@ -5,7 +5,7 @@
 #   make python     install the Python package (pip install .)
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize follow sweep simulate optimize tune vehicles vehicles/tiltrotor flight study tables report cli tests \
+SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize follow sweep simulate optimize tune design vehicles vehicles/tiltrotor vehicles/xv15 flight study tables report cli tests \
             examples bench python/src,$(d)/*.cpp $(d)/*.hpp))
 FUZZ_SECONDS ?= 60
 # The program for MPI runs is built and tested where there is an MPI.
@@ -58,13 +58,14 @@ bench: packages
 	cmake --build --preset release -j $(JOBS) --target tiltrim_bench
 	build/bin/tiltrim_bench $(BENCH_FLAGS)
 
-# What Python's functions cost, and scipy.optimize.root beside tiltrim's trim.
+# What Python's functions cost; scipy.optimize's root and differential_evolution compared with trim and tune.
 bench-python:
 	cmake/install-packages.sh dev
 	cmake --preset release $(PARTS)
-	cmake --build --preset release -j $(JOBS) --target tiltrim_python
+	cmake --build --preset release -j $(JOBS) --target tiltrim_python tiltrim
 	PYTHONPATH=build/python /usr/bin/python3 bench/python_overhead.py
 	PYTHONPATH=build/python /usr/bin/python3 bench/python_scipy.py $(BENCH_FLAGS)
+	PYTHONPATH=build/python /usr/bin/python3 bench/tune_scipy.py
 
 sanitize: asan tsan
 

@@ -10,9 +10,11 @@
 #include "cli/terminal.hpp"
 #include "report/envelopes.hpp"
 #include "report/linear_models.hpp"
+#include "report/loads.hpp"
 #include "report/loops.hpp"
 #include "report/paper.hpp"
 #include "report/sensitivities.hpp"
+#include "report/validation.hpp"
 #include "study/analyses.hpp"
 #include "study/angle_remarks.hpp"
 #include "study/problems.hpp"
@@ -324,6 +326,29 @@ Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_
               command.format, [&] { return paper_json(tables); }, [&] { return paper_csv(tables); },
               [&] { return paper_text(tables, style); }, [&] { return paper_document(tables); }),
           code};
+}
+
+Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop_token&) {
+  const Study study = read_study(command.common.study);
+  std::vector<LoadsAnswer> answers;
+  for_each(study, command.common, [&](const Condition& condition, Progress&) {
+    answers.push_back(component_loads(condition));
+  });
+  const bool all = std::ranges::all_of(answers, [](const auto& a) { return a.message.empty(); });
+  return {in_format(
+              command.common.format, [&] { return loads_json(answers); },
+              [&] { return as_csv(loads_sheet(answers)); },
+              [&] { return loads_text(answers, style); }, [&] { return loads_document(answers); }),
+          all ? answered : unanswered};
+}
+
+Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token&) {
+  const Validation validation = validate(command.vehicle);
+  return {in_format(
+      command.common.format, [&] { return validation_json(validation); },
+      [&] { return as_csv(validation_sheet(validation)); },
+      [&] { return validation_text(validation, style); },
+      [&] { return validation_document(validation); })};
 }
 
 }  // namespace tiltrim::cli

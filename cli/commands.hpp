@@ -82,6 +82,15 @@ struct MarginsCommand {
   std::filesystem::path bode;  ///< Bode data as CSV; empty: none
 };
 
+struct LoadsCommand {
+  Common common;
+};
+
+struct ValidateCommand {
+  Common common;        ///< without a study
+  std::string vehicle;  ///< "xv15"
+};
+
 struct SweepCommand {
   Common common;
   int threads = 0;          ///< 0: one per processor
@@ -141,6 +150,8 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop);
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);

@@ -65,42 +65,6 @@ void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
 
 }  // namespace
 
-const std::vector<Example>& examples() {
-  static const std::vector<Example> all{
-      {"trim", "trim studies/paper.toml", "equilibria of climb, transition and level flight"},
-      {"trim", "trim studies/stall.toml --all", "every equilibrium of each condition"},
-      {"linearize", "linearize studies/paper.toml", "eigenvalues, modes and stability verdicts"},
-      {"linearize", "linearize studies/levitation.toml",
-       "the same for a user's equations in a study"},
-      {"linearize", "linearize studies/paper.toml -o paper.json", "every digit, as JSON"},
-      {"linearize", "linearize studies/paper.toml --models paper.mat", "A, B, C, D for MATLAB"},
-      {"modes", "modes studies/boeing747.csv", "eigenvalues and modes of any matrix"},
-      {"follow", "follow studies/stall.toml", "a branch of trims: folds, limits, crossings"},
-      {"follow", "follow studies/paper.toml --only level --parameter V --to 8", "over the speed"},
-      {"envelope", "envelope studies/stall.toml --only level", "the conversion corridor"},
-      {"sensitivities", "sensitivities studies/paper.toml", "what moves each mode, ranked"},
-      {"margins", "margins studies/paper.toml --bode bode.csv", "stability margins, Bode data"},
-      {"sweep", "sweep studies/map_corridor.toml",
-       "eigenvalues over a grid, crossings between its points"},
-      {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
-      {"tune", "tune studies/tune_corridor.toml", "gains optimized for the worst operating point"},
-      {"simulate", "simulate studies/transition.toml", "the flight from take-off to level flight"},
-      {"simulate", "simulate studies/transition.toml --monte-carlo", "10,000 scattered flights"},
-      {"report", "report studies/paper.toml", "everything on one page: paper.html"},
-      {"diff", "diff before.nc after.nc", "where two maps differ in status or stability"},
-      {"tables", "tables", "the paper's Tables 1-3, recomputed and audited"},
-  };
-  return all;
-}
-
-std::string examples_text(const std::string& command) {
-  std::string text;
-  for (const Example& e : examples())
-    if (command.empty() || e.command == command)
-      text += fmt::format("\n  tiltrim {}\n      {}", e.line, e.answers);
-  return text;
-}
-
 void settle_format(Common& common) {
   static const std::map<std::string, Format> endings{{".json", Format::json},
                                                      {".csv", Format::csv},
@@ -257,6 +221,22 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
   return margins;
 }
 
+CLI::App* add_loads(CLI::App& app, LoadsCommand& command) {
+  CLI::App* loads = app.add_subcommand(
+      "loads", "forces and moments of each component at given states, without a trim");
+  add_common(loads, command.common, true);
+  add_only(loads, command.common);
+  return loads;
+}
+
+CLI::App* add_validate(CLI::App& app, ValidateCommand& command) {
+  CLI::App* validate =
+      app.add_subcommand("validate", "a published vehicle against every number published about it");
+  validate->add_option("vehicle", command.vehicle, "xv15")->type_name("VEHICLE")->required();
+  add_output(validate, command.common);
+  return validate;
+}
+
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
   CLI::App* sweep = app.add_subcommand(
       "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
@@ -283,7 +263,7 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
                    "write the gains to this file, in the format of a study")
       ->type_name("FILE.toml");
   tune->add_option("--evaluations", command.evaluations,
-                   "number of candidates (default: the study's, 100000)")
+                   "largest number of candidates (default: the study's, 100000)")
       ->check(CLI::Range(0L, 1'000'000'000L))
       ->type_name("N");
   tune->add_option("--seconds", command.seconds, "time limit of each search; 0: no limit")

@@ -208,6 +208,34 @@ void note_moving(const LinearizeOptions& options, LinearModel& linear) {
   }
 }
 
+// Where the model's own derivatives are not finite, differences stand in, with their errors: a
+// quotient such as sin(x)/x at 0 may have a slope that its formula does not give.
+void fill_in(const Differences& d, const Model& model, const Selection& selection, Estimate& own,
+             std::vector<std::string>& remarks) {
+  for (Index k = 0; k < own.value.cols(); ++k) {
+    if (own.value.col(k).allFinite()) continue;
+    own.value.col(k) = d.jacobian.value.col(k);
+    own.error.col(k) = d.jacobian.error.col(k);
+    const std::string along = signal_of(model, selection.variables[std::size_t(k)]).name + ": ";
+    if (std::ranges::none_of(d.remarks, [&](const std::string& r) { return r.starts_with(along); }))
+      remarks.push_back(along +
+                        "central difference, where the model's own derivative is not finite");
+  }
+}
+
+// A row of A that is next to zero in nominal sizes, as at a triple root, depends on where within
+// its tolerance the trim stopped: its errors are those of differences.
+void widen_where_singular(const Differences& d, const LinearModel& linear, Estimate& own) {
+  constexpr double next_to_zero = 1e-9;  // 1/s
+  const VectorXd size = nominals(linear.states);
+  for (Index i = 0; i < size.size(); ++i) {
+    const auto row = own.value.row(i).head(size.size());
+    const double largest = (row.transpose().cwiseProduct(size) / size[i]).cwiseAbs().maxCoeff();
+    if (largest > 0 && largest < next_to_zero)
+      own.error.row(i) = own.error.row(i).cwiseMax(d.jacobian.error.row(i));
+  }
+}
+
 // Computes A, B, C, D if the point is at rest; calls the model and so may throw its exceptions.
 void fill(const Model& model, const Selection& selection, const std::vector<Range>& bounds,
           const LinearizeOptions& options, LinearModel& linear) {
@@ -233,6 +261,10 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   Estimate all = use_exact ? exact(model, linear.point, selection.variables) : d.jacobian;
   linear.method = use_exact ? Method::exact : Method::differences;
   linear.remarks = d.remarks;
+  if (use_exact) {
+    fill_in(d, model, selection, all, linear.remarks);
+    widen_where_singular(d, linear, all);
+  }
   if (!same_answer(e, evaluate(model, linear.point)) &&
       refused(LinearizeStatus::not_repeatable, unsteady))
     return;

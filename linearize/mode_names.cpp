@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "linearize/modes.hpp"
@@ -24,7 +25,8 @@ double share_of(const std::string& state, const Eigen::VectorXd& share,
 std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string>& names) {
   std::vector<std::size_t> order(names.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return share[Index(k)]; });
+  const auto size = [&](std::size_t k) { return std::round(1e9 * share[Index(k)]); };
+  std::ranges::stable_sort(order, std::greater{}, size);  // equal to rounding: in the states' order
   std::vector<std::string> leading;
   double sum = 0.0;
   for (const std::size_t k : order) {

@@ -246,8 +246,9 @@ Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Index>& variables) {
   if (!model.derivatives) throw std::invalid_argument("the model has no exact derivatives");
   Estimate e{given_derivatives(model, point, variables), {}};
-  const VectorXd sizes =
-      term_sizes(model, point, variables, e.value, VectorXd::Zero(e.value.rows()));
+  // A derivative that is not finite must not affect the others of its row.
+  const MatrixXd known = e.value.array().isFinite().select(e.value, 0.0);
+  const VectorXd sizes = term_sizes(model, point, variables, known, VectorXd::Zero(e.value.rows()));
   constexpr double operations = 16;  // approximate number of roundings in a derivative
   e.error.resizeLike(e.value);
   for (Index k = 0; k < e.value.cols(); ++k) {
@@ -261,10 +262,13 @@ Estimate exact(const Model& model, const OperatingPoint& point,
 }
 
 MatrixXd jacobian(const Model& model, const OperatingPoint& point,
-                  const std::vector<Index>& variables) {
-  if (model.derivatives) return given_derivatives(model, point, variables);
+                  const std::vector<Index>& variables, bool* exact) {
+  if (exact) *exact = bool(model.derivatives);
   MatrixXd J(std::ssize(model.states) + std::ssize(model.outputs), std::ssize(variables));
+  if (model.derivatives) J = given_derivatives(model, point, variables);
   for (Index k = 0; k < J.cols(); ++k) {
+    if (model.derivatives && J.col(k).allFinite()) continue;
+    if (exact) *exact = false;
     Line line(model, point, variables[std::size_t(k)]);
     const VectorXd ahead = line.sample(1), behind = line.sample(-1);
     J.col(k) = (ahead - behind) / (2 * line.h);

@@ -36,8 +36,9 @@ Differences difference(const Model& model, const OperatingPoint& point,
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Eigen::Index>& variables);
 
-/// For solvers: the model's own derivatives if it has them, otherwise plain central differences.
+/// For solvers: the model's own derivatives; plain central differences in columns where they are
+/// not finite, or if it has none. `exact` receives whether no difference was taken.
 Eigen::MatrixXd jacobian(const Model& model, const OperatingPoint& point,
-                         const std::vector<Eigen::Index>& variables);
+                         const std::vector<Eigen::Index>& variables, bool* exact = nullptr);
 
 }  // namespace tiltrim

@@ -36,8 +36,10 @@ void check_formula(std::string_view text, const std::vector<std::string>& names)
 /// Throws std::invalid_argument if the text is not a valid name in a formula.
 void check_formula_name(std::string_view name);
 
-/// The model; it may be evaluated from any number of threads at once. Throws std::invalid_argument
-/// if a name or formula is invalid, a name occurs twice, or the number of formulas does not match.
+/// The model, with exact derivatives; NaN along variables at a kink, a jump or a singular slope of
+/// a function, as of x == 0 ? 1 : sin(x)/x at 0. It may be evaluated from any number of threads at
+/// once. Throws std::invalid_argument if a name or formula is invalid, a name occurs twice, or the
+/// number of formulas does not match.
 [[nodiscard]] Model model_of(const Formulas& formulas);
 
 }  // namespace tiltrim

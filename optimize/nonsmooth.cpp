@@ -147,8 +147,7 @@ VectorXd least_in_hull(const MatrixXd& G) {
   return x;
 }
 
-Stationarity stationarity(const Nonsmooth& f, const VectorXd& x, double radius,
-                          std::uint64_t seed) {
+double stationarity(const Nonsmooth& f, const VectorXd& x, double radius, std::uint64_t seed) {
   const Index n = x.size(), most = 2 * n + 10;  // on both sides of a bound, to 1 in 1000
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -162,11 +161,9 @@ Stationarity stationarity(const Nonsmooth& f, const VectorXd& x, double radius,
     G.conservativeResize(n, G.cols() + 1);
     G.rightCols(1) = s.gradient;
   }
-  if (G.cols() == 0) return {1.0, VectorXd::Zero(n)};
+  if (G.cols() == 0) return 1.0;
   const double largest = G.colwise().norm().maxCoeff();
-  if (largest == 0) return {0.0, VectorXd::Zero(n)};
-  const VectorXd least = least_in_hull(G);
-  return {least.norm() / largest, -least};
+  return largest == 0 ? 0.0 : least_in_hull(G).norm() / largest;
 }
 
 }  // namespace tiltrim

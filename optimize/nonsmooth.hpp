@@ -33,16 +33,12 @@ struct NonsmoothMinimum {
 /// P. Wolfe, Finding the nearest point in a polytope, Math. Program. 11 (1976) 128-149.
 [[nodiscard]] Eigen::VectorXd least_in_hull(const Eigen::MatrixXd& G);
 
-/// How nearly x is stationary: the least norm in the hull of the gradients at x and at random
-/// points within `radius` of it, over the norm of the largest of them. 0: stationary; 1: every
-/// gradient points the same way; 0 as well where all gradients vanish. J.V. Burke, A.S. Lewis and
-/// M.L. Overton, A robust gradient sampling algorithm for nonsmooth, nonconvex optimization, SIAM
-/// J. Optim. 15 (2005) 751-779.
-struct Stationarity {
-  double relative = 1.0;      ///< in [0, 1]
-  Eigen::VectorXd direction;  ///< of steepest descent over the neighbourhood; 0 if stationary
-};
-[[nodiscard]] Stationarity stationarity(const Nonsmooth& f, const Eigen::VectorXd& x, double radius,
-                                        std::uint64_t seed);
+/// How nearly x is stationary, in [0, 1]: the least norm in the hull of the gradients at x and at
+/// random points within `radius` of it, over the norm of the largest of them. 0: stationary; 1:
+/// every gradient points the same way; 0 as well where all gradients vanish. J.V. Burke, A.S. Lewis
+/// and M.L. Overton, A robust gradient sampling algorithm for nonsmooth, nonconvex optimization,
+/// SIAM J. Optim. 15 (2005) 751-779.
+[[nodiscard]] double stationarity(const Nonsmooth& f, const Eigen::VectorXd& x, double radius,
+                                  std::uint64_t seed);
 
 }  // namespace tiltrim

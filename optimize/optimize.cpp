@@ -127,11 +127,7 @@ void optimize(const Optimization& problem) {
     throw;
   } catch (const std::exception&) {  // rounding, a forced stop: the caller has the best point
   }
-  if (!calls.thrown) return;
-  try {
-    std::rethrow_exception(calls.thrown);
-  } catch (const EndSearch&) {
-  }
+  if (calls.thrown) std::rethrow_exception(calls.thrown);
 }
 
 }  // namespace tiltrim

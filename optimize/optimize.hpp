@@ -26,11 +26,8 @@ struct Optimization {
   std::uint64_t seed = 1;
 };
 
-/// Thrown by one of the functions to end the search.
-struct EndSearch {};
-
 /// Runs the search. No status is returned because NLopt's is not trusted: the functions must record
-/// the best point. Other exceptions of the functions are passed on.
+/// the best point. Exceptions of the functions are passed on.
 void optimize(const Optimization& problem);
 
 }  // namespace tiltrim

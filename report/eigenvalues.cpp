@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "report/json.hpp"
 
@@ -18,7 +19,9 @@ std::string shares(const Eigen::VectorXd& participation, const Signals& states) 
   for (Index k = 0; k < participation.size(); ++k)
     if (participation[k] >= shown)
       parts.emplace_back(participation[k], states[std::size_t(k)].name);
-  std::ranges::stable_sort(parts, std::greater{}, &std::pair<double, std::string>::first);
+  // Shares that are equal but for rounding keep the order of the states.
+  std::ranges::stable_sort(parts, std::greater{},
+                           [](const auto& part) { return std::round(1e9 * part.first); });
   std::vector<std::string> words;
   for (const auto& [share, name] : parts)
     words.push_back(fmt::format("{} {:.0f}%", name, 100 * share));

@@ -13,9 +13,9 @@ Range around(const std::vector<double>& values, double share = 0.05);
 /// "h [m]", "V [m/s]", "theta [°]".
 std::string with_unit(const std::string& what, const std::string& unit);
 FigureAxis axis_of(const SweepAxis& axis);
-/// Colour and dash of the k-th curve.
 int curve_colour(std::size_t k);
-int curve_dash(std::size_t k);
+/// The k-th curve of a panel, with its colour and dash and no points yet.
+PlotCurve nth_curve(std::size_t k, const std::string& title);
 /// A thin dashed line at y = `at`.
 PlotCurve level_line(const Range& x, double at);
 /// The track's column, or null.

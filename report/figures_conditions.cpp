@@ -129,11 +129,7 @@ Figure bode_figure(const LoopsAnswer& c, const Track& track, const std::string& 
     const auto add = [&](Panel& panel, const std::string& key, const std::string& title,
                          std::vector<double>& all) {
       const Track::Column& y = *column(track, key);
-      PlotCurve curve;
-      curve.title = title;
-      curve.colour = curve_colour(k);
-      curve.dash = curve_dash(k);
-      curve.width = 2;
+      PlotCurve curve = nth_curve(k, title);
       curve.x = frequency;
       curve.y = y.values;
       curve.x_key = "parameter";
@@ -185,11 +181,7 @@ Figure disk_figure(const LoopsAnswer& c, const std::string& id) {
     if (!l.in_use) continue;
     const std::size_t at = k++;
     if (!l.margins.stable() || !std::isfinite(l.margins.disk)) continue;
-    PlotCurve border;
-    border.title = fmt::format("{}: disk {:.3f}", l.actuator, l.margins.disk);
-    border.colour = curve_colour(at);
-    border.dash = curve_dash(at);
-    border.width = 2;
+    PlotCurve border = nth_curve(at, fmt::format("{}: disk {:.3f}", l.actuator, l.margins.disk));
     const double radius = std::min(l.margins.disk / 2, 0.98);
     for (int i = 0; i <= 720; ++i) {
       const std::complex<double> z = std::polar(radius, 2 * std::numbers::pi * i / 720.0);

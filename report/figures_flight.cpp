@@ -37,11 +37,7 @@ Panel flight_panel(const Track& track, const std::string& x_key, const std::stri
   for (const FlightCurve& c : curves) {
     const Track::Column* y = column(track, c.key);
     if (!y) continue;
-    PlotCurve curve;
-    curve.title = c.title;
-    curve.colour = curve_colour(k);
-    curve.dash = curve_dash(k++);
-    curve.width = 2;
+    PlotCurve curve = nth_curve(k++, c.title);
     curve.x = x;
     curve.y = y->values;
     curve.x_key = x_key;

@@ -268,11 +268,7 @@ void add_ticks(const ModeCurve& mode, const SweepAxis& axis, int colour, const W
 
 PlotCurve drawn_curve(const std::vector<double>& x, const std::vector<double>& y, std::size_t entry,
                       const std::string& title) {
-  PlotCurve curve;
-  curve.title = title;
-  curve.colour = curve_colour(entry);
-  curve.dash = curve_dash(entry);
-  curve.width = 2;
+  PlotCurve curve = nth_curve(entry, title);
   curve.x = x;
   curve.y = y;
   return curve;

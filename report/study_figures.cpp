@@ -46,7 +46,15 @@ FigureAxis axis_of(const SweepAxis& axis) {
 }
 
 int curve_colour(std::size_t k) { return colour::first + int(k) % colour::curves; }
-int curve_dash(std::size_t k) { return 1 + int(k) % 5; }
+
+PlotCurve nth_curve(std::size_t k, const std::string& title) {
+  PlotCurve curve;
+  curve.title = title;
+  curve.colour = curve_colour(k);
+  curve.dash = 1 + int(k) % 5;
+  curve.width = 2;
+  return curve;
+}
 
 const Track::Column* column(const Track& track, const std::string& key) {
   const auto found = std::ranges::find(track.columns, key, &Track::Column::key);

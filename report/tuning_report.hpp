@@ -2,33 +2,13 @@
 /// Tuning results as text, JSON, CSV, and as TOML to paste into a study.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "report/sheet.hpp"
-#include "tune/tune.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim {
-
-/// The results of `tiltrim tune` for one study.
-struct TuningReport {
-  TuneProblem problem;                     ///< as given
-  bool user_model = false;                 ///< of a study with [model]
-  TuneOptions options{};                   ///< as given
-  TuneResult result{};                     ///< the answer
-  std::string second_algorithm{};          ///< algorithm of the comparison; empty: none
-  std::optional<TuneResult> second{};      ///< its result
-  std::optional<Robustness> robustness{};  ///< of the result
-  /// One point of the front: the limit and the optimum.
-  struct FrontPoint {
-    double limit;       ///< value of the limit
-    TuneResult result;  ///< optimum with it
-  };
-  bool interrupted = false;         ///< later parts were not computed
-  Requirement front_limit{};        ///< the limit that is varied
-  std::vector<FrontPoint> front{};  ///< in order of the limit
-};
 
 /// The verdict, the gains to paste, the requirements and their values, the effect of each gain; in
 /// the study's units.

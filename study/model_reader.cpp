@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <set>
 
 #include "model/formulas.hpp"
@@ -160,26 +161,6 @@ std::vector<UserModel::Loop> read_loops(const Section& section, const Model& mod
   return loops;
 }
 
-// An angle has two keys, in rad and in degrees, unless the second name is already in use.
-std::vector<Key> keys_of(const Model& model) {
-  std::vector<Key> keys;
-  const auto add = [&](const Signals& signals) {
-    for (const Signal& s : signals) {
-      keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
-      const std::string in_degrees = s.name + std::string(angle);
-      const bool taken = find(model.states, in_degrees) >= 0 ||
-                         find(model.inputs, in_degrees) >= 0 ||
-                         find(model.parameters, in_degrees) >= 0;
-      if (s.unit == "rad" && !taken)
-        keys.push_back({in_degrees, s.name, "degrees", {-largest_number, largest_number}});
-    }
-  };
-  add(model.states);
-  add(model.inputs);
-  add(model.parameters);
-  return keys;
-}
-
 // ---- [[condition]] ----
 
 // A number fixes, [lower, upper] bounds, "free" leaves free.
@@ -262,6 +243,26 @@ void check_inputs(const Section& section, const UserModel& own, UserCondition& c
 
 }  // namespace
 
+std::vector<Key> keys_for(const Model& model, const Signals& signals) {
+  std::vector<Key> keys;
+  for (const Signal& s : signals) {
+    keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
+    const std::string in_degrees = s.name + std::string(angle);
+    const bool taken = find(model.states, in_degrees) >= 0 || find(model.inputs, in_degrees) >= 0 ||
+                       find(model.parameters, in_degrees) >= 0;
+    if (s.unit == "rad" && !taken)
+      keys.push_back({in_degrees, s.name, "degrees", {-largest_number, largest_number}});
+  }
+  return keys;
+}
+
+std::vector<Key> keys_of(const Model& model) {
+  std::vector<Key> keys;
+  for (const Signals* signals : {&model.states, &model.inputs, &model.parameters})
+    std::ranges::copy(keys_for(model, *signals), std::back_inserter(keys));
+  return keys;
+}
+
 UserModel read_model(const Section& section) {
   section.allow_only(
       {"name", "state", "input", "parameter", "values", "let", "output", "switch", "loop"});
@@ -285,8 +286,11 @@ Condition read_user_condition(const Entry& entry, const std::filesystem::path& f
                               const std::shared_ptr<const UserModel>& own) {
   const Section section(file, entry, "in [[condition]] of this model", "condition.");
   std::vector<Key> keys = own->keys;
-  for (const Signal& s : own->model.outputs)
-    keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
+  if (own->xv15)
+    std::ranges::copy(keys_for(own->model, own->model.outputs), std::back_inserter(keys));
+  else
+    for (const Signal& s : own->model.outputs)
+      keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
   std::vector<std::string> allowed{"name", "guess", "rates", "objective"};
   for (const Key& key : keys) allowed.push_back(key.name);
   section.allow_only(allowed, {{"formulation", "a study with [model] has one way to trim it"}});
@@ -295,6 +299,7 @@ Condition read_user_condition(const Entry& entry, const std::filesystem::path& f
   UserCondition& asked = condition.asked.emplace<UserCondition>();
   asked.model = own;
   read_values(section, keys, asked);
+  if (own->xv15) complete_published(*own, asked);
   check_inputs(section, *own, asked);
   read_rates(section, own->model, asked);
   read_guess(section, own->keys, asked);

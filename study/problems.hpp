@@ -30,19 +30,31 @@ namespace tiltrim {
 /// like tune_problem().
 [[nodiscard]] TuneOptions tune_options(const Study& study);
 
-/// A tuning, and for comparison the same by a second algorithm.
-struct TuningAnswer {
-  GlobalSearch algorithm = GlobalSearch::multistart;  ///< that found `result`
-  TuneResult result{};                                ///< the better of the two optima
-  std::string second_algorithm{};                     ///< of the other; empty: none
-  std::optional<TuneResult> second{};                 ///< the other
+/// The answer to a study's [tune].
+struct TuningReport {
+  TuneProblem problem;                     ///< as the study defines it
+  bool user_model = false;                 ///< of a study with [model]
+  TuneOptions options{};                   ///< as given; `global` is the one that found `result`
+  TuneResult result{};                     ///< the best of these optima
+  std::string second_algorithm{};          ///< that found the other; empty: none
+  std::optional<TuneResult> second{};      ///< the other
+  std::optional<Robustness> robustness{};  ///< of `result`
+  /// One point of the front: the limit and the optimum.
+  struct FrontPoint {
+    double limit;       ///< value of the limit
+    TuneResult result;  ///< optimum with it
+  };
+  bool interrupted = false;         ///< later parts were not computed
+  Requirement front_limit{};        ///< the limit that is varied
+  std::vector<FrontPoint> front{};  ///< in order of the limit
 };
 
-/// tune(), then again with the second algorithm (as a study spells it; "none"). `observe` replaces
-/// that of the options and receives the algorithm too. Throws like tune().
-[[nodiscard]] TuningAnswer tuned_twice(
-    const TuneProblem& problem, TuneOptions options, const std::string& second,
-    const std::function<void(const std::string& algorithm, const TuneProgress&)>& observe = {});
+/// tune() of the study's [tune], the same by its second algorithm, then front and robustness, with
+/// options such as tune_options(). `observe` replaces that of the options and receives the search's
+/// name too: "crs2", "front, 2 of 5", "robustness". Throws like tune_problem() and tune().
+[[nodiscard]] TuningReport tune_study(
+    const Study& study, const TuneOptions& options,
+    const std::function<void(const std::string& what, const TuneProgress&)>& observe = {});
 
 /// The study's [simulate], or its defaults. Throws std::invalid_argument if its parts are
 /// inconsistent.

@@ -218,18 +218,26 @@ static void read_vehicle(const Section& top, const Entry& root, Study& study) {
   with_table(root, "limits", file, [&](const Section& s) { read_limits(s, vehicle.limits); });
 }
 
-// Reads the other tables of a study with [model].
+// Reads the other tables of a study with [model] or a published vehicle.
 static void read_user_study(const Section& top, const Entry& root, Study& study) {
-  const std::string others =
-      "it belongs to the built-in tiltrotor, and a study with [model] defines its own numbers";
-  top.allow_only({"model", "time_limit", "condition", "follow", "envelope", "sweep", "tune",
-                  "simulate", "report"},
-                 {{"equations", others},
-                  {"aircraft", others},
-                  {"gains", others},
-                  {"limits", others},
-                  {"montecarlo", others}});
+  const bool published = top.find("vehicle");
+  const std::string others = published
+                                 ? "it belongs to vehicle = \"tiltrotor\""
+                                 : "it belongs to the built-in tiltrotor, and a study with [model] "
+                                   "defines its own numbers";
+  const std::vector<std::string> own = published ? std::vector<std::string>{"vehicle", "variant"}
+                                                 : std::vector<std::string>{"model"};
+  std::vector<std::string> allowed{"time_limit", "condition", "follow",   "envelope",
+                                   "sweep",      "tune",      "simulate", "report"};
+  allowed.insert(allowed.begin(), own.begin(), own.end());
+  top.allow_only(allowed, {{"equations", others},
+                           {"aircraft", others},
+                           {"gains", others},
+                           {"limits", others},
+                           {"montecarlo", others}});
   const fs::path& file = study.file;
+  if (published)
+    study.user_model = std::make_shared<const UserModel>(read_published(top, data_directory()));
   with_table(root, "model", file, [&](const Section& s) {
     study.user_model = std::make_shared<const UserModel>(read_model(s));
   });
@@ -264,12 +272,14 @@ Study parse_study(std::string_view text, const fs::path& file) {
   study.file = file;
   study.text = text;
   read_number(top, "time_limit", {1e-6, largest, "s"}, study.time_limit);
-  if (top.find("model")) {
+  constexpr std::size_t tiltrotor = 0;
+  if (top.find("model") || top.choice("vehicle", {"tiltrotor", "xv15"}) != tiltrotor) {
     read_user_study(top, root, study);
     return study;
   }
-  top.allow_only({"model", "equations", "time_limit", "aircraft", "gains", "limits", "condition",
-                  "follow", "envelope", "sweep", "tune", "simulate", "montecarlo", "report"});
+  top.allow_only({"model", "vehicle", "equations", "time_limit", "aircraft", "gains", "limits",
+                  "condition", "follow", "envelope", "sweep", "tune", "simulate", "montecarlo",
+                  "report"});
   study.polar_name = default_polar;
   read_vehicle(top, root, study);
   const Vehicle& vehicle = study.vehicle;

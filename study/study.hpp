@@ -42,7 +42,7 @@ struct TuneTable {
   std::string global = "multistart", local = "bfgs";  ///< as tune/tune.hpp spells them
   std::string second = "crs2";  ///< algorithm of the second search, for comparison; "none"
   std::uint64_t seed = 1;       ///< of all random numbers
-  long evaluations = 100000;    ///< number of candidates
+  long evaluations = 100000;    ///< largest number of candidates
   double seconds = 0.0;         ///< 0: no limit
   long robustness = 10'000;     ///< random samples for the robustness test
   /// The optimal goal as a function of one limit.

@@ -103,6 +103,19 @@ Model broken(const UserModel& own, const SweepRequest& request) {
                                           const auto& p) -> Eigen::VectorXd {
     return h(x, with(u), p)(rows);
   };
+  if (own.model.derivatives) {
+    const Eigen::Index nx = std::ssize(loops.states), nu = std::ssize(own.model.inputs);
+    for (Eigen::Index& row : rows) row += nx;
+    for (Eigen::Index i = 0; i < nx; ++i) rows.insert(rows.begin() + i, i);
+    loops.derivatives = [slopes = own.model.derivatives, with, rows, columns, nx, nu](
+                            const OperatingPoint& at, std::vector<Eigen::Index> variables) {
+      const Eigen::Index added = std::ssize(columns);
+      for (Eigen::Index& j : variables)
+        if (j >= nx) j = j < nx + added ? nx + columns[std::size_t(j - nx)] : j - added + nu;
+      return Eigen::MatrixXd(slopes({at.x, with(at.u), at.p}, variables)(rows, Eigen::all));
+    };
+  }
+  loops.enclosure = nullptr;  // of all inputs and outputs
   loops.switches.clear();
   return loops;
 }
@@ -180,37 +193,6 @@ TuneOptions tune_options(const Study& study) {
   options.seconds = table.seconds;
   options.start = own_numbers(study);
   return options;
-}
-
-// The better of the two optima is the result.
-static bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
-  if (a.status != b.status) return a.status < b.status;
-  const double more = (more_is_better(problem.goal.measure) ? 1 : -1) * (a.goal - b.goal);
-  constexpr double rounding = 1e-6;  // of the goal: convergence of a search
-  return a && more > rounding * std::abs(b.goal);
-}
-
-TuningAnswer tuned_twice(
-    const TuneProblem& problem, TuneOptions options, const std::string& second,
-    const std::function<void(const std::string& algorithm, const TuneProgress&)>& observe) {
-  const auto search = [&](GlobalSearch algorithm) {
-    options.global = algorithm;
-    const std::string name = to_string(algorithm);
-    if (observe) options.observe = [&](const TuneProgress& at) { observe(name, at); };
-    return tune(problem, options);
-  };
-  const GlobalSearch first = options.global;
-  TuningAnswer answer{first, search(first)};
-  if (second == "none" || options.stop.stop_requested()) return answer;
-  const GlobalSearch other = global_search(second);
-  answer.second_algorithm = second;
-  answer.second = search(other);
-  if (better(*answer.second, answer.result, problem)) {
-    std::swap(answer.result, *answer.second);
-    answer.second_algorithm = to_string(first);
-    answer.algorithm = other;
-  }
-  return answer;
 }
 
 }  // namespace tiltrim

@@ -3,15 +3,17 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "model/model.hpp"
 #include "study/keys.hpp"
+#include "vehicles/xv15/xv15.hpp"
 
 namespace tiltrim {
 
-/// The model of a study that has [model].
+/// The model of a study that has [model] or a published vehicle.
 struct UserModel {
   Model model;                 ///< built from the formulas
   Eigen::VectorXd parameters;  ///< their values
@@ -25,6 +27,9 @@ struct UserModel {
     std::string output;  ///< of the model: the command before `input` is added
   };
   std::vector<Loop> loops;  ///< empty: no loops
+
+  /// Of vehicle = "xv15"; null for [model].
+  std::shared_ptr<const xv15::Data> xv15{};
 };
 
 /// [simulate] of a study with [model]: the motion from a condition's trim.

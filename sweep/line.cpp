@@ -19,6 +19,7 @@ constexpr double other_branch = 1e-6;  // scaled: unknowns farther apart are ano
 // A thread's memory for one line, reused for the next.
 struct Room {
   std::vector<char> valid;       // there is an equilibrium
+  std::vector<char> exact;       // its matrix is the model's own derivatives
   std::vector<double> unknowns;  // of each point
   std::vector<double> shares;    // multiples of an affine line's slope
   MatrixBatch A;
@@ -35,9 +36,10 @@ std::int16_t reason_number(LinePoints& points, const std::string& reason) {
   return std::int16_t(std::ranges::find(points.reasons, reason) - points.reasons.begin());
 }
 
-void keep_matrix(LineTracker& w, std::size_t k, const MatrixXd& slopes) {
+void keep_matrix(LineTracker& w, std::size_t k, const GridTrim& e) {
+  w.exact[k] = e.exact;
   for (Index j = 0; j < w.A.n; ++j)
-    for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = slopes(i, j);
+    for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = e.slopes(i, j);
 }
 
 void keep_no_matrix(LineTracker& w, std::size_t k) {
@@ -66,6 +68,7 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
   room.A.count = Index(count);
   room.A.entries.resize(n * n * count);
   room.valid.assign(count, 0);
+  room.exact.assign(count, 0);
   room.unknowns.resize(count * sweep.unknowns.size());
   for (auto* numbers : {&p.status, &p.verdict}) numbers->resize(count);
   p.second_branch.assign(count, 0);
@@ -79,8 +82,8 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
     numbers->clear();
   p.second_verdict.clear();
   p.second.clear();
-  return {sweep, start.place, axis,          count, numbers_at(sweep, start.place),
-          p,     room.valid,  room.unknowns, room.A};
+  return {sweep, start.place, axis,       count,         numbers_at(sweep, start.place),
+          p,     room.valid,  room.exact, room.unknowns, room.A};
 }
 
 // Extrapolates the unknowns at point k from up to four adjacent points by a polynomial.
@@ -135,7 +138,7 @@ void walk_forward(LineTracker& w, const LineStart& start) {
     const GridTrim e = k == 0 ? start.first : next_forward(w, k);
     keep(w, k, e);
     if (e.valid())
-      keep_matrix(w, k, e.slopes);
+      keep_matrix(w, k, e);
     else
       keep_no_matrix(w, k);
   }
@@ -198,6 +201,7 @@ bool walk_affine(LineTracker& w, const LineStart& start, const AffineLine& line,
     keep(w, k, e);
   }
   keep_matrices(w, line, shares);
+  std::ranges::fill(w.exact, char(start.first.exact));
   return true;
 }
 
@@ -237,7 +241,7 @@ void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   const bool less = first || effort_at(w.sweep, other.at) < effort_at(w.sweep, here);
   if (less) {
     keep(w, k, other);
-    keep_matrix(w, k, other.slopes);
+    keep_matrix(w, k, other);
   }
   if (!first) add_second(w, k, less ? here : other.at);
 }
@@ -299,12 +303,14 @@ double reach_of_differences(const MatrixXd& A) {
   return (2 * size + error) * std::pow(error / (2 * size + error), 1.0 / double(A.rows()));
 }
 
-// Closer to the axis than that, linearize() and its bounds decide.
-void judge_differences(LineTracker& w) {
+// Closer to the axis than that, linearize() and its bounds decide where A is of differences, and
+// where the trim is singular: it leaves a state open and A with it.
+void judge_near_axis(LineTracker& w) {
   for (std::size_t k = 0; k < w.count; ++k) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
     const double reach = reach_of_differences(w.A.matrix(Index(k)));
     if (!(std::abs(w.points.spectral_abscissa[k]) <= reach)) continue;
+    if (w.exact[k] && TrimStatus(w.points.status[k]) != TrimStatus::singular) continue;
     const double any_rate = std::numeric_limits<double>::infinity();
     const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
     const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;
@@ -329,7 +335,7 @@ void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points
     if (!w.valid[k] || room.eigenvalues.status[k] >= LaneStatus::not_converged) clear(w, k);
   }
   follow_modes(w, start, room.eigenvalues);
-  if (!sweep.model().derivatives) judge_differences(w);
+  judge_near_axis(w);
 }
 
 }  // namespace tiltrim

@@ -18,7 +18,7 @@ struct LineTracker {
   std::size_t axis, count;
   OperatingPoint base;  ///< the line's parameters, except the axis's own
   LinePoints& points;
-  std::vector<char>& valid;
+  std::vector<char>&valid, &exact;
   std::vector<double>& unknowns;
   MatrixBatch& A;
 

@@ -51,7 +51,7 @@ std::optional<dense::LU<Matrix>> factored(const Prepared& s, const MatrixXd& slo
   std::optional<dense::LU<Matrix>> lu = dense::lu(J);
   const auto pivots = lu->pivots().cwiseAbs();
   constexpr double singular = 1e-11;  // left to a full trim, which diagnoses it
-  if (!(pivots.minCoeff() > singular * pivots.maxCoeff())) return {};
+  if (!(pivots.minCoeff() > singular * std::max(1.0, pivots.maxCoeff()))) return {};
   return lu;
 }
 
@@ -134,7 +134,7 @@ bool newton(const Prepared& s, GridTrim& e) {
     }
     const bool here = !lu;
     if (here) {
-      e.slopes = jacobian(m, e.at, s.along);
+      e.slopes = jacobian(m, e.at, s.along, &e.exact);
       lu = factored<Matrix>(s, e.slopes);
       if (!lu) return false;
       dz = dense::solve(*lu, -r);
@@ -143,7 +143,7 @@ bool newton(const Prepared& s, GridTrim& e) {
     const bool small = e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance;
     if (small && (size <= at_rest || size >= 0.5 * before)) {
       e.status = TrimStatus::converged;
-      if (!here) e.slopes = jacobian(m, e.at, s.along);
+      if (!here) e.slopes = jacobian(m, e.at, s.along, &e.exact);
       e.outputs = outputs_of(m, e.at);
       return rates.allFinite() && e.outputs.allFinite() && keeps_limits(s, rates, e);
     }
@@ -235,7 +235,7 @@ GridTrim equilibrium_at(const Prepared& s, const OperatingPoint& at) {
   e.at = at;
   e.status = TrimStatus::converged;
   e.outputs = outputs_of(s.model(), at);
-  e.slopes = jacobian(s.model(), at, s.along);
+  e.slopes = jacobian(s.model(), at, s.along, &e.exact);
   return e;
 }
 

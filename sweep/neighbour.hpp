@@ -16,6 +16,7 @@ struct GridTrim {
   OperatingPoint at;
   Eigen::VectorXd outputs;
   Eigen::MatrixXd slopes;  ///< ∂[f; h]/∂along
+  bool exact = false;      ///< no difference stands in `slopes`
   double residual = 0.0;   ///< scaled
 
   bool valid() const { return is_equilibrium(status); }

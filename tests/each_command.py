@@ -28,6 +28,8 @@ COMMANDS = [
     ("linearize", [studies / "levitation.toml"], 0, "gap + speed"),
     ("sensitivities", [studies / "paper.toml", "--only", "level", "--most", "3"], 0, "decay rate"),
     ("margins", [studies / "paper.toml", "--only", "level"], 0, "gain up"),
+    ("loads", [studies / "xv15_loads.toml"], 0, "horizontal_tail"),
+    ("validate", ["xv15"], 0, "Kleinhesselink"),
     ("sweep", [MAPPED, "-o", "one.nc"], 0, ""),
     ("sweep", [MAPPED, "-o", "two.nc", "--threads", "2"], 0, ""),
     ("diff", ["one.nc", "two.nc"], 0, ""),

@@ -347,7 +347,7 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
   check_refused("[limits]\na1s = [0, 1]\n" + one_condition, "2:1", {"did you mean 'a1s_deg'?"});
   check_refused("[gain]\n" + one_condition, "1:2", {"'gain' at the top level", "'gains'"});
   check_refused("[landing]\n" + one_condition, "1:2",
-                {"'landing'", "valid keys: model, equations"});
+                {"'landing'", "valid keys: model, vehicle, equations"});
   check_refused(one_condition + "eta = 3\n", "6:1", {"'eta'", "did you mean 'eta_deg'?"});
   check_refused(one_condition + "alpha_deg = 3\n", "6:1",
                 {"'alpha_deg'", "it is a key of formulation airframe and table"});

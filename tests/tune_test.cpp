@@ -223,6 +223,22 @@ SweepAxis listed(const std::string& key, const std::vector<double>& values) {
 
 }  // namespace
 
+TEST_CASE("the answer is no worse than a front's points that meet the study's own limits") {
+  Study study = load_study(studies / "tune_paper.toml");  // damping: 0.4, and from 0.4 to 0.8
+  study.tune->second = "none";
+  TuneOptions options = tune_options(study);
+  options.evaluations = 300;
+  const TuningReport report = tune_study(study, options);
+  REQUIRE(report.front.size() == 5);
+  // A search of 300 candidates alone ends below the front's.
+  const double alone = tune(report.problem, options).goal;
+  double best = alone;
+  for (const TuningReport::FrontPoint& p : report.front)
+    if (p.result) best = std::max(best, p.result.goal);
+  if (!sanitized) CHECK(best > alone + 1e-4);
+  CHECK(report.result.goal >= best * (1 - 1e-6));  // of a search
+}
+
 TEST_CASE("thirteen points, all corners of 15 % in mass, inertia and CM_de: constant gains do") {
   const Study study = load_study(studies / "tune_corridor.toml");
   const TuneProblem problem = tune_problem(study);

@@ -112,6 +112,31 @@ TEST_CASE("levitation: trims") {
              pull * 0.008 - k_p * (0.008 - 0.01), 1e-10);
 }
 
+TEST_CASE("levitation: A, B, C, D are exact to rounding") {
+  const Study study = levitation();
+  const TrimResult trim = trimmed(study, 0);
+  const LinearModel linear = linearize(study.user_model->model, trim.point);
+  REQUIRE(linear.status == LinearizeStatus::linear);
+  CHECK(linear.method == Method::exact);
+  CHECK(linear.remarks.empty());
+  // pull = k (i/z)², i = bias + k_p (z - aim) + k_d ż + added
+  const double k = 9.81e-5, k_d = 2, z = trim.point.x[0], i = 1 + k_p * (z - 0.01);
+  const double by_i = 2 * k * i / (z * z), by_z = by_i * k_p - 2 * k * i * i / (z * z * z);
+  const Eigen::Matrix2d A{{0, 1}, {-by_z / mass, -by_i * k_d / mass}};
+  const Eigen::Matrix2d C{{k_p, k_d}, {by_z, by_i * k_d}};
+  const Eigen::Vector2d B(0, -by_i / mass), D(0, by_i);
+  const auto within = [](const Eigen::MatrixXd& value, const Eigen::MatrixXd& error,
+                         const Eigen::MatrixXd& truth) {
+    const double size = truth.cwiseAbs().maxCoeff();
+    CHECK(((value - truth).cwiseAbs() - error).maxCoeff() <= 0);
+    CHECK(error.maxCoeff() < 1e-12 * size);
+  };
+  within(linear.A, linear.A_error, A);
+  within(linear.B, linear.B_error, B);
+  within(linear.C, linear.C_error, C);
+  within(linear.D, linear.D_error, D);
+}
+
 TEST_CASE("levitation: eigenvalues") {
   const Study study = levitation();
   for (const std::size_t i : {0, 1}) {

@@ -96,12 +96,9 @@ double deep_search(Search& search, const Search::Seen& from, std::mt19937_64& ra
 // The best of twenty random points.
 VectorXd random_start(Search& search, std::mt19937_64& random) {
   constexpr int samples = 20;
-  std::uniform_real_distribution<double> uniform(0.0, 1.0);
   Search::Seen start;
   for (int i = 0; i < samples; ++i) {
-    VectorXd y(search.variables());
-    for (double& v : y) v = uniform(random);
-    const Search::Seen& seen = search.evaluate(y, false);
+    const Search::Seen& seen = search.evaluate(random_point(random, search.variables()), false);
     if (start.y.size() == 0 || start.merit < seen.merit) start = seen;
   }
   return start.y;

@@ -195,14 +195,14 @@ Optimizer named(LocalSearch algorithm) {
   }
 }
 
+}  // namespace
+
 VectorXd random_point(std::mt19937_64& random, Index n) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   VectorXd y(n);
   for (double& v : y) v = uniform(random);
   return y;
 }
-
-}  // namespace
 
 void search_globally(Search& search) {
   const Index n = search.variables();

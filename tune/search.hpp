@@ -9,6 +9,9 @@
 
 namespace tiltrim {
 
+/// The budget or the time is used up, or a stop was requested.
+struct EndSearch {};
+
 /// Candidates in normalized coordinates: y in [0, 1]ⁿ, each tuned value linear or logarithmic
 /// between its bounds.
 class Search {
@@ -51,6 +54,9 @@ class Search {
   bool last_has_slopes_ = false;
   std::string decides_;  // deciding() for the best
 };
+
+/// Uniform in [0, 1]ⁿ.
+Eigen::VectorXd random_point(std::mt19937_64& random, Eigen::Index n);
 
 /// What limits the best candidate, as text: requirement, point, uncertain parameters.
 std::string deciding(const Search& search);

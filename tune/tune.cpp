@@ -222,8 +222,7 @@ double stationarity_of(Search& search, double weight) {
   double measured = none;
   try {
     measured = stationarity(penalty(search, weight), y, TuneResult::stationarity_radius,
-                            search.options.seed)
-                   .relative;
+                            search.options.seed);
   } catch (const EndSearch&) {
   }
   search.best = found;  // what is measured is not a candidate

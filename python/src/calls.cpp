@@ -174,6 +174,7 @@ void do_beside(const std::function<void(const std::stop_token&)>& work, Progress
       if (!raised) raised = from_signals();
       if (!raised && progress) raised = progress->pass_on([&] { stop.request_stop(); });
       if (raised) stop.request_stop();
+      if (raised && progress) progress->abandon();
     }
   }
   if (!raised && progress) raised = progress->pass_on([] {});

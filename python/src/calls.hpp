@@ -83,6 +83,9 @@ class Progress {
   /// With the GIL: calls the callable if there is news. Calls stop() if it returned False; returns
   /// the exception that it raised, else null.
   py::object pass_on(const std::function<void()>& stop);
+  /// An exception ends built-in work: what it has is not wanted any more.
+  void abandon() { abandoned_.request_stop(); }
+  std::stop_token abandoned() const { return abandoned_.get_token(); }
 
  private:
   struct News {
@@ -93,6 +96,7 @@ class Progress {
   std::mutex mutex_;  // of news_
   std::optional<News> news_;
   std::chrono::steady_clock::time_point last_{};
+  std::stop_source abandoned_;
 };
 
 /// Does `work` where the callables are: in this thread, with the GIL. One such verb at a time; the

@@ -170,7 +170,10 @@ void set_derivatives(HeldModel& held, const py::object& function) {
   m.derivatives = [own = hold(held, function), rows, columns, what = answer_of(m, "derivatives")](
                       const OperatingPoint& at, const std::vector<Index>& variables) {
     const MatrixXd all = guarded([&] {
-      return as_matrix(own->function(*arguments(at.x, at.u, at.p)), what, rows, columns);
+      const py::object answer = own->function(*arguments(at.x, at.u, at.p));
+      if (py::isinstance<py::str>(answer))  // why there are none by the complex step
+        throw WrongAnswer(fmt::format("{}: {}", what, std::string(py::str(answer))));
+      return as_matrix(answer, what, rows, columns);
     });
     return MatrixXd(all(Eigen::all, variables));
   };

@@ -12,6 +12,7 @@
 #include "python/src/calls.hpp"
 #include "python/src/sweeps.hpp"
 #include "python/src/verbs.hpp"
+#include "report/tuning_report.hpp"
 #include "study/analyses.hpp"
 #include "study/angle_remarks.hpp"
 #include "study/problems.hpp"
@@ -132,23 +133,47 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only, cons
   return d;
 }
 
+py::dict in_dict(const Robustness& r) {
+  py::dict d;
+  d["samples"] = r.samples;
+  d["met"] = r.met;
+  d["no_trim"] = r.no_trim;
+  d["unstable"] = r.unstable;
+  d["fraction"] = r.fraction;
+  d["lower"] = r.lower;
+  d["upper"] = r.upper;
+  d["worst_goal"] = r.worst_goal;
+  d["worst"] = r.worst;
+  d["interrupted"] = r.interrupted;
+  return d;
+}
+
 py::dict tuned(const HeldStudy& held, const py::dict& fields, const py::object& listener) {
   refuse_stop_within("tune");
-  const TuneProblem problem = tune_problem(*held.study);
-  TuneOptions options = tune_options_of(fields, tune_options(*held.study), false);
+  const Study& study = *held.study;
+  TuneOptions options = tune_options_of(fields, tune_options(study), false);
   Progress progress(listener);
+  options.trimming.stop = progress.abandoned();
   const auto work = [&](const std::stop_token& stop) {
-    options.stop = options.trimming.stop = stop;
-    return tuned_twice(problem, options, held.study->tune->second,
-                       [&](const std::string& algorithm, const TuneProgress& at) {
-                         if (progress) tell(progress, problem, algorithm, at);
-                       });
+    options.stop = stop;
+    return tune_study(study, options, [&](const std::string& what, const TuneProgress& at) {
+      if (progress) tell(progress, study.tune->goal, what, at);
+    });
   };
-  const TuningAnswer answer = run(false, work, Lasts::any_time, &progress).first;
-  py::dict d = dict_of(problem, answer.result);
-  d["algorithm"] = to_string(answer.algorithm);
-  d["second_algorithm"] = answer.second_algorithm;
-  d["second"] = answer.second ? py::object(dict_of(problem, *answer.second)) : py::none();
+  const TuningReport report = run(false, work, Lasts::any_time, &progress).first;
+  py::dict d = dict_of(report.problem, report.result);
+  d["interrupted"] = report.interrupted || report.result.interrupted;
+  d["toml"] = tuning_toml(report);
+  d["algorithm"] = to_string(report.options.global);
+  d["second_algorithm"] = report.second_algorithm;
+  if (report.second) d["second"] = dict_of(report.problem, *report.second);
+  if (report.robustness) d["robustness"] = in_dict(*report.robustness);
+  py::list front;
+  for (const TuningReport::FrontPoint& p : report.front)
+    front.append(py::make_tuple(p.limit, dict_of(report.problem, p.result)));
+  d["front"] = front;
+  if (!report.front.empty())
+    d["front_limit"] = py::make_tuple(name_of(report.front_limit), report.front_limit.of);
   d["exception"] = py::none();
   return d;
 }
@@ -180,9 +205,10 @@ py::dict tuned_conditions(const std::vector<HeldCondition>& conditions, const py
   defaults.trimming.time_limit = conditions.front().study->time_limit;
   TuneOptions options = tune_options_of(fields, defaults, false);
   Progress progress(listener);
+  options.trimming.stop = progress.abandoned();
   observe(options, problem, progress);
   const auto work = [&](const std::stop_token& stop) {
-    options.stop = options.trimming.stop = stop;
+    options.stop = stop;
     return tune(problem, options);
   };
   const TuneResult result = run(false, work, Lasts::any_time, &progress).first;

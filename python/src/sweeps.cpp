@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "python/src/calls.hpp"
@@ -119,9 +120,10 @@ py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
   const TuneProblem problem = tune_problem_of(requests_of(problems, callables), asked);
   TuneOptions options = tune_options_of(fields, {}, callables);
   Progress progress(listener);
+  options.trimming.stop = progress.abandoned();  // a stopped search still verifies its best
   observe(options, problem, progress);
   const auto work = [&](const std::stop_token& stop) {
-    options.stop = options.trimming.stop = stop;
+    options.stop = stop;
     return tune(problem, options);
   };
   const auto [result, raised] = run(callables, work, Lasts::any_time, &progress);
@@ -163,19 +165,19 @@ void observe(SweepOptions& options, Progress& progress) {
   };
 }
 
-void tell(Progress& progress, const TuneProblem& problem, const std::string& algorithm,
+void tell(Progress& progress, const Requirement& goal, const std::string& what,
           const TuneProgress& at) {
-  const std::string_view in = unit(problem.goal.measure);
+  const std::string_view in = unit(goal.measure);
   progress.tell(
       std::size_t(at.evaluations), std::size_t(at.of),
-      fmt::format("{}: {} {:.4g}{}{}, {} {}", algorithm, name_of(problem.goal), at.best,
-                  in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", at.decides));
+      fmt::format("{}: {} {:.4g}{}{}, {} {}", what, name_of(goal), at.best, in.empty() ? "" : " ",
+                  in, at.feasible ? "held by" : "missing", at.decides));
 }
 
 void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress) {
   if (!progress) return;
   options.observe = [&, algorithm = to_string(options.global)](const TuneProgress& at) {
-    tell(progress, problem, algorithm, at);
+    tell(progress, problem.goal, algorithm, at);
   };
 }
 
@@ -234,6 +236,8 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
     d["slopes"] = array_of(e.slopes);
     d["goal_less"] = e.goal_less;
     d["goal_more"] = e.goal_more;
+    d["limits_less"] = e.limits_less;
+    d["limits_more"] = e.limits_more;
     effects.append(d);
   }
   std::vector<std::string> gains;
@@ -244,7 +248,7 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
   d["names"] = gains;
   d["schedule"] = problem.schedule;
   d["gains"] = r.gains;
-  d["goal"] = r.goal;
+  d["goal"] = r.status == TuneStatus::no_trim ? std::numeric_limits<double>::quiet_NaN() : r.goal;
   d["goal_measure"] = name_of(problem.goal);
   d["goal_unit"] = std::string(unit(problem.goal.measure));
   d["achieved"] = achieved;

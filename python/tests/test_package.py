@@ -51,6 +51,7 @@ def others():
     return [
         margins, margins["delta_e"], envelope, envelope.pieces[0], found, found[0], flights,
         flights.worst[0], tiltrim.Report("page.html", "stable", True),
+        tiltrim.Robustness(20, 19, 0, 1, 0.95, 0.75, 0.999, 0.1, "level", False),
     ]  # fmt: skip
 
 

@@ -76,6 +76,35 @@ def test_own_derivatives_are_taken_and_compared():
         tiltrim.linearize(bad, {})
 
 
+def test_derivatives_by_the_complex_step_are_exact():
+    model = Model(
+        "m", lambda x, u, p: [x[1], u[0] - p[0] * np.sin(x[0]) - x[1] * np.exp(x[0])],
+        ["a", "r"], ["t"], ["y"], ["g"], h=lambda x, u, p: np.sqrt(x[0]) * p[0],
+        derivatives="complex",
+    )
+    at = {"a": 0.3, "r": 0.0, "t": 9.81 * np.sin(0.3), "g": 9.81}
+    assert model.exact
+    linear = tiltrim.linearize(model, at)
+    truth = [[0, 1], [-9.81 * np.cos(0.3), -np.exp(0.3)]]
+    assert linear.method == "exact" and not linear.remarks and linear.A_error.max() < 1e-12
+    np.testing.assert_allclose(linear.A, truth, rtol=1e-14)
+    np.testing.assert_allclose(linear.C, [[9.81 / 2 / np.sqrt(0.3), 0]], rtol=1e-14)
+
+
+@pytest.mark.filterwarnings("ignore:Casting complex")
+@pytest.mark.parametrize("f, words", [
+    (lambda x, u, p: x + 3 * abs(x), "is 1 by the complex step and 4 by differences: a function"),
+    (lambda x, u, p: x.real, "is 0 by the complex step and 1 by differences"),
+    (lambda x, u, p: np.conj(x), "is -1 by the complex step and 1 by differences"),
+    (lambda x, u, p: np.array([np.sin(x[0])]).astype(float), "is 0 by the complex step and"),
+    (lambda x, u, p: np.arctan2(x, 1.0), r"it takes no complex numbers \(TypeError"),
+])
+def test_what_loses_imaginary_parts_is_refused(f, words):
+    model = Model("m", f, ["x"], derivatives="complex")
+    with pytest.raises(ValueError, match="model 'm': its derivatives: .*" + words):
+        tiltrim.linearize(model, {"x": 1.5}, tolerance=1e9)
+
+
 def test_modes_of_a_loop_and_of_a_bare_matrix():
     found = tiltrim.modes(held_ball())
     frequency = math.sqrt(GAIN * 200 - 1962)  # λ² + (2g/i) k_d λ + (2g/i) k_p - 2g/z = 0

@@ -39,7 +39,7 @@ from ._sweep import sweep
 from ._tiltrim import InvalidArgument, StudyError
 from ._tiltrim import version as __version__
 from ._trim import TrimResult, trim
-from ._tune import Achieved, GainEffect, TuneResult, tune
+from ._tune import Achieved, FrontPoint, GainEffect, Robustness, TuneResult, tune
 
 __all__ = [
     "Achieved",
@@ -56,6 +56,7 @@ __all__ = [
     "EquationSolution",
     "Equilibrium",
     "Flight",
+    "FrontPoint",
     "GainEffect",
     "H2Norm",
     "InvalidArgument",
@@ -73,6 +74,7 @@ __all__ = [
     "Problem",
     "Regulator",
     "Report",
+    "Robustness",
     "ScatteredFlight",
     "Sensitivities",
     "Signal",

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tiltrim
+from ._complex_step import ComplexStep
 from ._show import Page, Shown, Table, number
 
 Array = NDArray[np.float64]
@@ -69,6 +70,20 @@ def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
     return tuple(signals)
 
 
+def _complex_step(
+    f: Optional[Callback],
+    h: Optional[Callback],
+    states: Sequence[Signal],
+    inputs: Sequence[Signal],
+    outputs: Sequence[Signal],
+    parameters: Sequence[Signal],
+) -> ComplexStep:
+    variables = [*states, *inputs, *parameters]
+    rows = [f"{s.name}'" for s in states] + [s.name for s in outputs]
+    nominals = [s.nominal for s in variables]
+    return ComplexStep(f, h, rows, [s.name for s in variables], nominals)
+
+
 class Model(Shown):
     """x' = f(x, u, p), y = h(x, u, p): names, units and functions.
 
@@ -78,7 +93,9 @@ class Model(Shown):
     states, inputs, outputs, parameters : signals, in the order of the vectors
     h           : h(x, u, p) -> outputs, ny numbers; required if outputs are named
     derivatives : derivatives(x, u, p) -> array of shape (nx + ny, nx + nu + np), the exact
-                  Jacobian of [f; h] with respect to [x; u; p]; default: finite differences
+                  Jacobian of [f; h] with respect to [x; u; p]; default: finite differences;
+                  "complex": from f and h themselves with complex arguments (numpy's functions
+                  take them; abs, arctan2 and math's do not), compared once with differences
     switches    : {description: s(x, u, p) -> number, zero where f or h has a kink or a jump}
 
     The functions receive copies and must depend only on their arguments. They may return a list,
@@ -95,12 +112,17 @@ class Model(Shown):
         outputs: Sequence[AnySignal] = (),
         parameters: Sequence[AnySignal] = (),
         h: Optional[Callback] = None,
-        derivatives: Optional[Callback] = None,
+        derivatives: Union[Callback, str, None] = None,
         switches: Optional[Mapping[str, Callable[[Array, Array, Array], float]]] = None,
     ) -> None:
-        for what, function in (("f", f), ("h", h), ("derivatives", derivatives)):
+        by_complex = isinstance(derivatives, str) and derivatives == "complex"
+        given: Any = None if by_complex else derivatives
+        for what, function in (("f", f), ("h", h), ("derivatives", given)):
             if function is not None and not callable(function):
-                raise TypeError(f"{what}: expected a function of (x, u, p), got {function!r}")
+                or_complex = ' or "complex"' if what == "derivatives" else ""
+                raise TypeError(
+                    f"{what}: expected a function of (x, u, p){or_complex}, got {function!r}"
+                )
         signals = (
             _signals(states, "states"),
             _signals(inputs, "inputs"),
@@ -108,7 +130,8 @@ class Model(Shown):
             _signals(parameters, "parameters"),
         )
         kinks = dict(switches or {})
-        core = _tiltrim.Model(name, f, h, *signals, derivatives, list(kinks.items()))
+        slopes = _complex_step(f, h, *signals) if by_complex else given
+        core = _tiltrim.Model(name, f, h, *signals, slopes, list(kinks.items()))
         self._set(core, (Model, (name, f, *signals, h, derivatives, kinks)))
 
     @classmethod

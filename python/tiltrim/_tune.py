@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
@@ -53,12 +53,47 @@ class GainEffect(Shown):
     slopes: Array  #: d(worst value)/d(ln gain), for the goal and each limit
     goal_less: float  #: worst value of the goal with the gain reduced by 10 %, trimmed again
     goal_more: float
+    limits_less: bool  #: all limits are met there
+    limits_more: bool
 
     def _page(self) -> Page:
         return Page(
             f"{self.name} = {number(self.value)}: goal {number(self.goal_less)} with 10 % less, "
             f"{number(self.goal_more)} with 10 % more"
         )
+
+
+@dataclass(repr=False)
+class Robustness(Shown):
+    """Random samples of the uncertain parameters between their bounds, with the tuned gains."""
+
+    samples: int
+    met: int  #: trimmed and stable at all points, all limits met
+    no_trim: int
+    unstable: int
+    fraction: float  #: met / samples
+    lower: float  #: Clopper-Pearson, 95 %
+    upper: float
+    worst_goal: float  #: over the samples with a trim; or NaN
+    worst: str  #: its point and parameters
+    interrupted: bool  #: fewer samples than the study asks for
+
+    def _page(self) -> Page:
+        return Page(
+            f"{self.met} of {self.samples} random samples meet all limits, 95 % interval "
+            f"{100 * self.lower:.2f} to {100 * self.upper:.2f} %"
+        )
+
+
+@dataclass(repr=False)
+class FrontPoint(Shown):
+    """The optimum for one value of the limit that a front varies."""
+
+    limit: float
+    result: TuneResult
+
+    def _page(self) -> Page:
+        return Page(f"limit {number(self.limit)}: {self.result._page().heading}")
 
 
 @dataclass(repr=False)
@@ -88,6 +123,10 @@ class TuneResult(Shown):
     algorithm: str = ""  #: of a study: the one that found this
     second_algorithm: str = ""  #: of the search for comparison, and its optimum
     second: Optional[TuneResult] = None
+    robustness: Optional[Robustness] = None  #: of a study with [[tune.uncertain]]
+    front: List[FrontPoint] = field(default_factory=list)  #: of a study with [tune.front]
+    front_limit: Tuple[str, ...] = ()  #: the limit it varies: measure, and of what
+    toml: str = ""  #: of a study: the gains, to paste
 
     @property
     def gains(self) -> Dict[str, Any]:
@@ -116,8 +155,13 @@ class TuneResult(Shown):
             self.message,
             f"worst {self.goal_measure} {number(self.goal)}{unit}, {self.evaluations} candidates",
             "held by " + "; ".join(f"{a.measure} at {a.point}" for a in held[:3]) if held else "",
+            repr(self.robustness) if self.robustness else "",
         ]
-        return Page(self.status, lines, [Table(["gain", "value"], rows, left=(0,))])
+        tables = [Table(["gain", "value"], rows, left=(0,))]
+        if self.front:
+            front = [[number(p.limit), number(p.result.goal), p.result.status] for p in self.front]
+            tables.append(Table([self.front_limit[0], self.goal_measure, "status"], front))
+        return Page(self.status, lines, tables)
 
 
 @shows_fields
@@ -150,7 +194,8 @@ def tune(
 
     what     : a Model with a guess and a trim specification; a Problem or a Condition; a list of
                those; or a Study or its path, with its own [tune], which only the last options
-               override, and its second algorithm: the better optimum of the two
+               override: its two searches, of which the better optimum is returned, then random
+               samples and front
     gains    : {parameter: (from, to)}, SI; searched logarithmically if both are positive, except
                those named in `linear`
     goal     : optimized for its worst value: "decay" (1/s), "damping", "frequency" (rad/s), ...;
@@ -228,7 +273,11 @@ def _result(raw: Dict[str, Any]) -> TuneResult:
     numbers = own.pop("gains")
     own["numbers"] = numbers.reshape(-1, places) if places else numbers
     own["schedule"] = tuple(raw["schedule"])
-    own["second"] = _result(raw["second"]) if raw.get("second") else None
+    if "second" in raw:
+        own["second"] = _result(raw["second"])
+    if "robustness" in raw:
+        own["robustness"] = Robustness(**raw["robustness"])
+    own["front"] = [FrontPoint(limit, _result(one)) for limit, one in raw.get("front", ())]
     own["achieved"] = [Achieved(**one) for one in raw["achieved"]]
     own["effects"] = [GainEffect(**one) for one in raw["effects"]]
     return TuneResult(**own)

@@ -1,4 +1,4 @@
-// Formulas: compiled or refused in words; a compiled one is evaluated.
+// Formulas: compiled or refused in words; a compiled one is evaluated and differentiated.
 #include <stdexcept>
 
 #include "model/formulas.hpp"
@@ -27,6 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Model model = model_of(formulas);
     const Eigen::VectorXd x = Eigen::VectorXd::Constant(2, 0.5), one = Eigen::VectorXd::Ones(1);
     (void)evaluate(model, {x, one, one});
+    (void)model.derivatives({x, one, one}, {0, 1, 2, 3});
   } catch (const std::invalid_argument&) {
   }
   return 0;

@@ -1,0 +1,222 @@
+// The XV-15 against published numbers and against textbook forms of its rotor.
+#include "vehicles/xv15/xv15.hpp"
+
+#include <complex>
+#include <numbers>
+
+#include "study/study.hpp"
+#include "tests/check.hpp"
+#include "vehicles/xv15/airframe.hpp"
+#include "vehicles/xv15/rotor.hpp"
+
+using namespace tiltrim;
+using namespace tiltrim::xv15;
+
+namespace {
+
+constexpr double foot = 0.3048, pound = 4.4482216152605;
+
+std::shared_ptr<const Data> data_of(Variant variant) {
+  static const std::array both{load(data_directory() / "xv15", Variant::report_1988),
+                               load(data_directory() / "xv15", Variant::printed_1983)};
+  return both[std::size_t(variant)];
+}
+
+// Lift proportional to the incidence, constant drag: what the closed form assumes.
+struct LinearSections {
+  double lift_slope, drag;
+  SectionAt operator()(std::size_t, double alpha, double) const {
+    return {{lift_slope * alpha, drag}, {lift_slope, 0}, {0, 0}};
+  }
+};
+
+// Untapered linear twist in steps of a midpoint rule.
+std::vector<Element> linear_blade(double radius, double chord, double twist) {
+  std::vector<Element> elements;
+  constexpr int count = 2000;
+  for (int k = 0; k < count; ++k) {
+    const double x = (k + 0.5) / count;
+    elements.push_back({x * radius, radius / count, chord, twist * (x - 0.75), 0});
+  }
+  return elements;
+}
+
+struct TextbookRotor {
+  double radius = 4, chord = 0.3, omega = 50, density = 1.2, inertia = 100;
+  double lift_slope = 5.7, drag = 0.01, twist = -0.2;
+  std::vector<Element> elements = linear_blade(radius, chord, twist);
+
+  Blade blade(double tan_delta3) const { return {&elements, 3, inertia, tan_delta3, radius, 16}; }
+  SimpleBlade simple(double theta_75) const {
+    return {lift_slope,
+            drag,
+            theta_75 - 0.75 * twist,
+            twist,
+            3 * chord / (std::numbers::pi * radius),
+            density * lift_slope * chord * std::pow(radius, 4) / inertia};
+  }
+  double scale() const {
+    return density * std::numbers::pi * radius * radius * std::pow(omega * radius, 2);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("blade elements are the closed form to first order in mu and lambda") {
+  const TextbookRotor rotor;
+  // Second-order terms: halving mu, lambda, pitch and cyclic quarters the difference.
+  const auto difference = [&](double size) {
+    const double mu = 0.1 * size, lambda = 0.05 * size, theta = 0.1 * size, B1 = 0.02 * size;
+    const double tip = rotor.omega * rotor.radius, k = -0.268;
+    TextbookRotor small;
+    small.twist = -0.2 * size;
+    small.elements = linear_blade(small.radius, small.chord, small.twist);
+    const ClosedForm form = closed_form(small.simple(theta), mu, lambda, 0.0, B1, k);
+    const RotorInput<double> in{mu * tip,    lambda * tip,  0,   theta, B1,
+                                rotor.omega, rotor.density, 340, 0};
+    const auto at = blade_forces(in, RotorMotion<double>{0, form.a1, form.b1}, small.blade(k),
+                                 LinearSections{rotor.lift_slope, 0});
+    const double moment = rotor.inertia * rotor.omega * rotor.omega;
+    return std::array{at.thrust / rotor.scale() - form.CT, at.flap_sin / moment,
+                      at.flap_cos / moment};
+  };
+  const auto whole = difference(0.1), half = difference(0.05);
+  for (std::size_t k = 0; k < whole.size(); ++k) {
+    CAPTURE(k);
+    CHECK(std::abs(half[k]) < 0.3 * std::abs(whole[k]) + 1e-9);
+    CHECK(std::abs(whole[k]) < 2e-4);
+  }
+}
+
+TEST_CASE("in hover a pitch rate tilts the disc by -16 q/(gamma Omega)") {
+  const TextbookRotor rotor;
+  const double q = 0.01, gamma = rotor.simple(0.1).gamma;
+  const RotorInput<double> in{0, 4, q, 0.1, 0, rotor.omega, rotor.density, 340, 0};
+  const RotorMotion<double> flapping{0, -16 * q / (gamma * rotor.omega), -q / rotor.omega};
+  const auto at = blade_forces(in, flapping, rotor.blade(0), LinearSections{rotor.lift_slope, 0});
+  const double gyroscopic = 2 * rotor.inertia * rotor.omega * q;
+  // Left over are squares of the inflow angle.
+  CHECK(std::abs(at.flap_sin) < 0.02 * gyroscopic);
+  CHECK(std::abs(at.flap_cos) < 0.02 * gyroscopic);
+}
+
+TEST_CASE("figure of merit of the measured hover run") {
+  // data/xv15/tables/rotor_hover_test.csv (CR-2017-219486, Table A-2): CT, CP at 768 ft/s
+  constexpr std::array<std::array<double, 2>, 9> measured{{{0.004063, 0.5814},
+                                                           {0.005581, 0.6921},
+                                                           {0.007391, 0.7641},
+                                                           {0.009208, 0.7849},
+                                                           {0.010104, 0.7866},
+                                                           {0.011063, 0.7881},
+                                                           {0.012035, 0.7858},
+                                                           {0.013089, 0.7797},
+                                                           {0.013929, 0.7632}}};
+  const auto data = data_of(Variant::report_1988);
+  for (const auto& point : measured) {
+    const double CT = point[0], figure = point[1];
+    CAPTURE(CT);
+    double low = 0, high = 20 * degree;
+    for (int step = 0; step < 40; ++step) {
+      const double middle = (low + high) / 2;
+      (hover(*data, middle, 768 * foot).CT < CT ? low : high) = middle;
+    }
+    CHECK(std::abs(hover(*data, low, 768 * foot).figure_of_merit - figure) < 0.03);
+  }
+}
+
+TEST_CASE("component loads of the printed runs") {
+  // data/xv15/trims_gtrs_loads.csv (CR-166537, A-11 and A-17), lbf and lbf ft
+  struct Printed {
+    double u, w, stick, induced;  // ft/s, in, ft/s
+    Load spinners, fuselage, tail, wing;
+  };
+  const std::array runs{Printed{67.45,
+                                -2.967,
+                                5.0691,
+                                35.4892,
+                                {-57.326, 32.686, 351.934},
+                                {-15.85, -26.143, -598.516},
+                                {-3.86, -75.388, -1618.995},
+                                {-350.068, -719.309, 451.962}},
+                        Printed{133.2,
+                                -21.93,
+                                5.7948,
+                                18.6232,
+                                {-256.482, 78.063, 1581.401},
+                                {-104.003, 44.085, -5308.99},
+                                {-10.673, 31.094, 689.586},
+                                {-1154.732, -676.317, -322.313}}};
+  const auto data = data_of(Variant::printed_1983);
+  for (const Printed& run : runs) {
+    CAPTURE(run.u);
+    OperatingPoint at{Eigen::Vector4d(run.u * foot, run.w * foot, 0, 0),
+                      Eigen::Vector4d(0, run.stick, 40 * degree, 0), parameters(*data)};
+    const Loads ours = loads(*data, at, {{}, run.induced * foot});
+    const auto part = [&](const char* name) {
+      for (const auto& [own, l] : ours.components)
+        if (own == name) return Load{l.X / pound, l.Z / pound, l.M / pound / foot};
+      return Load{};
+    };
+    CHECK(std::abs(part("spinners").X - run.spinners.X) < 0.5);
+    CHECK(std::abs(part("spinners").Z - run.spinners.Z) < 0.5);
+    CHECK(std::abs(part("fuselage").X - run.fuselage.X) < 1);
+    CHECK(std::abs(part("fuselage").Z - run.fuselage.Z) < 1);
+    CHECK(std::abs(part("fuselage").M - run.fuselage.M) < 2);
+    CHECK(std::abs(part("horizontal_tail").Z / run.tail.Z - 1) < 0.03);
+    CHECK(std::abs(part("horizontal_tail").M / run.tail.M - 1) < 0.03);
+    // CD of the wing: its force along the free stream turned by the rotors
+    const double q_S = 0.5 * 0.002377 * (run.u * run.u + run.w * run.w) * 181;
+    const double c = std::cos(ours.wing_alpha), s = std::sin(ours.wing_alpha);
+    const auto drag = [&](const Load& l) { return -(l.X * c + l.Z * s) / q_S; };
+    CHECK(std::abs(drag(part("wing")) - drag(run.wing)) < 0.001);
+  }
+}
+
+TEST_CASE("derivatives equal the complex step") {
+  const auto data = data_of(Variant::report_1988);
+  const Model m = model(data);
+  // Between entries and within rounded corners: 40 kt, conversion, airplane.
+  for (const double mast : {0.02, 0.5, 1.5}) {
+    CAPTURE(mast);
+    OperatingPoint at{Eigen::Vector4d(20 + 50 * mast, -1, 0.05, 0.02),
+                      Eigen::Vector4d(0.15 + 0.25 * mast, 5.2, 0.1, mast), parameters(*data)};
+    if (mast > 1) at.u[2] = 0;
+    std::vector<Eigen::Index> variables(8);
+    for (std::size_t k = 0; k < 8; ++k) variables[k] = Eigen::Index(k);
+    const Eigen::MatrixXd exact = m.derivatives(at, variables);
+    using Complex = std::complex<double>;
+    for (std::size_t k = 0; k < 8; ++k) {
+      CAPTURE(k);
+      constexpr double h = 1e-30;
+      std::array<Complex, 4> x, u, rates;
+      std::array<Complex, 6> p;
+      std::ranges::copy(at.x, x.begin());
+      std::ranges::copy(at.u, u.begin());
+      std::ranges::copy(at.p, p.begin());
+      (k < 4 ? x[k] : u[k - 4]) += Complex(0, h);
+      rates_on<Complex>(*data, x, u, p, rates);
+      for (std::size_t i = 0; i < 4; ++i) {
+        CAPTURE(i);
+        const double step = rates[i].imag() / h;
+        CHECK(std::abs(exact(Eigen::Index(i), Eigen::Index(k)) - step) <
+              1e-12 * (1 + std::abs(step)));
+      }
+    }
+  }
+}
+
+TEST_CASE("tables meet their entries with continuous second derivatives") {
+  const Axis axis{"test", {0.0, 1.0, 3.0, 4.0}, false};
+  const Table table{axis, {1.0, 3.0, 2.0, 2.0}, {}};
+  for (std::size_t k = 0; k < axis.at.size(); ++k)
+    CHECK(table.at(axis.at[k]) == doctest::Approx(table.values[k]).epsilon(1e-15));
+  CHECK(table.at(2.0) == doctest::Approx(2.5));  // linear in between
+  const auto curvature = [&](double x) {
+    constexpr double h = 1e-4;
+    return (table.at(x - h) - 2 * table.at(x) + table.at(x + h)) / (h * h);
+  };
+  for (double x = 0.01; x < 3.98; x += 0.001)  // no jump: the fourth derivative is bounded
+    CHECK(std::abs(curvature(x + 0.001) - curvature(x)) < 1.2);
+  CHECK_THROWS_WITH_AS(table.at(4.5), "the table test is silent at 4.5; it covers 0 to 4",
+                       std::domain_error);
+}
