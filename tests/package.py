@@ -13,6 +13,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import time
 
 sys.dont_write_bytecode = True
 from packages import leave_out, skip  # noqa: E402
@@ -86,9 +87,10 @@ def in_zsh(typed):
                              env={**os.environ, "TERM": "dumb"})  # fmt: skip
     os.close(its)
     os.write(ours, f"{setup}{typed}\t\x14".encode())
-    screen = b""
-    while not line.exists() and select.select([ours], [], [], 60)[0]:
-        screen += os.read(ours, 65536)
+    screen, end = b"", time.monotonic() + 60
+    while not line.exists() and time.monotonic() < end:
+        if select.select([ours], [], [], 0.02)[0]:  # the line is written after the last output: no waiting for more
+            screen += os.read(ours, 65536)
     shell.kill()
     shell.wait()
     os.close(ours)
