@@ -98,11 +98,11 @@ clang:
 	cmake --preset clang $(PARTS)
 	cmake --build --preset clang -j $(JOBS)
 
-# Several sources at once, which takes a third of the time.
+# Several sources at once, which takes a third of the time; headers with the sources that include them.
 tidy:
 	cmake/install-packages.sh dev
 	cmake --preset clang $(PARTS) -B build/tidy -D TILTRIM_UNITY=ON -D TILTRIM_TESTS=OFF
-	sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/tidy/compile_commands.json | sort -u | \
+	sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/tidy/compile_commands.json | grep -v _verify_interface_header_sets | sort -u | \
 	  xargs -r -P $(JOBS) -n 1 clang-tidy --quiet -p build/tidy
 
 format:

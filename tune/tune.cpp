@@ -208,12 +208,12 @@ double Achieved::reserve() const {
 
 namespace {
 
-// How nearly the best is stationary; NaN if it is interrupted or has no trim.
+// How nearly the best is stationary; NaN if it is interrupted, has no trim, or was evaluated only.
 double stationarity_of(Search& search, double weight) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const Merit& best = search.best.merit;
-  if (search.interrupted || search.out_of_time || search.best.y.size() == 0 || !best.trimmed())
-    return none;
+  if (search.interrupted || search.out_of_time || search.evaluations <= 1) return none;
+  if (search.best.y.size() == 0 || !best.trimmed()) return none;
   search.unlimited = true;
   const Search::Seen found = search.best;
   const bool spent = search.out_of_evaluations;

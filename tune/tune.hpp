@@ -200,7 +200,7 @@ struct TuneResult {
   TuneEnd end = TuneEnd::budget_spent;  ///< why the search ended
   /// Least norm in the hull of the gradients within `stationarity_radius` of the solution, over the
   /// largest of these gradients: 0 where it is stationary, 1 where all of them point one way; the
-  /// tuned values are measured over their bounds. NaN: not computed.
+  /// tuned values are measured over their bounds. NaN: not computed; so for a single candidate.
   double stationarity = std::numeric_limits<double>::quiet_NaN();
   static constexpr double stationarity_radius = 1e-3;  ///< of the bounds' ranges
   long starts = 0, agreeing = 0;  ///< local searches completed; of these within 0.1 % of the best
