@@ -346,6 +346,12 @@ LoopTransfer opened(const MatrixXd& A_closed, const VectorXd& b, const RowVector
   return loop;
 }
 
+LoopTransfer opened(const LinearModel& closed, std::string_view input, std::string_view output) {
+  const Index j = index_of(closed.inputs, input, "input");
+  const Index i = index_of(closed.outputs, output, "output");
+  return opened(closed.A, closed.B.col(j), closed.C.row(i), closed.D(i, j));
+}
+
 // (1 + z)/(1 - z) for real z, and for imaginary z                                            [43]
 double Margins::disk_gain_down() const { return std::max((2 - disk) / (2 + disk), 0.0); }
 double Margins::disk_gain_up() const { return disk < 2 ? (2 + disk) / (2 - disk) : infinity; }
