@@ -17,18 +17,13 @@
 namespace tiltrim {
 
 using Complex = std::complex<double>;
-using Eigen::Index;
-using Eigen::MatrixXcd;
-using Eigen::MatrixXd;
-using Eigen::RowVectorXd;
-using Eigen::VectorXcd;
+using Eigen::Index, Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::RowVectorXd, Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double infinity = std::numeric_limits<double>::infinity(), pi = std::numbers::pi;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr double pi = std::numbers::pi;
 
 void check(const LoopTransfer& loop) {
   const Index n = loop.A.rows();
@@ -345,7 +340,6 @@ LoopTransfer opened(const MatrixXd& A_closed, const VectorXd& b, const RowVector
   loop.d = -d / (1 + d);
   return loop;
 }
-
 LoopTransfer opened(const LinearModel& closed, std::string_view input, std::string_view output) {
   const Index j = index_of(closed.inputs, input, "input");
   const Index i = index_of(closed.outputs, output, "output");

@@ -590,8 +590,10 @@ TEST_CASE("opened: by signal names") {
   const auto message = [&](const char* input, const char* output) {
     return refusal<std::invalid_argument>([&] { (void)opened(closed, input, output); });
   };
-  CHECK_CONTAINS(message("ruder", "law"), "no input 'ruder'; the model has: aileron, rudder");
-  CHECK_CONTAINS(message("rudder", "x1"), "no output 'x1'; the model has: beta, law");
+  CHECK(message("ruder", "law").find("no input 'ruder'; the model has: aileron, rudder") !=
+        std::string::npos);
+  CHECK(message("rudder", "x1").find("no output 'x1'; the model has: beta, law") !=
+        std::string::npos);
 }
 
 TEST_CASE("margins: none missed and none invented, against a dense scan of random loops") {
