@@ -1575,26 +1575,3 @@ TEST_CASE("two real modes cross, a pair above and below them") {
 TEST_CASE("two real modes cross half way between two points") {
   CHECK(swapped_beside(-9, 0.5) == 0);
 }
-
-TEST_CASE("a sweep decides what modes() decides, whose bounds hold the axis here and there") {
-  for (const double slope : {1e-6, 1e-10, 1e-12, 0.0, -1e-12, -1e-6})
-    for (const double coupling : {0.0, 1.0}) {  // with it a Jordan block, whose bounds are wide
-      Model m;
-      m.states = {{"x", "", 1}, {"y", "", 1}};
-      m.parameters = {{"p", "", 1}};
-      m.f = [=](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
-        const double flat = std::exp(x[0]) - 1 - x[0] - x[0] * x[0] / 2;
-        return Eigen::Vector2d{slope * p[0] * x[0] + coupling * x[1] + flat,
-                               coupling * (slope * p[0] * x[1]) - (1 - coupling) * x[1]};
-      };
-      const std::vector<double> values{1, 2, 5};
-      const SweepMap map = sweep({{"c", m, {.free = {"x", "y"}}, point_of(m, {{"p", 1}}), {}}},
-                                 {{"p", {{"p", "", "p", values, values}}}});
-      for (std::size_t i = 0; i < values.size(); ++i) {
-        CAPTURE(slope);
-        CAPTURE(values[i]);
-        const Modes found = modes(linearize(m, point_of(m, {{"p", values[i]}})));
-        CHECK(map.verdict[i] == std::int8_t(found.verdict));
-      }
-    }
-}
