@@ -22,7 +22,7 @@ const std::vector<Example>& examples() {
       {"margins", "margins studies/paper.toml --bode bode.csv", "stability margins, Bode data"},
       {"loads", "loads studies/xv15_loads.toml",
        "forces of wing, tail, rotors, ... at given states"},
-      {"validate", "validate xv15", "published loads, trims, hover runs and poles beside ours"},
+      {"validate", "validate xv15", "published loads, trims, hover runs and poles next to ours"},
       {"sweep", "sweep studies/map_corridor.toml",
        "eigenvalues over a grid, crossings between its points"},
       {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},

@@ -27,3 +27,4 @@ string(REGEX REPLACE "[^/]+" ".." PC_UP ${CMAKE_INSTALL_LIBDIR})
 configure_file(cmake/tiltrim.pc.in tiltrim.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/tiltrim.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(FILES LICENSE CITATION.cff README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})  # README.md links to them

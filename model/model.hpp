@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -149,6 +150,16 @@ const Signal& signal_of(const Model& model, Eigen::Index variable);
 double value_of(const OperatingPoint& point, Eigen::Index variable);
 /// Sets the value of a variable.
 void set_value(OperatingPoint& point, Eigen::Index variable, double value);
+
+/// Values of states, inputs and parameters by name, in each signal's unit.
+using NamedValues = std::map<std::string, double>;
+/// The point with these values; all others are zero. Throws as variable() for an unknown name.
+OperatingPoint point_of(const Model& model, const NamedValues& values);
+/// The point with these values changed. Throws as variable() for an unknown name, CallerMistake if
+/// the point's vectors do not fit the model.
+OperatingPoint changed(const Model& model, OperatingPoint point, const NamedValues& values);
+/// The value of the state, input or parameter of this name. Throws as changed().
+double value_of(const Model& model, const OperatingPoint& point, std::string_view name);
 
 /// Throws std::invalid_argument if the model cannot be used: no f, a duplicate name, a nominal size
 /// that is not positive and finite.

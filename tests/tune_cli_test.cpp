@@ -232,11 +232,11 @@ std::string lasting(const std::string& keys) {
   return level + climb + table(keys) + damped + gains + mass;
 }
 
-// Stopped by SIGINT after so long.
+// Stopped by SIGINT after computing so long.
 Ran stopped(const Scratch& scratch, const std::string& options, std::chrono::milliseconds after) {
   scratch.write("s.toml", lasting("second = \"crs2\"\nrobustness = 100\n"));
   const Running tune = start(scratch, "tune s.toml --evaluations 100000000 " + options);
-  std::this_thread::sleep_for(after);
+  let_compute(tune, after);
   ::kill(tune.pid, SIGINT);
   const Ran ran = finish(tune, 60s);
   CHECK(ran.exit_code == 128 + SIGINT);
