@@ -22,9 +22,9 @@ std::string in_words(const TuneTable& tune, const TuneProgress& at) {
   goals.goals = tune.goals;
   const std::string_view in = goal_unit(goals);
   const std::string where = at.decides.substr(0, at.decides.find(','));
-  return fmt::format("{} {:.4g}{}{}, {} {}; {} starts, {} of {}, {:.0f}/s", goal_name(goals), at.best,
-                     in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing", where,
-                     at.starts, at.evaluations, at.of,
+  return fmt::format("{} {:.4g}{}{}, {} {}; {} starts, {} of {}, {:.0f}/s", goal_name(goals),
+                     at.best, in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing",
+                     where, at.starts, at.evaluations, at.of,
                      double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 

@@ -98,7 +98,8 @@ std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
     const std::string unit_name = unit_in_text(unit(asked[i].measure));
     const std::string goal = unit_name.empty() ? "goal" : "goal, " + unit_name;
     sheet.columns.push_back(
-        {"", in_words(asked[i]) + ' ', (i == 0 && problem.goals.empty() ? goal : limit_in_words(asked[i])) + ' '});
+        {"", in_words(asked[i]) + ' ',
+         (i == 0 && problem.goals.empty() ? goal : limit_in_words(asked[i])) + ' '});
   }
   constexpr std::size_t most = 40;
   std::size_t left_out = 0;

@@ -69,7 +69,8 @@ std::string limit_in_words(const Requirement& asked) {
 
 std::string asked_in_words(const Requirement& asked, bool goal) {
   if (!goal) return in_words(asked) + " " + limit_in_words(asked);
-  return in_words(asked) + (std::isnan(asked.limit) ? ", the goal" : ", target " + limit_in_words(asked));
+  return in_words(asked) +
+         (std::isnan(asked.limit) ? ", the goal" : ", target " + limit_in_words(asked));
 }
 
 std::string place_in_words(const TuneProblem& problem, const TunePlace& place) {
@@ -116,8 +117,7 @@ std::string verdict_text(const TuningReport& report, const TextStyle& style) {
   std::string words;
   if (r)
     words = fmt::format(": worst {} {} {}; {}", goal_in_words(report.problem),
-                        quantity(r.goal, goal_unit(report.problem)),
-                        where_in_words(report),
+                        quantity(r.goal, goal_unit(report.problem)), where_in_words(report),
                         report.problem.limits.empty() ? "no limits required" : "all limits met");
   else if (!r.message.empty())
     words = ": " + r.message;

@@ -64,8 +64,12 @@ std::string read_of(const Section& section, const Tuned& tuned, const Requiremen
 
 // ---- keys of single measures ----
 
-const std::vector<std::string> subjects{"of",      "input", "output", "weight",   "weights",
-                                        "band",    "decay", "damping", "frequency"};
+// Of all measures; the tiltrotor has no transfers between signals.
+std::vector<std::string> subjects_of(const Tuned& tuned) {
+  std::vector<std::string> keys{"of", "weight", "decay", "damping", "frequency"};
+  if (!tuned.tiltrotor) keys.insert(keys.end(), {"input", "output", "weights", "band"});
+  return keys;
+}
 
 // The keys that a measure has, besides `of`.
 std::vector<std::string> keys_of(Measure measure) {
@@ -117,8 +121,7 @@ void read_weight(const Section& section, Requirement& asked) {
   if (!weight) return;
   weight->allow_only({"numerator", "denominator"});
   const Accepted any{-largest, largest};
-  if (const Entry* list = weight->find("numerator"))
-    asked.numerator = weight->numbers(*list, any);
+  if (const Entry* list = weight->find("numerator")) asked.numerator = weight->numbers(*list, any);
   if (const Entry* list = weight->find("denominator"))
     asked.denominator = weight->numbers(*list, any);
 }
@@ -146,7 +149,7 @@ void read_region(const Section& section, Requirement& asked) {
 void read_subject(const Section& section, const Tuned& tuned, Requirement& asked) {
   const std::vector<std::string> own = keys_of(asked.measure);
   const auto has = [&](const char* key) { return std::ranges::find(own, key) != own.end(); };
-  for (const std::string& key : subjects)
+  for (const std::string& key : subjects_of(tuned))
     if (const Entry* given = section.find(key); given && key != "of" && !has(key.c_str()))
       section.refuse(*given, fmt::format("{} does not apply to {}", key, name_of(asked)));
   if (has("input")) {
@@ -213,7 +216,9 @@ std::vector<Requirement> measures_of_models() {
 void read_goals(const Section& section, const path& file, const Tuned& tuned, TuneTable& tune) {
   const Entry* goal = section.find("goal");
   if (!goal) return;
-  if (goal->kind == Entry::Kind::array) {
+  const bool list = goal->kind == Entry::Kind::array && !goal->entries.empty() &&
+                    goal->entries.front().kind == Entry::Kind::table;
+  if (list) {
     for (const Section& one : section.tables("goal"))
       tune.goals.push_back(read_limit(one, tuned, tune));
     return;
@@ -229,12 +234,13 @@ void read_goals(const Section& section, const path& file, const Tuned& tuned, Tu
   }
   const Section asked(file, written, "in goal", "tune.goal.");
   const std::string no_limit = "a single goal has no limit";
-  asked.allow_only(with({"measure"}, subjects), {{"at_least", no_limit}, {"at_most", no_limit}});
+  asked.allow_only(with({"measure"}, subjects_of(tuned)),
+                   {{"at_least", no_limit}, {"at_most", no_limit}});
   tune.goal = read_measure(asked, tuned, tune);
 }
 
 Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTable& tune) {
-  section.allow_only(with({"measure", "at_least", "at_most"}, subjects));
+  section.allow_only(with({"measure", "at_least", "at_most"}, subjects_of(tuned)));
   Requirement limit = read_measure(section, tuned, tune);
   const bool more = more_is_better(limit.measure);
   const char* right = more ? "at_least" : "at_most";
@@ -247,7 +253,7 @@ Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTab
 
 TuneTable::Front read_front(const Section& section, const Tuned& tuned, const TuneTable& tune) {
   const std::string moves = "the limit goes from `from` to `to`";
-  section.allow_only(with({"measure", "from", "to", "count"}, subjects),
+  section.allow_only(with({"measure", "from", "to", "count"}, subjects_of(tuned)),
                      {{"at_least", moves}, {"at_most", moves}});
   TuneTable::Front front{read_measure(section, tuned, tune)};
   const Accepted accepted = range_of(front.limit.measure);

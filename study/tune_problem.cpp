@@ -127,8 +127,7 @@ bool is_margin(const Requirement& r) {
 
 bool asks(const TuneTable& table, bool (*which)(const Requirement&)) {
   return which(table.goal) || std::ranges::any_of(table.goals, which) ||
-         std::ranges::any_of(table.limits, which) ||
-         (table.front && which(table.front->limit));
+         std::ranges::any_of(table.limits, which) || (table.front && which(table.front->limit));
 }
 
 // Adds the operating points of a user-defined model.
@@ -138,7 +137,8 @@ void add_own(const Study& study, TuneProblem& problem) {
   if (!asks(table, is_margin) && table.regulator_starts.empty()) return;
   if (study.user_model->loops.empty())
     throw std::invalid_argument(
-        "margins or regulators of a model without [[model.loop]], so no loop can be broken; expected "
+        "margins or regulators of a model without [[model.loop]], so no loop can be broken; "
+        "expected "
         "[[model.loop]] tables");
   for (const SweepRequest& r : problem.points)
     problem.loops.push_back(broken(*study.user_model, r));

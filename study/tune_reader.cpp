@@ -272,8 +272,7 @@ TuneTable read_user_tune(const Section& section, const path& file, const UserMod
                          const std::vector<Condition>& conditions) {
   section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
                       "seed", "evaluations", "seconds", "robustness", "regulator_starts",
-                      "disturbance", "gain",
-                      "uncertain", "limit", "front"});
+                      "disturbance", "gain", "uncertain", "limit", "front"});
   TuneTable tune;
   tune.conditions = read_places(section, conditions);
   const Signals& parameters = own.model.parameters;

@@ -58,9 +58,7 @@ void search_front(TuningReport& report, const TuneTable::Front& front, const Obs
     TuneProblem own = report.problem;
     Requirement limit = front.limit;
     limit.limit = limit_at(rising ? front.count - 1 - i : i);
-    std::erase_if(own.limits, [&](const Requirement& r) {
-      return r.same_measure(limit);
-    });
+    std::erase_if(own.limits, [&](const Requirement& r) { return r.same_measure(limit); });
     own.limits.push_back(limit);
     const std::string what = fmt::format("front, {} of {}", i + 1, front.count);
     report.front.push_back({limit.limit, tune(own, observed(options, what, observe))});

@@ -241,9 +241,8 @@ namespace {
 
 // Its derivative is a difference of scores at other gains.
 bool differenced(const Requirement& r) {
-  return !spectral(r.measure) &&
-         (!of_a_response(r.measure) || r.measure == Measure::overshoot ||
-          r.measure == Measure::settling_time);
+  return !spectral(r.measure) && (!of_a_response(r.measure) || r.measure == Measure::overshoot ||
+                                  r.measure == Measure::settling_time);
 }
 
 }  // namespace
@@ -264,8 +263,7 @@ void Candidates::describe(const Place& place, const GridTrim& e, const Spectrum&
       if (slopes && own.score < -most_score) {  // not stable: towards the axis
         Index rightmost = 0;
         spectrum.eigenvalues.real().maxCoeff(&rightmost);
-        result.score_slopes.row(Index(i)) =
-            -most_score * spectrum.slopes.row(rightmost).real();
+        result.score_slopes.row(Index(i)) = -most_score * spectrum.slopes.row(rightmost).real();
       }
     } else if (!spectral(r.measure)) {
       result.scores[Index(i)] = score(problem_, r, place, e, result.eigenvalues);

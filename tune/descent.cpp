@@ -43,8 +43,8 @@ VectorXd decisive_slope(const Search& search, const Search::Seen& seen, bool goa
       const Requirement& r = search.asked()[i];
       const double own = worst(i, r, place).score;
       const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
-      const double missed = goal ? -goal_score(search.problem, r, own)
-                                 : (score_of(r.measure, r.limit) - own) / size;
+      const double missed =
+          goal ? -goal_score(search.problem, r, own) : (score_of(r.measure, r.limit) - own) / size;
       if (!(missed > largest)) continue;
       largest = missed;
       slope = score_slope(i, r, place).transpose() / size;

@@ -100,14 +100,15 @@ std::vector<VectorXd> regulator_starts(const TuneProblem& problem, const VectorX
                                        const std::vector<double>& efforts,
                                        const TrimOptions& trimming) {
   const RoundToNearest environment;
-  constexpr int steps = 5;  // of Gauss and Newton; one suffices for a law that is linear in its gains
+  constexpr int steps =
+      5;  // of Gauss and Newton; one suffices for a law that is linear in its gains
   if (problem.loops.size() != problem.points.size())
     throw std::invalid_argument(
         "regulator starts for models whose loops cannot be opened; expected for each point a model "
         "whose inputs act after the actuators");
   if (at.size() != Index(problem.variables()))
-    throw std::invalid_argument(fmt::format("{} numbers for a problem that has {}", at.size(),
-                                            problem.variables()));
+    throw std::invalid_argument(
+        fmt::format("{} numbers for a problem that has {}", at.size(), problem.variables()));
   Candidates candidates(problem, trimming);
   std::vector<VectorXd> starts;
   for (const double effort : efforts) {
@@ -125,8 +126,8 @@ std::vector<VectorXd> regulator_starts(const TuneProblem& problem, const VectorX
         const Opened open = opened_at(place, modes[p].at);
         const Index n = open.A.rows(), m = open.B.cols();
         if (!open.A.allFinite() || !open.B.allFinite()) continue;
-        const Regulator regulator = lqr(open.A, open.B, MatrixXd::Identity(n, n),
-                                        effort * MatrixXd::Identity(m, m));
+        const Regulator regulator =
+            lqr(open.A, open.B, MatrixXd::Identity(n, n), effort * MatrixXd::Identity(m, m));
         if (regulator) append(fit, place, open, regulator.K);
       }
       if (fit.left.size() == 0 || !fit.J.allFinite()) break;

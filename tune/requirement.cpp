@@ -241,7 +241,8 @@ Scored region(const Requirement& r, Complex lambda) {
   const double size = std::abs(lambda);
   if (r.decay > 0) take(decay(lambda), r.decay);
   if (r.damping > 0) take(damping(lambda), r.damping);
-  if (r.frequency > 0 && size > 0) take({1 / size, -lambda / (size * size * size)}, 1 / r.frequency);
+  if (r.frequency > 0 && size > 0)
+    take({1 / size, -lambda / (size * size * size)}, 1 / r.frequency);
   return least;
 }
 
@@ -335,11 +336,11 @@ std::string applies_nowhere(const Candidates& candidates, const std::vector<Plac
     const bool in_trim = std::ranges::any_of(places, &PlaceModes::valid);
     if (!in_trim || std::ranges::any_of(places, applies)) continue;
     const bool steps = r.measure == Measure::overshoot || r.measure == Measure::settling_time;
-    return fmt::format(
-        "{}{} applies at no operating point ({})", name_of(r), r.of.empty() ? "" : " of " + r.of,
-        r.measure == Measure::half_time ? "no mode has that name"
-        : steps                         ? "the step's final value is zero"
-                                        : "no such actuator is active, or it has no limits");
+    return fmt::format("{}{} applies at no operating point ({})", name_of(r),
+                       r.of.empty() ? "" : " of " + r.of,
+                       r.measure == Measure::half_time ? "no mode has that name"
+                       : steps                         ? "the step's final value is zero"
+                               : "no such actuator is active, or it has no limits");
   }
   return {};
 }

@@ -96,10 +96,10 @@ Transfer in_series(const Transfer& g, const Filter& w, bool derivative) {
 struct Path {
   const Model* model = nullptr;
   OperatingPoint at;
-  std::vector<Index> along{};    // states, then the signals it starts from
-  std::vector<Index> rows{};     // of [x; h] for each signal it leads to
-  std::vector<double> factors{}; // of each
-  double direct = 0.0;           // added to D
+  std::vector<Index> along{};     // states, then the signals it starts from
+  std::vector<Index> rows{};      // of [x; h] for each signal it leads to
+  std::vector<double> factors{};  // of each
+  double direct = 0.0;            // added to D
 };
 
 Index row_of(const Model& model, const std::string& name) {
@@ -184,8 +184,8 @@ Described described(const Requirement& r, const Place& place, const GridTrim& e,
   by.bottomRows(np) = own.bottomRows(np);
   if (path.at.u.size() == e.at.u.size())
     by.middleRows(nx, path.at.u.size()) = own.middleRows(nx, path.at.u.size());
-  for (const MatrixXd& dJ : jacobian_slopes(*path.model, path.at, by,
-                                            steps_along(e.at, place.gains), path.along))
+  for (const MatrixXd& dJ :
+       jacobian_slopes(*path.model, path.at, by, steps_along(e.at, place.gains), path.along))
     all.slopes.push_back(in_series(transfer_of(path, dJ, true), weight, true));
   return all;
 }
@@ -242,8 +242,7 @@ ResponseScore square_score(const Described& d) {
   const EquationSolution P = lyapunov(A, B * B.transpose());
   const EquationSolution O = lyapunov(A.transpose(), C.transpose() * C);
   if (!P || !O) return {-most_score, {}};
-  ResponseScore result{-std::min(std::max(0.0, (C * P.X * C.transpose()).trace()), most_score),
-                       {}};
+  ResponseScore result{-std::min(std::max(0.0, (C * P.X * C.transpose()).trace()), most_score), {}};
   result.slopes.resize(std::ssize(d.slopes));
   for (Index j = 0; j < result.slopes.size(); ++j) {
     const Transfer& s = d.slopes[std::size_t(j)];
@@ -329,7 +328,9 @@ ResponseScore response_score(const TuneProblem& problem, const Requirement& r, c
 namespace {
 
 void check_weight(const Requirement& r) {
-  const auto words = [](const std::vector<double>& c) { return fmt::format("[{}]", fmt::join(c, ", ")); };
+  const auto words = [](const std::vector<double>& c) {
+    return fmt::format("[{}]", fmt::join(c, ", "));
+  };
   for (const auto* c : {&r.numerator, &r.denominator})
     if (!std::ranges::all_of(*c, [](double v) { return std::isfinite(v); }) ||
         (!c->empty() && c->front() == 0))
@@ -378,9 +379,8 @@ void check_response(const TuneProblem& problem, const Requirement& r, const Mode
   for (const std::string& signal : r.to) (void)row_of(model, signal);
   const bool steps = r.measure == Measure::overshoot || r.measure == Measure::settling_time;
   if (steps && (r.from.size() != 1 || r.to.size() != 1))
-    throw std::invalid_argument(
-        fmt::format("{} from {} signals to {}; expected one of each", name, r.from.size(),
-                    r.to.size()));
+    throw std::invalid_argument(fmt::format("{} from {} signals to {}; expected one of each", name,
+                                            r.from.size(), r.to.size()));
   if (r.measure == Measure::settling_time && !(r.band > 0 && r.band < 1))
     throw std::invalid_argument(
         fmt::format("settling_time into a band of {}; expected one between 0 and 1", r.band));

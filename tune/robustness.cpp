@@ -104,13 +104,12 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
     }
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
     if (options.observe)
-      options.observe({result.samples, samples, spent.count(),
-                       goal_value(problem, worst_score), result.met == result.samples,
+      options.observe({result.samples, samples, spent.count(), goal_value(problem, worst_score),
+                       result.met == result.samples,
                        fmt::format("limits in {} samples", result.samples - result.met)});
   }
   result.interrupted = result.samples < samples;
-  if (result.no_trim < result.samples)
-    result.worst_goal = goal_value(problem, worst_score);
+  if (result.no_trim < result.samples) result.worst_goal = goal_value(problem, worst_score);
   set_interval(result);
   return result;
 }

@@ -125,8 +125,7 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   keep();
   if (options.observe && !unlimited)
     options.observe({evaluations, options.evaluations, spent.count(),
-                     goal_value(problem, best.merit.goal), best.merit.feasible, decides_,
-                     starts});
+                     goal_value(problem, best.merit.goal), best.merit.feasible, decides_, starts});
   return last;
 }
 

@@ -55,7 +55,8 @@ struct Cubic {
     for (std::size_t k = ends.size() - 1; k-- > 0;) {
       if (!(std::abs(at(ends[k])) > band)) continue;
       double out = ends[k], in = ends[k + 1];
-      for (int i = 0; i < 50; ++i) (std::abs(at((out + in) / 2)) > band ? out : in) = (out + in) / 2;
+      for (int i = 0; i < 50; ++i)
+        (std::abs(at((out + in) / 2)) > band ? out : in) = (out + in) / 2;
       return out;
     }
     return -1.0;
@@ -96,7 +97,8 @@ Decaying decaying(const MatrixXd& A, const RowVectorXd& c, const VectorXd& x0, d
     if (found.determined) return found;
     while (std::ssize(powers) <= level) powers.emplace_back(powers.back() * powers.back());
     const double length = h * std::ldexp(1.0, level);
-    const VectorXd middle = powers[std::size_t(level - 1)] * x, next = powers[std::size_t(level)] * x;
+    const VectorXd middle = powers[std::size_t(level - 1)] * x,
+                   next = powers[std::size_t(level)] * x;
     const Cubic y{c.dot(x), length * rate.dot(x), c.dot(next), length * rate.dot(next)};
     if (level > 1 && std::abs(y.at(0.5) - c.dot(middle)) > close * size) {
       --level;

@@ -14,6 +14,7 @@
 #include "runtime/threads.hpp"
 #include "tune/descent.hpp"
 #include "tune/many_starts.hpp"
+#include "tune/response.hpp"
 #include "tune/search.hpp"
 
 namespace tiltrim {
@@ -108,11 +109,11 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
     const PlaceModes& place = *std::ranges::min_element(here, {}, own);
     if (!place.valid()) return std::numeric_limits<double>::quiet_NaN();  // no derivatives
     const Worst w = worst(i, r, place);
-    const double of_score =
-        w.eigenvalue < 0 ? place.score_slopes(Index(i), j)
-                         : (std::conj(score(r, place.eigenvalues[w.eigenvalue]).slope) *
-                            place.slopes(w.eigenvalue, j))
-                               .real();
+    const double of_score = w.eigenvalue < 0
+                                ? place.score_slopes(Index(i), j)
+                                : (std::conj(score(r, place.eigenvalues[w.eigenvalue]).slope) *
+                                   place.slopes(w.eigenvalue, j))
+                                      .real();
     return value_slope(r.measure, w.score) * of_score * numbers[j];
   };
   std::vector<GainEffect> all;
@@ -140,6 +141,16 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
   return all;
 }
 
+// The first goal of responses that has no finite value at a place.
+std::string infinite_in_words(const TuneProblem& problem, const std::vector<Achieved>& all) {
+  const auto infinite = [&](const Achieved& a) {
+    return a.asked < goals_of(problem) && of_a_response(a.requirement.measure) &&
+           std::isinf(a.value);
+  };
+  const auto found = std::ranges::find_if(all, infinite);
+  return found == all.end() ? "" : in_words(problem, *found) + " is infinite for every candidate";
+}
+
 // Evaluates the result again, with new trims.
 TuneResult verified(Search& search) {
   const TuneProblem& problem = search.problem;
@@ -162,6 +173,7 @@ TuneResult verified(Search& search) {
   result.message = applies_nowhere(search.candidates, places);
   if (result.message.empty() && !found.feasible)
     result.message = missed_in_words(problem, result.achieved);
+  if (result.message.empty()) result.message = infinite_in_words(problem, result.achieved);
   result.status = result.message.empty() ? TuneStatus::tuned : TuneStatus::limits_unmet;
   if (result.status == TuneStatus::tuned) {
     result.message = not_stable(search, places);

@@ -102,7 +102,7 @@ struct TuneProblem {
   std::map<std::string, double> disturbance{};
   /// By name, for Measure::figure. Evaluated once per parameter set, at the first point.
   std::map<std::string, FigureOfMerit> figures{};
-  Requirement goal{Measure::decay};   ///< its worst value is optimized
+  Requirement goal{Measure::decay};  ///< its worst value is optimized
   /// Several soft goals in place of `goal`, each with its target as the limit: the smallest reserve
   /// (Achieved::reserve()) over all of them and all places is maximized; 0: all targets are met.
   std::vector<Requirement> goals{};
@@ -228,9 +228,9 @@ struct TuneResult {
   std::string message;                      ///< if not tuned: which requirement at which point
   Eigen::VectorXd gains;                    ///< SI, TuneProblem::variables() values
   double goal = 0.0;  ///< the worst value over all places; of several goals the smallest reserve
-  std::vector<Achieved> achieved;           ///< [place][asked]
-  std::vector<GainEffect> effects;          ///< largest first
-  bool coalescing = false;  ///< two decisive eigenvalues (to 1 %) coalesce at the solution
+  std::vector<Achieved> achieved;   ///< [place][asked]
+  std::vector<GainEffect> effects;  ///< largest first
+  bool coalescing = false;          ///< two decisive eigenvalues (to 1 %) coalesce at the solution
   TuneEnd end = TuneEnd::budget_spent;  ///< why the search ended
   /// Least norm in the hull of the gradients within `stationarity_radius` of the solution, over the
   /// largest of these gradients: 0 where it is stationary, 1 where all of them point one way; the

@@ -198,8 +198,8 @@ void tell(Progress& progress, const TuneProblem& problem, const std::string& wha
   const std::string_view in = goal_unit(problem);
   progress.tell(
       std::size_t(at.evaluations), std::size_t(at.of),
-      fmt::format("{}: {} {:.4g}{}{}, {} {}", what, goal_name(problem), at.best, in.empty() ? "" : " ",
-                  in, at.feasible ? "held by" : "missing", at.decides));
+      fmt::format("{}: {} {:.4g}{}{}, {} {}", what, goal_name(problem), at.best,
+                  in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", at.decides));
 }
 
 void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress) {
