@@ -38,12 +38,14 @@ struct TuneTable {
   int samples = 0;                   ///< number of seeded random operating points, in addition
   std::map<std::string, double> disturbance;  ///< of V [m/s], gamma, theta [rad], q [rad/s] by name
   Requirement goal{Measure::decay};           ///< its worst value is optimized
+  std::vector<Requirement> goals;             ///< several, with targets, in place of `goal`
   std::vector<Requirement> limits;            ///< constraints at all operating points
   std::string global = "multistart", local = "bfgs";  ///< as tune/tune.hpp spells them
   std::string second = "crs2";  ///< algorithm of the second search, for comparison; "none"
   std::uint64_t seed = 1;       ///< of all random numbers
   long evaluations = 100000;    ///< largest number of candidates
   double seconds = 0.0;         ///< 0: no limit
+  std::vector<double> regulator_starts;  ///< efforts of the regulators that give further starts
   long robustness = 10'000;     ///< random samples for the robustness test
   /// The optimal goal as a function of one limit.
   struct Front {

@@ -136,6 +136,54 @@ from = 2
 to = 8
 count = 7
 )",
+    level + R"([tune]
+regulator_starts = [1]
+[[tune.goal]]
+measure = "pole_region"
+decay = 0.1
+damping = 0.4
+frequency = 20
+at_least = 1
+[[tune.goal]]
+measure = "peak_sensitivity"
+of = "a1s"
+weight = {numerator = [1, 2], denominator = [1, 3]}
+at_most = 2
+[[tune.gain]]
+key = "gains.K_Lp"
+from = 0.02
+to = 10
+[[tune.limit]]
+measure = "pole_region"
+decay = 0.1
+damping = 0.4
+frequency = 20
+at_least = 1
+[[tune.limit]]
+measure = "peak_sensitivity"
+weight = {numerator = [1, 2], denominator = [1, 3]}
+at_most = 2
+[tune.front]
+measure = "pole_region"
+decay = 0.1
+damping = 0.4
+frequency = 20
+from = 0.5
+to = 1
+count = 2
+)",
+    level + R"([tune]
+[[tune.gain]]
+key = "gains.K_Lp"
+from = 0.02
+to = 10
+[tune.front]
+measure = "peak_sensitivity"
+weight = {numerator = [1, 2], denominator = [1, 3]}
+from = 2
+to = 3
+count = 2
+)",
     level + R"([simulate]
 duration = 60
 start = "level"
@@ -270,6 +318,267 @@ rates = {angle = 0}
 duration = 1
 tolerance = 1e-8
 offset = {angle = 0.1}
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+[[tune.goal]]
+measure = "peak_gain"
+input = "u"
+output = ["y", "x"]
+weight = {numerator = [1, 2], denominator = [1, 3]}
+at_most = 1
+[[tune.goal]]
+measure = "h2_norm"
+input = ["u"]
+output = "y"
+at_most = 1
+[[tune.goal]]
+measure = "settling_time"
+input = "u"
+output = "x"
+band = 0.05
+at_most = 1
+[[tune.goal]]
+measure = "quadratic_cost"
+weights = {x = 1}
+at_most = 1
+[[tune.goal]]
+measure = "peak_sensitivity"
+of = "loop"
+at_most = 1
+[[tune.goal]]
+measure = "pole_region"
+decay = 0.1
+damping = 0.4
+frequency = 20
+at_least = 1
+[[tune.limit]]
+measure = "peak_gain"
+input = "u"
+output = ["y", "x"]
+weight = {numerator = [1, 2], denominator = [1, 3]}
+at_most = 1
+[[tune.limit]]
+measure = "h2_norm"
+input = ["u"]
+output = "y"
+at_most = 1
+[[tune.limit]]
+measure = "settling_time"
+input = "u"
+output = "x"
+band = 0.05
+at_most = 1
+[[tune.limit]]
+measure = "quadratic_cost"
+weights = {x = 1}
+at_most = 1
+[[tune.limit]]
+measure = "peak_sensitivity"
+of = "loop"
+at_most = 1
+[[tune.limit]]
+measure = "pole_region"
+decay = 0.1
+damping = 0.4
+frequency = 20
+at_least = 1
+[tune.front]
+measure = "peak_gain"
+input = "u"
+output = ["y", "x"]
+weight = {numerator = [1, 2], denominator = [1, 3]}
+from = 1
+to = 2
+count = 2
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+[tune.front]
+measure = "settling_time"
+input = ["u"]
+output = "x"
+band = 0.05
+from = 0.5
+to = 1
+count = 2
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+[tune.front]
+measure = "quadratic_cost"
+weights = {x = 1}
+from = 0.5
+to = 1
+count = 2
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+[tune.front]
+measure = "peak_sensitivity"
+of = "loop"
+from = 0.5
+to = 1
+count = 2
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+[tune.front]
+measure = "pole_region"
+decay = 0.1
+damping = 0.4
+frequency = 20
+from = 0.5
+to = 1
+count = 2
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+goal = {measure = "peak_gain", input = "u", output = "y", weight = {numerator = [1], denominator = [1, 2]}}
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+goal = {measure = "settling_time", input = "u", output = "y", band = 0.1}
 )"};
 
 }  // namespace tiltrim

@@ -672,7 +672,7 @@ TEST_CASE("slopes of the worst decay and damping agree with trimming again") {
           const double near = (scores[2] - scores[1]) / (2 * step_share * at[j]);
           const double wide = (scores[3] - scores[0]) / (4 * step_share * at[j]);
           const double difference = (4 * near - wide) / 3;
-          const Scored s = score(r.measure, here[p].eigenvalues[own.worst.eigenvalue]);
+          const Scored s = score(r, here[p].eigenvalues[own.worst.eigenvalue]);
           const double slope =
               (std::conj(s.slope) * here[p].slopes(own.worst.eigenvalue, j)).real();
           const double size =

@@ -38,11 +38,13 @@ VectorXd decisive_slope(const Search& search, const Search::Seen& seen, bool goa
   double largest = -infinity;
   VectorXd slope = VectorXd::Zero(search.variables());
   for (const PlaceModes& place : seen.places)
-    for (std::size_t i = goal ? 0 : 1; i < (goal ? 1 : search.asked().size()); ++i) {
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      if (search.candidates.is_goal(i) != goal) continue;
       const Requirement& r = search.asked()[i];
       const double own = worst(i, r, place).score;
-      const double size = goal ? 1.0 : size_of(r);
-      const double missed = ((goal ? 0.0 : score_of(r.measure, r.limit)) - own) / size;
+      const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
+      const double missed =
+          goal ? -goal_score(search.problem, r, own) : (score_of(r.measure, r.limit) - own) / size;
       if (!(missed > largest)) continue;
       largest = missed;
       slope = score_slope(i, r, place).transpose() / size;

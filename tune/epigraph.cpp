@@ -83,13 +83,15 @@ struct Epigraph {
   // Adds requirement i, with score `own` and derivative `slope` with respect to the variables.
   void put(Rows& rows, std::size_t i, double own, const Eigen::RowVectorXd& slope) const {
     const Requirement& r = search.asked()[i];
-    const double size = i == 0 ? 1.0 : size_of(r);
-    const double level = i == 0 ? rows.x[n] : score_of(r.measure, r.limit);
-    rows.c[rows.next] = std::clamp((level - own) / size, -hopeless, hopeless);
+    const bool goal = search.candidates.is_goal(i);
+    const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
+    const double short_of = goal ? rows.x[n] - goal_score(search.problem, r, own)
+                                 : (score_of(r.measure, r.limit) - own) / size;
+    rows.c[rows.next] = std::clamp(short_of, -hopeless, hopeless);
     if (rows.J) {
       rows.J->row(rows.next).head(n).setZero();
       if (slope.allFinite()) rows.J->row(rows.next).head(n) = -slope / size;
-      if (i == 0) (*rows.J)(rows.next, n) = 1.0;
+      if (goal) (*rows.J)(rows.next, n) = 1.0;
     }
     ++rows.next;
   }
@@ -97,7 +99,7 @@ struct Epigraph {
   void ask(Rows& rows, Complex lambda, const Eigen::RowVectorXcd& slope) const {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       if (!spectral(search.asked()[i].measure)) continue;
-      const Scored s = score(search.asked()[i].measure, lambda);
+      const Scored s = score(search.asked()[i], lambda);
       put(rows, i, s.score, rows.J ? (std::conj(s.slope) * slope).real().eval() : none);
     }
   }

@@ -112,6 +112,7 @@ void from_many_starts(Search& search, Ends& ends) {
   std::mt19937_64 random(search.options.seed);
   std::vector<VectorXd> starts;
   if (search.options.start.size() > 0) starts.push_back(search.place_of(search.options.start));
+  for (const VectorXd& start : search.options.starts) starts.push_back(search.place_of(start));
   starts.push_back(VectorXd::Constant(search.variables(), 0.5));
   for (const VectorXd& y : starts) search.evaluate(y, false);
   search_globally(search);
