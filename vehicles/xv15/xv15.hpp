@@ -33,8 +33,20 @@ struct Data;
 /// Outside the tables f and h throw std::domain_error, which names the table.
 [[nodiscard]] Model model(const std::shared_ptr<const Data>& data);
 /// Default values of its parameters. `inflow_gradient`: 1 lets the induced velocity grow aft with
-/// the wake's skew (Pitt and Peters), 0 is uniform inflow.
+/// the wake's skew (Pitt and Peters), 0 is uniform inflow. `airspeed_kt` and `climb_angle` are
+/// commands: the outputs forward_error and climb_error are what is left of them.
 [[nodiscard]] Eigen::VectorXd parameters(const Data& data);
+
+/// Where a trim begins.
+struct Start {
+  double theta;       ///< rad
+  double collective;  ///< rad
+  double stick;       ///< in
+};
+/// From the airframe's tables and the rotor's closed form, without blade elements. `at`: inputs and
+/// parameters; its collective and stick are not used.
+[[nodiscard]] Start start_of(const Data& data, const OperatingPoint& at, double airspeed,
+                             double climb_angle);
 
 /// The stick [in] that holds this elevator [rad, trailing edge down].
 [[nodiscard]] double stick_for(const Data& data, double elevator);
