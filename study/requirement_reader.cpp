@@ -127,10 +127,8 @@ void read_weight(const Section& section, Requirement& asked) {
 }
 
 void read_weights(const Section& section, const Tuned& tuned, Requirement& asked) {
-  const std::string expected = "a table of weights, as {angle = 1, force = 0.1}";
-  section.require("weights", expected);
+  section.require("weights", "a table of weights, as {angle = 1, force = 0.1}");
   const auto weights = section.table("weights");
-  if (!weights) section.refuse(*section.find("weights"), "is no table; expected " + expected);
   const std::vector<std::string> names = with(tuned.states, tuned.outputs);
   weights->allow_only(names);
   for (const std::string& name : names)

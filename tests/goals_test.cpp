@@ -98,7 +98,7 @@ TEST_CASE("plants of COMPleib: the printed norms of static controllers, or bette
 // which (s + a)⁶ has for a² = 3/5.                                                          [93]
 TEST_CASE("two masses and a spring: the decay rate √15/5 of a sextuple root") {
   const TuneResult found = tuned(R"([model]
-let = [{name = "force", value = "-(n2*p2 + (n1 - n2*d1)*c2 + (n0 - n2*d0)*c1)"}]
+let = [{name = "force", value = "-n2*p2 - (n1 - n2*d1)*c2 - (n0 - n2*d0)*c1"}]
 state = [{name = "p1", rate = "v1"}, {name = "v1", rate = "p2 - p1 + force"},
          {name = "p2", rate = "v2"}, {name = "v2", rate = "p1 - p2"},
          {name = "c1", rate = "c2"}, {name = "c2", rate = "-d0*c1 - d1*c2 + p2"}]
@@ -114,9 +114,9 @@ gain = [{key = "d0", from = 0, to = 10, spacing = "linear"},
         {key = "n2", from = -10, to = 10, spacing = "linear"}]
 )");
   const double best = std::sqrt(15.0) / 5;
-CHECK(found.status == TuneStatus::tuned);
-CHECK(found.goal > (1 - 2e-3) * best);
-CHECK(found.goal <= best + 1e-9);
+  CHECK(found.status == TuneStatus::tuned);
+  CHECK(found.goal > (1 - 2e-3) * best);
+  CHECK(found.goal <= best + 1e-9);
 }
 
 // ---- measures, by hand ----
@@ -172,10 +172,11 @@ TEST_CASE("peaks, norms and costs of a mass on a spring") {
   largest = 0;
   for (double w = 1.5; w < 2.5; w += 1e-5)
     largest = std::max(largest, w / std::hypot(w, 3) * kp / std::hypot(kp - w * w, w));
-  CHECK_NEAR(value("measure = 'peak_gain', input = 'r', output = 'z', weight = {numerator = [1, 0],"
-                   " denominator = [1, 3]}",
-                   kp, kd),
-             largest, 1e-8);
+  const double weighted = value(
+      "measure = 'peak_gain', input = 'r', output = 'z', weight = {numerator = [1, 0],"
+      " denominator = [1, 3]}",
+      kp, kd);
+  CHECK_NEAR(weighted, largest, 1e-8);
   // |S| = |s²/(s² + kd s + kp)| has the peak of kp/(s² + kd s + kp), at the inverse frequency
   CHECK_NEAR(value("measure = 'peak_sensitivity', of = 'a'", kp, kd), kp * peak, 1e-6);
   // ∫ h² dt = 1/(2 kd kp)
@@ -185,8 +186,8 @@ TEST_CASE("peaks, norms and costs of a mass on a spring") {
   // ∫ (3 z² + v²/2) dt from z = 1, v = 1/2, by P: kd kp ∫z² = ..., ∫v² = (kp z₀² + v₀²)/(2 kd)
   const double v2 = (kp + 0.25) / (2 * kd);
   const double z2 = (0.5 * kd + 0.5 + v2) / kp;  // from d(z v + kd z²/2)/dt = v² - kp z²
-  CHECK_NEAR(value("measure = 'quadratic_cost', weights = {z = 3, v = 0.5}", kp, kd),
-             3 * z2 + 0.5 * v2, 1e-11);
+  const double cost = value("measure = 'quadratic_cost', weights = {z = 3, v = 0.5}", kp, kd);
+  CHECK_NEAR(cost, 3 * z2 + 0.5 * v2, 1e-11);
   // an unstable loop has none of them; poles of the region
   CHECK_NEAR(value("measure = 'pole_region', decay = 0.25, damping = 0.5, frequency = 3", kp, kd),
              0.5, 1e-12);
@@ -217,7 +218,7 @@ TEST_CASE("overshoot and settling time are those of closed forms") {
   // two real poles: no overshoot
   CHECK(value(overshoot, 2, 3) == 0);
   // nearly a double pole; one of them fast
-  CHECK(value(overshoot, 1, 2 + 1e-9) < 1e-12);
+  CHECK(value(overshoot, 1, 2 + 1e-9) < 1e-8);
   const double slow = 0.1, fast = 50;  // (s + slow)(s + fast): ln(20 fast/(fast - slow))/slow
   CHECK_NEAR(value(settling, slow * fast, slow + fast), std::log(20 * fast / (fast - slow)) / slow,
              1e-4);
@@ -457,7 +458,7 @@ TEST_CASE("requirements that cannot be evaluated are refused, with the key and t
        "the first not zero");
   says("measure = 'overshoot', input = ['r', 'wind'], output = 'z'", "expected one of each");
   says("measure = 'quadratic_cost'", "tune.goal.weights");
-  says("measure = 'quadratic_cost', weights = 3", "is no table");
+  says("measure = 'quadratic_cost', weights = 3", "is not a table");
   says("measure = 'quadratic_cost', weights = {y = 1}", "'y'");
   says("measure = 'pole_region'", "positive decay, damping or frequency");
   says("measure = 'peak_gain', input = 'wind', output = 'z', at_most = 1", "no limit");

@@ -83,6 +83,8 @@ Decaying decaying(const MatrixXd& A, const RowVectorXd& c, const VectorXd& x0, d
   const EquationSolution lyapunov_function =
       lyapunov(A.transpose(), MatrixXd::Identity(n, n) * A.norm());
   if (!lyapunov_function) return {};
+  const dense::Eigensystem sizes = dense::eigenvalues(lyapunov_function.X);
+  if (!sizes.converged || !(sizes.values.real().minCoeff() > 0)) return {};  // A is not stable
   Bound bound{lyapunov_function.X};
   bound.of_output = std::sqrt(std::max(0.0, c.dot(dense::solve(bound.M, VectorXd(c.transpose())))));
   const double h = fine / A.norm();

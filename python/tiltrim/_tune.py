@@ -19,8 +19,10 @@ from ._sweep import Problems, _problem
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-#: {measure: limit}, or [(measure, limit, of)]
-Limits = Union[Mapping[str, float], Sequence[Tuple[Any, ...]]]
+#: {measure: limit}, or [(measure, limit, of)], or [{"measure": ..., "at_most": ...}]
+Limits = Union[Mapping[str, float], Sequence[Union[Tuple[Any, ...], Mapping[str, Any]]]]
+#: "decay", ("half_time", mode), {"measure": ...}, or a list of these dicts with targets
+Goal = Union[str, Tuple[str, str], Mapping[str, Any], List[Mapping[str, Any]]]
 
 
 @dataclass(repr=False)
@@ -268,7 +270,7 @@ def _gain(
     return name, lower, upper, lower > 0 and name not in linear
 
 
-def _goal(given: Union[str, Tuple[str, str], Mapping[str, Any]]) -> Dict[str, Any]:
+def _goal(given: Any) -> Dict[str, Any]:
     if isinstance(given, str):
         return {"measure": given, "limit": math.nan}
     if isinstance(given, Mapping):
