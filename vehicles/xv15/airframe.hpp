@@ -316,25 +316,34 @@ void rates_on(const Data& d, std::span<const S> x, std::span<const S> u, std::sp
   rates_of(d, turning(d, x, u, p), x, p, rates);
 }
 
+/// Outputs of the motion and the controls.
 template <class S>
-void outputs_of(const Data& d, const Turning<S>& at, std::span<const S> x, std::span<const S> u,
-                std::span<const S> p, std::span<S> y) {
-  const Stream<S> f = stream(at.s);
+void motion_outputs(const Data& d, const State<S>& s, const S& B1, std::span<const S> x,
+                    std::span<const S> p, std::span<S> y) {
+  const Stream<S> f = stream(s);
   y[0] = f.V;
   y[1] = f.alpha;
   // From the components of the velocity: without the jump of theta - alpha.
   y[2] = x[0] * sin(x[2]) - x[1] * cos(x[2]);
   y[3] = f.knots;
-  y[4] = d.elevator_per_stick * (u[1] - d.stick_neutral);
-  y[5] = at.input.B1;
-  y[6] = at.rotor.motion.v;
-  y[7] = at.rotor.forces.thrust;
-  y[8] = 2.0 * at.rotor.power;
-  y[9] = at.rotor.motion.a1;
+  y[4] = d.elevator_per_stick * (s.stick - d.stick_neutral);
+  y[5] = B1;
   // What is left of a commanded airspeed and climb angle; smooth at rest too.
   const S V = p[airspeed_kt] * knot;
   y[10] = x[0] * cos(x[2]) + x[1] * sin(x[2]) - V * cos(p[climb_angle]);
   y[11] = y[2] - V * sin(p[climb_angle]);
+  y[13] = std::numbers::pi / 2 - s.mast;
+  y[14] = atan2(V * sin(s.mast), S(0.75 * d.radius * p[omega]));
+}
+
+/// Outputs of the rotors.
+template <class S>
+void rotor_outputs(const RotorAnswer<S>& rotor, std::span<S> y) {
+  y[6] = rotor.motion.v;
+  y[7] = rotor.forces.thrust;
+  y[8] = 2.0 * rotor.power;
+  y[9] = rotor.motion.a1;
+  y[12] = rotor.forces.in_plane;
 }
 
 }  // namespace tiltrim::xv15

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <span>
 
 #include "model/exact.hpp"
@@ -28,12 +29,23 @@ struct Rates {
   }
 };
 
+// The rotors' outputs are NaN where inflow and flapping have no balance: a control law needs what
+// is measured before it has chosen the controls.
 struct Outputs {
   std::shared_ptr<const Data> data;
   template <class S>
   void operator()(std::span<const S> x, std::span<const S> u, std::span<const S> p,
                   std::span<S> y) const {
-    outputs_of(*data, turning(*data, x, u, p), x, u, p, y);
+    const State<S> s = state_of(x, u, p);
+    const RotorInput<S> in = rotor_input(*data, s, geometry(*data, s.mast), u[0]);
+    motion_outputs(*data, s, in.B1, x, p, y);
+    const S none(std::numeric_limits<double>::quiet_NaN());
+    RotorAnswer<S> at{{none, none, none}, {none, none, none, none, none}, none};
+    try {
+      at = rotor(in, *data);
+    } catch (const std::domain_error&) {
+    }
+    rotor_outputs(at, y);
   }
 };
 
@@ -45,7 +57,8 @@ struct RatesAndOutputs {
                   std::span<S> all) const {
     const Turning<S> at = turning(*data, x, u, p);
     rates_of(*data, at, x, p, all.first(4));
-    outputs_of(*data, at, x, u, p, all.subspan(4));
+    motion_outputs(*data, at.s, at.input.B1, x, p, all.subspan(4));
+    rotor_outputs(at.rotor, all.subspan(4));
   }
 };
 
@@ -110,7 +123,10 @@ Model model(const std::shared_ptr<const Data>& data) {
                {"power", "W", 1e5},
                {"disc_tilt", "rad", 0.1},
                {"forward_error", "m/s", 1.0},
-               {"climb_error", "m/s", 1.0}};
+               {"climb_error", "m/s", 1.0},
+               {"in_plane", "N", 1000.0},
+               {"nacelle_angle", "rad", 0.1},
+               {"commanded_inflow_angle", "rad", 0.1}};
   m = exact_model(m, Rates{data}, Outputs{data});
   const auto rows = Eigen::Index(m.states.size() + m.outputs.size());
   m.derivatives = [rows, both = ExactFunction(RatesAndOutputs{data})](

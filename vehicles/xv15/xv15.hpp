@@ -37,6 +37,13 @@ struct Data;
 /// commands: the outputs forward_error and climb_error are what is left of them.
 [[nodiscard]] Eigen::VectorXd parameters(const Data& data);
 
+/// The total-energy control law around model(): collective and stick follow from the errors of
+/// airspeed and climb, their integrals, pitch and pitch rate, with gains that are linear between
+/// helicopter and airplane mode. Inputs flap and mast_angle remain.
+[[nodiscard]] Model closed_loop(const std::shared_ptr<const Data>& data);
+/// Default values of its parameters: those of parameters(), then the gains.
+[[nodiscard]] Eigen::VectorXd closed_loop_parameters(const Data& data);
+
 /// Where a trim begins.
 struct Start {
   double theta;       ///< rad
