@@ -10,6 +10,10 @@
 
 namespace tiltrim {
 
+std::string to_string(ResponseType type) {
+  return type == ResponseType::rate ? "rate" : "attitude";
+}
+
 namespace {
 
 using std::numbers::pi;
@@ -93,9 +97,8 @@ std::vector<double> falls(const Curve& f, const std::vector<double>& grid, doubl
     const double a = grid[k], b = std::min(grid[k + 1], below);
     if (!(f(a) > 0 && f(b) <= 0)) continue;
     boost::uintmax_t steps = 200;
-    const auto [left, right] =
-        boost::math::tools::toms748_solve(f, a, b, boost::math::tools::eps_tolerance<double>(52),
-                                          steps);
+    const auto [left, right] = boost::math::tools::toms748_solve(
+        f, a, b, boost::math::tools::eps_tolerance<double>(52), steps);
     found.push_back(left + 0.5 * (right - left));
   }
   return found;
@@ -106,7 +109,8 @@ Located bracketed(const Curve& f, const Curve& error, const std::vector<double>&
   const auto nearest = [&](double sign) {
     const Curve moved = [&](double w) { return f(w) + sign * error(w); };
     double distance = never;
-    for (const double w : falls(moved, grid, never)) distance = std::min(distance, std::abs(w - at));
+    for (const double w : falls(moved, grid, never))
+      distance = std::min(distance, std::abs(w - at));
     return distance;
   };
   constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
@@ -147,9 +151,8 @@ Bandwidth bandwidth(const ZerosAndPoles& transfer, ResponseType type) {
   const std::vector<double> grid = grid_of(response);
   const Curve error = [&](double w) { return response.phase_error(w); };
   const auto through = [&](double degrees) {
-    return Curve([&response, degrees](double w) {
-      return response.phase(w) + degrees * (pi / 180);
-    });
+    return Curve(
+        [&response, degrees](double w) { return response.phase(w) + degrees * (pi / 180); });
   };
   b.known = true;
   const Curve at_180 = through(180), at_135 = through(135);
@@ -164,7 +167,8 @@ Bandwidth bandwidth(const ZerosAndPoles& transfer, ResponseType type) {
     add_phase_delay(response, b);
     add_gain_bandwidth(response, grid, b);
   }
-  const bool lesser = type == ResponseType::rate && b.gain_bandwidth.value < b.phase_bandwidth.value;
+  const bool lesser =
+      type == ResponseType::rate && b.gain_bandwidth.value < b.phase_bandwidth.value;
   b.bandwidth = lesser ? b.gain_bandwidth : b.phase_bandwidth;
   return b;
 }

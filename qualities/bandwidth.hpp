@@ -15,6 +15,8 @@ enum class ResponseType {
   attitude,  ///< an attitude: the bandwidth is the phase bandwidth
 };
 
+std::string to_string(ResponseType type);  ///< "rate", "attitude"
+
 /// A frequency, or a time, with its error bound; infinite if the response never gets there.
 struct Located {
   double value = std::numeric_limits<double>::infinity();  ///< rad/s, or s

@@ -70,8 +70,7 @@ std::vector<ModeShares> shares_of(const Modes& modes, const RoleCoordinates& at)
     VectorXd share = right.cwiseAbs().cwiseProduct(left.cwiseAbs());
     if (share.sum() > 0) share /= share.sum();
     const auto of = [&](Index k) { return k < 0 ? 0.0 : share[k]; };
-    all.push_back(
-        {of(at.attack) + of(at.pitch_rate), of(at.speed) + of(at.pitch) + of(at.height)});
+    all.push_back({of(at.attack) + of(at.pitch_rate), of(at.speed) + of(at.pitch) + of(at.height)});
   }
   return all;
 }
@@ -116,7 +115,8 @@ QuasiSteady quasi_steady(const LinearModel& linear, const RoleCoordinates& at, I
   const MatrixXd A = at.T * linear.A * at.inverse;
   const MatrixXd A_error = sizes * (linear.A_error + ulp * linear.A.cwiseAbs()) * back;
   const VectorXd b = at.T * linear.B.col(stick);
-  const VectorXd b_error = sizes * (linear.B_error.col(stick) + ulp * linear.B.col(stick).cwiseAbs());
+  const VectorXd b_error =
+      sizes * (linear.B_error.col(stick) + ulp * linear.B.col(stick).cwiseAbs());
   MatrixXd links = A;  // an exact zero stays one
   for (Index i = 0; i < A.rows(); ++i)
     for (Index j = 0; j < A.cols(); ++j)
@@ -128,8 +128,8 @@ QuasiSteady quasi_steady(const LinearModel& linear, const RoleCoordinates& at, I
   QuasiSteady q{kept, dense::solve(M, VectorXd(-b(kept))), {}};
   // |x - true| <= |R| (|M x + b| + M_error |x| + b_error) + (|I - R M| + |R| M_error) |x - true|
   const MatrixXd size = R.cwiseAbs();
-  const MatrixXd shrink = (MatrixXd::Identity(n, n) - R * M).cwiseAbs() +
-                          size * (M_error + ulp * M.cwiseAbs());
+  const MatrixXd shrink =
+      (MatrixXd::Identity(n, n) - R * M).cwiseAbs() + size * (M_error + ulp * M.cwiseAbs());
   const VectorXd first =
       size * ((M * q.x + VectorXd(b(kept))).cwiseAbs() + M_error * q.x.cwiseAbs() +
               VectorXd(b_error(kept)) + ulp * (M.cwiseAbs() * q.x.cwiseAbs()));
@@ -168,12 +168,11 @@ Bounded scaled(const Bounded& a, double factor) {
 Bounded load_after(const LinearModel& linear, const RoleCoordinates& at, const QuasiSteady& q,
                    const QualitiesOptions& options, Index stick, double airspeed) {
   const std::string& name = options.roles.normal_acceleration;
-  if (name.empty())
-    return scaled({q.x[1], q.error[1]}, airspeed / options.gravity);
+  if (name.empty()) return scaled({q.x[1], q.error[1]}, airspeed / options.gravity);
   const Index i = index_of(linear.outputs, name, "output");
-  const Bounded load = signal_after(q, linear.C.row(i) * at.inverse,
-                                    linear.C_error.row(i) * at.inverse.cwiseAbs(),
-                                    linear.D(i, stick), linear.D_error(i, stick));
+  const Bounded load =
+      signal_after(q, linear.C.row(i) * at.inverse, linear.C_error.row(i) * at.inverse.cwiseAbs(),
+                   linear.D(i, stick), linear.D_error(i, stick));
   const std::string& unit = linear.outputs[std::size_t(i)].unit;
   return scaled(load, unit.empty() || unit == "g" ? 1.0 : 1.0 / options.gravity);
 }

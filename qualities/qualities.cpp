@@ -82,8 +82,8 @@ Criterion for_roots(std::string name, std::string requirement,
     c.remark = fmt::format("{:.4g} ± {:.4g}i: {:.4g} rad/s, damping {:.4g}", c.value, w,
                            worst->frequency(), worst->damping());
   if (c.value > 0)
-    c.remark += fmt::format("{}doubles in {:.3g} s", c.remark.empty() ? "" : ", ",
-                            worst->time_to_half());
+    c.remark +=
+        fmt::format("{}doubles in {:.3g} s", c.remark.empty() ? "" : ", ", worst->time_to_half());
   return judged(c);
 }
 
@@ -130,8 +130,7 @@ void judge_phugoid(Judging& j) {
 
 // MIL-F-8785C 3.2.2.1.2, table IV [90].
 std::vector<Range> damping_limits(FlightCategory category) {
-  if (category == FlightCategory::B)
-    return {{0.30, 2.00}, {0.20, 2.00}, {0.15, unlimited_above}};
+  if (category == FlightCategory::B) return {{0.30, 2.00}, {0.20, 2.00}, {0.15, unlimited_above}};
   return {{0.35, 1.30}, {0.25, 2.00}, {0.15, unlimited_above}};
 }
 
@@ -242,8 +241,7 @@ std::array<double, 2> border_at(const std::vector<std::array<double, 2>>& border
 void judge_bandwidth(Judging& j) {
   const Roles& roles = j.options.roles;
   if (roles.stick.empty()) return;
-  j.answer.attitude =
-      zeros_and_poles(transfer_function(j.linear, roles.stick, roles.pitch));
+  j.answer.attitude = zeros_and_poles(transfer_function(j.linear, roles.stick, roles.pitch));
   Bandwidth& b = j.answer.bandwidth = bandwidth(*j.answer.attitude, j.options.response);
   if (!b.message.empty()) j.answer.remarks.push_back("bandwidth: " + b.message);
   if (j.options.regime != FlightRegime::hover || j.options.least_bandwidth[0].empty()) return;
@@ -259,9 +257,8 @@ void judge_bandwidth(Judging& j) {
     if (border.empty()) break;
     c.margins.push_back(c.value - border_at(border, b.phase_delay.value)[0]);
     for (const double side : {-1.0, 1.0})
-      steepest = std::max(
-          steepest,
-          std::abs(border_at(border, b.phase_delay.value + side * b.phase_delay.error)[1]));
+      steepest = std::max(steepest, std::abs(border_at(border, b.phase_delay.value +
+                                                                   side * b.phase_delay.error)[1]));
   }
   c.margin_error = c.error + steepest * b.phase_delay.error;
   j.add(judged(c));
@@ -287,8 +284,8 @@ void judge_forward(Judging& j, const RoleCoordinates& at) {
   q.phugoid =
       oscillation_with(q.modes, q.shares, &ModeShares::slow, "phugoid", q.short_period.modes);
   std::string why;
-  q.n_per_alpha = acceleration_sensitivity(j.linear, at, j.options,
-                                           airspeed_of(j.linear, j.options), why);
+  q.n_per_alpha =
+      acceleration_sensitivity(j.linear, at, j.options, airspeed_of(j.linear, j.options), why);
   if (!why.empty()) q.remarks.push_back(why);
   judge_static_stability(j);
   judge_phugoid(j);
@@ -305,8 +302,8 @@ Qualities qualities(const LinearModel& linear, const QualitiesOptions& options) 
   answer.modes = modes(linear);
   answer.shares = shares_of(answer.modes, at);
   Judging j{linear, options, answer};
-  const bool any = std::ranges::any_of(
-      answer.shares, [](const ModeShares& s) { return s.longitudinal() > most; });
+  const bool any = std::ranges::any_of(answer.shares,
+                                       [](const ModeShares& s) { return s.longitudinal() > most; });
   answer.status = any ? QualitiesStatus::judged : QualitiesStatus::no_longitudinal_mode;
   if (!any) return answer;
   if (options.regime == FlightRegime::forward)

@@ -55,11 +55,11 @@ std::string to_string(FlightRegime one);    ///< "forward", "hover"
 
 /// Options of qualities().
 struct QualitiesOptions {
-  Roles roles;                                      ///< of the model's signals
-  AircraftClass aircraft = AircraftClass::II_L;     ///< class
-  FlightCategory category = FlightCategory::B;      ///< of the flight phase
-  FlightRegime regime = FlightRegime::forward;      ///< which requirements apply
-  ResponseType response = ResponseType::rate;       ///< for the bandwidth
+  Roles roles;                                   ///< of the model's signals
+  AircraftClass aircraft = AircraftClass::II_L;  ///< class
+  FlightCategory category = FlightCategory::B;   ///< of the flight phase
+  FlightRegime regime = FlightRegime::forward;   ///< which requirements apply
+  ResponseType response = ResponseType::rate;    ///< for the bandwidth
   /// True airspeed at the operating point; NaN: from the states with the roles of speed and
   /// downward speed.
   double airspeed = std::numeric_limits<double>::quiet_NaN();
@@ -96,8 +96,8 @@ struct Oscillation {
 
 /// Shares of a mode's participation, in coordinates made of the roles' signals.
 struct ModeShares {
-  double fast = 0.0;  ///< angle of attack and pitch rate
-  double slow = 0.0;  ///< speed, pitch attitude and height
+  double fast = 0.0;                                   ///< angle of attack and pitch rate
+  double slow = 0.0;                                   ///< speed, pitch attitude and height
   double longitudinal() const { return fast + slow; }  ///< all of them
 };
 
@@ -111,15 +111,15 @@ std::string to_string(QualitiesStatus status);  ///< as in JSON
 /// Flying qualities of one linear model.
 struct Qualities {
   QualitiesStatus status = QualitiesStatus::no_longitudinal_mode;  ///< whether they exist
-  Level level = Level::not_judged;                     ///< the worst of all criteria
-  std::vector<Criterion> criteria;                     ///< in the order of the specifications
-  Modes modes;                                         ///< of the linear model
-  std::vector<ModeShares> shares;                      ///< one for each mode
-  Oscillation short_period, phugoid;                   ///< in hover: absent
-  Bounded n_per_alpha;                                 ///< g/rad; in hover: not computed
-  std::optional<ZerosAndPoles> attitude;               ///< stick to pitch; empty without these roles
-  Bandwidth bandwidth;                                 ///< of it
-  std::vector<std::string> remarks;                    ///< what could not be judged, and why
+  Level level = Level::not_judged;                                 ///< the worst of all criteria
+  std::vector<Criterion> criteria;        ///< in the order of the specifications
+  Modes modes;                            ///< of the linear model
+  std::vector<ModeShares> shares;         ///< one for each mode
+  Oscillation short_period, phugoid;      ///< in hover: absent
+  Bounded n_per_alpha;                    ///< g/rad; in hover: not computed
+  std::optional<ZerosAndPoles> attitude;  ///< stick to pitch; empty without these roles
+  Bandwidth bandwidth;                    ///< of it
+  std::vector<std::string> remarks;       ///< what could not be judged, and why
 };
 
 /// Finds the modes by the participation of the roles' signals, computes the figures with error

@@ -91,7 +91,7 @@ TransferFunction on_the_path(const TransferFunction& g) {
   std::vector<Index> kept;
   for (Index i = 0; i < g.b.size(); ++i)
     if (driven[std::size_t(i)] && seen[std::size_t(i)]) kept.push_back(i);
-  return {g.A(kept, kept), g.b(kept),       g.c(kept),       g.d,
+  return {g.A(kept, kept),       g.b(kept),       g.c(kept),       g.d,
           g.A_error(kept, kept), g.b_error(kept), g.c_error(kept), g.d_error};
 }
 
@@ -115,8 +115,7 @@ void first_markov_parameter(const TransferFunction& g, ZerosAndPoles& answer) {
     answer.relative_degree = degree;
     answer.gain = value;
     answer.gain_error = error;
-    answer.status =
-        std::abs(value) > error ? ZerosStatus::found : ZerosStatus::degree_undecided;
+    answer.status = std::abs(value) > error ? ZerosStatus::found : ZerosStatus::degree_undecided;
     return;
   }
   answer.status = ZerosStatus::no_response;
@@ -173,7 +172,7 @@ ZeroVector improved(const TransferFunction& g, Complex start) {
 
 // Krawczyk's test: the radius of a disk around z that contains a zero for every matrix within the
 // errors; infinite if none was found.  δ -> δ - R F(δ) maps the box |δ| <= r into itself if
-// |R| |F(0)| + |I - R J| r + |R| |ΔS| (|v| + r) + |R| |E r_v| r_z <= r                  [85]
+// |R| |F(0)| + |I - R J| r + |R| |ΔS| (|v| + r) + |R| |E r_v| r_z <= r                  [94]
 double enclosed(const TransferFunction& g, const ZeroVector& at) {
   const Index n = g.b.size(), m = n + 2;
   const double ulp = rounding_of(m);
@@ -225,9 +224,8 @@ std::vector<Complex> nearest_zeros(const TransferFunction& g, Index count) {
 }
 
 void order_roots(std::vector<EnclosedRoot>& roots) {
-  std::ranges::stable_sort(roots, {}, [](const EnclosedRoot& r) {
-    return std::pair(r.value.real(), r.value.imag());
-  });
+  std::ranges::stable_sort(
+      roots, {}, [](const EnclosedRoot& r) { return std::pair(r.value.real(), r.value.imag()); });
 }
 
 // A disk that touches another one may share its zero.

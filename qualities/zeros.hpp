@@ -14,14 +14,14 @@ namespace tiltrim {
 /// G(s) = c (sI - A)⁻¹ b + d from one input to one output, and error bounds of its entries (empty:
 /// exact). A is n x n [1/s], b and c have n entries.
 struct TransferFunction {
-  Eigen::MatrixXd A;              ///< 1/s
-  Eigen::VectorXd b;              ///< from the input
-  Eigen::RowVectorXd c;           ///< to the output
-  double d = 0.0;                 ///< feedthrough
-  Eigen::MatrixXd A_error{};      ///< of each entry of A
-  Eigen::VectorXd b_error{};      ///< of each entry of b
-  Eigen::RowVectorXd c_error{};   ///< of each entry of c
-  double d_error = 0.0;           ///< of d
+  Eigen::MatrixXd A;             ///< 1/s
+  Eigen::VectorXd b;             ///< from the input
+  Eigen::RowVectorXd c;          ///< to the output
+  double d = 0.0;                ///< feedthrough
+  Eigen::MatrixXd A_error{};     ///< of each entry of A
+  Eigen::VectorXd b_error{};     ///< of each entry of b
+  Eigen::RowVectorXd c_error{};  ///< of each entry of c
+  double d_error = 0.0;          ///< of d
 };
 
 /// The transfer function from an input of a linear model to a state or an output. Throws
@@ -49,12 +49,12 @@ struct EnclosedRoot {
 /// G(s) = gain Π(s - zero)/Π(s - pole).
 struct ZerosAndPoles {
   ZerosStatus status = ZerosStatus::no_response;  ///< of the zeros
-  std::vector<EnclosedRoot> zeros;                  ///< finite, by ascending real part
-  std::vector<EnclosedRoot> poles;                  ///< by ascending real part
-  int relative_degree = 0;     ///< poles less finite zeros: the number of infinite zeros
-  double gain = 0.0;           ///< the first Markov parameter that is not zero
-  double gain_error = 0.0;     ///< its bound
-  int cancelled = 0;           ///< states without a path from the input or to the output: left out
+  std::vector<EnclosedRoot> zeros;                ///< finite, by ascending real part
+  std::vector<EnclosedRoot> poles;                ///< by ascending real part
+  int relative_degree = 0;  ///< poles less finite zeros: the number of infinite zeros
+  double gain = 0.0;        ///< the first Markov parameter that is not zero
+  double gain_error = 0.0;  ///< its bound
+  int cancelled = 0;        ///< states without a path from the input or to the output: left out
 };
 
 /// Finite zeros of the Rosenbrock pencil [A - sI, b; c, d] by QZ, each improved by Newton's method

@@ -9,6 +9,7 @@
 #include "runtime/rounding.hpp"
 #include "study/flown.hpp"
 #include "study/problems.hpp"
+#include "study/qualities_study.hpp"
 
 namespace tiltrim {
 
@@ -128,6 +129,8 @@ bool is_margin(const Requirement& r) {
 void add_own(const Study& study, TuneProblem& problem) {
   const TuneTable& table = table_of(study);
   problem.disturbance = table.disturbance;
+  if (study.qualities)
+    problem.figures = quality_figures(study, problem.points.front(), conditions_of(study).front());
   const bool margins = is_margin(table.goal) || std::ranges::any_of(table.limits, is_margin) ||
                        (table.front && is_margin(table.front->limit));
   if (!margins) return;

@@ -260,7 +260,8 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
 }
 
 TuneTable read_user_tune(const Section& section, const path& file, const UserModel& own,
-                         const std::vector<Condition>& conditions) {
+                         const std::vector<Condition>& conditions,
+                         const std::vector<std::string>& figures) {
   section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
                       "seed", "evaluations", "seconds", "robustness", "disturbance", "gain",
                       "uncertain", "limit", "front"});
@@ -274,7 +275,7 @@ TuneTable read_user_tune(const Section& section, const path& file, const UserMod
               },
               keys_in(own, own.model.states),
               {},
-              measures_with({}),
+              measures_with(figures),
               false};
   for (const UserModel::Loop& loop : own.loops) tuned.actuators.push_back(loop.name);
   read_rest(section, file, tuned, tune);

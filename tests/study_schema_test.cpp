@@ -95,7 +95,7 @@ void merge(Shape& into, const Shape& other) {
 
 // Tables that the same readers read in both families.
 void share(const Family& from, Family& to) {
-  for (const std::string table : {"follow", "sweep", "tune", "report"}) {
+  for (const std::string table : {"follow", "sweep", "tune", "report", "qualities"}) {
     merge(to.root.keys[table], from.root.keys.at(table));
     const auto of_table = [&](const auto& asked) { return asked.first.starts_with(table + "."); };
     std::ranges::copy_if(from.numbers, std::inserter(to.numbers, to.numbers.end()), of_table);
@@ -292,6 +292,26 @@ crossings = "skip"
 key = "V"
 values = [14, 16]
 with = [{key = "gamma_deg", values = [0, 1]}, {key = "gains.K_Lp", from = 1, to = 2, spacing = "log"}]
+[qualities]
+class = "I"
+category = "C"
+hover_below = 5.0
+hover = ["a"]
+response = "attitude"
+airspeed = 15.0
+gravity = 9.81
+n_per_alpha = 6.0
+bandwidth_delay = [0.0, 0.2, 0.4]
+bandwidth_level_1 = [1.0, 1.0, 2.0]
+bandwidth_level_2 = [0.5, 0.5, 1.0]
+pitch = "theta"
+pitch_rate = "q"
+alpha = "alpha"
+downward_speed = "w"
+speed = "airspeed"
+height = "height"
+normal_acceleration = "load"
+stick = "delta_e"
 [sweep]
 crossings = "skip"
 [[sweep.axis]]
@@ -413,6 +433,8 @@ percent = 15
 key = "height"
 from = 5
 to = 20
+[qualities]
+phase = "hover"
 )"};
 const std::vector<std::string> with_a_model{
     R"(time_limit = 10

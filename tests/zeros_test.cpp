@@ -17,8 +17,8 @@ namespace {
 // The Boeing 747 of [2], section 6.2, with its elevator, section 7.6; states u, w, q, theta.
 TransferFunction jet(const RowVectorXd& c) {
   MatrixXd A(4, 4);
-  A << -0.006868, 0.01395, 0, -32.2, -0.09055, -0.3151, 773.98, 0, 0.0001187, -0.001026, -0.4285,
-      0, 0, 0, 1, 0;
+  A << -0.006868, 0.01395, 0, -32.2, -0.09055, -0.3151, 773.98, 0, 0.0001187, -0.001026, -0.4285, 0,
+      0, 0, 1, 0;
   return {A, Eigen::Vector4d(-0.000187, -17.85, -1.158, 0), c};
 }
 
@@ -156,9 +156,7 @@ TEST_CASE("every status of the zeros is reached") {
 TEST_CASE("bandwidth and phase delay against closed forms") {
   // K/(s (T s + 1)) with a lag 1/(L s + 1): the phase is -90° - atan(Tω) - atan(Lω).
   constexpr double T = 0.3, L = 0.05;
-  const auto lagged = [](double delay_lag) {
-    return canonical({}, {0.0, -1 / T, -1 / delay_lag});
-  };
+  const auto lagged = [](double delay_lag) { return canonical({}, {0.0, -1 / T, -1 / delay_lag}); };
   const Bandwidth b = bandwidth(zeros_and_poles(lagged(L)));
   REQUIRE(b.known);
   // atan(Tω) + atan(Lω) = 90°: T L ω² = 1; = 45°: T L ω² + (T + L) ω = 1
