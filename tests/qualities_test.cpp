@@ -199,19 +199,25 @@ TEST_CASE("the F-16 of the book: no short period at its centre of gravity, one f
   CHECK(nominal.short_period.kind == OscillationKind::absent);
   CHECK(printed.short_period.kind == OscillationKind::absent);
   CHECK(contains(nominal.short_period.message, "no short period: "));
-  CHECK(contains(nominal.short_period.message, "real root"));
+  CHECK(contains(nominal.short_period.message, "1 real root, -1.91"));
+  CHECK(named(nominal, "aperiodic stability").level == Level::three);  // doubles in 7.1 s
+  CHECK(nominal.level == Level::three);
   CHECK(named(nominal, "control anticipation").level == Level::not_judged);
   CHECK(named(nominal, "aperiodic stability").level == named(printed, "aperiodic stability").level);
   CHECK_NEAR(named(nominal, "aperiodic stability").value,
              named(printed, "aperiodic stability").value, 0.01);
-  MESSAGE(nominal.short_period.message << " " << to_string(nominal.level) << " "
-                                       << named(nominal, "aperiodic stability").value);
   const LinearModel ahead = at(0.30);
   const Qualities forward = qualities(ahead, o);
   REQUIRE(forward.short_period.kind == OscillationKind::pair);
-  MESSAGE(forward.short_period.frequency.value << " " << forward.short_period.damping.value << " "
-                                               << forward.n_per_alpha.value << " "
-                                               << to_string(forward.level));
+  // [63], chapter 3, nominal flight condition with xcg = 0.30: -1.2039 ± 1.4922i; cited by chapter.
+  const Root book_pair(-1.2039, 1.4922);
+  CHECK_NEAR(forward.short_period.frequency.value, std::abs(book_pair), printed_to("1.4922"));
+  CHECK_NEAR(forward.short_period.damping.value, -book_pair.real() / std::abs(book_pair), 1e-4);
+  CHECK(named(forward, "short-period damping").level == Level::one);    // 0.35
+  CHECK(named(forward, "short-period frequency").level == Level::one);  // 1.0 rad/s
+  // ω² = 3.676 over 16.76 g/rad: 0.219, between 0.28 and 0.16
+  CHECK(named(forward, "control anticipation").level == Level::two);
+  CHECK(forward.level == Level::two);
   // n/α by two roads: the turn of the path, and the accelerometer of the book.
   o.roles.normal_acceleration = "load";
   const Qualities measured = qualities(ahead, o);
@@ -287,14 +293,11 @@ TEST_CASE("two real roots stand for an overdamped short period") {
 TEST_CASE("every status is reached and named") {
   QualitiesOptions o = of_roots();
   LinearModel l = with_roots(1.0, -1.0, 2.0);
-  // Participation in none of the roles: an engine.
-  MatrixXd A = MatrixXd::Zero(6, 6);
-  A.topLeftCorner(2, 2) << -1, 1, -1, -1;
-  A(2, 2) = A(3, 3) = -1;
-  LinearModel other = linear_of(
+  // A ring of six states: every mode has a sixth of its participation in each of them.
+  MatrixXd A = -2 * MatrixXd::Identity(6, 6);
+  for (Index k = 0; k < 6; ++k) A(k, (k + 1) % 6) = 1;
+  const LinearModel other = linear_of(
       {{"a", ""}, {"b", ""}, {"theta", ""}, {"q", ""}, {"c", ""}, {"d", ""}}, A, {{"stick", ""}});
-  other.A(2, 2) = other.A(3, 3) = 0;
-  other.A(2, 3) = 1;  // theta' = q, q' = 0: a defective pair has no participation
   o.roles = {"theta", "q", "", "", "", "", "", "stick"};
   const Qualities none = qualities(other, o);
   CHECK(none.status == QualitiesStatus::no_longitudinal_mode);
