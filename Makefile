@@ -5,7 +5,7 @@
 #   make python     install the Python package (pip install .)
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize follow sweep simulate optimize tune design vehicles vehicles/tiltrotor vehicles/xv15 flight study tables report cli tests \
+SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize qualities follow sweep simulate optimize tune design vehicles vehicles/tiltrotor vehicles/xv15 flight study tables report cli tests \
             examples bench python/src,$(d)/*.cpp $(d)/*.hpp))
 FUZZ_SECONDS ?= 60
 # The program for MPI runs is built and tested where there is an MPI.

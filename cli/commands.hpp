@@ -86,6 +86,12 @@ struct LoadsCommand {
   Common common;
 };
 
+struct QualitiesCommand {
+  Common common;
+  TrimOptions trimming;
+  Method method = Method::exact;
+};
+
 struct ValidateCommand {
   Common common;        ///< without a study
   std::string vehicle;  ///< "xv15"
@@ -151,6 +157,7 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop);
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
@@ -192,6 +199,9 @@ void for_each(const Study& study, const Common& common,
 /// Trims, linearizes and computes modes, as far as possible. Inputs: LinearizeCommand's.
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});
+/// The same with flying qualities, whether the study has [qualities] or not.
+ConditionReport judged(const Study& study, const Condition& condition, const TrimOptions& trimming,
+                       const LinearizeOptions& options = {});
 /// The report of a study that has been read; the command's path names it.
 Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,
                  const std::stop_token& stop);

@@ -20,6 +20,7 @@ const std::vector<Example>& examples() {
       {"envelope", "envelope studies/stall.toml --only level", "the conversion corridor"},
       {"sensitivities", "sensitivities studies/paper.toml", "what moves each mode, ranked"},
       {"margins", "margins studies/paper.toml --bode bode.csv", "stability margins, Bode data"},
+      {"qualities", "qualities studies/boeing747.toml", "levels of MIL-F-8785C, distances to them"},
       {"loads", "loads studies/xv15_loads.toml",
        "forces of wing, tail, rotors, ... at given states"},
       {"validate", "validate xv15", "published loads, trims, hover runs and poles next to ours"},

@@ -117,6 +117,7 @@ struct Commands {
   EnvelopeCommand envelope;
   SensitivitiesCommand sensitivities;
   MarginsCommand margins;
+  QualitiesCommand qualities;
   LoadsCommand loads;
   ValidateCommand validate;
   SweepCommand sweep;
@@ -135,6 +136,7 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_envelope(app, all.envelope), all.envelope),
           choice(add_sensitivities(app, all.sensitivities), all.sensitivities),
           choice(add_margins(app, all.margins), all.margins),
+          choice(add_qualities(app, all.qualities), all.qualities),
           choice(add_loads(app, all.loads), all.loads),
           choice(add_validate(app, all.validate), all.validate),
           choice(add_sweep(app, all.sweep), all.sweep),
@@ -175,9 +177,9 @@ std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
 void fill_in(const CLI::App& app, Commands& all) {
   for (Common* common :
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
-        &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.loads.common,
-        &all.validate.common, &all.sweep.common, &all.tune.common, &all.simulate.common,
-        &all.diff.common, &all.tables.common})
+        &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.qualities.common,
+        &all.loads.common, &all.validate.common, &all.sweep.common, &all.tune.common,
+        &all.simulate.common, &all.diff.common, &all.tables.common})
     settle_format(*common);
   constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)

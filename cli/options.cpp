@@ -221,6 +221,16 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
   return margins;
 }
 
+CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command) {
+  CLI::App* qualities = app.add_subcommand(
+      "qualities", "short period, phugoid, hovering oscillation, bandwidth: levels of each");
+  add_common(qualities, command.common, true);
+  add_trim_options(qualities, command.common, command.trimming);
+  add_choice(qualities, "--jacobian", command.method, jacobians,
+             "exact derivatives (default), or differences");
+  return qualities;
+}
+
 CLI::App* add_loads(CLI::App& app, LoadsCommand& command) {
   CLI::App* loads = app.add_subcommand(
       "loads", "forces and moments of each component at given states, without a trim");

@@ -21,6 +21,7 @@ CLI::App* add_follow(CLI::App& app, FollowCommand& command);
 CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command);
 CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command);
 CLI::App* add_margins(CLI::App& app, MarginsCommand& command);
+CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command);
 CLI::App* add_loads(CLI::App& app, LoadsCommand& command);
 CLI::App* add_validate(CLI::App& app, ValidateCommand& command);
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command);

@@ -190,24 +190,33 @@ std::size_t read_count(const Section& section, double most) {
       section.whole(section.require("count", "a whole number of points"), {2, most}));
 }
 
-std::vector<Requirement> measures_of_tiltrotor(const std::vector<std::string>& figures) {
+namespace {
+
+// All measures, each figure of merit by name, that are `usable`.
+template <class Usable>
+std::vector<Requirement> measures_with(const std::vector<std::string>& figures, Usable usable) {
   std::vector<Requirement> all;
   for (const Measure measure : measures()) {
     if (measure == Measure::figure)
       for (const std::string& figure : figures)
         all.push_back({.measure = measure, .figure = figure});
-    else if (measure <= Measure::sensitivity || measure == Measure::peak_sensitivity ||
-             measure == Measure::pole_region)
+    else if (usable(measure))
       all.push_back({.measure = measure});
   }
   return all;
 }
 
-std::vector<Requirement> measures_of_models() {
-  std::vector<Requirement> all;
-  for (const Measure measure : measures())
-    if (measure != Measure::figure) all.push_back({.measure = measure});
-  return all;
+}  // namespace
+
+std::vector<Requirement> measures_of_tiltrotor(const std::vector<std::string>& figures) {
+  return measures_with(figures, [](Measure measure) {
+    return measure <= Measure::sensitivity || measure == Measure::peak_sensitivity ||
+           measure == Measure::pole_region;
+  });
+}
+
+std::vector<Requirement> measures_of_models(const std::vector<std::string>& figures) {
+  return measures_with(figures, [](Measure) { return true; });
 }
 
 // A name alone is short for {measure = name}; a list has a target for each.

@@ -25,9 +25,10 @@ struct Tuned {
   std::vector<std::string> inputs{}, outputs{}, states{};
 };
 
-/// All measures, with these figures of merit in place of transfers between signals, or without.
+/// All measures that a study can ask for, with these figures of merit; the tiltrotor has no
+/// transfers by signal.
 std::vector<Requirement> measures_of_tiltrotor(const std::vector<std::string>& figures);
-std::vector<Requirement> measures_of_models();
+std::vector<Requirement> measures_of_models(const std::vector<std::string>& figures);
 
 void read_goals(const Section& section, const std::filesystem::path& file, const Tuned& tuned,
                 TuneTable& tune);

@@ -17,6 +17,7 @@
 #include "flight/flight.hpp"
 #include "flight/monte_carlo.hpp"
 #include "model/model.hpp"
+#include "qualities/qualities.hpp"
 #include "study/keys.hpp"
 #include "study/user_model.hpp"
 #include "sweep/map.hpp"
@@ -175,6 +176,14 @@ struct ReportTable {
   std::optional<bool> audit{};   ///< of the paper's tables; not given: for its aircraft
 };
 
+/// [qualities]: how flying qualities are judged.
+struct QualitiesTable {
+  QualitiesOptions options;             ///< roles: those given
+  std::optional<FlightRegime> phase{};  ///< for all conditions; empty: by `hover_below`
+  std::optional<double> hover_below{};  ///< airspeed below which a condition is in hover
+  std::vector<std::string> hover{};     ///< conditions in hover
+};
+
 /// The default envelope over "eta_deg" or "gamma_deg".
 EnvelopeTable envelope_over(std::string_view angle);
 
@@ -196,6 +205,7 @@ struct Study {
   std::optional<UserMotion> user_motion;  ///< [simulate] of a study with [model]
   std::optional<MonteCarloTable> montecarlo;  ///< [montecarlo]
   std::optional<ReportTable> report;          ///< [report]
+  std::optional<QualitiesTable> qualities;    ///< [qualities]
 };
 
 /// Reads and checks a study; throws StudyError only. Polars are searched for in the study's folder,

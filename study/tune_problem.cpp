@@ -9,6 +9,7 @@
 #include "runtime/rounding.hpp"
 #include "study/flown.hpp"
 #include "study/problems.hpp"
+#include "study/qualities_study.hpp"
 
 namespace tiltrim {
 
@@ -134,6 +135,8 @@ bool asks(const TuneTable& table, bool (*which)(const Requirement&)) {
 void add_own(const Study& study, TuneProblem& problem) {
   const TuneTable& table = table_of(study);
   problem.disturbance = table.disturbance;
+  if (study.qualities)
+    problem.figures = quality_figures(study, problem.points.front(), conditions_of(study).front());
   if (!asks(table, is_margin) && table.regulator_starts.empty()) return;
   if (study.user_model->loops.empty())
     throw std::invalid_argument(

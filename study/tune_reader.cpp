@@ -269,7 +269,8 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
 }
 
 TuneTable read_user_tune(const Section& section, const path& file, const UserModel& own,
-                         const std::vector<Condition>& conditions) {
+                         const std::vector<Condition>& conditions,
+                         const std::vector<std::string>& figures) {
   section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
                       "seed", "evaluations", "seconds", "robustness", "regulator_starts",
                       "disturbance", "gain", "uncertain", "limit", "front"});
@@ -283,7 +284,7 @@ TuneTable read_user_tune(const Section& section, const path& file, const UserMod
               },
               keys_in(own, own.model.states),
               {},
-              measures_of_models(),
+              measures_of_models(figures),
               false,
               with_parameters(own.model),
               names(own.model.outputs),

@@ -75,6 +75,26 @@ crossings = "skip"
 key = "V"
 values = [14, 16]
 with = [{key = "gamma_deg", values = [0, 1]}, {key = "gains.K_Lp", from = 1, to = 2, spacing = "log"}]
+[qualities]
+class = "I"
+category = "C"
+hover_below = 5.0
+hover = ["a"]
+response = "attitude"
+airspeed = 15.0
+gravity = 9.81
+n_per_alpha = 6.0
+bandwidth_delay = [0.0, 0.2, 0.4]
+bandwidth_level_1 = [1.0, 1.0, 2.0]
+bandwidth_level_2 = [0.5, 0.5, 1.0]
+pitch = "theta"
+pitch_rate = "q"
+alpha = "alpha"
+downward_speed = "w"
+speed = "airspeed"
+height = "height"
+normal_acceleration = "load"
+stick = "delta_e"
 [sweep]
 crossings = "skip"
 [[sweep.axis]]
@@ -244,6 +264,8 @@ percent = 15
 key = "height"
 from = 5
 to = 20
+[qualities]
+phase = "hover"
 )"};
 inline const std::vector<std::string> with_a_model{
     R"(time_limit = 10

@@ -96,7 +96,7 @@ void merge(Shape& into, const Shape& other) {
 
 // Tables that the same readers read in both families.
 void share(const Family& from, Family& to) {
-  for (const std::string table : {"follow", "sweep", "tune", "report"}) {
+  for (const std::string table : {"follow", "sweep", "tune", "report", "qualities"}) {
     merge(to.root.keys[table], from.root.keys.at(table));
     const auto of_table = [&](const auto& asked) { return asked.first.starts_with(table + "."); };
     std::ranges::copy_if(from.numbers, std::inserter(to.numbers, to.numbers.end()), of_table);
