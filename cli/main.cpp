@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -221,7 +222,17 @@ int run_program(int argc, char** argv) {
 }  // namespace
 }  // namespace tiltrim::cli
 
+// Destructors of JSON allocate, and would end the program where memory has run out. What they need
+// is set aside; it is address space alone until then.
+static std::atomic<void*> set_aside{};
+static void out_of_memory() {
+  std::free(set_aside.exchange(nullptr));
+  throw std::bad_alloc();
+}
+
 int main(int argc, char** argv) {
+  set_aside = std::malloc(std::size_t{64} << 20);
+  std::set_new_handler(out_of_memory);
   const tiltrim::RoundToNearest environment;  // libraries may have changed it while loading
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file-size limit fails with an error
   try {

@@ -7,7 +7,6 @@
 #include "linearize/modes.hpp"
 #include "trim/trim.hpp"
 
-
 // Level flight at a speed; one guess serves all of them.
 tiltrim::TrimResult level(const tiltrim::Model& m, double V, double xcg) {
   const tiltrim::TrimSpec spec{.free = {"alpha", "theta", "power", "throttle", "elevator"},

@@ -8,7 +8,6 @@
 #include "model/feedback.hpp"
 #include "sweep/sweep.hpp"
 
-
 constexpr double mass = 4.0, inertia = 0.5, g = 9.81;
 
 // m x" = -T sin θ,   m z" = T cos θ - m g,   I θ" = M
