@@ -195,6 +195,15 @@ TEST_CASE("peaks, norms and costs of a mass on a spring") {
   CHECK_NEAR(value("measure = 'pole_region', decay = 2", kp, kd), 0.25, 1e-12);
 }
 
+TEST_CASE("a loop may have the name of a state") {
+  std::string text = mass;
+  text.replace(text.find("name = \"a\""), 10, "name = \"z\"");
+  const TuneProblem problem =
+      problem_of(text + "goal = {measure = 'peak_sensitivity', of = 'z'}\n");
+  const double own = described(problem, Eigen::Vector2d(4, 1)).scores[0];
+  CHECK_NEAR(-own, value("measure = 'peak_sensitivity', of = 'a'", 4, 1), 1e-12);
+}
+
 TEST_CASE("overshoot and settling time are those of closed forms") {
   const std::string overshoot = "measure = 'overshoot', input = 'r', output = 'z'";
   const std::string settling = "measure = 'settling_time', input = 'r', output = 'z', band = 0.05";

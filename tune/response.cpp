@@ -158,7 +158,7 @@ Path path_at(const Place& place, const GridTrim& e, const std::string& actuator)
   Path path = along_states(model, at);
   path.along.push_back(std::ssize(model.states) +
                        index_of(model.inputs, actuator + "_added", "input"));
-  path.rows = {row_of(model, actuator)};
+  path.rows = {std::ssize(model.states) + index_of(model.outputs, actuator, "output")};
   path.factors = {1.0};
   path.direct = 1.0;
   return path;
