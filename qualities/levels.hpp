@@ -24,12 +24,12 @@ std::string to_string(Level level);  ///< "1", "2", "3", "none", "undecided", "n
 
 /// A figure judged by one requirement.
 struct Criterion {
-  std::string name;         ///< "short-period damping"
-  std::string requirement;  ///< "MIL-F-8785C 3.2.2.1.2"
-  std::string unit;         ///< of the figure
-  double value = 0.0;       ///< NaN: not known
-  double error = 0.0;       ///< its bound
-  Level level = Level::not_judged;
+  std::string name;                 ///< "short-period damping"
+  std::string requirement;          ///< "MIL-F-8785C 3.2.2.1.2"
+  std::string unit;                 ///< of the figure
+  double value = 0.0;               ///< NaN: not known
+  double error = 0.0;               ///< its bound
+  Level level = Level::not_judged;  ///< its level
   /// Signed distances to the border of level 1, 2, ...: positive inside.
   std::vector<double> margins{};
   double margin_error = 0.0;  ///< bound of each margin's error

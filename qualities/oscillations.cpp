@@ -75,7 +75,9 @@ Oscillation oscillation_with(const Modes& modes, const std::vector<ModeShares>& 
     if (mode.eigenvalue.imag() <= 0 || own <= largest) continue;
     largest = own;
     found.kind = OscillationKind::pair;
-    found.modes = {k - 1, k};  // of a pair, the negative imaginary part is first
+    const auto conjugate =
+        std::ranges::find(modes.modes, std::conj(mode.eigenvalue), &Mode::eigenvalue);
+    found.modes = {std::size_t(conjugate - modes.modes.begin()), k};
     found.frequency = frequency_of(mode);
     found.damping = damping_of(mode);
   }

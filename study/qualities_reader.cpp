@@ -83,7 +83,7 @@ void read_hover(const Section& section, const std::vector<Condition>& conditions
   if (!hover) return;
   std::vector<std::string> known;
   for (const Condition& c : conditions) known.push_back(c.name);
-  if (hover->kind != Entry::Kind::array)
+  if (hover->kind != Entry::Kind::array || hover->entries.empty())
     section.refuse(*hover, "expected a list of conditions, as [\"hover\"]");
   for (const Entry& name : hover->entries) {
     if (name.kind != Entry::Kind::text || std::ranges::find(known, name.text) == known.end())

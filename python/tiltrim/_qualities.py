@@ -113,7 +113,7 @@ def qualities(
     """
     if isinstance(what, Condition):
         if roles is not None:
-            raise TypeError("qualities() of a Condition takes its roles from the study's [qualities]")
+            raise TypeError("a Condition takes its roles from the study's [qualities]")
         text = _tiltrim.qualities_condition(what._core, time_limited(time_limit))
         found = json.loads(text)["conditions"][0]
         return _qualities(found["status"], found["message"], found["qualities"])
