@@ -123,6 +123,9 @@ figures: release
 	cp build/figures/fig5_angles.svg docs/figures/transition.svg
 	build/bin/tiltrim simulate studies/transition_as_drawn.toml --format csv -o build/as_drawn.csv
 	gnuplot docs/figures/as_drawn.gp
+	cmake --build --preset release --target xv15_conversion
+	build/bin/xv15_conversion 1 studies/xv15_conversion.toml build/xv15_conversion.csv
+	gnuplot -e 'file="build/xv15_conversion.csv"' docs/figures/xv15_conversion.gp
 	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
 	sed -E 's/^ width="[0-9]+" height="[0-9]+"$$//' build/figures/locus_slow_1_climb.svg > docs/figures/locus.svg  # as wide as the text
 

@@ -2,7 +2,7 @@
 // 160 kt as an airplane, and back; the first as studied, the others with scattered mass, air
 // density, rotor speed and start.
 //
-//     xv15_conversion [flights] [studies/xv15_conversion.toml] [first-flight.csv]
+//     xv15_conversion [flights] [studies/xv15_conversion.toml] [first-flight.csv] [seed]
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -64,7 +64,7 @@ struct Conversion {
                   }};
     motion.states.push_back({"height", "m", 100});
     motion.breaks = {5, 5 + rise, 5 + rise + hold, 5 + rise + hold + rise};
-    return integrate(motion, x0, 0, 0, until, {.tolerance = 1e-6, .sample = 0.25});
+    return integrate(motion, x0, 0, 0, until, {.tolerance = 1e-5, .sample = 0.5});
   }
 
   void note(const Trajectory& flown, std::FILE* file, Worst& worst) {
@@ -98,7 +98,7 @@ int main(int count, char** arguments) {
   const Study study = load_study(count > 2 ? arguments[2] : "studies/xv15_conversion.toml");
   const UserModel& own = *study.user_model;
   const TrimSpec spec{.free = names(own.model.states)};
-  std::mt19937 random(1);
+  std::mt19937 random(count > 4 ? unsigned(std::stoul(arguments[4])) : 1U);
   std::uniform_real_distribution<double> share(-1, 1);
   Worst worst;
   int good = 0;

@@ -39,6 +39,7 @@ UserModel read_published(const Section& top, const std::filesystem::path& data) 
 // forms.
 void complete_published(const UserModel& own, UserCondition& condition) {
   constexpr double degree = std::numbers::pi / 180, knot = 0.514444;
+  constexpr double three_quarter_tip_speed = 176;  // m/s
   auto& values = condition.values;
   const auto given = [&](const char* name) { return values.contains(name); };
   // Under control both are outputs, and the integrals take them where they must be.
@@ -73,7 +74,7 @@ void complete_published(const UserModel& own, UserCondition& condition) {
   guess("u", V * std::cos(start.theta - climb));
   guess("w", V * std::sin(start.theta - climb));
   if (controlled) {
-    const double inflow = std::atan2(V * std::sin(at.u[3]), 0.75 * 3.81 * at.p[3]);
+    const double inflow = std::atan2(V * std::sin(at.u[3]), three_quarter_tip_speed);
     guess("energy_integral", start.collective - inflow);
     guess("distribution_integral", start.stick - 4.8 - 4 * start.theta);
   } else {

@@ -30,7 +30,8 @@ struct Data;
 
 /// States u, w [m/s], theta [rad], q [rad/s] in body axes; inputs collective (pitch at 0.75 R),
 /// flap and mast_angle [rad; 0 helicopter, 90 degrees airplane] and stick [in, 0 to 9.6, forward].
-/// Outside the tables f and h throw std::domain_error, which names the table.
+/// Outside the tables f throws std::domain_error, which names the table; the rotors' outputs are
+/// NaN where inflow and flapping have no balance.
 [[nodiscard]] Model model(const std::shared_ptr<const Data>& data);
 /// Default values of its parameters. `inflow_gradient`: 1 lets the induced velocity grow aft with
 /// the wake's skew (Pitt and Peters), 0 is uniform inflow. `airspeed_kt` and `climb_angle` are
