@@ -13,6 +13,7 @@
 #include "study/model_reader.hpp"
 #include "study/section.hpp"
 #include "study/simulate_reader.hpp"
+#include "study/prove_reader.hpp"
 #include "study/sweep_reader.hpp"
 #include "study/toml_reader.hpp"
 #include "study/tune_reader.hpp"
@@ -234,6 +235,7 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
                            {"aircraft", others},
                            {"gains", others},
                            {"limits", others},
+                           {"prove", others},
                            {"montecarlo", others}});
   const fs::path& file = study.file;
   if (published)
@@ -278,8 +280,8 @@ Study parse_study(std::string_view text, const fs::path& file) {
     return study;
   }
   top.allow_only({"model", "vehicle", "equations", "time_limit", "aircraft", "gains", "limits",
-                  "condition", "follow", "envelope", "sweep", "tune", "simulate", "montecarlo",
-                  "report"});
+                  "condition", "follow", "envelope", "sweep", "prove", "tune", "simulate",
+                  "montecarlo", "report"});
   study.polar_name = default_polar;
   read_vehicle(top, root, study);
   const Vehicle& vehicle = study.vehicle;
@@ -289,6 +291,8 @@ Study parse_study(std::string_view text, const fs::path& file) {
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
+  with_table(root, "prove", file,
+             [&](const Section& s) { study.prove = read_prove(s, vehicle); });
   with_table(root, "tune", file,
              [&](const Section& s) { study.tune = read_tune(s, file, vehicle, study.conditions); });
   check_equations(top, vehicle.equations);
