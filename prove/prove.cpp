@@ -50,7 +50,8 @@ struct Answer {
   std::vector<Record> sides;
   VectorXd z;
   Eigen::MatrixXd S;
-  bool found = false;  // a tube of equilibria
+  bool found = false;    // a tube of equilibria within the limits
+  bool trimmed = false;  // z was searched for here
 };
 
 VectorXd first_start(const Setup& s, const Cell& cell) {
@@ -94,16 +95,21 @@ std::vector<Branches> all_sides(const Setup& s, const Cell& cell, const VectorXd
 
 // One side of the switches on one box.
 ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, double margin, Answer& answer) {
-  Tube tube = find_tube(s, cell, answer.z, sides);
+  Tube tube;
   int limits = 0;
+  for (const bool again : {false, true}) {  // the parent's equilibrium may be another one
+    if (again) answer.z = first_start(s, cell);
+    tube = find_tube(s, cell, answer.z, sides);
+    limits = tube.failed ? 0 : within_limits(s, tube, answer.failure);
+    if (tube.failed) answer.failure = *tube.failed;
+    if ((tube.failed && tube.failed->cause != "fold") || limits == 1 || answer.trimmed) break;
+    answer.trimmed = true;
+  }
   if (!tube.failed) {
     answer.z = tube.record.z;
     answer.S = tube.record.S;
-    answer.found = true;
-    limits = within_limits(s, tube, answer.failure);
-  } else {
-    answer.failure = *tube.failed;
   }
+  answer.found = limits == 1;
   if (limits == -1 || (tube.failed && tube.failed->cause == "fold")) {
     Record absent;
     const bool proved = prove_absent(s, cell, sides, absent);
@@ -122,7 +128,8 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
   const RoundToNearest environment;
   const Cell cell(box);
   Answer answer;
-  answer.z = start.size() > 0 ? start : first_start(s, cell);
+  answer.trimmed = start.size() == 0;
+  answer.z = answer.trimmed ? first_start(s, cell) : start;
   std::size_t widest = 0;
   for (std::size_t k = 0; k < s.k(); ++k) {
     const auto share = [&](std::size_t j) {
@@ -141,7 +148,7 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
   for (const Branches& sides : all) {
     const ProofVerdict side = one_side(s, cell, sides, margin, answer);
     if (side == ProofVerdict::undecided || (&sides != &all.front() && side != verdict)) {
-      if (side != ProofVerdict::undecided) answer.failure = {"switch", widest};
+      if (all.size() > 1) answer.failure.cause = "switch";
       answer.sides.clear();
       return answer;
     }

@@ -212,10 +212,10 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   r.Z = 2.0 * residual(s, tube, share, tube.centre);
   for (Index i = 0; i < r.Z.size(); ++i)
     r.Z[i] += 1e-13 * (std::abs(r.z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal);
+  // Over a wide box all ranges are useless: the curvature at the middle tells what to cut.
   Index cut = 0;
+  if (share.allFinite()) (share.array().colwise() / r.Z.array()).colwise().maxCoeff().maxCoeff(&cut);
   const auto refuse = [&](const char* cause) {
-    share.array().colwise() /= r.Z.array();
-    if (share.allFinite()) share.colwise().maxCoeff().maxCoeff(&cut);
     tube.failed = Failure{cause, std::size_t(cut)};
     return tube;
   };
