@@ -99,10 +99,10 @@ struct SweepCommand {
 
 struct ProveCommand {
   Common common;
-  int threads = 0;                      ///< 0: one per processor
-  std::optional<double> margin;         ///< 1/s; these two: default from the study
-  std::optional<std::size_t> boxes;     ///< examined at most
-  std::filesystem::path certificate;    ///< empty: none
+  int threads = 0;                    ///< 0: one per processor
+  std::optional<double> margin;       ///< 1/s; these two: default from the study
+  std::optional<std::size_t> boxes;   ///< examined at most
+  std::filesystem::path certificate;  ///< empty: none
 };
 
 struct TuneCommand {

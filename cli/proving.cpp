@@ -27,18 +27,20 @@ ProveProblem problem_of(const Study& study, const Condition& condition) {
 // The closed-loop conditions; of a box over h, which sets their commands, the first.
 std::vector<Condition> to_prove(const Study& study, const ProveCommand& command) {
   if (!study.prove)
-    throw StudyError(fmt::format("{}: no [prove] table; expected [[prove.parameter]], one or more, "
-                                 "with key, from and to, or percent",
-                                 study.file.string()));
+    throw StudyError(
+        fmt::format("{}: no [prove] table; expected [[prove.parameter]], one or more, "
+                    "with key, from and to, or percent",
+                    study.file.string()));
   if (study.vehicle.equations == Equations::printed)
-    throw StudyError(fmt::format("{}: prove needs equations = \"consistent\"", study.file.string()));
+    throw StudyError(
+        fmt::format("{}: prove needs equations = \"consistent\"", study.file.string()));
   std::vector<Condition> conditions;
   for (const Condition& condition : chosen(study, command.common.only))
     if (condition.command()) conditions.push_back(condition);
   if (conditions.empty())
     throw StudyError(fmt::format("{}: prove needs a closed-loop condition", study.file.string()));
-  const bool over_h = std::ranges::any_of(study.prove->parameters,
-                                          [](const auto& p) { return p.key.name == "h"; });
+  const bool over_h =
+      std::ranges::any_of(study.prove->parameters, [](const auto& p) { return p.key.name == "h"; });
   if (over_h) conditions.resize(1);
   return conditions;
 }
@@ -64,12 +66,14 @@ Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token
     for (const Condition& condition : conditions)
       theorems.push_back(prove(problem_of(study, condition), options));
   });
-  if (!command.certificate.empty()) write_whole(command.certificate, certificate_of(study, theorems));
+  if (!command.certificate.empty())
+    write_whole(command.certificate, certificate_of(study, theorems));
   const bool all = std::ranges::all_of(
       theorems, [](const Theorem& t) { return t.status() == ProofStatus::proved; });
   const auto text = [&] { return theorems_text(study, theorems); };
   if (command.common.format == Format::json)
-    return {theorems_json(study, theorems, command.certificate.string()), all ? answered : unanswered};
+    return {theorems_json(study, theorems, command.certificate.string()),
+            all ? answered : unanswered};
   if (command.common.format != Format::text)
     throw std::invalid_argument("prove writes text and json");
   return {text(), all ? answered : unanswered};

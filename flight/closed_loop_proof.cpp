@@ -73,9 +73,11 @@ NecessarySystem bare_airframe(const Vehicle& vehicle, const Numbers& numbers) {
     at.p.assign(p.begin() + 3, p.begin() + 3 + std::ptrdiff_t(aircraft));
     at.x = {p[0], p[1], Jet(), Jet()};
     at.u = {Jet(), Jet(), Jet(), p[2]};
-    const Jet s = physics::authority_at(p[2], physics::unpack<AircraftOf<Jet>, physics::aircraft_fields<Jet>>(at.p.data()));
+    const Jet s = physics::authority_at(
+        p[2], physics::unpack<AircraftOf<Jet>, physics::aircraft_fields<Jet>>(at.p.data()));
     const bool constant = s.slope.empty();
-    at.fixed = {0, 0, char(constant && magnitude(s.value) == 0), char(constant && magnitude(s.value - 1.0) == 0)};
+    at.fixed = {0, 0, char(constant && magnitude(s.value) == 0),
+                char(constant && magnitude(s.value - 1.0) == 0)};
     return at;
   };
   return system;
@@ -100,7 +102,8 @@ ProveProblem closed_loop_proof(const Vehicle& vehicle, const GainSchedule& sched
   problem.parameters = parameters;
   Numbers numbers{closed.guess.p, schedule, {}};
   for (const ProveParameter& parameter : parameters)
-    numbers.at.push_back(parameter.key == "h" ? -1 : index_of(problem.model.parameters, parameter.key, "parameter"));
+    numbers.at.push_back(
+        parameter.key == "h" ? -1 : index_of(problem.model.parameters, parameter.key, "parameter"));
   problem.numbers = [numbers](const Jets& c) { return numbers.on(c); };
   const bool bounded = std::ranges::all_of(problem.limits, [](const auto& limit) {
     return std::isfinite(limit.second.lower) && std::isfinite(limit.second.upper);

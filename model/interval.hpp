@@ -20,15 +20,15 @@ inline constexpr double library_ulps = 8;
 /// A closed range [lower, upper].
 class Interval {
  public:
-  Interval() = default;                          ///< [0, 0]
-  Interval(double x) : lower_(x), upper_(x) {}   ///< one number
+  Interval() = default;                                   ///< [0, 0]
+  Interval(double x) : lower_(x), upper_(x) {}            ///< one number
   Interval(double a, double b) : lower_(a), upper_(b) {}  ///< a <= b
 
   double lower() const { return lower_; }  ///< included
   double upper() const { return upper_; }  ///< included
 
   /// @cond
-  // fl(c - (φ|c| + η)) is at most the predecessor of c, φ = u(1 + 2u)     [rump2009, algorithm 1]
+  // fl(c - (φ|c| + η)) is at most the predecessor of c, φ = u(1 + 2u)     [90]
   static double down(double c) { return c - (outward * std::abs(c) + smallest); }
   static double up(double c) { return c + (outward * std::abs(c) + smallest); }
   static Interval around(double a, double b) { return {down(a), up(b)}; }
@@ -136,10 +136,18 @@ inline Interval exp(const Interval& a) {
 inline Interval log(const Interval& a) {
   return a.lower() > 0 ? rising(std::log(a.lower()), std::log(a.upper())) : Interval::unknown();
 }
-inline Interval atan(const Interval& a) { return rising(std::atan(a.lower()), std::atan(a.upper())); }
-inline Interval tanh(const Interval& a) { return rising(std::tanh(a.lower()), std::tanh(a.upper())); }
-inline Interval asin(const Interval& a) { return rising(std::asin(a.lower()), std::asin(a.upper())); }
-inline Interval sinh(const Interval& a) { return rising(std::sinh(a.lower()), std::sinh(a.upper())); }
+inline Interval atan(const Interval& a) {
+  return rising(std::atan(a.lower()), std::atan(a.upper()));
+}
+inline Interval tanh(const Interval& a) {
+  return rising(std::tanh(a.lower()), std::tanh(a.upper()));
+}
+inline Interval asin(const Interval& a) {
+  return rising(std::asin(a.lower()), std::asin(a.upper()));
+}
+inline Interval sinh(const Interval& a) {
+  return rising(std::sinh(a.lower()), std::sinh(a.upper()));
+}
 inline Interval cosh(const Interval& a) {
   const Interval m = abs(a);
   return rising(std::cosh(m.lower()), std::cosh(m.upper()));

@@ -25,6 +25,8 @@ bool side_of(const Jet& a, const Jet& b, int told) {
     sides.taken.push_back(char(told == 1));
     sides.open.push_back(char(told < 0));
     if (told < 0 && sides.replay) sides.blocked = true;
+  } else if (told < 0 && !sides.open[sides.next]) {
+    sides.blocked = true;  // its other outcome was not foreseen
   } else if (told >= 0 && !sides.free && sides.taken[sides.next] != char(told)) {
     sides.blocked = true;
   }

@@ -13,15 +13,15 @@ namespace tiltrim {
 /// The outcomes of comparisons while a model is evaluated on ranges. A comparison that a range
 /// leaves open has two sides; which one holds must not depend on the unknowns.
 struct Branches {
-  std::size_t unknowns = 0;   ///< the first directions of every Jet
-  std::vector<char> taken{};  ///< outcomes of the comparisons of known quantities, in order
-  std::size_t next = 0;       ///< position in `taken`; what follows is appended
-  std::vector<char> open{};   ///< whether each of `taken` was open: both outcomes are possible
-  std::vector<char> all{};    ///< outcomes of all comparisons
-  bool blocked = false;       ///< a comparison of unknowns was open, or one contradicts `taken`
-  bool free = false;          ///< a part of where `taken` holds: what is not open may differ
+  std::size_t unknowns = 0;       ///< the first directions of every Jet
+  std::vector<char> taken{};      ///< outcomes of the comparisons of known quantities, in order
+  std::size_t next = 0;           ///< position in `taken`; what follows is appended
+  std::vector<char> open{};       ///< whether each of `taken` was open: both outcomes are possible
+  std::vector<char> all{};        ///< outcomes of all comparisons
+  bool blocked = false;           ///< a comparison of unknowns was open, or one contradicts `taken`
+  bool free = false;              ///< a part of where `taken` holds: what is not open may differ
   std::vector<double> extents{};  ///< of the directions; not empty: values are tightened
-  bool replay = false;        ///< `taken` is complete: a further open comparison blocks
+  bool replay = false;            ///< `taken` is complete: a further open comparison blocks
 };
 
 /// The sides of this thread; null: an open comparison gives NaN.
@@ -45,7 +45,7 @@ struct Jet {
   std::vector<Interval> bend;   ///< n (n + 1)/2, row by row of the lower triangle, or none
   std::vector<Interval> tilt;   ///< slopes at the middle of all directions; n, or none
 
-  Jet() = default;                       ///< 0
+  Jet() = default;                                 ///< 0
   Jet(double x) : value(x), centre(x) {}           ///< a constant
   Jet(const Interval& x) : value(x), centre(x) {}  ///< a constant that is known to a range
 

@@ -31,7 +31,8 @@ class Rows {
     Jets c;
     for (std::size_t j = 0; j < k; ++j) {
       const double m = cell_.m[j], r = cell_.r[j];
-      c.push_back(Jet::variable(middle ? Interval(m) : m + Interval(-r, r), m, at_.size() + j, n, r, false));
+      c.push_back(Jet::variable(middle ? Interval(m) : m + Interval(-r, r), m, at_.size() + j, n, r,
+                                false));
     }
     std::vector<double> extents(n, 1.0);
     for (std::size_t j = 0; j < at_.size(); ++j) extents[j] = radius(y[j]);
@@ -45,7 +46,8 @@ class Rows {
     const std::size_t nx = x.size();
     for (std::size_t j = 0; j < at_.size(); ++j)
       if (fixed.empty() || !fixed[j])
-        (at_[j] < nx ? x[at_[j]] : u[at_[j] - nx]) = Jet::variable(y[j], tiltrim::middle(y[j]), j, n, 1, false);
+        (at_[j] < nx ? x[at_[j]] : u[at_[j] - nx]) =
+            Jet::variable(y[j], tiltrim::middle(y[j]), j, n, 1, false);
     const Jets all = system_.model.jets(x, u, p);
     fixed_ = fixed;
     Jets rows;
@@ -91,7 +93,8 @@ bool nonzero(const Rows& rows, const VectorXd& weights, const Jets& centre, cons
 MatrixXd slopes_of(const Rows& rows, const Jets& at) {
   MatrixXd J(Index(at.size()), Index(rows.unknowns()));
   for (Index i = 0; i < J.rows(); ++i)
-    for (Index j = 0; j < J.cols(); ++j) J(i, j) = middle(at[std::size_t(i)].slope_at(std::size_t(j)));
+    for (Index j = 0; j < J.cols(); ++j)
+      J(i, j) = middle(at[std::size_t(i)].slope_at(std::size_t(j)));
   return J;
 }
 
@@ -116,7 +119,8 @@ bool prove_absent(const Setup& s, const Cell& cell, const Branches& branches, Re
     const std::vector<char> outcomes = rows.outcomes();
     const Jets centre = rows.over(middles, true);
     const bool comparable = !over.empty() && !centre.empty() && outcomes == rows.outcomes();
-    MatrixXd weights = MatrixXd::Identity(Index(system.equations.size()), Index(system.equations.size()));
+    MatrixXd weights =
+        MatrixXd::Identity(Index(system.equations.size()), Index(system.equations.size()));
     VectorXd size = VectorXd::Zero(Index(part.y.size()));
     bool excluded = false;
     if (comparable) {

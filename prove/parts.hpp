@@ -17,7 +17,7 @@ struct Setup {
     Range range;
   };
   std::vector<Limit> limits;
-  std::vector<Eigen::Index> placed;  // variable of each parameter, without `numbers`
+  std::vector<Eigen::Index> placed;        // variable of each parameter, without `numbers`
   std::size_t states, directions, moving;  // moving: states and unknown inputs
 
   explicit Setup(const ProveProblem& p);
@@ -45,7 +45,7 @@ struct Failure {
 
 struct Tube {
   Record record;
-  Jets centre, over;          // [f; h] at the middle, and over the tube
+  Jets centre, over;  // [f; h] at the middle, and over the tube
   std::optional<Failure> failed;
 };
 /// A tube of equilibria; `taken` are the outcomes of open comparisons.

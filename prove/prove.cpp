@@ -16,18 +16,25 @@ using namespace proving;
 
 std::string to_string(ProofVerdict verdict) {
   switch (verdict) {
-    case ProofVerdict::stable: return "proved_stable";
-    case ProofVerdict::unstable: return "proved_unstable";
-    case ProofVerdict::no_trim: return "proved_no_trim";
-    default: return "undecided";
+    case ProofVerdict::stable:
+      return "proved_stable";
+    case ProofVerdict::unstable:
+      return "proved_unstable";
+    case ProofVerdict::no_trim:
+      return "proved_no_trim";
+    default:
+      return "undecided";
   }
 }
 
 std::string to_string(ProofStatus status) {
   switch (status) {
-    case ProofStatus::proved: return "proved";
-    case ProofStatus::partly: return "partly";
-    default: return "refuted";
+    case ProofStatus::proved:
+      return "proved";
+    case ProofStatus::partly:
+      return "partly";
+    default:
+      return "refuted";
   }
 }
 
@@ -56,7 +63,9 @@ struct Answer {
 
 VectorXd first_start(const Setup& s, const Cell& cell) {
   if (s.problem.start)
-    if (const auto z = s.problem.start(Eigen::Map<const VectorXd>(cell.m.data(), Index(cell.m.size())))) return *z;
+    if (const auto z =
+            s.problem.start(Eigen::Map<const VectorXd>(cell.m.data(), Index(cell.m.size()))))
+      return *z;
   VectorXd z(s.nz());
   for (std::size_t j = 0; j < s.nz(); ++j) z[Index(j)] = value_of(s.problem.guess, s.unknowns[j]);
   return z;
@@ -94,7 +103,8 @@ std::vector<Branches> all_sides(const Setup& s, const Cell& cell, const VectorXd
 }
 
 // One side of the switches on one box.
-ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, double margin, Answer& answer) {
+ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, double margin,
+                      Answer& answer) {
   Tube tube;
   int limits = 0;
   for (const bool again : {false, true}) {  // the parent's equilibrium may be another one
@@ -124,7 +134,8 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
   return answer.sides.back().roots == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
 }
 
-Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start, double margin) {
+Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start,
+               double margin) {
   const RoundToNearest environment;
   const Cell cell(box);
   Answer answer;
@@ -159,9 +170,11 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
 }
 
 // Which parameter to cut, and where; negative if too small.
-int cut_of(const Setup& s, const std::vector<Range>& box, std::size_t wanted, double smallest, double& at) {
+int cut_of(const Setup& s, const std::vector<Range>& box, std::size_t wanted, double smallest,
+           double& at) {
   const auto share = [&](std::size_t k) {
-    return (box[k].upper - box[k].lower) / (s.problem.parameters[k].to - s.problem.parameters[k].from);
+    return (box[k].upper - box[k].lower) /
+           (s.problem.parameters[k].to - s.problem.parameters[k].from);
   };
   std::size_t k = wanted;
   if (share(k) <= smallest)
@@ -175,7 +188,8 @@ int cut_of(const Setup& s, const std::vector<Range>& box, std::size_t wanted, do
 // The boxes of one level, and those of the next.
 class Search {
  public:
-  Search(const ProveProblem& problem, const ProveOptions& options) : s_(problem), options_(options) {
+  Search(const ProveProblem& problem, const ProveOptions& options)
+      : s_(problem), options_(options) {
     theorem_.name = problem.name;
     theorem_.parameters = problem.parameters;
     theorem_.margin = options.margin;
@@ -220,8 +234,9 @@ class Search {
     node.verdict = answer.verdict;
     if (answer.verdict != ProofVerdict::undecided) {
       theorem_.undecided -= node.volume;
-      (node.verdict == ProofVerdict::stable ? theorem_.stable
-       : node.verdict == ProofVerdict::unstable ? theorem_.unstable : theorem_.no_trim) += node.volume;
+      (node.verdict == ProofVerdict::stable     ? theorem_.stable
+       : node.verdict == ProofVerdict::unstable ? theorem_.unstable
+                                                : theorem_.no_trim) += node.volume;
       node.cause.clear();
       node.sides = std::move(answer.sides);
       theorem_.tree[at] = std::move(node);
@@ -257,12 +272,14 @@ bool merge(const Theorem& t, std::size_t at, std::vector<ProofRegion>& regions) 
   const ProofNode& node = t.tree[at];
   const std::size_t first = regions.size();
   if (node.split < 0) {
-    regions.push_back({node.verdict, node.verdict == ProofVerdict::undecided ? node.cause : "", node.box, node.volume});
+    regions.push_back({node.verdict, node.verdict == ProofVerdict::undecided ? node.cause : "",
+                       node.box, node.volume});
     return true;
   }
   const bool low = merge(t, node.lower, regions);
   const bool one = merge(t, node.upper, regions) && low;
-  if (!one || regions[first].verdict != regions[first + 1].verdict || regions[first].cause != regions[first + 1].cause)
+  if (!one || regions[first].verdict != regions[first + 1].verdict ||
+      regions[first].cause != regions[first + 1].cause)
     return false;
   regions.resize(first + 1);
   regions[first].box = node.box;
@@ -290,7 +307,10 @@ void join(std::vector<ProofRegion>& regions) {
 Theorem prove(const ProveProblem& problem, const ProveOptions& options) {
   const RoundToNearest environment;
   Theorem theorem = Search(problem, options).run();
-  if (theorem.undecided < 1e-15) theorem.undecided = 0;  // sums of powers of two: exact to here
+  // Anew: the running difference may lose the smallest leaves.
+  theorem.undecided = 0;
+  for (const ProofNode& node : theorem.tree)
+    if (node.split < 0 && node.verdict == ProofVerdict::undecided) theorem.undecided += node.volume;
   merge(theorem, 0, theorem.regions);
   if (problem.parameters.size() == 1) join(theorem.regions);
   return theorem;

@@ -18,8 +18,8 @@ namespace tiltrim {
 
 /// One side of the box of parameters, in SI units.
 struct ProveParameter {
-  std::string key;               ///< its name; by default a parameter or input of the model
-  double from = 0.0, to = 0.0;   ///< from < to
+  std::string key;              ///< its name; by default a parameter or input of the model
+  double from = 0.0, to = 0.0;  ///< from < to
 };
 
 /// A system of equations that every equilibrium within the limits solves: where it has no solution
@@ -40,10 +40,10 @@ struct NecessarySystem {
 
 /// What prove() shall prove.
 struct ProveProblem {
-  std::string name;                      ///< of the condition
-  Model model;                           ///< with jets
-  std::vector<std::string> unknowns{};   ///< states and inputs; other states are as in `guess`
-  std::vector<std::string> equations{};  ///< states whose rates vanish
+  std::string name;                          ///< of the condition
+  Model model;                               ///< with jets
+  std::vector<std::string> unknowns{};       ///< states and inputs; other states are as in `guess`
+  std::vector<std::string> equations{};      ///< states whose rates vanish
   std::map<std::string, Range> limits{};     ///< on unknowns and outputs
   OperatingPoint guess;                      ///< starting point, and what does not vary
   std::vector<ProveParameter> parameters{};  ///< the box
@@ -60,29 +60,29 @@ std::string to_string(ProofVerdict verdict);  ///< "proved_stable", ..., "undeci
 
 /// Evidence of one side of the switches on a box: docs/prove.md.
 struct Record {
-  Eigen::VectorXd z, Z;            ///< centre and radii of the tube
-  Eigen::MatrixXd S, C, T;         ///< its slopes; preconditioner; basis
-  std::vector<double> w;           ///< frequencies, one more than directions
+  Eigen::VectorXd z, Z;                 ///< centre and radii of the tube
+  Eigen::MatrixXd S, C, T;              ///< its slopes; preconditioner; basis
+  std::vector<double> w;                ///< frequencies, one more than directions
   std::vector<std::complex<double>> v;  ///< directions
-  int roots = 0;                   ///< right of the line
+  int roots = 0;                        ///< right of the line
   struct Exclusion {
-    int split = -1;                ///< unknown, or -1: `weights`
-    double at = 0.0;               ///< where
-    Eigen::VectorXd weights{};     ///< of the equations
+    int split = -1;             ///< unknown, or -1: `weights`
+    double at = 0.0;            ///< where
+    Eigen::VectorXd weights{};  ///< of the equations
   };
   std::vector<Exclusion> absent{};  ///< preorder; of no_trim
 };
 
 /// A node of the bisection tree.
 struct ProofNode {
-  int split = -1;                 ///< parameter that is cut, or -1: a leaf
-  double at = 0.0;                ///< where
+  int split = -1;                    ///< parameter that is cut, or -1: a leaf
+  double at = 0.0;                   ///< where
   std::size_t lower = 0, upper = 0;  ///< the two parts' nodes
   ProofVerdict verdict = ProofVerdict::undecided;
-  std::string cause{};            ///< of undecided: "crossing", "fold", "limit", "switch", ...
-  std::vector<Range> box{};       ///< one per parameter
-  double volume = 0.0;            ///< share of the whole
-  std::vector<Record> sides{};    ///< evidence
+  std::string cause{};          ///< of undecided: "crossing", "fold", "limit", "switch", ...
+  std::vector<Range> box{};     ///< one per parameter
+  double volume = 0.0;          ///< share of the whole
+  std::vector<Record> sides{};  ///< evidence
 };
 
 /// Neighbouring boxes with one verdict, as one.
@@ -98,15 +98,15 @@ std::string to_string(ProofStatus status);  ///< "proved", "partly", "refuted"
 
 /// The result of prove().
 struct Theorem {
-  std::string name;                          ///< of the condition
-  std::vector<ProveParameter> parameters{};  ///< the box
-  double margin = 0.0;                       ///< decay rate [1/s]
-  std::vector<ProofNode> tree{};             ///< the first is the whole box
-  std::size_t boxes = 0;                     ///< examined
+  std::string name;                                             ///< of the condition
+  std::vector<ProveParameter> parameters{};                     ///< the box
+  double margin = 0.0;                                          ///< decay rate [1/s]
+  std::vector<ProofNode> tree{};                                ///< the first is the whole box
+  std::size_t boxes = 0;                                        ///< examined
   double stable = 0, unstable = 0, no_trim = 0, undecided = 0;  ///< shares of the volume
-  std::vector<ProofRegion> regions{};        ///< merged
-  bool interrupted = false;                  ///< stopped by the caller
-  ProofStatus status() const;                ///< proved: nothing unstable, nothing undecided
+  std::vector<ProofRegion> regions{};                           ///< merged
+  bool interrupted = false;                                     ///< stopped by the caller
+  ProofStatus status() const;  ///< proved: nothing unstable, nothing undecided
 };
 
 /// Options of prove().

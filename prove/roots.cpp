@@ -27,9 +27,9 @@ struct Family {
   std::vector<MatrixXd> A, own;  // own: the remainder of each parameter
   MatrixXd radius;
   MatrixXd T, W;
-  MatrixXd E0, P;                // middles of W B_0 T and W T
-  std::vector<MatrixXd> E;       // of W A_k T
-  MatrixXd spread;               // radius of all of W B T, without R's
+  MatrixXd E0, P;           // middles of W B_0 T and W T
+  std::vector<MatrixXd> E;  // of W A_k T
+  MatrixXd spread;          // radius of all of W B T, without R's
   double P_radius = 0;
 };
 
@@ -111,8 +111,9 @@ double root_bound(const Family& f) {
   MatrixXd sum = f.E0.cwiseAbs() + f.spread + f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
   for (const MatrixXd& E : f.E) sum += E.cwiseAbs();
   const double n = double(f.P.rows());
-  const double off = (f.P - MatrixXd::Identity(f.P.rows(), f.P.cols())).cwiseAbs().rowwise().sum().maxCoeff() +
-                     n * f.P_radius;
+  const double off =
+      (f.P - MatrixXd::Identity(f.P.rows(), f.P.cols())).cwiseAbs().rowwise().sum().maxCoeff() +
+      n * f.P_radius;
   if (!(off < 0.5)) return std::numeric_limits<double>::infinity();
   return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
 }
@@ -140,11 +141,11 @@ double second_sum(const MatrixXd& M) {  // Σ_{i<j} M_ii M_jj + M_ij M_ji
 
 // I - F = G (i w W T - W B(d) T) on an interval of frequencies.
 struct Value {
-  std::vector<Complex> linear;   // of each parameter, and of the frequency
+  std::vector<Complex> linear;                  // of each parameter, and of the frequency
   std::vector<std::vector<Complex>> quadratic;  // lower triangle
   double rest = 0;
   double total = 0;
-  std::vector<double> share;     // of each parameter
+  std::vector<double> share;  // of each parameter
   double floor(Complex v) const;
 };
 
@@ -175,13 +176,15 @@ Value value_at(const Family& f, double from, double to) {
   const double rounding = 64 * double(n * n) * unit * Ga.maxCoeff() * moduli;
   const MatrixXd rest = f.spread.array() + to * f.P_radius;
   const MatrixXd remainder = f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
-  MatrixXd rho = (MatrixXcd::Identity(n, n) - G * X).cwiseAbs() + Ga * (rest + remainder);
+  const MatrixXd inverse = (MatrixXcd::Identity(n, n) - G * X).cwiseAbs();
+  MatrixXd rho = inverse + Ga * (rest + remainder);
   rho.array() += rounding;
   // tr(G W R T) = Σ (T G W)_ji R_ij
   const MatrixXd TGW = (f.T.cast<Complex>() * G * f.W.cast<Complex>()).cwiseAbs();
   double trace = (TGW.transpose().array() * f.radius.array()).sum() * (1 + 1e-9) +
-                 (Ga * rest).trace() + double(n) * rounding * 2;
-  trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ga * f.W.cwiseAbs()).maxCoeff() * f.radius.sum();
+                 (Ga * rest).trace() + inverse.trace() + double(n) * rounding * 2;
+  trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ga * f.W.cwiseAbs()).maxCoeff() *
+           f.radius.sum();
   trace = std::min(trace, rho.trace());
   MatrixXd phi = rho;
   for (std::size_t k = 0; k < F.size(); ++k) {
@@ -189,7 +192,8 @@ Value value_at(const Family& f, double from, double to) {
     value.linear.push_back(-F[k].trace());
     value.quadratic.emplace_back();
     for (std::size_t l = 0; l <= k; ++l) {
-      const Complex q = value.linear[k] * value.linear[l] - (F[k].transpose().array() * F[l].array()).sum();
+      const Complex q =
+          value.linear[k] * value.linear[l] - (F[k].transpose().array() * F[l].array()).sum();
       value.quadratic[k].push_back(k == l ? 0.5 * q : q);
     }
     if (k < f.A.size())
@@ -197,7 +201,8 @@ Value value_at(const Family& f, double from, double to) {
                             (TGW.transpose().array() * f.own[k].array()).sum());
   }
   value.total = phi.sum();
-  const double higher = permanent(phi + MatrixXd::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
+  const double higher =
+      permanent(phi + MatrixXd::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
   value.rest = higher + second_sum(phi) - second_sum(phi - rho) + trace;
   if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();
   return value;
@@ -235,12 +240,14 @@ int roots_of(const MatrixXd& B, const MatrixXd& radius) {
   const MatrixXd Wa = W.cwiseAbs(), Va = V.cwiseAbs();
   const double rounding = 64 * double(n * n) * unit;
   const VectorXd p = (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum();
-  const VectorXd q = (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va) + Wa * radius * Va).rowwise().sum() +
-                     rounding * solved.eigenvalues().cwiseAbs();
+  const VectorXd q =
+      (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va) + Wa * radius * Va).rowwise().sum() +
+      rounding * solved.eigenvalues().cwiseAbs();
   int count = 0;
   for (Index i = 0; i < n; ++i) {
     const Complex at = solved.eigenvalues()[i];
-    const bool clear = p[i] < 0.5 && std::abs(at.real()) > 1.5 * (p[i] * std::abs(at.imag()) + q[i]);
+    const bool clear =
+        p[i] < 0.5 && std::abs(at.real()) > 1.5 * (p[i] * std::abs(at.imag()) + q[i]);
     if (!clear) return -1;
     count += at.real() > 0;
   }
@@ -267,7 +274,8 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   MatrixXd centre = MatrixXd::Zero(f.B.rows(), f.B.cols());
   for (Index i = 0; i < centre.rows(); ++i)
     for (Index j = 0; j < centre.cols(); ++j)
-      centre(i, j) = radius(tube.centre[std::size_t(i)].slope_at(std::size_t(j))) * (1 + 1e-12) + 2 * unit * std::abs(f.B(i, j));
+      centre(i, j) = radius(tube.centre[std::size_t(i)].slope_at(std::size_t(j))) * (1 + 1e-12) +
+                     2 * unit * std::abs(f.B(i, j));
   r.roots = roots_of(f.B, centre);
   if (r.roots < 0) return refuse("crossing", widths);
   r.T = f.T;

@@ -17,7 +17,8 @@ Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) 
   if (!p.model.jets)
     throw CallerMistake(fmt::format("{}: the model has no ranges with derivatives", p.model.name));
   if (p.unknowns.size() != p.equations.size() || p.unknowns.empty())
-    throw CallerMistake(fmt::format("{} unknowns for {} equations", p.unknowns.size(), p.equations.size()));
+    throw CallerMistake(
+        fmt::format("{} unknowns for {} equations", p.unknowns.size(), p.equations.size()));
   if (p.parameters.empty()) throw CallerMistake("a proof needs at least one parameter");
   const Index inputs = std::ssize(p.model.inputs);
   moving = states;
@@ -27,7 +28,8 @@ Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) 
       throw CallerMistake(fmt::format("the unknown '{}' is a parameter", name));
     if (unknowns.back() >= Index(states)) ++moving;
   }
-  for (const std::string& name : p.equations) equations.push_back(index_of(p.model.states, name, "state"));
+  for (const std::string& name : p.equations)
+    equations.push_back(index_of(p.model.states, name, "state"));
   for (const auto& [name, range] : p.limits) {
     const auto own = std::ranges::find(p.unknowns, name);
     if (own != p.unknowns.end())
@@ -54,7 +56,8 @@ std::size_t Setup::direction(std::size_t unknown) const {
 Cell::Cell(std::vector<Range> b) : box(std::move(b)) {
   for (const Range& range : box) {
     m.push_back(0.5 * (range.lower + range.upper));
-    r.push_back(Interval::up(std::max(Interval::up(range.upper - m.back()), Interval::up(m.back() - range.lower))));
+    r.push_back(Interval::up(
+        std::max(Interval::up(range.upper - m.back()), Interval::up(m.back() - range.lower))));
   }
 }
 
@@ -69,7 +72,8 @@ Jets evaluate(const Setup& s, const Record& r, const Cell& cell, bool at_middle,
   for (std::size_t j = 0; j < s.nz(); ++j) {
     const Index i = Index(j);
     Interval range(r.z[i]);
-    for (Index k = 0; k < r.S.cols() && !at_middle; ++k) range += Interval(-1, 1) * Interval(r.S(i, k));
+    for (Index k = 0; k < r.S.cols() && !at_middle; ++k)
+      range += Interval(-1, 1) * Interval(r.S(i, k));
     if (!at_middle) range += Interval(-r.Z[i], r.Z[i]);
     Jet own = Jet::variable(range, r.z[i], s.direction(j), n, 1, curved);
     for (Index k = 0; k < r.S.cols(); ++k) own.slope[s.moving + std::size_t(k)] = r.S(i, k);
@@ -117,12 +121,15 @@ bool newton(const Setup& s, const Cell& cell, Record& r, Branches& sides) {
     sides.next = 0;
     const Jets at = evaluate(s, r, cell, true, false);
     VectorXd g(s.nz());
-    for (Index i = 0; i < g.size(); ++i) g[i] = middle(at[std::size_t(s.equations[std::size_t(i)])].value);
+    for (Index i = 0; i < g.size(); ++i)
+      g[i] = middle(at[std::size_t(s.equations[std::size_t(i)])].value);
     const VectorXd move = middle_slopes(s, at, false).partialPivLu().solve(g);
     if (!move.allFinite()) return false;
     double size = 0;
     for (Index i = 0; i < move.size(); ++i)
-      size = std::max(size, std::abs(move[i]) / (std::abs(z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal));
+      size = std::max(size, std::abs(move[i]) /
+                                (std::abs(z[i]) +
+                                 signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal));
     z -= move;
     if (size < 1e-14 || (size < 1e-9 && size >= 0.5 * before)) return true;
     before = size;
@@ -154,9 +161,11 @@ static VectorXd residual(const Setup& s, const Tube& tube, MatrixXd& share, cons
   VectorXd sum = rows([&](std::size_t i) { return tube.centre[i].value; });
   share = MatrixXd::Zero(Index(s.nz()), Index(s.k()));
   for (std::size_t k = 0; k < s.k(); ++k) {
-    share.col(Index(k)) += rows([&](std::size_t i) { return tube.centre[i].slope_at(s.moving + k); });
+    share.col(Index(k)) +=
+        rows([&](std::size_t i) { return tube.centre[i].slope_at(s.moving + k); });
     for (std::size_t l = 0; l <= k; ++l) {
-      const VectorXd H = rows([&](std::size_t i) { return bends[i].bend_at(s.moving + k, s.moving + l); });
+      const VectorXd H =
+          rows([&](std::size_t i) { return bends[i].bend_at(s.moving + k, s.moving + l); });
       share.col(Index(k)) += 0.5 * H;
       if (l != k) share.col(Index(l)) += 0.5 * H;
     }
@@ -172,7 +181,8 @@ static MatrixXd contraction(const Setup& s, const Tube& tube) {
     for (Index i = 0; i < C.rows(); ++i) {
       Interval sum = i == Index(j) ? -1.0 : 0.0;
       for (Index l = 0; l < C.cols(); ++l)
-        sum += Interval(C(i, l)) * tube.over[std::size_t(s.equations[std::size_t(l)])].slope_at(s.direction(j));
+        sum += Interval(C(i, l)) *
+               tube.over[std::size_t(s.equations[std::size_t(l)])].slope_at(s.direction(j));
       K(i, Index(j)) = magnitude(sum);
     }
   }
@@ -211,10 +221,12 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   MatrixXd share;
   r.Z = 2.0 * residual(s, tube, share, tube.centre);
   for (Index i = 0; i < r.Z.size(); ++i)
-    r.Z[i] += 1e-13 * (std::abs(r.z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal);
+    r.Z[i] +=
+        1e-13 * (std::abs(r.z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal);
   // Over a wide box all ranges are useless: the curvature at the middle tells what to cut.
   Index cut = 0;
-  if (share.allFinite()) (share.array().colwise() / r.Z.array()).colwise().maxCoeff().maxCoeff(&cut);
+  if (share.allFinite())
+    (share.array().colwise() / r.Z.array()).colwise().maxCoeff().maxCoeff(&cut);
   const auto refuse = [&](const char* cause) {
     tube.failed = Failure{cause, std::size_t(cut)};
     return tube;
@@ -243,20 +255,23 @@ int within_limits(const Setup& s, const Tube& tube, Failure& failure) {
       share = r.S.row(limit.unknown).cwiseAbs();
       slack = signal_of(s.problem.model, s.unknowns[std::size_t(limit.unknown)]).nominal;
     } else {
-      const Jet &centre = tube.centre[std::size_t(limit.row)], &over = tube.over[std::size_t(limit.row)];
+      const Jet &centre = tube.centre[std::size_t(limit.row)],
+                &over = tube.over[std::size_t(limit.row)];
       at = centre.value;
       for (std::size_t a = 0; a < s.nz(); ++a)
         at += over.slope_at(s.direction(a)) * Interval(-r.Z[Index(a)], r.Z[Index(a)]);
       for (std::size_t k = 0; k < s.k(); ++k) {
         share[Index(k)] += magnitude(centre.slope_at(s.moving + k));
-        for (std::size_t l = 0; l < s.k(); ++l) share[Index(k)] += 0.5 * magnitude(over.bend_at(s.moving + k, s.moving + l));
+        for (std::size_t l = 0; l < s.k(); ++l)
+          share[Index(k)] += 0.5 * magnitude(over.bend_at(s.moving + k, s.moving + l));
       }
       slack = s.problem.model.outputs[std::size_t(limit.row) - s.states].nominal;
     }
     share *= 1 + 1e-12;
     for (const double w : share) at += Interval(-w, w);
     slack *= 1e-9;
-    if (at.lower() >= limit.range.lower + slack && at.upper() <= limit.range.upper - slack) continue;
+    if (at.lower() >= limit.range.lower + slack && at.upper() <= limit.range.upper - slack)
+      continue;
     if (at.upper() < limit.range.lower - slack || at.lower() > limit.range.upper + slack) return -1;
     answer = 0;
     Index cut = 0;

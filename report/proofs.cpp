@@ -39,9 +39,9 @@ ordered_json evidence(const Record& r) {
   if (!r.absent.empty()) {
     side["exclude"] = ordered_json::array();
     for (const Record::Exclusion& node : r.absent)
-      side["exclude"].push_back(
-          node.split < 0 ? ordered_json{{"y", hexes(node.weights)}}
-                         : ordered_json{{"split", node.split}, {"at", hex(node.at)}});
+      side["exclude"].push_back(node.split < 0
+                                    ? ordered_json{{"y", hexes(node.weights)}}
+                                    : ordered_json{{"split", node.split}, {"at", hex(node.at)}});
     return side;
   }
   side["z"] = hexes(r.z);

@@ -68,7 +68,8 @@ ProveTable read_prove(const Section& section, const Vehicle& vehicle) {
   for (const Section& parameter : section.tables("parameter")) {
     table.parameters.push_back(read_parameter(parameter, vehicle));
     const auto same = [&](const ProveTable::Parameter& other) {
-      return &other != &table.parameters.back() && other.key.name == table.parameters.back().key.name;
+      return &other != &table.parameters.back() &&
+             other.key.name == table.parameters.back().key.name;
     };
     if (std::ranges::any_of(table.parameters, same))
       parameter.refuse(*parameter.find("key"), "occurs twice");

@@ -11,9 +11,9 @@
 #include "runtime/rounding.hpp"
 #include "study/condition_reader.hpp"
 #include "study/model_reader.hpp"
+#include "study/prove_reader.hpp"
 #include "study/section.hpp"
 #include "study/simulate_reader.hpp"
-#include "study/prove_reader.hpp"
 #include "study/sweep_reader.hpp"
 #include "study/toml_reader.hpp"
 #include "study/tune_reader.hpp"
@@ -291,8 +291,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
-  with_table(root, "prove", file,
-             [&](const Section& s) { study.prove = read_prove(s, vehicle); });
+  with_table(root, "prove", file, [&](const Section& s) { study.prove = read_prove(s, vehicle); });
   with_table(root, "tune", file,
              [&](const Section& s) { study.tune = read_tune(s, file, vehicle, study.conditions); });
   check_equations(top, vehicle.equations);

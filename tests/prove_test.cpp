@@ -100,8 +100,8 @@ TEST_CASE("a planted window, pair, fold or limit is never certified") {
       const Theorem t = prove(planted(plant, c, w), few());
       REQUIRE(t.status() != ProofStatus::proved);
       for (const ProofRegion& r : t.regions)
-        REQUIRE_FALSE((r.verdict == ProofVerdict::stable && r.box[0].lower <= c && c <= r.box[0].upper &&
-                       plant != Plant::fold));
+        REQUIRE_FALSE((r.verdict == ProofVerdict::stable && r.box[0].lower <= c &&
+                       c <= r.box[0].upper && plant != Plant::fold));
     }
 }
 

@@ -68,8 +68,7 @@ static std::vector<Interval> enclosed_curvatures(const std::vector<Interval>& h,
       return Interval(v[Eigen::Index(k)]);
     };
     const Interval left = hb * at(M, before) + 2.0 * (hb + ha) * at(M, i) + ha * at(M, after);
-    const Interval right =
-        6.0 * ((at(y, after) - at(y, i)) / ha - (at(y, i) - at(y, before)) / hb);
+    const Interval right = 6.0 * ((at(y, after) - at(y, i)) / ha - (at(y, i) - at(y, before)) / hb);
     residual = std::max(residual, magnitude(left - right));
     least = std::min(least, (hb + ha).lower());
   }
@@ -137,9 +136,9 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
     for (std::size_t i = 0; i < n; ++i) {
       const Interval &m = curve[i], &next = curve[(i + 1) % n], &width = exact_h[i];
       const Interval here = y(Eigen::Index(i), c), there = y(Eigen::Index((i + 1) % n), c);
-      enclosed_[i].c[std::size_t(c)] = {
-          here, (there - here) / width - width / 6.0 * (2.0 * m + next), m / 2.0,
-          (next - m) / (6.0 * width)};
+      enclosed_[i].c[std::size_t(c)] = {here,
+                                        (there - here) / width - width / 6.0 * (2.0 * m + next),
+                                        m / 2.0, (next - m) / (6.0 * width)};
     }
   }
   first_ = alpha.front();

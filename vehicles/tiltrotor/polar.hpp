@@ -48,7 +48,7 @@ class Polar {
   std::array<Ranges, 3> ranges(const Interval& alpha) const;  ///< of CL, CD, CM
 
   /// The table.
-  const std::vector<double>& knots() const { return knots_; }        ///< alpha, rad
+  const std::vector<double>& knots() const { return knots_; }      ///< alpha, rad
   const std::vector<Coefficients>& rows() const { return rows_; }  ///< at the knots
 
  private:
