@@ -103,6 +103,14 @@ struct SweepCommand {
   double checkpoint = 1.0;  ///< s
 };
 
+struct ProveCommand {
+  Common common;
+  int threads = 0;                    ///< 0: one per processor
+  std::optional<double> margin;       ///< 1/s; these two: default from the study
+  std::optional<std::size_t> boxes;   ///< examined at most
+  std::filesystem::path certificate;  ///< empty: none
+};
+
 struct TuneCommand {
   Common common;
   std::optional<long> evaluations;  ///< these three: default from the study
@@ -160,6 +168,7 @@ Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop
 Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const ProveCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop);

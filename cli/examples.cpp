@@ -27,6 +27,8 @@ const std::vector<Example>& examples() {
       {"sweep", "sweep studies/map_corridor.toml",
        "eigenvalues over a grid, crossings between its points"},
       {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
+      {"prove", "prove studies/prove_corridor.toml",
+       "a theorem: trim and stability at every height of the corridor"},
       {"tune", "tune studies/tune_corridor.toml", "gains optimized for the worst operating point"},
       {"simulate", "simulate studies/transition.toml", "the flight from take-off to level flight"},
       {"simulate", "simulate studies/transition.toml --monte-carlo", "10,000 scattered flights"},

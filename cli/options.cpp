@@ -265,6 +265,27 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
   return sweep;
 }
 
+CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
+  CLI::App* prove = app.add_subcommand(
+      "prove", "trim and stability for every value of the study's [[prove.parameter]]");
+  add_common(prove, command.common, true);
+  add_only(prove, command.common);
+  prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
+      ->check(CLI::Range(0.0, 1e3))
+      ->type_name("SIGMA");
+  prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
+      ->check(CLI::Range(1.0, 1e8))
+      ->type_name("N");
+  prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
+      ->type_name("FILE");
+  prove
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return prove;
+}
+
 CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
   CLI::App* tune = app.add_subcommand(
       "tune", "gains with the best worst case over the operating points of the study's [tune]");

@@ -24,6 +24,7 @@ struct Signal {
   double nominal = 1.0;  ///< a significant change: the scale of steps, norms and rank tests; > 0
 };
 
+struct Jet;                            // a range with derivatives: model/jet.hpp
 using Signals = std::vector<Signal>;  ///< the signals of one vector, in order
 
 /// Largest number of states, inputs or outputs of a model: all methods use full matrices.
@@ -99,6 +100,11 @@ struct Model {
   /// (one Range per variable, fixed ones of width zero). With it trim() can prove that no
   /// equilibrium exists.
   std::function<std::vector<Range>(const std::vector<Range>& box)> enclosure;
+
+  /// Optional, for proofs: [f; h] on ranges with first and second derivatives.
+  std::function<std::vector<Jet>(const std::vector<Jet>& x, const std::vector<Jet>& u,
+                                 const std::vector<Jet>& p)>
+      jets;
 
   /// Optional switching functions: the model has a kink or a jump where one of them is zero.
   struct Switch {

@@ -11,6 +11,7 @@
 #include "runtime/rounding.hpp"
 #include "study/condition_reader.hpp"
 #include "study/model_reader.hpp"
+#include "study/prove_reader.hpp"
 #include "study/qualities_reader.hpp"
 #include "study/qualities_study.hpp"
 #include "study/section.hpp"
@@ -227,8 +228,9 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
                                  ? "it belongs to vehicle = \"tiltrotor\""
                                  : "it belongs to the built-in tiltrotor, and a study with [model] "
                                    "defines its own numbers";
-  const std::vector<std::string> own = published ? std::vector<std::string>{"vehicle", "variant", "control"}
-                                                 : std::vector<std::string>{"model"};
+  const std::vector<std::string> own =
+      published ? std::vector<std::string>{"vehicle", "variant", "control"}
+                : std::vector<std::string>{"model"};
   std::vector<std::string> allowed{"time_limit", "condition", "follow", "envelope", "sweep",
                                    "tune",       "simulate",  "report", "qualities"};
   allowed.insert(allowed.begin(), own.begin(), own.end());
@@ -237,6 +239,7 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
                            {"aircraft", others},
                            {"gains", others},
                            {"limits", others},
+                           {"prove", others},
                            {"montecarlo", others}});
   const fs::path& file = study.file;
   if (published)
@@ -285,8 +288,8 @@ Study parse_study(std::string_view text, const fs::path& file) {
     return study;
   }
   top.allow_only({"model", "vehicle", "equations", "time_limit", "aircraft", "gains", "limits",
-                  "condition", "follow", "envelope", "sweep", "tune", "simulate", "montecarlo",
-                  "report", "qualities"});
+                  "condition", "follow", "envelope", "sweep", "prove", "tune", "simulate",
+                  "montecarlo", "report", "qualities"});
   study.polar_name = default_polar;
   read_vehicle(top, root, study);
   const Vehicle& vehicle = study.vehicle;
@@ -296,6 +299,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
+  with_table(root, "prove", file, [&](const Section& s) { study.prove = read_prove(s, vehicle); });
   with_table(root, "tune", file,
              [&](const Section& s) { study.tune = read_tune(s, file, vehicle, study.conditions); });
   check_equations(top, vehicle.equations);

@@ -164,6 +164,19 @@ struct SweepTable {
   bool crossings = true;        ///< locate crossings between grid points
 };
 
+/// [prove]: a box of parameters.
+struct ProveTable {
+  /// [[prove.parameter]]
+  struct Parameter {
+    Key key;                      ///< "h": height along corridor (16), m
+    double from = 0.0, to = 0.0;  ///< SI, rising
+  };
+  std::vector<Parameter> parameters;  ///< at least one
+  double margin = 0.0;                ///< decay rate that every eigenvalue shall exceed, 1/s
+  std::size_t boxes = 20'000;         ///< examined at most
+  double undecided = 0.0;             ///< share of the volume at which the search ends
+};
+
 /// [report]: what a report contains besides the conditions.
 struct ReportTable {
   /// A grid: over one axis trim curves and a root locus, over two axes a stability map.
@@ -201,6 +214,7 @@ struct Study {
   std::optional<EnvelopeTable> envelope;  ///< [envelope]
   std::optional<SweepTable> sweep;        ///< [sweep]
   std::optional<TuneTable> tune;          ///< [tune]
+  std::optional<ProveTable> prove;        ///< [prove]
   std::optional<SimulateTable> simulate;  ///< [simulate]
   std::optional<UserMotion> user_motion;  ///< [simulate] of a study with [model]
   std::optional<MonteCarloTable> montecarlo;  ///< [montecarlo]
