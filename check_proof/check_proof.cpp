@@ -1,0 +1,119 @@
+#include "check_proof/check_proof.hpp"
+
+#include <flint/flint.h>
+#include <fmt/core.h>
+#include <fmt/std.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <limits>
+
+#include "check_proof/certificate.hpp"
+#include "runtime/threads.hpp"
+
+namespace tiltrim {
+
+namespace {
+
+using namespace checking;
+
+std::string words(const Statement& s, const Box& box) {
+  std::string text;
+  for (std::size_t k = 0; k < box.size(); ++k)
+    text += fmt::format("{}{} in [{:.12g}, {:.12g}]", k == 0 ? "" : ", ", s.parameters[k].key,
+                        box[k].lower, box[k].upper);
+  return text;
+}
+
+// The first leaf that does not hold; leaves after one that fails need no verification.
+struct FirstFailure {
+  std::vector<std::pair<const Theorem*, const Leaf*>> leaves;
+  std::vector<std::string> why;
+  std::atomic<std::size_t> first{std::numeric_limits<std::size_t>::max()};
+
+  void judge(std::size_t i) {
+    if (i > first.load()) return;
+    const auto failed = refuted(leaves[i].first->statement, *leaves[i].second);
+    if (!failed) return;
+    why[i] = *failed;
+    std::size_t known = first.load();
+    while (i < known && !first.compare_exchange_weak(known, i)) {
+    }
+  }
+};
+
+double share_of(const Theorem& t, Claim claim) {
+  Ball sum;
+  for (const Leaf& leaf : t.leaves) {
+    if (leaf.claim != claim) continue;
+    Ball volume(1);
+    for (std::size_t k = 0; k < leaf.box.size(); ++k) {
+      const Bounds& all = t.statement.parameters[k].domain;
+      volume *=
+          (Ball(leaf.box[k].upper) - Ball(leaf.box[k].lower)) / (Ball(all.upper) - Ball(all.lower));
+    }
+    sum += volume;
+  }
+  return double_above(midpoint(sum));
+}
+
+CheckedTheorem told(const Theorem& t) {
+  const Statement& s = t.statement;
+  CheckedTheorem all{s.condition,
+                     {},
+                     s.margin,
+                     t.leaves.size(),
+                     share_of(t, Claim::stable),
+                     share_of(t, Claim::unstable),
+                     share_of(t, Claim::no_trim),
+                     share_of(t, Claim::undecided)};
+  for (const Parameter& p : s.parameters)
+    all.numbers.push_back({p.key, p.domain.lower, p.domain.upper});
+  return all;
+}
+
+}  // namespace
+
+bool can_check_proofs() { return true; }
+
+ProofCheck check_proof_text(const std::string& text, int threads) {
+  if (!is_certificate(text))
+    return {CertificateStatus::unreadable, {}, 1, {}, "not a certificate of tiltrim prove"};
+  ProofCheck check;
+  std::vector<Theorem> theorems;
+  try {
+    theorems = read_certificate(text);
+  } catch (const Malformed& e) {
+    return {CertificateStatus::refused, {}, e.line, {}, e.what()};
+  }
+  FirstFailure all;
+  for (const Theorem& t : theorems)
+    for (const Leaf& leaf : t.leaves) all.leaves.emplace_back(&t, &leaf);
+  all.why.resize(all.leaves.size());
+  with_threads(threads,
+               [&] { in_parallel(all.leaves.size(), [&](std::size_t i) { all.judge(i); }); });
+  if (const std::size_t i = all.first; i < all.leaves.size()) {
+    const auto [theorem, leaf] = all.leaves[i];
+    return {CertificateStatus::refused,
+            {},
+            leaf->line,
+            words(theorem->statement, leaf->box),
+            all.why[i]};
+  }
+  check.status = CertificateStatus::verified;
+  for (const Theorem& t : theorems) check.theorems.push_back(told(t));
+  return check;
+}
+
+ProofCheck check_proof(const std::filesystem::path& file, int threads) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return {CertificateStatus::unreadable, {}, 0, {}, std::strerror(errno)};
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (in.bad()) return {CertificateStatus::unreadable, {}, 0, {}, "cannot be read"};
+  return check_proof_text(text, threads);
+}
+
+}  // namespace tiltrim
