@@ -7,11 +7,13 @@ namespace tiltrim {
 
 bool can_check_proofs() { return false; }
 
-ProofCheck check_proof_text(const std::string&, int) {
+ProofCheck check_proof_text(const std::string&, const CheckProofOptions&) {
   throw std::runtime_error(
       "check-proof: this program was built without Arb (Debian package libflint-arb-dev)");
 }
 
-ProofCheck check_proof(const std::filesystem::path&, int) { return check_proof_text({}, 0); }
+ProofCheck check_proof(const std::filesystem::path&, const CheckProofOptions& options) {
+  return check_proof_text({}, options);
+}
 
 }  // namespace tiltrim

@@ -70,6 +70,10 @@ inline Ball operator-(const Ball& a) {
   return r;
 }
 
+inline bool equal(const Ball& a, double b) {
+  return arb_is_exact(a.get()) && arf_equal_d(arb_midref(a.get()), b);
+}
+
 /// Every pair of their numbers.
 inline bool less(const Ball& a, const Ball& b) { return arb_lt(a.get(), b.get()); }
 inline bool less_equal(const Ball& a, const Ball& b) { return arb_le(a.get(), b.get()); }

@@ -176,9 +176,10 @@ Statement statement_of(const json& header) {
   if (header.contains("schedule")) read_schedule(header.at("schedule"), s);
   const json& polar = header.at("polar");
   expect_keys(polar, {"alpha", "CL", "CD", "CM"});
-  s.polar.emplace(numbers_of(polar.at("alpha")),
-                  std::array{numbers_of(polar.at("CL")), numbers_of(polar.at("CD")),
-                             numbers_of(polar.at("CM"))});
+  s.alpha = numbers_of(polar.at("alpha"));
+  s.coefficients = {numbers_of(polar.at("CL")), numbers_of(polar.at("CD")),
+                    numbers_of(polar.at("CM"))};
+  s.polar.emplace(s.alpha, s.coefficients);
   const json& limits = header.at("limits");
   expect_keys(limits, {"theta0", "a1s", "delta_e", "theta"});
   s.theta0 = bounds_of(limits, "theta0");
@@ -274,7 +275,7 @@ class Reader {
       t.statement = statement_of(header);
       boxes = std::size_t(integer_of(header.at("boxes"), 1'000'000'000, "boxes"));
     });
-    const std::size_t first = line_;
+    t.line = line_;
     std::vector<Box> open(1);
     for (const Parameter& p : t.statement.parameters) open.front().push_back(p.domain);
     while (!open.empty()) {
@@ -282,8 +283,8 @@ class Reader {
       guarded([&] { grow(object, open, t); });
     }
     if (t.leaves.size() != boxes)
-      throw Malformed(first, fmt::format("the tree has {} leaves, the header states {}",
-                                         t.leaves.size(), boxes));
+      throw Malformed(t.line, fmt::format("the tree has {} leaves, the header states {}",
+                                          t.leaves.size(), boxes));
     return t;
   }
 

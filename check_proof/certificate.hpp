@@ -10,6 +10,7 @@
 namespace tiltrim::checking {
 
 struct Theorem {
+  std::size_t line = 0;  ///< of the header
   Statement statement;
   std::vector<Leaf> leaves;
 };

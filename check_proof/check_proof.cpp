@@ -1,15 +1,16 @@
 #include "check_proof/check_proof.hpp"
 
-#include <flint/flint.h>
 #include <fmt/core.h>
-#include <fmt/std.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <set>
+#include <string_view>
 
 #include "check_proof/certificate.hpp"
 #include "runtime/threads.hpp"
@@ -75,11 +76,43 @@ CheckedTheorem told(const Theorem& t) {
   return all;
 }
 
+// Where the statement is about another aircraft; empty if nowhere.
+std::string not_about(const Statement& s, const std::map<std::string, ProofSubject>& all) {
+  const auto found = all.find(s.condition);
+  if (found == all.end()) return fmt::format("the study has no condition '{}'", s.condition);
+  const ProofSubject& subject = found->second;
+  std::set<std::string_view> replaced;
+  for (const Parameter& p : s.parameters)
+    if (!p.member)
+      replaced.insert({"V", "gamma", "eta"});
+    else
+      replaced.insert(std::ranges::find(names(), p.member, &Named::member)->name);
+  for (const Named& one : names()) {
+    if (replaced.contains(one.name) || (!s.tilts.empty() && one.name.starts_with("gains.")))
+      continue;
+    const auto own = subject.numbers.find(std::string(one.name));
+    if (own == subject.numbers.end() || !equal((s.numbers.*(one.member)).value, own->second))
+      return fmt::format("'{}' is not that of the study", one.name);
+  }
+  if (s.tilts != subject.tilts) return "the tilts of the schedule are not those of the study";
+  for (std::size_t i = 0; i < s.tilts.size(); ++i)
+    if (!std::ranges::equal(s.gains[i], subject.gains[i]))
+      return "the scheduled gains are not those of the study";
+  if (s.alpha != subject.alpha || s.coefficients != subject.polar)
+    return "the polar is not that of the study";
+  const std::map<std::string, std::array<double, 2>> limits{
+      {"theta0", {s.theta0.lower, s.theta0.upper}},
+      {"a1s", {s.a1s.lower, s.a1s.upper}},
+      {"delta_e", {s.delta_e.lower, s.delta_e.upper}},
+      {"theta", {s.theta.lower, s.theta.upper}}};
+  return limits == subject.limits ? "" : "the limits are not those of the study";
+}
+
 }  // namespace
 
 bool can_check_proofs() { return true; }
 
-ProofCheck check_proof_text(const std::string& text, int threads) {
+ProofCheck check_proof_text(const std::string& text, const CheckProofOptions& options) {
   if (!is_certificate(text))
     return {CertificateStatus::unreadable, {}, 1, {}, "not a certificate of tiltrim prove"};
   ProofCheck check;
@@ -89,11 +122,16 @@ ProofCheck check_proof_text(const std::string& text, int threads) {
   } catch (const Malformed& e) {
     return {CertificateStatus::refused, {}, e.line, {}, e.what()};
   }
+  for (const Theorem& t : theorems)
+    if (const std::string other =
+            options.about.empty() ? "" : not_about(t.statement, options.about);
+        !other.empty())
+      return {CertificateStatus::refused, {}, t.line, {}, other};
   FirstFailure all;
   for (const Theorem& t : theorems)
     for (const Leaf& leaf : t.leaves) all.leaves.emplace_back(&t, &leaf);
   all.why.resize(all.leaves.size());
-  with_threads(threads,
+  with_threads(options.threads,
                [&] { in_parallel(all.leaves.size(), [&](std::size_t i) { all.judge(i); }); });
   if (const std::size_t i = all.first; i < all.leaves.size()) {
     const auto [theorem, leaf] = all.leaves[i];
@@ -108,12 +146,12 @@ ProofCheck check_proof_text(const std::string& text, int threads) {
   return check;
 }
 
-ProofCheck check_proof(const std::filesystem::path& file, int threads) {
+ProofCheck check_proof(const std::filesystem::path& file, const CheckProofOptions& options) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return {CertificateStatus::unreadable, {}, 0, {}, std::strerror(errno)};
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) return {CertificateStatus::unreadable, {}, 0, {}, "cannot be read"};
-  return check_proof_text(text, threads);
+  return check_proof_text(text, options);
 }
 
 }  // namespace tiltrim

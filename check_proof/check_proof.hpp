@@ -3,8 +3,10 @@
 /// arithmetic (Arb), no search.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -41,14 +43,32 @@ struct ProofCheck {
   std::string reason;                    ///< what fails
 };
 
+/// What a theorem must be about: every number, bit for bit.
+struct ProofSubject {
+  std::map<std::string, double> numbers;     ///< "V", "aircraft.mass", "gains.k_V", ...
+  std::vector<double> tilts;                 ///< rad, of scheduled gains; empty: constant
+  std::vector<std::vector<double>> gains;    ///< in the order of GainsOf, at each tilt
+  std::vector<double> alpha;                 ///< rad, nodes of the polar
+  std::array<std::vector<double>, 3> polar;  ///< CL, CD, CM there
+  std::map<std::string, std::array<double, 2>> limits;  ///< theta0, a1s, delta_e, theta
+};
+
+/// Options of check_proof().
+struct CheckProofOptions {
+  int threads = 0;  ///< 0: one per processor; the result does not depend on it
+  /// By the name of the condition. Empty: the certificate's own numbers, whatever they are.
+  std::map<std::string, ProofSubject> about{};
+};
+
 /// False if the build has no Arb: then check_proof() throws std::runtime_error.
 bool can_check_proofs();
 
-/// Verifies all theorems of a certificate. `threads` as elsewhere: 0 is one per processor; the
-/// result does not depend on it.
-[[nodiscard]] ProofCheck check_proof(const std::filesystem::path& file, int threads = 0);
+/// Verifies all theorems of a certificate.
+[[nodiscard]] ProofCheck check_proof(const std::filesystem::path& file,
+                                     const CheckProofOptions& options = {});
 
 /// The same for a certificate's text.
-[[nodiscard]] ProofCheck check_proof_text(const std::string& text, int threads = 0);
+[[nodiscard]] ProofCheck check_proof_text(const std::string& text,
+                                          const CheckProofOptions& options = {});
 
 }  // namespace tiltrim

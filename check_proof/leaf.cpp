@@ -6,6 +6,28 @@
 
 namespace tiltrim::checking {
 
+bool unbalanced(const Statement& s, const Side& side, std::size_t numbers, const Region& region,
+                const std::array<double, 3>& weights) {
+  std::array<Affine, 3> y;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Bounds& of = region[i];
+    y[i] = Affine(halved(Ball(of.lower) + Ball(of.upper)));
+    y[i].n = numbers + 3;
+    y[i].slopes[numbers + i] = halved(Ball(of.upper) - Ball(of.lower));
+  }
+  const Numbers& a = side.numbers;
+  const Affine alpha = y[0] - a.gamma, none;
+  const Affine &a1s = side.cyclic ? y[2] : none, &delta_e = side.cyclic ? none : y[2];
+  const Polars<Affine> polar = (*s.polar)(alpha);
+  const Affine V_rate = speed_rate(a, polar, a.V, a.gamma, alpha, y[1], a1s);
+  const Rates<Affine> rates =
+      airframe(a, polar, a.V, a.gamma, alpha, none, y[1], a1s, delta_e, V_rate);
+  const Affine sum = Affine(weights[0]) * rates.V + Affine(weights[1]) * rates.gamma +
+                     Affine(weights[2]) * rates.q;
+  const Ball all = range(sum);
+  return all.is_positive() || all.is_negative();
+}
+
 namespace {
 
 // A box within a leaf's, and d of the leaf's record there.
@@ -112,33 +134,6 @@ std::optional<std::string> refuted(const Statement& s, const Part& part, const S
   return {};
 }
 
-struct Region {
-  std::array<Bounds, 3> y;  ///< theta, theta0, and a1s or delta_e
-};
-
-// Whether a weighted sum of V', gamma', q' of the airframe has one sign over the region.
-bool unbalanced(const Statement& s, const Side& side, std::size_t numbers, const Region& region,
-                const std::array<double, 3>& weights) {
-  std::array<Affine, 3> y;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Bounds& of = region.y[i];
-    y[i] = Affine(halved(Ball(of.lower) + Ball(of.upper)));
-    y[i].n = numbers + 3;
-    y[i].slopes[numbers + i] = halved(Ball(of.upper) - Ball(of.lower));
-  }
-  const Numbers& a = side.numbers;
-  const Affine alpha = y[0] - a.gamma, none;
-  const Affine &a1s = side.cyclic ? y[2] : none, &delta_e = side.cyclic ? none : y[2];
-  const Polars<Affine> polar = (*s.polar)(alpha);
-  const Affine V_rate = speed_rate(a, polar, a.V, a.gamma, alpha, y[1], a1s);
-  const Rates<Affine> rates =
-      airframe(a, polar, a.V, a.gamma, alpha, none, y[1], a1s, delta_e, V_rate);
-  const Affine sum = Affine(weights[0]) * rates.V + Affine(weights[1]) * rates.gamma +
-                     Affine(weights[2]) * rates.q;
-  const Ball all = range(sum);
-  return all.is_positive() || all.is_negative();
-}
-
 constexpr int most_halvings_of_regions = 12;
 
 bool no_balance(const Statement& s, const Side& side, std::size_t numbers, const Region& region,
@@ -147,8 +142,8 @@ bool no_balance(const Statement& s, const Side& side, std::size_t numbers, const
   if (halvings == most_halvings_of_regions) return false;
   Region low = region, high = region;
   const std::size_t k = std::size_t(halvings % 3);
-  const double middle = region.y[k].lower + (region.y[k].upper - region.y[k].lower) / 2;
-  low.y[k].upper = high.y[k].lower = middle;
+  const double middle = region[k].lower + (region[k].upper - region[k].lower) / 2;
+  low[k].upper = high[k].lower = middle;
   return no_balance(s, side, numbers, low, weights, halvings + 1) &&
          no_balance(s, side, numbers, high, weights, halvings + 1);
 }
@@ -162,7 +157,7 @@ std::optional<std::string> tree_refuted(const Statement& s, const Side& side, st
   const Node node = tree[next++];
   if (node.split < 0) {
     if (no_balance(s, side, numbers, region, node.weights, 0)) return {};
-    const auto& [theta, theta0, c] = region.y;
+    const auto& [theta, theta0, c] = region;
     return fmt::format(
         "an equilibrium is not excluded for theta in [{:.6g}, {:.6g}], theta0 in [{:.6g}, {:.6g}], "
         "{} in [{:.6g}, {:.6g}]",
@@ -170,10 +165,10 @@ std::optional<std::string> tree_refuted(const Statement& s, const Side& side, st
         c.lower, c.upper);
   }
   const auto k = std::size_t(node.split);
-  if (!(region.y[k].lower < node.at && node.at < region.y[k].upper))
+  if (!(region[k].lower < node.at && node.at < region[k].upper))
     return "a split of the exclusion lies outside its region";
   Region low = region, high = region;
-  low.y[k].upper = high.y[k].lower = node.at;
+  low[k].upper = high[k].lower = node.at;
   if (auto failed = tree_refuted(s, side, numbers, tree, next, low, depth + 1)) return failed;
   return tree_refuted(s, side, numbers, tree, next, high, depth + 1);
 }
@@ -185,7 +180,7 @@ std::optional<std::string> refuted(const Statement& s, const Part& part, const S
   if (!k_V.is_positive() && !k_V.is_negative())
     return "k_V may vanish: then a speed error is possible";
   std::size_t next = 0;
-  const Region limits{{s.theta, s.theta0, side.cyclic ? s.a1s : s.delta_e}};
+  const Region limits{s.theta, s.theta0, side.cyclic ? s.a1s : s.delta_e};
   if (auto failed = tree_refuted(s, side, part.box.size(), tree, next, limits, 0)) return failed;
   if (next != tree.size()) return "the tree of the exclusion has nodes to spare";
   return {};

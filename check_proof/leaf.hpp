@@ -29,6 +29,8 @@ struct Statement {
   Numbers numbers;            ///< constants; parameters and scheduled gains replace their own
   std::vector<double> tilts;  ///< of the schedule; empty: constant gains
   std::vector<std::array<double, gain_count>> gains;  ///< one set per tilt
+  std::vector<double> alpha;                          ///< nodes of the polar
+  std::array<std::vector<double>, 3> coefficients;
   std::optional<Spline> polar;
   Bounds theta0, a1s, delta_e, theta;
 };
@@ -70,5 +72,12 @@ struct Side {
   bool cyclic = false, elevator = false;  ///< which of them alone controls pitch, if one does
 };
 std::vector<Side> sides(const Statement& statement, const Box& box);
+
+/// theta, theta0, and a1s or delta_e.
+using Region = std::array<Bounds, 3>;
+/// Whether a weighted sum of V', gamma', q' of the airframe has one sign over the region, for every
+/// number of a box of `numbers` parameters: then no equilibrium is there.
+bool unbalanced(const Statement& statement, const Side& side, std::size_t numbers,
+                const Region& region, const std::array<double, 3>& weights);
 
 }  // namespace tiltrim::checking

@@ -120,6 +120,7 @@ struct Commands {
   LoadsCommand loads;
   ValidateCommand validate;
   SweepCommand sweep;
+  CheckProofCommand check_proof;
   TuneCommand tune;
   SimulateCommand simulate;
   ReportCommand report;
@@ -138,6 +139,7 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_loads(app, all.loads), all.loads),
           choice(add_validate(app, all.validate), all.validate),
           choice(add_sweep(app, all.sweep), all.sweep),
+          choice(add_check_proof(app, all.check_proof), all.check_proof),
           choice(add_tune(app, all.tune), all.tune),
           choice(add_simulate(app, all.simulate), all.simulate),
           choice(add_report(app, all.report), all.report),
@@ -176,8 +178,8 @@ void fill_in(const CLI::App& app, Commands& all) {
   for (Common* common :
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
         &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.loads.common,
-        &all.validate.common, &all.sweep.common, &all.tune.common, &all.simulate.common,
-        &all.diff.common, &all.tables.common})
+        &all.validate.common, &all.sweep.common, &all.check_proof.common, &all.tune.common,
+        &all.simulate.common, &all.diff.common, &all.tables.common})
     settle_format(*common);
   constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)

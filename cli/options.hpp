@@ -23,6 +23,7 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command);
 CLI::App* add_margins(CLI::App& app, MarginsCommand& command);
 CLI::App* add_loads(CLI::App& app, LoadsCommand& command);
 CLI::App* add_validate(CLI::App& app, ValidateCommand& command);
+CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command);
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command);
 CLI::App* add_tune(CLI::App& app, TuneCommand& command);
 CLI::App* add_simulate(CLI::App& app, SimulateCommand& command);
