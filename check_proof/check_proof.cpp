@@ -94,6 +94,15 @@ std::string not_about(const Statement& s, const std::map<std::string, ProofSubje
     if (own == subject.numbers.end() || !equal((s.numbers.*(one.member)).value, own->second))
       return fmt::format("'{}' is not that of the study", one.name);
   }
+  for (const Parameter& p : s.parameters) {
+    if (subject.domain.empty()) break;
+    const auto own = subject.domain.find(p.key);
+    if (own == subject.domain.end() || own->second != std::array{p.domain.lower, p.domain.upper})
+      return fmt::format("the range of '{}' is not that of the study", p.key);
+  }
+  if (!subject.domain.empty() && subject.domain.size() != s.parameters.size())
+    return "the parameters are not those of the study";
+  if (s.margin < subject.margin) return "the margin is less than that of the study";
   if (s.tilts != subject.tilts) return "the tilts of the schedule are not those of the study";
   for (std::size_t i = 0; i < s.tilts.size(); ++i)
     if (!std::ranges::equal(s.gains[i], subject.gains[i]))

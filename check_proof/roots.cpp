@@ -104,8 +104,7 @@ bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const 
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value);
   const Quadratic z = determinant(product(near_inverse(centre), Z));
-  if (least_real(v, z).is_positive() || least_real(Complex(Ball(1), Ball(0)), z).is_positive())
-    return true;
+  if (least_real(v, z).is_positive()) return true;
   const double middle = from + (to - from) / 2;
   if (halvings == most_halvings || !(from < middle && middle < to)) return false;
   return excluded(p, sigma, from, middle, v, halvings + 1) &&
