@@ -1,4 +1,4 @@
-/// Real numbers enclosed in Arb's balls [73]: midpoint and radius, every operation rounded outward.
+/// Real numbers enclosed in Arb's balls [90]: midpoint and radius, every operation rounded outward.
 /// Internal to check_proof/.
 #pragma once
 

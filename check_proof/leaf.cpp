@@ -72,7 +72,7 @@ std::array<S, 3> balance(const Loop<S>& loop) {
 }
 
 // K = -C G + (I - C G_z) ζ lies strictly inside the radii: then G has exactly one zero in the tube
-// for each number of the box, and C is regular [72].
+// for each number of the box, and C is regular [91].
 std::optional<std::string> krawczyk(const Record& r, const Loop<Affine>& centre,
                                     const Loop<Dual>& over) {
   const std::array<Affine, 3> G = balance(centre);

@@ -26,6 +26,7 @@ const std::vector<Example>& examples() {
       {"sweep", "sweep studies/map_corridor.toml",
        "eigenvalues over a grid, crossings between its points"},
       {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
+      {"check-proof", "check-proof corridor.proof", "is all of it proved? Without the prover"},
       {"tune", "tune studies/tune_corridor.toml", "gains optimized for the worst operating point"},
       {"simulate", "simulate studies/transition.toml", "the flight from take-off to level flight"},
       {"simulate", "simulate studies/transition.toml --monte-carlo", "10,000 scattered flights"},
