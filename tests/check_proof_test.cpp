@@ -11,6 +11,7 @@
 #include "check_proof/certificate.hpp"
 #include "linearize/linearize.hpp"
 #include "tests/check.hpp"
+#include "tests/proof_oracle.hpp"
 #include "tests/proof_writer.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
@@ -233,4 +234,16 @@ TEST_CASE("a certificate must be about the study") {
   CHECK(reason(other) == "the limits are not those of the study");
   CHECK(check_proof_text(proof(), {.about = {{"level", subject}}}).reason ==
         "the study has no condition 'corridor'");
+}
+
+TEST_CASE("random points of what is proved do not contradict it") {
+  const Study study = load_study(studies + "scheduled.toml");
+  const Theorem theorem = read_certificate(proof()).front();
+  const OracleFindings found = oracle(theorem, study, std::size_t(trials(2000)), 5);
+  CHECK(found.stable == std::size_t(trials(2000)));
+  CHECK_MESSAGE(found.contradictions == 0, found.first);
+  // A wrong verdict does not escape it.
+  Theorem wrong = theorem;
+  for (Leaf& leaf : wrong.leaves) leaf.claim = Claim::unstable;
+  CHECK(oracle(wrong, study, 20, 5).contradictions == 20);
 }
