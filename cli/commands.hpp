@@ -145,6 +145,12 @@ struct DiffCommand {
   std::filesystem::path after;
 };
 
+struct CheckProofCommand {
+  Common common;                ///< its study is the certificate
+  std::filesystem::path about;  ///< the study that it must be about; empty: any
+  int threads = 0;
+};
+
 struct TablesCommand {
   Common common;  ///< its study may be empty: the reference vehicle
 };
@@ -173,6 +179,7 @@ Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TablesCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const CheckProofCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
 /// Makes only the requested format: `document` for Markdown and LaTeX.
 template <class Json, class Csv, class Text, class Document>

@@ -29,6 +29,7 @@ const std::vector<Example>& examples() {
       {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
       {"prove", "prove studies/prove_corridor.toml",
        "a theorem: trim and stability at every height of the corridor"},
+      {"check-proof", "check-proof corridor.proof", "is all of it proved? Without the prover"},
       {"tune", "tune studies/tune_corridor.toml", "gains optimized for the worst operating point"},
       {"simulate", "simulate studies/transition.toml", "the flight from take-off to level flight"},
       {"simulate", "simulate studies/transition.toml --monte-carlo", "10,000 scattered flights"},

@@ -123,6 +123,7 @@ struct Commands {
   ValidateCommand validate;
   SweepCommand sweep;
   ProveCommand prove;
+  CheckProofCommand check_proof;
   TuneCommand tune;
   SimulateCommand simulate;
   ReportCommand report;
@@ -143,6 +144,7 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_validate(app, all.validate), all.validate),
           choice(add_sweep(app, all.sweep), all.sweep),
           choice(add_prove(app, all.prove), all.prove),
+          choice(add_check_proof(app, all.check_proof), all.check_proof),
           choice(add_tune(app, all.tune), all.tune),
           choice(add_simulate(app, all.simulate), all.simulate),
           choice(add_report(app, all.report), all.report),
@@ -182,7 +184,8 @@ void fill_in(const CLI::App& app, Commands& all) {
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
         &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.qualities.common,
         &all.loads.common, &all.validate.common, &all.sweep.common, &all.prove.common,
-        &all.tune.common, &all.simulate.common, &all.diff.common, &all.tables.common})
+        &all.check_proof.common, &all.tune.common, &all.simulate.common, &all.diff.common,
+        &all.tables.common})
     settle_format(*common);
   constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)

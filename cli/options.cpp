@@ -247,6 +247,25 @@ CLI::App* add_validate(CLI::App& app, ValidateCommand& command) {
   return validate;
 }
 
+CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command) {
+  CLI::App* check = app.add_subcommand(
+      "check-proof", "verify a certificate of a proof independently of the program that made it");
+  check->add_option("certificate", command.common.study, "the certificate")
+      ->type_name("FILE")
+      ->required();
+  check
+      ->add_option("--study", command.about,
+                   "also check that all numbers in it are those of this study")
+      ->type_name("STUDY.toml");
+  check
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  add_output(check, command.common);
+  return check;
+}
+
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
   CLI::App* sweep = app.add_subcommand(
       "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");

@@ -24,6 +24,7 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command);
 CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command);
 CLI::App* add_loads(CLI::App& app, LoadsCommand& command);
 CLI::App* add_validate(CLI::App& app, ValidateCommand& command);
+CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command);
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command);
 CLI::App* add_prove(CLI::App& app, ProveCommand& command);
 CLI::App* add_tune(CLI::App& app, TuneCommand& command);
