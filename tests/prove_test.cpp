@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <Eigen/Eigenvalues>
 #include <random>
 
 #include "flight/closed_loop_proof.hpp"
