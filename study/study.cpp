@@ -225,8 +225,9 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
                                  ? "it belongs to vehicle = \"tiltrotor\""
                                  : "it belongs to the built-in tiltrotor, and a study with [model] "
                                    "defines its own numbers";
-  const std::vector<std::string> own = published ? std::vector<std::string>{"vehicle", "variant", "control"}
-                                                 : std::vector<std::string>{"model"};
+  const std::vector<std::string> own =
+      published ? std::vector<std::string>{"vehicle", "variant", "control"}
+                : std::vector<std::string>{"model"};
   std::vector<std::string> allowed{"time_limit", "condition", "follow",   "envelope",
                                    "sweep",      "tune",      "simulate", "report"};
   allowed.insert(allowed.begin(), own.begin(), own.end());
