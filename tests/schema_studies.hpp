@@ -193,6 +193,20 @@ to = 1
 count = 2
 )",
     level + R"([tune]
+goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
+[[tune.gain]]
+key = "gains.K_Lp"
+from = 0.02
+to = 10
+)",
+    level + R"([tune]
+goal = {measure = "peak_sensitivity", of = "a1s", weight = {numerator = [1, 2], denominator = [1, 3]}}
+[[tune.gain]]
+key = "gains.K_Lp"
+from = 0.02
+to = 10
+)",
+    level + R"([tune]
 [[tune.gain]]
 key = "gains.K_Lp"
 from = 0.02
@@ -382,7 +396,7 @@ band = 0.05
 at_most = 1
 [[tune.goal]]
 measure = "quadratic_cost"
-weights = {x = 1}
+weights = {x = 1, y = 1}
 at_most = 1
 [[tune.goal]]
 measure = "peak_sensitivity"
@@ -413,7 +427,7 @@ band = 0.05
 at_most = 1
 [[tune.limit]]
 measure = "quadratic_cost"
-weights = {x = 1}
+weights = {x = 1, y = 1}
 at_most = 1
 [[tune.limit]]
 measure = "peak_sensitivity"
@@ -489,7 +503,7 @@ disturbance = {x = 1}
 gain = [{key = "a", from = 1, to = 2}]
 [tune.front]
 measure = "quadratic_cost"
-weights = {x = 1}
+weights = {x = 1, y = 1}
 from = 0.5
 to = 1
 count = 2
@@ -601,6 +615,78 @@ regulator_starts = [1]
 disturbance = {x = 1}
 gain = [{key = "a", from = 1, to = 2}]
 goal = {measure = "settling_time", input = "u", output = "y", band = 0.1}
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+goal = {measure = "quadratic_cost", weights = {x = 1, y = 1}}
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
+)",
+    R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+goal = {measure = "peak_sensitivity", of = "loop"}
 )"};
 
 }  // namespace tiltrim

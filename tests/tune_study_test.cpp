@@ -322,7 +322,7 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
                 {"'counts' in corridor", "'count'?"});
   check_refused(study("goal = {measures = 'decay'}\n"), "7:9", {"in goal", "'measure'?"});
   check_refused(study("goal = {measure = 'decay', at_least = 2}\n"), "7:28",
-                {"'at_least' in goal", "a goal has no limit"});
+                {"'at_least' in goal", "a single goal has no limit"});
   check_refused(study("", "spacin = 'log'\n"), "11:1", {"in [[tune.gain]]", "'spacing'?"});
   check_refused(study("", mass + "precent = 1\n"), "14:1", {"in [[tune.uncertain]]", "'percent'?"});
   check_refused(study("", "[tune.disturbance]\ngamma = 1\n"), "12:1",

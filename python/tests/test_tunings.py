@@ -162,7 +162,7 @@ def test_goals_over_responses_are_asked_for_by_dictionaries():
     assert targets.goal_measure == "reserve of 2 goals"
     goals = [a for a in targets.achieved if a.goal]
     assert len(goals) == 2 and min(a.reserve for a in goals) == pytest.approx(targets.goal)
-    with pytest.raises(ValueError, match="no 'gust'"):
+    with pytest.raises(ValueError, match="no signal 'gust'"):
         tiltrim.tune(
             mass, {"z": 0, "v": 0, "wind": 0, "r": 0, "kp": 1, "kd": 1}, gains={"kp": (1, 2)},
             goal={"measure": "peak_gain", "input": "gust", "output": "z"}, free=["z", "v"],
