@@ -149,7 +149,6 @@ TEST_CASE("stable, unstable, untrimmable and undecided boxes are told apart") {
   REQUIRE(stable.theorems.size() == 1);
   CHECK(stable.theorems[0].stable == 1);
   CHECK(stable.theorems[0].leaves > 1);
-  // The reference gains are unstable between 14 m and 18 m, and pass the axis near 13.4 m.
   const Study reference = load_study(studies + "map_corridor.toml");
   ProofToWrite slow{reference, {{"h", {60, 60.5}}}};
   const ProofCheck one = check_proof_text(written_proof(slow));
