@@ -51,8 +51,8 @@ struct ProofSubject {
   std::vector<double> alpha;                 ///< rad, nodes of the polar
   std::array<std::vector<double>, 3> polar;  ///< CL, CD, CM there
   std::map<std::string, std::array<double, 2>> domain{};  ///< of the parameters, by key; empty: any
-  double margin = 0;                                     ///< at least
-  std::map<std::string, std::array<double, 2>> limits;  ///< theta0, a1s, delta_e, theta
+  double margin = 0;                                      ///< at least
+  std::map<std::string, std::array<double, 2>> limits;    ///< theta0, a1s, delta_e, theta
 };
 
 /// Options of check_proof().

@@ -149,7 +149,6 @@ TEST_CASE("stable, unstable, untrimmable and undecided boxes are told apart") {
   REQUIRE(stable.theorems.size() == 1);
   CHECK(stable.theorems[0].stable == 1);
   CHECK(stable.theorems[0].leaves > 1);
-  // The reference gains are unstable between 14 m and 18 m, and pass the axis near 13.4 m.
   const Study reference = load_study(studies + "map_corridor.toml");
   ProofToWrite slow{reference, {{"h", {60, 60.5}}}};
   const ProofCheck one = check_proof_text(written_proof(slow));
@@ -198,7 +197,7 @@ TEST_CASE("a certificate must be about the study") {
   for (const auto& set : s.gains) subject.gains.emplace_back(set.begin(), set.end());
   subject.alpha = s.alpha;
   subject.polar = s.coefficients;
-  const auto both = [](const Bounds& b) { return std::array{b.lower, b.upper}; };
+  const auto both = [](const checking::Bounds& b) { return std::array{b.lower, b.upper}; };
   subject.limits = {{"theta0", both(s.theta0)},
                     {"a1s", both(s.a1s)},
                     {"delta_e", both(s.delta_e)},
@@ -238,12 +237,12 @@ TEST_CASE("a certificate must be about the study") {
 
 TEST_CASE("random points of what is proved do not contradict it") {
   const Study study = load_study(studies + "scheduled.toml");
-  const Theorem theorem = read_certificate(proof()).front();
+  const checking::Theorem theorem = read_certificate(proof()).front();
   const OracleFindings found = oracle(theorem, study, std::size_t(trials(2000)), 5);
   CHECK(found.stable == std::size_t(trials(2000)));
   CHECK_MESSAGE(found.contradictions == 0, found.first);
   // A wrong verdict does not escape it.
-  Theorem wrong = theorem;
+  checking::Theorem wrong = theorem;
   for (Leaf& leaf : wrong.leaves) leaf.claim = Claim::unstable;
   CHECK(oracle(wrong, study, 20, 5).contradictions == 20);
 }

@@ -237,11 +237,6 @@ const std::vector<Forgery>& forgeries() {
          const char* of = f.below(2) == 0 ? "theta0" : "theta";
          return f.header([&](ordered_json& h) { h["limits"][of] = {hex(1.2), hex(1.3)}; });
        }},
-      {"count of boxes",
-       [](Forger& f) {
-         return f.header(
-             [&](ordered_json& h) { h["boxes"] = h["boxes"].get<int>() + 1 + int(f.below(9)); });
-       }},
       {"split outside",
        [](Forger& f) {
          Lines l = f.original;

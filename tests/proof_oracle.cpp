@@ -35,15 +35,15 @@ VehicleAndCommand vehicle_at_point(const Statement& s, const Study& study,
 }
 
 // Whether a point of a leaf with a tube has a trim there with that verdict; empty if so.
-std::string judged(const Theorem& t, const Leaf& leaf, const VehicleAndCommand& at,
+std::string judged(const checking::Theorem& t, const Leaf& leaf, const VehicleAndCommand& at,
                    const std::vector<double>& point) {
   TrimProblem problem =
       without_integral_bounds(closed_loop_problem(at.vehicle, at.command, Axes::wind));
   std::string why = "no trim in the tube";
-  for (const Record& record : leaf.records) {
+  for (const checking::Record& record : leaf.records) {
     std::array<double, 3> start = record.z;
     for (std::size_t k = 0; k < point.size(); ++k) {
-      const Bounds& of = leaf.box[k];
+      const checking::Bounds& of = leaf.box[k];
       const double d = (2 * point[k] - of.lower - of.upper) / (of.upper - of.lower);
       for (std::size_t i = 0; i < 3; ++i) start[i] += record.S[i][k] * d;
     }
@@ -69,7 +69,8 @@ std::string judged(const Theorem& t, const Leaf& leaf, const VehicleAndCommand& 
 
 }  // namespace
 
-OracleFindings oracle(const Theorem& t, const Study& study, std::size_t count, std::uint64_t seed) {
+OracleFindings oracle(const checking::Theorem& t, const Study& study, std::size_t count,
+                      std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::vector<double> volumes;
   for (const Leaf& leaf : t.leaves) {
@@ -83,7 +84,7 @@ OracleFindings oracle(const Theorem& t, const Study& study, std::size_t count, s
   for (std::size_t i = 0; i < count; ++i) {
     const Leaf& leaf = t.leaves[leaves(random)];
     std::vector<double> point;
-    for (const Bounds& of : leaf.box)
+    for (const checking::Bounds& of : leaf.box)
       point.push_back(std::uniform_real_distribution<double>(of.lower, of.upper)(random));
     constexpr std::size_t rarely = 100;
     if (leaf.claim == Claim::no_trim && i % rarely != 0) continue;

@@ -96,7 +96,7 @@ class Writer {
     }
     std::size_t k = 0;
     const auto share = [&](std::size_t i) {
-      const Bounds& all = s_.parameters[i].domain;
+      const checking::Bounds& all = s_.parameters[i].domain;
       return (box[i].upper - box[i].lower) / (all.upper - all.lower);
     };
     for (std::size_t i = 1; i < box.size(); ++i)
@@ -151,7 +151,7 @@ class Writer {
 
   // A trim at the middle, its slopes by the implicit function theorem, a tube half as wide again
   // as what the equations leave.
-  std::optional<Record> evidence(const Side& side, std::size_t n) {
+  std::optional<checking::Record> evidence(const Side& side, std::size_t n) {
     Eigen::VectorXd p(Eigen::Index(names().size()));
     for (std::size_t i = 0; i < names().size(); ++i)
       p[Eigen::Index(i)] = mid((side.numbers.*(names()[i].member)).value);
@@ -161,7 +161,7 @@ class Writer {
     const TrimResult trimmed =
         trim_closed_loop(closed_loop_problem(vehicle, command, Axes::wind), vehicle, command);
     if (!trimmed) return {};
-    Record r;
+    checking::Record r;
     std::array<Dual, 6> x;
     for (std::size_t i = 0; i < 3; ++i) {
       r.z[i] = trimmed.point.x[Eigen::Index(state_of[i])];
@@ -210,7 +210,7 @@ class Writer {
     ordered_json line{{"leaf", leaf.claim == Claim::stable     ? "stable"
                                : leaf.claim == Claim::unstable ? "unstable"
                                                                : "no_trim"}};
-    for (const Record& r : leaf.records) {
+    for (const checking::Record& r : leaf.records) {
       ordered_json one{{"z", hex(r.z)}};
       for (const auto& row : r.S) one["S"].push_back(hex(row));
       for (const auto& row : r.C) one["C"].push_back(hex(row));
