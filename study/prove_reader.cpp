@@ -25,7 +25,7 @@ Key parameter_key(const Section& section) {
 }
 
 // The vehicle's own number.
-double own_value(const Section& section, const Vehicle& vehicle, const Key& key) {
+double own_number(const Section& section, const Vehicle& vehicle, const Key& key) {
   const Eigen::Index aircraft = find(aircraft_signals(), key.signal);
   const Eigen::Index gain = find(gain_signals(), key.signal);
   Vehicle copy = vehicle;
@@ -45,7 +45,7 @@ ProveTable::Parameter read_parameter(const Section& section, const Vehicle& vehi
       if (const Entry* entry = section.find(other))
         section.refuse(*entry, "cannot be combined with percent; expected one or the other");
     const double share = section.number(*percent, {1e-6, 99}) / 100;
-    const double own = own_value(section, vehicle, key);
+    const double own = own_number(section, vehicle, key);
     if (own == 0) section.refuse(*percent, "is a share of zero; expected from and to");
     return {key, std::min(own * (1 - share), own * (1 + share)),
             std::max(own * (1 - share), own * (1 + share))};

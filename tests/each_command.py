@@ -47,7 +47,7 @@ COMMANDS = [
 NOT_TO_READ = ("completion", "manual")  # scripts, for other programs
 
 told = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
-offered = set(re.findall(r"^  ([a-z]+) {2,}", told.split("Subcommands:")[1].split("Examples:")[0], re.M))
+offered = set(re.findall(r"^  ([a-z-]+) {2,}", told.split("Subcommands:")[1].split("Examples:")[0], re.M))
 faults = [f"{name}: not run here" for name in offered - {name for name, *_ in COMMANDS}]
 COMMANDS += [(name, ["--help"], 0, "Usage") for name in sorted(offered)]
 

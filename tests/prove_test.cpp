@@ -1,6 +1,8 @@
 // Proofs cannot be fooled: planted windows, folds, limits; ranges contain; theorems hold at points.
 #include "prove/prove.hpp"
 
+#include <fmt/format.h>
+
 #include <doctest/doctest.h>
 
 #include <Eigen/Eigenvalues>
@@ -55,7 +57,7 @@ ProveOptions few() {
 }
 
 Study corridor_study(const std::string& name) {
-  return load_study(std::string(TILTRIM_SOURCE_DIR) + "/studies/" + name);
+  return load_study(fmt::format("{}/studies/{}", TILTRIM_SOURCE_DIR, name));
 }
 
 ProveProblem corridor_problem(const Study& study, double from, double to) {

@@ -6,7 +6,10 @@
 
 namespace tiltrim {
 
-// Keys that appear in no study above.
+inline const std::string level =
+    "[[condition]]\nname = 'level'\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
+
+// Keys that appear in no shipped study.
 inline const std::vector<std::string> of_the_tiltrotor{
     R"(time_limit = 10
 vehicle = "tiltrotor"

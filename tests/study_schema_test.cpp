@@ -224,8 +224,6 @@ bool of_a_model(const std::string& text) {
   return text.find("[model]") != text.npos || text.find("vehicle = \"xv15\"") != text.npos;
 }
 
-const std::string level = "[[condition]]\nname = 'level'\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
-
 }  // namespace
 
 TEST_CASE("the schema of studies is what the readers ask") {
