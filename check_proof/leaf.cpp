@@ -203,7 +203,7 @@ std::optional<std::string> sides_refuted(const Statement& s, const Part& part,
   return {};
 }
 
-constexpr int most_halvings_of_a_box = 4;
+constexpr int most_halvings_of_a_box = 8;
 
 // Where the bounds over the whole box are too wide, those over its halves may do.
 template <class Evidence>
