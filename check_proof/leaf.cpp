@@ -203,14 +203,12 @@ std::optional<std::string> sides_refuted(const Statement& s, const Part& part,
   return {};
 }
 
-constexpr int most_halvings_of_a_box = 8;
-
 // Where the bounds over the whole box are too wide, those over its halves may do.
 template <class Evidence>
 std::optional<std::string> box_refuted(const Statement& s, const Box& whole, const Box& box,
                                        const std::vector<Evidence>& all, int halvings) {
   const auto failed = sides_refuted(s, part_of(whole, box), all);
-  if (!failed || halvings == most_halvings_of_a_box) return failed;
+  if (!failed || halvings == 0) return failed;
   std::size_t widest = 0;
   double share = 0;
   for (std::size_t k = 0; k < box.size(); ++k) {
@@ -224,21 +222,21 @@ std::optional<std::string> box_refuted(const Statement& s, const Box& whole, con
   if (!(box[widest].lower < middle && middle < box[widest].upper)) return failed;
   Box low = box, high = box;
   low[widest].upper = high[widest].lower = middle;
-  if (box_refuted(s, whole, low, all, halvings + 1)) return failed;
-  if (box_refuted(s, whole, high, all, halvings + 1)) return failed;
-  return {};
+  if (auto within = box_refuted(s, whole, low, all, halvings - 1)) return within;
+  return box_refuted(s, whole, high, all, halvings - 1);
 }
 
 }  // namespace
 
-std::optional<std::string> refuted(const Statement& s, const Leaf& leaf) {
+std::optional<std::string> refuted(const Statement& s, const Leaf& leaf, int halvings) {
   if (leaf.claim == Claim::undecided) return {};
-  if (leaf.claim == Claim::no_trim) return box_refuted(s, leaf.box, leaf.box, leaf.exclusions, 0);
+  if (leaf.claim == Claim::no_trim)
+    return box_refuted(s, leaf.box, leaf.box, leaf.exclusions, halvings);
   for (const Record& record : leaf.records)
     if ((record.roots == 0) != (leaf.claim == Claim::stable))
       return fmt::format("a leaf with {} roots right of the line is not {}", record.roots,
                          leaf.claim == Claim::stable ? "stable" : "unstable");
-  return box_refuted(s, leaf.box, leaf.box, leaf.records, 0);
+  return box_refuted(s, leaf.box, leaf.box, leaf.records, halvings);
 }
 
 }  // namespace tiltrim::checking

@@ -62,8 +62,12 @@ struct Leaf {
   std::vector<Exclusion> exclusions;
 };
 
+/// Of a leaf's box, where the bounds over all of it are too wide.
+inline constexpr int most_halvings_of_a_box = 8;
+
 /// Empty if the leaf's claim holds for every number of its box; else what fails.
-std::optional<std::string> refuted(const Statement& statement, const Leaf& leaf);
+std::optional<std::string> refuted(const Statement& statement, const Leaf& leaf,
+                                   int halvings = most_halvings_of_a_box);
 
 /// A way the equations may read somewhere in a box, with the numbers of that way.
 struct Side {

@@ -75,6 +75,17 @@ inline Complex midpoint(const Complex& a) {
   acb_get_mid(r.get(), a.get());
   return r;
 }
+inline Complex conjugate(const Complex& a) {
+  Complex r;
+  acb_conj(r.get(), a.get());
+  return r;
+}
+/// Near ± i conj(a): v a is imaginary, and v z has a positive real part.
+inline Complex turned_across(const Complex& a, const Complex& z) {
+  Complex v = midpoint(Complex(Ball(0), Ball(1)) * conjugate(a));
+  if (!(v * z).real().is_positive()) v = v * Ball(-1);
+  return v;
+}
 /// The largest modulus, as a point.
 inline Ball magnitude(const Complex& a) {
   Ball r;

@@ -94,6 +94,17 @@ Quadratic3 product(const Complex3& G, const Quadratic3& Z) {
   return r;
 }
 
+// Whether the half-plane of v, or one whose edge runs along a linear term, holds all values: the
+// stated v is for the middle of the whole interval and box, not for those of its halves.
+bool one_half_plane(const Complex& v, const Quadratic& z) {
+  if (least_real(v, z).is_positive()) return true;
+  for (std::size_t k = 0; k < z.n; ++k) {
+    const Complex across = turned_across(z.linear[k], z.value);
+    if (least_real(across, z).is_positive()) return true;
+  }
+  return false;
+}
+
 constexpr int most_halvings = 7;  // of an interval of the certificate
 
 bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const Complex& v,
@@ -104,7 +115,7 @@ bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const 
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value);
   const Quadratic z = determinant(product(near_inverse(centre), Z));
-  if (least_real(v, z).is_positive()) return true;
+  if (one_half_plane(v, z)) return true;
   const double middle = from + (to - from) / 2;
   if (halvings == most_halvings || !(from < middle && middle < to)) return false;
   return excluded(p, sigma, from, middle, v, halvings + 1) &&
@@ -143,6 +154,10 @@ std::optional<std::string> line_excluded(const Pencil& p, const Ball& sigma,
     if (half.from != end || !(half.to > half.from))
       return "the intervals of frequency are not connected";
     end = half.to;
+    // The determinant is 1 in the middle: a half-plane without it holds nothing.
+    if (!(half.re > 0))
+      return fmt::format("the direction for w in [{:.6g}, {:.6g}] rad/s excludes the middle",
+                         half.from, half.to);
     if (!excluded(p, sigma, half.from, half.to, Complex(Ball(half.re), Ball(half.im)), 0))
       return fmt::format("a root on the line is not excluded for w in [{:.6g}, {:.6g}] rad/s",
                          half.from, half.to);

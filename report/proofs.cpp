@@ -161,9 +161,9 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
     text += fmt::format("  {}: {} boxes{}\n", to_string(t.status()), t.boxes,
                         t.interrupted ? ", interrupted" : "");
     text += fmt::format(
-        "  share of the volume: {} stable, every eigenvalue left of {:.6g} 1/s; {} unstable; {} "
-        "without trim; {} undecided\n",
-        share_in_words(t.stable), t.margin == 0 ? 0.0 : -t.margin, share_in_words(t.unstable),
+        "  shares of the volume; stable: every eigenvalue left of {:.6g} 1/s\n"
+        "    {} stable, {} unstable, {} without trim, {} undecided\n",
+        t.margin == 0 ? 0.0 : -t.margin, share_in_words(t.stable), share_in_words(t.unstable),
         share_in_words(t.no_trim), share_in_words(t.undecided));
     for (std::size_t i = 0; i < std::min(most, t.regions.size()); ++i) {
       const ProofRegion& r = t.regions[i];

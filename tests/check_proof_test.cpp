@@ -9,7 +9,9 @@
 #include <sstream>
 
 #include "check_proof/certificate.hpp"
+#include "flight/closed_loop_proof.hpp"
 #include "linearize/linearize.hpp"
+#include "report/proofs.hpp"
 #include "tests/check.hpp"
 #include "tests/proof_oracle.hpp"
 #include "tests/proof_writer.hpp"
@@ -165,6 +167,30 @@ TEST_CASE("stable, unstable, untrimmable and undecided boxes are told apart") {
   const ProofCheck two = check_proof_text(proof() + proof(), {.threads = 1});
   REQUIRE(two.theorems.size() == 2);
   CHECK(two.theorems[1].stable == 1);
+}
+
+TEST_CASE("what prove() writes is verified, and its verdicts are those of the checker") {
+  const auto checked = [](const std::string& name, double from, double to) {
+    const Study study = load_study(studies + name);
+    const tiltrim::Theorem proved =
+        prove(closed_loop_proof(study.vehicle, study.schedule, "corridor",
+                                *study.conditions[0].command(), {{"h", from, to}}));
+    const ProofCheck check = check_proof_text(certificate_of(study, {proved}));
+    CHECK_MESSAGE(check.reason == "", check.box);
+    REQUIRE(check.theorems.size() == 1);
+    CHECK(check.theorems[0].stable == doctest::Approx(proved.stable));
+    CHECK(check.theorems[0].unstable == doctest::Approx(proved.unstable));
+    return check.theorems[0];
+  };
+  CHECK(checked("prove_corridor.toml", 60, 70).stable == 1);
+  CHECK(checked("prove_corridor.toml", 10.3, 10.5).stable == 1);  // V constant, η bends
+  CHECK(checked("prove_reference.toml", 47, 50).unstable == 1);
+  // Across a crossing: stable below, unstable above, and a sliver of which nothing is stated.
+  const CheckedTheorem both = checked("prove_reference.toml", 51.6, 51.7);
+  CHECK(both.stable > 0.01);
+  CHECK(both.unstable > 0.9);
+  CHECK(both.undecided > 0);
+  CHECK(both.undecided < 1e-5);
 }
 
 TEST_CASE("both sides of the handover are needed") {
