@@ -12,7 +12,6 @@
 #include "optimize/optimize.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
-#include "tune/descent.hpp"
 #include "tune/many_starts.hpp"
 #include "tune/search.hpp"
 
@@ -214,20 +213,7 @@ double stationarity_of(Search& search, double weight) {
   const Merit& best = search.best.merit;
   if (search.interrupted || search.out_of_time || search.best.y.size() == 0 || !best.trimmed())
     return none;
-  search.unlimited = true;
-  const Search::Seen found = search.best;
-  const bool spent = search.out_of_evaluations;
-  if (!best.feasible) weight = std::numeric_limits<double>::infinity();
-  const VectorXd y = search.best.y;
-  double measured = none;
-  try {
-    measured = stationarity(penalty(search, weight), y, TuneResult::stationarity_radius,
-                            search.options.seed);
-  } catch (const EndSearch&) {
-  }
-  search.best = found;  // what is measured is not a candidate
-  search.out_of_evaluations = spent;
-  return measured;
+  return stationarity_at_best(search, weight);
 }
 
 TuneEnd how_it_ended(const Search& search, const TuneResult& result) {
@@ -275,6 +261,10 @@ TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
                                             options.start.size(), problem.variables()));
   if (!options.start.allFinite())
     throw std::invalid_argument("the start is not finite; expected a number for each gain");
+  if (options.starts < 1 || options.agreeing < 1)
+    throw std::invalid_argument(
+        fmt::format("{} starts, of which {} must agree; expected at least 1 of each",
+                    options.starts, options.agreeing));
   TuneResult result;
   with_threads(options.threads, [&] { result = searched(problem, options); });
   return result;
