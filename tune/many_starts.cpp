@@ -92,7 +92,6 @@ void hop(Search& search, double weight, std::mt19937_64& random) {
 // What follows a local search: returns the last weight of the penalty on violations.
 double deep_search(Search& search, std::mt19937_64& random) {
   double weight = 0.0;
-  polish(search);
   if (search.options.local == LocalSearch::bfgs) weight = descend(search, search.own.y);
   Merit before;
   do {
@@ -184,12 +183,14 @@ void from_many_starts(Search& search, Ends& ends) {
   for (std::size_t k = 0; done < deep || ends.agreeing(search.best.merit) < search.options.agreeing;
        ++k) {
     const bool further = k >= quick;
-    if (further)
+    if (further) {
       quick_search(search, random_start(search, random));
-    else if (k > 0 && !clearly_better(search.best.merit, found[k].merit))
+      polish(search);
+    } else if (k > 0 && !clearly_better(search.best.merit, found[k].merit)) {
       continue;
-    else
+    } else {
       search.own = found[k];
+    }
     const double weight = deep_search(search, random);
     completed(search, ends, weight);
     ++done;
