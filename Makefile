@@ -5,7 +5,7 @@
 #   make python     install the Python package (pip install .)
 #   make help       the others
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize follow sweep simulate optimize tune design vehicles vehicles/tiltrotor vehicles/xv15 flight study tables report cli tests \
+SOURCES = $(wildcard $(foreach d,runtime dense model trim linearize qualities follow sweep prove simulate optimize tune design check_proof vehicles vehicles/tiltrotor vehicles/xv15 flight study tables report cli tests \
             examples bench python/src,$(d)/*.cpp $(d)/*.hpp))
 FUZZ_SECONDS ?= 60
 # The program for MPI runs is built and tested where there is an MPI.
@@ -21,7 +21,7 @@ STILL = $(shell setarch -R true 2>/dev/null && echo setarch -R)
 # What a newcomer sees while it builds: steps done, of how many, and seconds since the first.
 export NINJA_STATUS ?= [%f of %t, %e s] 
 
-.PHONY: release packages demo test python package bench bench-python sanitize asan tsan fuzz planted clang tidy format format-check figures api docs clean help
+.PHONY: release packages demo test python package bench bench-python sanitize asan tsan fuzz planted forge oracle clang tidy format format-check figures api docs clean help
 .NOTPARALLEL:
 
 release:
@@ -85,6 +85,18 @@ planted: packages
 	cmake --build --preset release -j $(JOBS) --target trim_tests linearize_tests
 	tests/planted.py build/tests $(TRIMS) $(SPECTRA)
 
+# 10,000 certificates of a proof, damaged or altered: none may be accepted.
+forge: packages
+	cmake --preset release $(PARTS)
+	cmake --build --preset release -j $(JOBS) --target check_proof_tests
+	TILTRIM_TRIALS=67 build/tests/check_proof_tests --source-file=*/forged_proof_test.cpp
+
+# A million random points of what a certificate proves: make oracle PROOF=corridor.proof STUDY=studies/scheduled.toml
+oracle: packages
+	cmake --preset release $(PARTS)
+	cmake --build --preset release -j $(JOBS) --target proof_oracle
+	build/tests/proof_oracle $(PROOF) $(STUDY) $(POINTS)
+
 # Every reader with inputs that are made up, FUZZ_SECONDS each: with the libraries of `make asan`.
 fuzz:
 	cmake/install-packages.sh dev
@@ -98,11 +110,11 @@ clang:
 	cmake --preset clang $(PARTS)
 	cmake --build --preset clang -j $(JOBS)
 
-# Several sources at once, which takes a third of the time.
+# Several sources at once, which takes a third of the time; headers with the sources that include them.
 tidy:
 	cmake/install-packages.sh dev
 	cmake --preset clang $(PARTS) -B build/tidy -D TILTRIM_UNITY=ON -D TILTRIM_TESTS=OFF
-	sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/tidy/compile_commands.json | sort -u | \
+	sed -n 's/^ *"file": "\(.*\)".*/\1/p' build/tidy/compile_commands.json | grep -v _verify_interface_header_sets | sort -u | \
 	  xargs -r -P $(JOBS) -n 1 clang-tidy --quiet -p build/tidy
 
 format:
@@ -123,6 +135,9 @@ figures: release
 	cp build/figures/fig5_angles.svg docs/figures/transition.svg
 	build/bin/tiltrim simulate studies/transition_as_drawn.toml --format csv -o build/as_drawn.csv
 	gnuplot docs/figures/as_drawn.gp
+	cmake --build --preset release --target xv15_conversion
+	build/bin/xv15_conversion 1 studies/xv15_conversion.toml build/xv15_conversion.csv
+	gnuplot -e 'file="build/xv15_conversion.csv"' docs/figures/xv15_conversion.gp
 	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
 	sed -E 's/^ width="[0-9]+" height="[0-9]+"$$//' build/figures/locus_slow_1_climb.svg > docs/figures/locus.svg  # as wide as the text
 
@@ -140,4 +155,4 @@ clean:
 	rm -rf build
 
 help:
-	@echo "make [release] | demo | test | python | package | bench, bench-python | sanitize (asan, tsan) | fuzz | planted | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"
+	@echo "make [release] | demo | test | python | package | bench, bench-python | sanitize (asan, tsan) | fuzz | planted | forge | oracle | clang | tidy | format | format-check | figures (gnuplot-nox) | api (doxygen) | docs (mkdocs) | clean"

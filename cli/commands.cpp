@@ -13,6 +13,7 @@
 #include "report/loads.hpp"
 #include "report/loops.hpp"
 #include "report/paper.hpp"
+#include "report/qualities.hpp"
 #include "report/sensitivities.hpp"
 #include "report/validation.hpp"
 #include "study/analyses.hpp"
@@ -106,6 +107,12 @@ std::string printed(const std::vector<ConditionReport>& reports, const Common& c
 
 }  // namespace
 
+static JudgedQualities judged_qualities(const Study& study, const ConditionReport& r) {
+  const QualitiesOptions options =
+      qualities_options(study, r.answer.condition, *r.linear, r.answer.trim.outputs);
+  return {options, qualities(*r.linear, options)};
+}
+
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& asked) {
   ConditionReport r = trimmed(vehicle_at(study, condition), condition, trimming);
@@ -116,6 +123,14 @@ ConditionReport linearized(const Study& study, const Condition& condition,
   options.time_limit = study.time_limit;
   r.linear = linearize(r.answer.model, r.answer.trim.point, options);
   if (*r.linear) r.modes = modes(*r.linear);
+  if (*r.linear && study.qualities) r.qualities = judged_qualities(study, r);
+  return r;
+}
+
+ConditionReport judged(const Study& study, const Condition& condition, const TrimOptions& trimming,
+                       const LinearizeOptions& options) {
+  ConditionReport r = linearized(study, condition, trimming, options);
+  if (r.modes && !r.qualities) r.qualities = judged_qualities(study, r);
   return r;
 }
 
@@ -339,6 +354,28 @@ Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop
               command.common.format, [&] { return loads_json(answers); },
               [&] { return as_csv(loads_sheet(answers)); },
               [&] { return loads_text(answers, style); }, [&] { return loads_document(answers); }),
+          all ? answered : unanswered};
+}
+
+Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop) {
+  const Study study = read_study(command.common.study);
+  TrimOptions trimming = command.trimming;
+  trimming.stop = stop;
+  trimming.time_limit = study.time_limit;
+  LinearizeOptions options;
+  options.method = command.method;
+  std::vector<ConditionReport> reports;
+  for_each(study, command.common, [&](const Condition& condition, Progress&) {
+    reports.push_back(judged(study, condition, trimming, options));
+  });
+  const bool all = std::ranges::all_of(reports, [](const ConditionReport& r) {
+    return r.qualities && int(r.qualities->qualities.level) > int(Level::undecided);
+  });
+  return {in_format(
+              command.common.format, [&] { return qualities_json(reports); },
+              [&] { return as_csv(qualities_sheet(reports)); },
+              [&] { return qualities_text(reports, style); },
+              [&] { return qualities_document(reports); }),
           all ? answered : unanswered};
 }
 

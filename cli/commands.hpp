@@ -86,6 +86,12 @@ struct LoadsCommand {
   Common common;
 };
 
+struct QualitiesCommand {
+  Common common;
+  TrimOptions trimming;
+  Method method = Method::exact;
+};
+
 struct ValidateCommand {
   Common common;        ///< without a study
   std::string vehicle;  ///< "xv15"
@@ -95,6 +101,14 @@ struct SweepCommand {
   Common common;
   int threads = 0;          ///< 0: one per processor
   double checkpoint = 1.0;  ///< s
+};
+
+struct ProveCommand {
+  Common common;
+  int threads = 0;                    ///< 0: one per processor
+  std::optional<double> margin;       ///< 1/s; these two: default from the study
+  std::optional<std::size_t> boxes;   ///< examined at most
+  std::filesystem::path certificate;  ///< empty: none
 };
 
 struct TuneCommand {
@@ -131,6 +145,12 @@ struct DiffCommand {
   std::filesystem::path after;
 };
 
+struct CheckProofCommand {
+  Common common;                ///< its study is the certificate
+  std::filesystem::path about;  ///< the study that it must be about; empty: any
+  int threads = 0;
+};
+
 struct TablesCommand {
   Common common;  ///< its study may be empty: the reference vehicle
 };
@@ -151,12 +171,15 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop);
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const ProveCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TablesCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const CheckProofCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token& stop);
 /// Makes only the requested format: `document` for Markdown and LaTeX.
 template <class Json, class Csv, class Text, class Document>
@@ -192,6 +215,9 @@ void for_each(const Study& study, const Common& common,
 /// Trims, linearizes and computes modes, as far as possible. Inputs: LinearizeCommand's.
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});
+/// The same with flying qualities, whether the study has [qualities] or not.
+ConditionReport judged(const Study& study, const Condition& condition, const TrimOptions& trimming,
+                       const LinearizeOptions& options = {});
 /// The report of a study that has been read; the command's path names it.
 Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,
                  const std::stop_token& stop);

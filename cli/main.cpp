@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -117,9 +118,12 @@ struct Commands {
   EnvelopeCommand envelope;
   SensitivitiesCommand sensitivities;
   MarginsCommand margins;
+  QualitiesCommand qualities;
   LoadsCommand loads;
   ValidateCommand validate;
   SweepCommand sweep;
+  ProveCommand prove;
+  CheckProofCommand check_proof;
   TuneCommand tune;
   SimulateCommand simulate;
   ReportCommand report;
@@ -135,9 +139,12 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_envelope(app, all.envelope), all.envelope),
           choice(add_sensitivities(app, all.sensitivities), all.sensitivities),
           choice(add_margins(app, all.margins), all.margins),
+          choice(add_qualities(app, all.qualities), all.qualities),
           choice(add_loads(app, all.loads), all.loads),
           choice(add_validate(app, all.validate), all.validate),
           choice(add_sweep(app, all.sweep), all.sweep),
+          choice(add_prove(app, all.prove), all.prove),
+          choice(add_check_proof(app, all.check_proof), all.check_proof),
           choice(add_tune(app, all.tune), all.tune),
           choice(add_simulate(app, all.simulate), all.simulate),
           choice(add_report(app, all.report), all.report),
@@ -175,9 +182,10 @@ std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
 void fill_in(const CLI::App& app, Commands& all) {
   for (Common* common :
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
-        &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.loads.common,
-        &all.validate.common, &all.sweep.common, &all.tune.common, &all.simulate.common,
-        &all.diff.common, &all.tables.common})
+        &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.qualities.common,
+        &all.loads.common, &all.validate.common, &all.sweep.common, &all.prove.common,
+        &all.check_proof.common, &all.tune.common, &all.simulate.common, &all.diff.common,
+        &all.tables.common})
     settle_format(*common);
   constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)
@@ -219,7 +227,17 @@ int run_program(int argc, char** argv) {
 }  // namespace
 }  // namespace tiltrim::cli
 
+// Destructors of JSON allocate, and would end the program where memory has run out. What they need
+// is set aside; it is address space alone until then.
+static std::atomic<void*> set_aside{};
+static void out_of_memory() {
+  std::free(set_aside.exchange(nullptr));
+  throw std::bad_alloc();
+}
+
 int main(int argc, char** argv) {
+  set_aside = std::malloc(std::size_t{64} << 20);
+  std::set_new_handler(out_of_memory);
   const tiltrim::RoundToNearest environment;  // libraries may have changed it while loading
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file-size limit fails with an error
   try {

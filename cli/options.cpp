@@ -221,6 +221,16 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
   return margins;
 }
 
+CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command) {
+  CLI::App* qualities = app.add_subcommand(
+      "qualities", "short period, phugoid, hovering oscillation, bandwidth: levels of each");
+  add_common(qualities, command.common, true);
+  add_trim_options(qualities, command.common, command.trimming);
+  add_choice(qualities, "--jacobian", command.method, jacobians,
+             "exact derivatives (default), or differences");
+  return qualities;
+}
+
 CLI::App* add_loads(CLI::App& app, LoadsCommand& command) {
   CLI::App* loads = app.add_subcommand(
       "loads", "forces and moments of each component at given states, without a trim");
@@ -235,6 +245,25 @@ CLI::App* add_validate(CLI::App& app, ValidateCommand& command) {
   validate->add_option("vehicle", command.vehicle, "xv15")->type_name("VEHICLE")->required();
   add_output(validate, command.common);
   return validate;
+}
+
+CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command) {
+  CLI::App* check = app.add_subcommand(
+      "check-proof", "verify a certificate of a proof independently of the program that made it");
+  check->add_option("certificate", command.common.study, "the certificate")
+      ->type_name("FILE")
+      ->required();
+  check
+      ->add_option("--study", command.about,
+                   "also check that all numbers in it are those of this study")
+      ->type_name("STUDY.toml");
+  check
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  add_output(check, command.common);
+  return check;
 }
 
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
@@ -253,6 +282,27 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("S");
   return sweep;
+}
+
+CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
+  CLI::App* prove = app.add_subcommand(
+      "prove", "trim and stability for every value of the study's [[prove.parameter]]");
+  add_common(prove, command.common, true);
+  add_only(prove, command.common);
+  prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
+      ->check(CLI::Range(0.0, 1e3))
+      ->type_name("SIGMA");
+  prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
+      ->check(CLI::Range(1.0, 1e8))
+      ->type_name("N");
+  prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
+      ->type_name("FILE");
+  prove
+      ->add_option("--threads", command.threads,
+                   "number of threads; 0 (default): one per processor")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+  return prove;
 }
 
 CLI::App* add_tune(CLI::App& app, TuneCommand& command) {

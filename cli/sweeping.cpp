@@ -7,6 +7,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
+#include "report/qualities.hpp"
 #include "report/sweeps.hpp"
 #include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
@@ -73,6 +74,7 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   // The same log, whichever link leads to the output.
   const std::filesystem::path log = filing::target_of(output).string() + ".log";
   SweepMap map;
+  std::optional<QualityLayer> levels;
   try {
     const std::vector<Condition> conditions = chosen(study, command.common.only);
     SweepOptions options;
@@ -83,6 +85,8 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
     if (!output.empty()) options.log = log;
     const bool resumed = !output.empty() && first_of_ranks() && std::filesystem::exists(log);
     map = swept(study, conditions, *study.sweep, options);
+    if (study.qualities && first_of_ranks())
+      levels = quality_layer(study, conditions, *study.sweep, map, stop);
     if (resumed)
       fmt::print(stderr, "tiltrim: resumed from {}: its lines were not computed again\n",
                  log.string());
@@ -100,16 +104,25 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
     return v < 0 || static_cast<Verdict>(v) == Verdict::undecided;
   });
   Outcome outcome{"", all ? answered : unanswered, false};
-  const auto text = [&] { return map_text(map, style); };
-  const auto document = [&] { return map_document(map); };
+  const auto text = [&] {
+    return map_text(map, style) +
+           (levels ? "\n" + as_text(borders_sheet(map, *levels), style) : "");
+  };
+  const auto document = [&] {
+    std::vector<Sheet> sheets = map_document(map);
+    if (levels) sheets.push_back(borders_sheet(map, *levels));
+    return sheets;
+  };
+  const auto json = [&] {
+    return levels ? with_qualities(map_json(map), map, *levels) : map_json(map);
+  };
   if (is_netcdf(output)) {
     write_netcdf(map, output);
     outcome.output = in_format(command.common.format, text, text, text, document);
     outcome.written = true;
   } else {
     outcome.output = in_format(
-        command.common.format, [&] { return map_json(map); },
-        [&] { return as_csv(map_sheet(map)); }, text, document);
+        command.common.format, json, [&] { return as_csv(map_sheet(map)); }, text, document);
     if (!output.empty()) {
       write_whole(output, outcome.output);
       outcome = {"", outcome.exit_code, true};

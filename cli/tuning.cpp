@@ -16,12 +16,15 @@ namespace {
 
 // "decay 0.3371 1/s, limited by damping at climb, stationary to 0.002; 3 starts, 1234 of 100000,
 // 850/s", short enough for one line.
-std::string in_words(const Requirement& goal, const TuneProgress& at) {
-  const std::string_view in = unit(goal.measure);
+std::string in_words(const TuneTable& tune, const TuneProgress& at) {
+  TuneProblem goals;
+  goals.goal = tune.goal;
+  goals.goals = tune.goals;
+  const std::string_view in = goal_unit(goals);
   const std::string where = at.decides.substr(0, at.decides.find(','));
   const std::string stationary =
       std::isnan(at.stationarity) ? "" : fmt::format(", stationary to {:.1g}", at.stationarity);
-  return fmt::format("{} {:.4g}{}{}, {} {}{}; {} starts, {} of {}, {:.0f}/s", name_of(goal),
+  return fmt::format("{} {:.4g}{}{}, {} {}{}; {} starts, {} of {}, {:.0f}/s", goal_name(goals),
                      at.best, in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing",
                      where, stationary, at.starts, at.evaluations, at.of,
                      double(at.evaluations) / std::max(at.seconds, 1e-3));
@@ -42,7 +45,7 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
     shown = what;
     const double share = double(at.evaluations) / double(std::max(at.of, 1L));
     const double of_time = options.seconds > 0 ? at.seconds / options.seconds : 0.0;
-    progress->tell(what + ": " + in_words(study.tune->goal, at), std::max(share, of_time));
+    progress->tell(what + ": " + in_words(*study.tune, at), std::max(share, of_time));
   });
 }
 

@@ -9,7 +9,7 @@ set -eu
 
 packages="build-essential cmake ninja-build pkg-config file
   libeigen3-dev coinor-libipopt-dev liblapack-dev libblas-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
-  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev
+  libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev libflint-arb-dev libflint-dev
   doctest-dev libbenchmark-dev gnuplot-nox pybind11-dev python3-dev python3-numpy"
 [ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy

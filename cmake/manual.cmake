@@ -11,7 +11,7 @@ printed(${SHARE}/fish/vendor_completions.d/tiltrim.fish completion fish)
 printed(${SHARE}/man/man1/tiltrim.1 manual)
 file(STRINGS ${SHARE}/man/man1/tiltrim.1 pages REGEX "^\\.BR tiltrim")  # what it refers to
 foreach(page IN LISTS pages)
-  string(REGEX REPLACE "^.*tiltrim[^a-z]*([a-z]+).*$" "\\1" command "${page}")
+  string(REGEX REPLACE "^.*tiltrim[^a-z]*([a-z]+(-[a-z]+)*).*$" "\\1" command "${page}")
   printed(${SHARE}/man/man1/tiltrim-${command}.1 manual ${command})
 endforeach()
 file(GLOB pages ${SHARE}/man/man1/*.1)

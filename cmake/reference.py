@@ -1,10 +1,11 @@
-"""Pages of the site that are made from what the program reads: the keys of a study from its schema, the Python package
-from its signatures and docstrings."""
+"""Pages of the site that are made from what the program reads and prints: the keys of a study and of JSON from their
+schemas, the Python package from its signatures and docstrings."""
 
 import ast
 import json
 
 SCHEMA, PACKAGE = "data/study.schema.json", "python/tiltrim/__init__.py"
+PRINTED = "data/output.schema.json"
 
 
 def kinds_of(value):
@@ -55,6 +56,39 @@ def study_keys(root):
         for path, keys in tables_of(schema[family], ""):
             lines += ["", f"### {path or 'top level'}", "", "| key | values | unit |", "|---|---|---|"]
             lines += [f"| `{name}` | {in_words(value) or 'table'} | {unit_of(value)} |" for name, value in keys.items()]
+    return "\n".join(lines) + "\n"
+
+
+def printed_keys(schema, path=""):
+    """(path, types) of every key of a command's JSON; [] is an element of a list, <name> a name of the study or model."""
+    for name, value in schema.get("properties", {}).items():
+        yield from printed_value(value, f"{path}.{name}".lstrip("."))
+    if "additionalProperties" in schema:
+        yield from printed_value(schema["additionalProperties"], f"{path}.<name>".lstrip("."))
+
+
+def printed_value(value, path):
+    types = [value["type"]] if isinstance(value["type"], str) else value["type"]
+    while "items" in value and not {"object", "string"} & set(types):
+        value = value["items"]
+        path += "[]"
+        types = [value["type"]] if isinstance(value["type"], str) else value["type"]
+    yield path, types
+    yield from printed_keys(value, path)
+    if "object" in value.get("items", {}).get("type", ""):
+        yield from printed_keys(value["items"], f"{path}[]")
+
+
+def json_keys(root):
+    """The page of the JSON that the commands print."""
+    schema = json.loads((root / PRINTED).read_text(encoding="utf-8"))
+    lines = ["# Keys of JSON", "", "What each command prints with `--format json`, key by key, made from a schema that a test",
+             "compares with the output of every shipped study. `[]` stands for each element of a list, `<name>` for the name",
+             "of a signal, a parameter or a key of the study. [The commands](../cli.md) have examples and the meaning of the",
+             "keys. Later versions may add keys."]  # fmt: skip
+    for command, printed in schema["definitions"].items():
+        lines += ["", f"## {command}", "", "| key | type |", "|---|---|"]
+        lines += [f"| `{path}` | {', '.join(types)} |" for path, types in printed_keys(printed)]
     return "\n".join(lines) + "\n"
 
 
@@ -128,4 +162,5 @@ def python_api(root):
 
 
 #: source in the repository: (page of the site, its text)
-PAGES = {SCHEMA: ("reference/study-keys.md", study_keys), PACKAGE: ("reference/python-names.md", python_api)}
+PAGES = {SCHEMA: ("reference/study-keys.md", study_keys), PRINTED: ("reference/json-keys.md", json_keys),
+         PACKAGE: ("reference/python-names.md", python_api)}  # fmt: skip

@@ -22,8 +22,13 @@ install(SCRIPT cmake/installed_headers.cmake)
 get_property(modules GLOBAL PROPERTY TILTRIM_MODULES)
 list(TRANSFORM modules PREPEND -ltiltrim_)
 list(JOIN modules " " pc_libraries)
+set(pc_arb "")
+if(TILTRIM_ARB AND TILTRIM_FLINT)
+  set(pc_arb " -lflint-arb -lflint")
+endif()
 # From <prefix>/lib/x86_64-linux-gnu/pkgconfig up to <prefix>.
 string(REGEX REPLACE "[^/]+" ".." PC_UP ${CMAKE_INSTALL_LIBDIR})
 configure_file(cmake/tiltrim.pc.in tiltrim.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/tiltrim.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 install(FILES LICENSE CITATION.cff README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR})  # README.md links to them

@@ -17,7 +17,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "gnuplot-nox")
 # What a program that is linked with the static libraries needs.
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS
-    "cmake, g++, libeigen3-dev, coinor-libipopt-dev, libnlopt-dev, libnlopt-cxx-dev, libnetcdf-dev, libmatio-dev, libfmt-dev, libtomlplusplus-dev, libtbb-dev")
+    "cmake, g++, libeigen3-dev, coinor-libipopt-dev, libnlopt-dev, libnlopt-cxx-dev, libnetcdf-dev, libmatio-dev, libfmt-dev, libtomlplusplus-dev, libtbb-dev, liblapack-dev, libblas-dev")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/package)
 
 # Debian's own files: copyright and changelog, compressed without a time so that a package has the same bytes.

@@ -19,6 +19,13 @@ void dtrsyl_(const char* op_T, const char* op_S, const int* sign, const int* m, 
 void dgeev_(const char* left, const char* right, const int* n, double* A, const int* lda,
             double* re, double* im, double* VL, const int* ldvl, double* VR, const int* ldvr,
             double* work, const int* size, int* info, std::size_t, std::size_t);
+void dggevx_(const char* balance, const char* left, const char* right, const char* sense,
+             const int* n, double* A, const int* lda, double* B, const int* ldb, double* re,
+             double* im, double* beta, double* VL, const int* ldvl, double* VR, const int* ldvr,
+             int* low, int* high, double* left_scale, double* right_scale, double* A_norm,
+             double* B_norm, double* values_rcond, double* vectors_rcond, double* work,
+             const int* size, int* indices, int* flags, int* info, std::size_t, std::size_t,
+             std::size_t, std::size_t);
 void dgebal_(const char* job, const int* n, double* A, const int* lda, int* low, int* high,
              double* scale, int* info, std::size_t);
 void zgesvd_(const char* U, const char* V, const int* m, const int* n, std::complex<double>* A,
@@ -99,6 +106,25 @@ VectorXd scales(const MatrixXd& A) {
   int low = 0, high = 0, info = 0;
   if (n > 0) dgebal_("S", &n, balanced.data(), &n, &low, &high, d.data(), &info, 1);
   return d;
+}
+
+Pencil generalized_eigenvalues(const MatrixXd& A, const MatrixXd& B) {
+  if (A.rows() == 0) return {};
+  const int n = int(A.rows()), size = 40 * n, one = 1;
+  MatrixXd a = A, b = B;
+  VectorXd re(n), im(n), beta(n), left(n), right(n), rcond(n), work(size);
+  std::vector<int> indices(std::size_t(n + 6), 0), flags(std::size_t(n), 0);
+  double a_norm = 0.0, b_norm = 0.0;
+  int low = 0, high = 0, info = 0;
+  dggevx_("B", "N", "N", "N", &n, a.data(), &n, b.data(), &n, re.data(), im.data(), beta.data(),
+          nullptr, &one, nullptr, &one, &low, &high, left.data(), right.data(), &a_norm, &b_norm,
+          rcond.data(), rcond.data(), work.data(), &size, indices.data(), flags.data(), &info, 1, 1,
+          1, 1);
+  if (info != 0) return {};
+  Pencil all{VectorXcd(n), beta};
+  all.alpha.real() = re;
+  all.alpha.imag() = im;
+  return all;
 }
 
 double spectral_norm(const MatrixXcd& G) {

@@ -26,6 +26,14 @@ Eigen::MatrixXd sylvester(const Eigen::MatrixXd& T, const Eigen::MatrixXd& S, bo
 /// Eigenvalues of A, balanced, by ascending real part; empty if the iteration reached its limit.
 Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& A);
 
+/// Eigenvalues alpha/beta of the pencil A - λ B, balanced; infinite where beta = 0. Empty if the
+/// iteration reached its limit.
+struct Pencil {
+  Eigen::VectorXcd alpha;
+  Eigen::VectorXd beta;
+};
+Pencil generalized_eigenvalues(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+
 /// Powers of two d: the rows and columns of diag(d)⁻¹ A diag(d) have similar norms.
 Eigen::VectorXd scales(const Eigen::MatrixXd& A);
 

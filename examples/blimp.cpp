@@ -58,14 +58,14 @@ const tiltrim::TrimSpec level{.free = {"w", "pitch", "thrust", "trim_tab"},
                               .implied = {"pitch"}};
 
 tiltrim::OperatingPoint at_speed(double u) {
-  return {Eigen::Vector4d{u, 0, 0, 0}, Eigen::Vector2d{50, 0}, Eigen::Vector3d{6, 0.0, 0.0}};
+  return point_of(blimp(), {{"u", u}, {"thrust", 50}, {"heaviness", 6}});  // the others are zero
 }
 
 int main() {
   const tiltrim::Model m = blimp();
   const tiltrim::TrimResult cruise = trim(m, level, at_speed(8));
   std::printf("trim: %s, thrust %.3f N, tab %.4f rad\n", to_string(cruise.status).c_str(),
-              cruise.point.u[0], cruise.point.u[1]);
+              value_of(m, cruise.point, "thrust"), value_of(m, cruise.point, "trim_tab"));
   const tiltrim::LinearModel linear = linearize(m, cruise.point);
   const tiltrim::Modes found = modes(linear);
   for (const tiltrim::Mode& mode : found.modes)
@@ -99,11 +99,9 @@ int main() {
   const tiltrim::TuneResult best = tune(problem, {.evaluations = 400});
   std::printf("tune: %s, decay %.3f 1/s\n", to_string(best.status).c_str(), best.goal);
 
-  tiltrim::OperatingPoint damped = cruise.point;
-  damped.p.tail(2) = best.gains;
-  const tiltrim::TrimResult held = trim(m, level, damped);
-  const tiltrim::LinearModel tuned = linearize(m, held.point);
-  const tiltrim::Margins margin = margins(tiltrim::opened(tuned.A, tuned.B.col(1), tuned.C.row(1)));
+  const tiltrim::NamedValues gains{{"k_theta", best.gains[0]}, {"k_q", best.gains[1]}};
+  const tiltrim::TrimResult held = trim(m, level, changed(m, cruise.point, gains));
+  const tiltrim::Margins margin = margins(opened(linearize(m, held.point), "trim_tab", "law"));
   std::printf("margins: phase %.1f degrees\n", margin.phase * 180 / std::numbers::pi);
   const tiltrim::Simulation motion =
       simulate(m, held.point, 60.0, {{.signal = "trim_tab", .size = 0.05, .from = 1, .to = 3}});

@@ -48,11 +48,12 @@ Eigen::Vector4d gains(double c3, double c2, double c1, double c0) {
 int main() {
   // (s² + 2 s + 4)(s + 5)(s + 6)
   const tiltrim::Model loop = feedback(cart_pole(), state_feedback(gains(13, 56, 104, 120)));
-  const tiltrim::OperatingPoint guess{Eigen::Vector4d{0.1, 0, 0.2, 0}, VectorXd(0), VectorXd(0)};
+  const tiltrim::OperatingPoint guess = point_of(loop, {{"angle", 0.1}, {"x", 0.2}});
   const auto upright = names(loop.states);
   const tiltrim::TrimResult held = trim(loop, {.free = upright, .steady = upright}, guess);
   std::printf("%s: angle %.6f rad at x = %.6f m\n", to_string(held.status).c_str(),
-              std::abs(held.point.x[0]), std::abs(held.point.x[2]));
+              std::abs(value_of(loop, held.point, "angle")),
+              std::abs(value_of(loop, held.point, "x")));
   if (!held) return 1;
   const tiltrim::Modes found = modes(linearize(loop, held.point));
   for (const tiltrim::Mode& mode : found.modes)

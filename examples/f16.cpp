@@ -7,17 +7,19 @@
 #include "linearize/modes.hpp"
 #include "trim/trim.hpp"
 
-using Eigen::VectorXd;
-
 // Level flight at a speed; one guess serves all of them.
 tiltrim::TrimResult level(const tiltrim::Model& m, double V, double xcg) {
   const tiltrim::TrimSpec spec{.free = {"alpha", "theta", "power", "throttle", "elevator"},
                                .steady = {"V", "alpha", "q", "power"},
                                .bounds = {{"gamma", {0, 0}}},
                                .implied = {"theta"}};
-  VectorXd x(5);
-  x << V, 0.1, 0.1, 0, 10;
-  return trim(m, spec, {x, Eigen::Vector2d{0.2, 0}, Eigen::Vector2d{0, xcg}});
+  return trim(m, spec,
+              point_of(m, {{"V", V},
+                           {"alpha", 0.1},
+                           {"theta", 0.1},
+                           {"power", 10},
+                           {"throttle", 0.2},
+                           {"xcg", xcg}}));
 }
 
 int main() {
@@ -25,8 +27,9 @@ int main() {
   std::printf("V [ft/s], throttle, alpha [deg], elevator [deg]\n");
   for (const double V : {130, 140, 150, 170, 200, 260, 300, 400, 500, 600, 700, 800}) {
     const tiltrim::TrimResult r = level(m, V, 0.35);
-    std::printf("  %.0f %6.3f %5.1f %5.1f  %s\n", V, r.point.u[0],
-                r.point.x[1] * 180 / std::numbers::pi, r.point.u[1], to_string(r.status).c_str());
+    std::printf("  %.0f %6.3f %5.1f %5.1f  %s\n", V, value_of(m, r.point, "throttle"),
+                value_of(m, r.point, "alpha") * 180 / std::numbers::pi,
+                value_of(m, r.point, "elevator"), to_string(r.status).c_str());
   }
   for (const double xcg : {0.30, 0.35, 0.38}) {
     const tiltrim::TrimResult r = level(m, 502, xcg);

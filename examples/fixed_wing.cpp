@@ -29,10 +29,20 @@ tiltrim::Model longitudinal() {
 
 int main() {
   const tiltrim::Model m = longitudinal();
-  VectorXd p(9);
-  p << -0.006868, 0.01395, 32.2, -0.09055, -0.3151, 773.98, 0.0001187, -0.001026, -0.4285;
   const auto states = names(m.states);
-  const tiltrim::OperatingPoint guess{Eigen::Vector4d{10, 5, 0.1, 0.1}, VectorXd(0), p};
+  const tiltrim::OperatingPoint guess = point_of(m, {{"u", 10},
+                                                     {"w", 5},
+                                                     {"q", 0.1},
+                                                     {"theta", 0.1},
+                                                     {"X_u", -0.006868},
+                                                     {"X_w", 0.01395},
+                                                     {"g", 32.2},
+                                                     {"Z_u", -0.09055},
+                                                     {"Z_w", -0.3151},
+                                                     {"Z_q", 773.98},
+                                                     {"M_u", 0.0001187},
+                                                     {"M_w", -0.001026},
+                                                     {"M_q", -0.4285}});
   const tiltrim::TrimResult level = trim(m, {.free = states, .steady = states}, guess);
   std::printf("%s\n", to_string(level.status).c_str());
   if (!level) return 1;

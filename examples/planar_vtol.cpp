@@ -8,8 +8,6 @@
 #include "model/feedback.hpp"
 #include "sweep/sweep.hpp"
 
-using Eigen::VectorXd;
-
 constexpr double mass = 4.0, inertia = 0.5, g = 9.81;
 
 // m x" = -T sin θ,   m z" = T cos θ - m g,   I θ" = M
@@ -45,11 +43,12 @@ tiltrim::Model hold() {
 }
 
 int main() {
-  const tiltrim::OperatingPoint ground{VectorXd::Zero(6), VectorXd::Zero(2), VectorXd(0)};
   const tiltrim::TrimSpec hover{.free = {"theta", "thrust", "moment"}, .steady = {"vx", "vz", "q"}};
-  const tiltrim::TrimResult held = trim(vtol(), hover, ground);
+  const tiltrim::Model craft = vtol();
+  const tiltrim::TrimResult held = trim(craft, hover, point_of(craft, {}));
   std::printf("%s: thrust %.4f N, moment %.4f N m\n", to_string(held.status).c_str(),
-              held.point.u[0], std::abs(held.point.u[1]));
+              value_of(craft, held.point, "thrust"),
+              std::abs(value_of(craft, held.point, "moment")));
   if (!held) return 1;
 
   const tiltrim::Model loop = feedback(vtol(), hold());
@@ -58,7 +57,7 @@ int main() {
       .name = "hover",
       .model = loop,
       .spec = {.free = states, .steady = states},
-      .guess = {VectorXd::Zero(6), VectorXd(0), Eigen::Vector4d{6, 4, 0.75, 1}},
+      .guess = point_of(loop, {{"k_theta", 6}, {"k_q", 4}, {"k_x", 0.75}, {"k_v", 1}}),
       .inputs = {}};
   const std::vector<double> gains = {1.5, 2.5, 3.5, 4.5, 5.5, 6.5};
   const tiltrim::SweepAxis axis{.name = "k_theta",

@@ -17,18 +17,13 @@
 namespace tiltrim {
 
 using Complex = std::complex<double>;
-using Eigen::Index;
-using Eigen::MatrixXcd;
-using Eigen::MatrixXd;
-using Eigen::RowVectorXd;
-using Eigen::VectorXcd;
+using Eigen::Index, Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::RowVectorXd, Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double infinity = std::numeric_limits<double>::infinity(), pi = std::numbers::pi;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr double pi = std::numbers::pi;
 
 void check(const LoopTransfer& loop) {
   const Index n = loop.A.rows();
@@ -344,6 +339,11 @@ LoopTransfer opened(const MatrixXd& A_closed, const VectorXd& b, const RowVector
   LoopTransfer loop = inverse_of_one_plus({A_closed, b, c, d});
   loop.d = -d / (1 + d);
   return loop;
+}
+LoopTransfer opened(const LinearModel& closed, std::string_view input, std::string_view output) {
+  const Index j = index_of(closed.inputs, input, "input");
+  const Index i = index_of(closed.outputs, output, "output");
+  return opened(closed.A, closed.B.col(j), closed.C.row(i), closed.D(i, j));
 }
 
 // (1 + z)/(1 - z) for real z, and for imaginary z                                            [43]

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <complex>
 #include <limits>
+#include <string_view>
 #include <vector>
 
 #include "linearize/modes.hpp"
@@ -30,6 +31,10 @@ struct LoopTransfer {
 /// std::invalid_argument if 1 + d = 0 (no such loop), sizes do not match or a value is not finite.
 [[nodiscard]] LoopTransfer opened(const Eigen::MatrixXd& A_closed, const Eigen::VectorXd& b,
                                   const Eigen::RowVectorXd& c, double d = 0.0);
+/// The same by signal names: what is added to `input` returns as `output`, what the control law
+/// adds to that input. Throws std::invalid_argument also for unknown names.
+[[nodiscard]] LoopTransfer opened(const LinearModel& closed, std::string_view input,
+                                  std::string_view output);
 
 /// A frequency at which a single change puts a closed-loop eigenvalue on the imaginary axis.
 struct Crossing {

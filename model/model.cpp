@@ -96,6 +96,25 @@ void set_value(OperatingPoint& point, Index variable, double value) {
     point.p[variable - nx - nu] = value;
 }
 
+OperatingPoint changed(const Model& model, OperatingPoint point, const NamedValues& values) {
+  check_sizes(model, point);
+  for (const auto& [name, value] : values) set_value(point, variable(model, name), value);
+  return point;
+}
+
+OperatingPoint point_of(const Model& model, const NamedValues& values) {
+  return changed(
+      model,
+      {VectorXd::Zero(std::ssize(model.states)), VectorXd::Zero(std::ssize(model.inputs)),
+       VectorXd::Zero(std::ssize(model.parameters))},
+      values);
+}
+
+double value_of(const Model& model, const OperatingPoint& point, std::string_view name) {
+  check_sizes(model, point);
+  return value_of(point, variable(model, name));
+}
+
 void check(const Model& model) {
   if (!model.f) throw std::invalid_argument("the model has no function f");
   if (!model.outputs.empty() && !model.h)

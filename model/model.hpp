@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -23,6 +24,7 @@ struct Signal {
   double nominal = 1.0;  ///< a significant change: the scale of steps, norms and rank tests; > 0
 };
 
+struct Jet;                            // a range with derivatives: model/jet.hpp
 using Signals = std::vector<Signal>;  ///< the signals of one vector, in order
 
 /// Largest number of states, inputs or outputs of a model: all methods use full matrices.
@@ -99,6 +101,11 @@ struct Model {
   /// equilibrium exists.
   std::function<std::vector<Range>(const std::vector<Range>& box)> enclosure;
 
+  /// Optional, for proofs: [f; h] on ranges with first and second derivatives.
+  std::function<std::vector<Jet>(const std::vector<Jet>& x, const std::vector<Jet>& u,
+                                 const std::vector<Jet>& p)>
+      jets;
+
   /// Optional switching functions: the model has a kink or a jump where one of them is zero.
   struct Switch {
     std::string name;                                       ///< what happens at the switch
@@ -149,6 +156,16 @@ const Signal& signal_of(const Model& model, Eigen::Index variable);
 double value_of(const OperatingPoint& point, Eigen::Index variable);
 /// Sets the value of a variable.
 void set_value(OperatingPoint& point, Eigen::Index variable, double value);
+
+/// Values of states, inputs and parameters by name, in each signal's unit.
+using NamedValues = std::map<std::string, double>;
+/// The point with these values; all others are zero. Throws as variable() for an unknown name.
+OperatingPoint point_of(const Model& model, const NamedValues& values);
+/// The point with these values changed. Throws as variable() for an unknown name, CallerMistake if
+/// the point's vectors do not fit the model.
+OperatingPoint changed(const Model& model, OperatingPoint point, const NamedValues& values);
+/// The value of the state, input or parameter of this name. Throws as changed().
+double value_of(const Model& model, const OperatingPoint& point, std::string_view name);
 
 /// Throws std::invalid_argument if the model cannot be used: no f, a duplicate name, a nominal size
 /// that is not positive and finite.

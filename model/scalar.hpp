@@ -3,21 +3,14 @@
 /// Internal to model/ and vehicles/.
 #pragma once
 
-#include <boost/numeric/interval.hpp>
 #include <cmath>
 #include <limits>
 
 #include "model/dual.hpp"
+#include "model/interval.hpp"
+#include "model/jet.hpp"
 
 namespace tiltrim::physics {
-
-using Rounding = boost::numeric::interval_lib::save_state_nothing<
-    boost::numeric::interval_lib::rounded_transc_exact<double>>;
-/// A range of numbers. Not rounded outward: callers must allow a margin (trim/proof.cpp).
-using Interval =
-    boost::numeric::interval<double,
-                             boost::numeric::interval_lib::policies<
-                                 Rounding, boost::numeric::interval_lib::checking_base<double>>>;
 
 // For double; the other scalars define their own.
 inline double abs(double x) { return std::abs(x); }
@@ -40,6 +33,7 @@ SinCos<DualOf<T>> sin_cos(const DualOf<T>& angle) {
 }
 
 inline SinCos<Interval> sin_cos(const Interval& angle) { return {angle, sin(angle), cos(angle)}; }
+inline SinCos<Jet> sin_cos(const Jet& angle) { return {angle, sin(angle), cos(angle)}; }
 
 // Sum of two angles.
 template <class S>
@@ -58,6 +52,9 @@ SinCos<DualOf<T>> operator+(const SinCos<DualOf<T>>& a, const SinCos<DualOf<T>>&
 
 // Interval products ignore that both factors depend on the same angle; use the angle's range.
 inline SinCos<Interval> operator+(const SinCos<Interval>& a, const SinCos<Interval>& b) {
+  return sin_cos(a.angle + b.angle);
+}
+inline SinCos<Jet> operator+(const SinCos<Jet>& a, const SinCos<Jet>& b) {
   return sin_cos(a.angle + b.angle);
 }
 

@@ -10,6 +10,7 @@
 #include "linearize/modes.hpp"
 #include "report/sheet.hpp"
 #include "study/analyses.hpp"
+#include "study/qualities_study.hpp"
 
 namespace tiltrim {
 
@@ -18,8 +19,9 @@ struct ConditionReport {
   Answer answer;
   std::optional<LinearModel> linear;
   std::optional<Modes> modes;
-  std::optional<AllEquilibria> all;  ///< trim --all
-  std::optional<Explanation> why;    ///< if no equilibrium exists
+  std::optional<AllEquilibria> all;            ///< trim --all
+  std::optional<Explanation> why;              ///< if no equilibrium exists
+  std::optional<JudgedQualities> qualities{};  ///< if requested, or the study has [qualities]
 };
 
 /// Equilibria, one row per condition, angles in degrees.

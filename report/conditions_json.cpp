@@ -1,5 +1,6 @@
 #include "report/conditions.hpp"
 #include "report/json.hpp"
+#include "report/qualities.hpp"
 
 namespace tiltrim {
 
@@ -115,6 +116,7 @@ std::string conditions_json(const std::vector<ConditionReport>& conditions) {
     ordered_json c;
     add_trim(r.answer, c);
     if (r.all) c["equilibria"] = all_json(*r.all, r.answer.model);
+    if (r.qualities) c["qualities"] = qualities_object(*r.qualities);
     if (r.why) c["diagnosis"] = diagnosis_json(*r.why);
     if (r.linear) c["linear"] = linear_json(*r.linear);
     if (r.modes) {

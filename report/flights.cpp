@@ -168,8 +168,9 @@ std::string error_text(const FlightReport& r) {
   };
   return fmt::format(
       "estimated error of the final state: V {:.0e} m/s, γ {:.0e}°, θ {:.0e}°, distance {:.0e} m, "
-      "height {:.0e} m",
-      of("V"), of("gamma_deg"), of("theta_deg"), of("distance"), of("height"));
+      "height {} m",
+      of("V"), of("gamma_deg"), of("theta_deg"), of("distance"),
+      of("height") == 0 ? "0" : fmt::format("{:.0e}", of("height")));
 }
 
 std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {

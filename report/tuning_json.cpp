@@ -11,11 +11,13 @@ using namespace tuning;
 namespace {
 
 ordered_json requirement_json(const Requirement& asked) {
-  return {
+  ordered_json j{
       {"measure", name_of(asked)}, {"of", asked.of}, {"unit", std::string(unit(asked.measure))}};
+  if (!asked.from.empty()) j.update({{"input", asked.from}, {"output", asked.to}});
+  return j;
 }
 
-// A requirement and its worst case; the goal's limit is null.
+// A requirement and its worst case; a single goal's limit is null.
 ordered_json worst_json(const TuningReport& report, std::size_t asked) {
   const Requirement requirement = asked_of(report.problem)[asked];
   const Achieved* a = worst(report.result, asked, everywhere);
@@ -98,8 +100,14 @@ std::string tuning_json(const TuningReport& report) {
   const TuneResult& r = report.result;
   ordered_json all = answer_json(problem, r);
   all["goal"] = worst_json(report, 0);
+  if (!problem.goals.empty()) {
+    all["reserve"] = r.status == TuneStatus::no_trim ? nan : r.goal;
+    all["goals"] = ordered_json::array();
+    for (std::size_t i = 0; i < problem.goals.size(); ++i)
+      all["goals"].push_back(worst_json(report, i));
+  }
   all["limits"] = ordered_json::array();
-  for (std::size_t i = 1; i < asked_of(problem).size(); ++i)
+  for (std::size_t i = goals_of(problem); i < asked_of(problem).size(); ++i)
     all["limits"].push_back(worst_json(report, i));
   all["toml"] = tuning_toml(report);
   all["achieved"] = ordered_json::array();

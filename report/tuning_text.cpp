@@ -40,7 +40,7 @@ Sheet requirements_sheet(const TuningReport& report) {
                    {"", "active", ""}, {"", "at", ""}};
   const std::vector<Requirement> asked = asked_of(report.problem);
   for (std::size_t i = 0; i < asked.size(); ++i) {
-    const std::string words = asked_in_words(asked[i], i == 0);
+    const std::string words = asked_in_words(asked[i], i < goals_of(report.problem));
     const Achieved* a = worst(report.result, i, everywhere);
     if (!a) {
       sheet.rows.push_back({words, {}, "", {}, "", "applies nowhere"});
@@ -98,7 +98,8 @@ std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
     const std::string unit_name = unit_in_text(unit(asked[i].measure));
     const std::string goal = unit_name.empty() ? "goal" : "goal, " + unit_name;
     sheet.columns.push_back(
-        {"", in_words(asked[i]) + ' ', (i == 0 ? goal : limit_in_words(asked[i])) + ' '});
+        {"", in_words(asked[i]) + ' ',
+         (i == 0 && problem.goals.empty() ? goal : limit_in_words(asked[i])) + ' '});
   }
   constexpr std::size_t most = 40;
   std::size_t left_out = 0;
@@ -140,7 +141,7 @@ SheetCell met_cell(bool met) {
 Sheet effects_sheet(const TuningReport& report) {
   constexpr double ten_percent = 0.1;
   const std::vector<Requirement> asked = asked_of(report.problem);
-  const bool limited = asked.size() > 1;
+  const bool limited = asked.size() > goals_of(report.problem);
   Sheet sheet;
   sheet.title =
       "\nEffect of each gain: the worst case with 10 % less and with 10 % more of it, and slopes "
@@ -170,12 +171,13 @@ Sheet effects_sheet(const TuningReport& report) {
 }
 
 Sheet front_sheet(const TuningReport& report) {
-  const Requirement &moved = report.front_limit, &goal = report.problem.goal;
+  const Requirement& moved = report.front_limit;
+  const std::string goal = goal_in_words(report.problem);
   const std::string moved_unit = unit_in_text(unit(moved.measure));
   Sheet sheet;
-  sheet.title = fmt::format("\nThe best {} where {} is limited:", in_words(goal), in_words(moved));
+  sheet.title = fmt::format("\nThe best {} where {} is limited:", goal, in_words(moved));
   sheet.columns = {{"", in_words(moved) + ' ' + sign(moved.measure), moved_unit, "{:.5g}"},
-                   {"", in_words(goal), unit_in_text(unit(goal.measure)), "{:.5g}"},
+                   {"", goal, unit_in_text(goal_unit(report.problem)), "{:.5g}"},
                    {"", "status", ""}};
   for (const TuningReport::FrontPoint& p : report.front)
     sheet.rows.push_back({p.limit,

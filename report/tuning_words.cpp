@@ -25,8 +25,8 @@ std::string variable_name(const TuneProblem& problem, Index variable) {
 }
 
 // "0.337 1/s", "45°"
-std::string quantity(double value, Measure measure) {
-  const std::string unit_name = unit_in_text(unit(measure));
+std::string quantity(double value, std::string_view in_unit) {
+  const std::string unit_name = unit_in_text(in_unit);
   return fmt::format("{:.4g}{}{}", value, unit_name.empty() || unit_name == "°" ? "" : " ",
                      unit_name);
 }
@@ -47,7 +47,14 @@ std::string in_words(const Requirement& asked) {
   for (const std::string suffix : {"_db", "_deg"})
     if (words.ends_with(suffix)) words.resize(words.size() - suffix.size());
   std::ranges::replace(words, '_', ' ');
-  return asked.of.empty() ? words : words + " of " + asked.of;
+  if (!asked.of.empty()) words += " of " + asked.of;
+  if (!asked.from.empty())
+    words += fmt::format(" from {} to {}", fmt::join(asked.from, ", "), fmt::join(asked.to, ", "));
+  return words;
+}
+
+std::string goal_in_words(const TuneProblem& problem) {
+  return problem.goals.empty() ? in_words(problem.goal) : goal_name(problem);
 }
 
 std::string unit_in_text(std::string_view unit) {
@@ -57,11 +64,13 @@ std::string unit_in_text(std::string_view unit) {
 const char* sign(Measure measure) { return more_is_better(measure) ? "≥" : "≤"; }
 
 std::string limit_in_words(const Requirement& asked) {
-  return fmt::format("{} {}", sign(asked.measure), quantity(asked.limit, asked.measure));
+  return fmt::format("{} {}", sign(asked.measure), quantity(asked.limit, unit(asked.measure)));
 }
 
 std::string asked_in_words(const Requirement& asked, bool goal) {
-  return in_words(asked) + (goal ? ", the goal" : " " + limit_in_words(asked));
+  if (!goal) return in_words(asked) + " " + limit_in_words(asked);
+  return in_words(asked) +
+         (std::isnan(asked.limit) ? ", the goal" : ", target " + limit_in_words(asked));
 }
 
 std::string place_in_words(const TuneProblem& problem, const TunePlace& place) {
@@ -105,11 +114,10 @@ std::string where_in_words(const TuningReport& report) {
 
 std::string verdict_text(const TuningReport& report, const TextStyle& style) {
   const TuneResult& r = report.result;
-  const Requirement& goal = report.problem.goal;
   std::string words;
   if (r)
-    words = fmt::format(": worst {} {} {}; {}", in_words(goal), quantity(r.goal, goal.measure),
-                        where_in_words(report),
+    words = fmt::format(": worst {} {} {}; {}", goal_in_words(report.problem),
+                        quantity(r.goal, goal_unit(report.problem)), where_in_words(report),
                         report.problem.limits.empty() ? "no limits required" : "all limits met");
   else if (!r.message.empty())
     words = ": " + r.message;
@@ -141,18 +149,18 @@ Difference largest_difference(const Eigen::VectorXd& a, const Eigen::VectorXd& b
 std::string second_in_words(const TuningReport& report) {
   const TuneProblem& problem = report.problem;
   const TuneResult &first = report.result, &second = *report.second;
-  const Measure measure = problem.goal.measure;
+  const std::string_view in_unit = goal_unit(problem);
   std::string words = fmt::format("Second search by {}: {}", report.second_algorithm,
                                   status_in_words(second.status));
   if (second.status == TuneStatus::no_trim || !std::isfinite(second.goal))
     return words + (second.message.empty() ? "." : ", " + second.message + ".");
-  words += fmt::format(", worst {} {}", in_words(problem.goal), quantity(second.goal, measure));
+  words += fmt::format(", worst {} {}", goal_in_words(problem), quantity(second.goal, in_unit));
   constexpr double settled = 1e-6;  // relative convergence of a search in goal or gain
-  const double more = (more_is_better(measure) ? 1 : -1) * (second.goal - first.goal);
+  const double more = (more_goal_is_better(problem) ? 1 : -1) * (second.goal - first.goal);
   if (first && second)
     words += std::abs(more) <= settled * std::abs(first.goal)
                  ? ", the same"
-                 : fmt::format(", {} {}", quantity(std::abs(more), measure),
+                 : fmt::format(", {} {}", quantity(std::abs(more), in_unit),
                                more > 0 ? "better" : "worse");
   if (has_gains(problem, first) && has_gains(problem, second)) {
     const Difference d = largest_difference(first.gains, second.gains);
@@ -175,10 +183,9 @@ std::string robustness_in_words(const TuningReport& report) {
       grouped(r.met), grouped(r.samples), 100 * r.fraction, digits, 100 * r.lower, digits,
       100 * r.upper, digits);
   words += fmt::format("; {} without trim, {} unstable", grouped(r.no_trim), grouped(r.unstable));
-  const Requirement& goal = report.problem.goal;
   if (r.samples > r.no_trim && std::isfinite(r.worst_goal))
-    words += fmt::format("; worst {} {} at {}", in_words(goal),
-                         quantity(r.worst_goal, goal.measure), r.worst);
+    words += fmt::format("; worst {} {} at {}", goal_in_words(report.problem),
+                         quantity(r.worst_goal, goal_unit(report.problem)), r.worst);
   return words + (r.interrupted ? " (interrupted: fewer samples than requested)." : ".");
 }
 
@@ -186,8 +193,9 @@ std::string corner_in_words(const TuningReport& report) {
   const Achieved* corner =
       worst(report.result, 0, [](const TunePlace& place) { return !place.scatter.empty(); });
   if (!corner) return "";
-  return fmt::format("Worst corner of the scatter: {} {} at {}.", in_words(report.problem.goal),
-                     quantity(corner->value, report.problem.goal.measure),
+  const Requirement& goal = corner->requirement;
+  return fmt::format("Worst corner of the scatter: {} {} at {}.", in_words(goal),
+                     quantity(corner->value, unit(goal.measure)),
                      place_in_words(report.problem, corner->place));
 }
 
@@ -214,7 +222,7 @@ std::string end_in_words(const TuningReport& report) {
                          agreement_in_words(r), cancel);
     case TuneEnd::no_influence:
       return fmt::format("No influence: {} is the same for all {} candidates, whatever the gains.",
-                         in_words(report.problem.goal), grouped(r.evaluations));
+                         goal_in_words(report.problem), grouped(r.evaluations));
     case TuneEnd::budget_spent:
       break;
   }

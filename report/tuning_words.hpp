@@ -13,6 +13,8 @@ inline constexpr double rounding = 1e-9;  ///< tolerance on a reserve: not yet a
 
 /// "phase margin of theta0"
 std::string in_words(const Requirement& asked);
+/// "decay", "reserve of 3 goals"
+std::string goal_in_words(const TuneProblem& problem);
 const char* sign(Measure measure);
 /// "≥ 45°"
 std::string limit_in_words(const Requirement& asked);

@@ -21,13 +21,17 @@ struct Tuned {
   std::vector<std::string> actuators;
   std::vector<Requirement> measures;  // without limits
   bool tiltrotor = true;
+  // What transfers start from and lead to; of the tiltrotor none.
+  std::vector<std::string> inputs{}, outputs{}, states{};
 };
 
-/// All measures, with these figures of merit.
-std::vector<Requirement> measures_with(const std::vector<std::string>& figures);
+/// All measures that a study can ask for, with these figures of merit; the tiltrotor has no
+/// transfers by signal.
+std::vector<Requirement> measures_of_tiltrotor(const std::vector<std::string>& figures);
+std::vector<Requirement> measures_of_models(const std::vector<std::string>& figures);
 
-Requirement read_goal(const Section& section, const std::filesystem::path& file, const Tuned& tuned,
-                      const TuneTable& tune);
+void read_goals(const Section& section, const std::filesystem::path& file, const Tuned& tuned,
+                TuneTable& tune);
 Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTable& tune);
 TuneTable::Front read_front(const Section& section, const Tuned& tuned, const TuneTable& tune);
 

@@ -11,6 +11,9 @@
 #include "runtime/rounding.hpp"
 #include "study/condition_reader.hpp"
 #include "study/model_reader.hpp"
+#include "study/prove_reader.hpp"
+#include "study/qualities_reader.hpp"
+#include "study/qualities_study.hpp"
 #include "study/section.hpp"
 #include "study/simulate_reader.hpp"
 #include "study/sweep_reader.hpp"
@@ -225,15 +228,18 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
                                  ? "it belongs to vehicle = \"tiltrotor\""
                                  : "it belongs to the built-in tiltrotor, and a study with [model] "
                                    "defines its own numbers";
-  const std::vector<std::string> own = published ? std::vector<std::string>{"vehicle", "variant"}
-                                                 : std::vector<std::string>{"model"};
-  std::vector<std::string> allowed{"time_limit", "condition", "follow",   "envelope",
-                                   "sweep",      "tune",      "simulate", "report"};
+  const std::vector<std::string> own =
+      published ? std::vector<std::string>{"vehicle", "variant", "control"}
+                : std::vector<std::string>{"model"};
+  std::vector<std::string> allowed{"time_limit", "condition", "follow", "envelope", "sweep",
+                                   "tune",       "simulate",  "report", "qualities"};
   allowed.insert(allowed.begin(), own.begin(), own.end());
+  if (published) allowed.push_back("gains");
   top.allow_only(allowed, {{"equations", others},
                            {"aircraft", others},
                            {"gains", others},
                            {"limits", others},
+                           {"prove", others},
                            {"montecarlo", others}});
   const fs::path& file = study.file;
   if (published)
@@ -248,8 +254,12 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
              [&](const Section& s) { study.envelope = read_user_envelope(s, keys); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.user_model); });
+  with_table(root, "qualities", file, [&](const Section& s) {
+    study.qualities = read_qualities(s, &study.user_model->model, study.conditions);
+  });
   with_table(root, "tune", file, [&](const Section& s) {
-    study.tune = read_user_tune(s, file, *study.user_model, study.conditions);
+    const auto figures = study.qualities ? quality_figure_names() : std::vector<std::string>{};
+    study.tune = read_user_tune(s, file, *study.user_model, study.conditions, figures);
   });
   with_table(root, "simulate", file, [&](const Section& s) {
     study.user_motion = read_user_motion(s, *study.user_model, study.conditions);
@@ -278,8 +288,8 @@ Study parse_study(std::string_view text, const fs::path& file) {
     return study;
   }
   top.allow_only({"model", "vehicle", "equations", "time_limit", "aircraft", "gains", "limits",
-                  "condition", "follow", "envelope", "sweep", "tune", "simulate", "montecarlo",
-                  "report"});
+                  "condition", "follow", "envelope", "sweep", "prove", "tune", "simulate",
+                  "montecarlo", "report", "qualities"});
   study.polar_name = default_polar;
   read_vehicle(top, root, study);
   const Vehicle& vehicle = study.vehicle;
@@ -289,6 +299,7 @@ Study parse_study(std::string_view text, const fs::path& file) {
   with_table(root, "envelope", file, [&](const Section& s) { study.envelope = read_envelope(s); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.schedule); });
+  with_table(root, "prove", file, [&](const Section& s) { study.prove = read_prove(s, vehicle); });
   with_table(root, "tune", file,
              [&](const Section& s) { study.tune = read_tune(s, file, vehicle, study.conditions); });
   check_equations(top, vehicle.equations);
@@ -300,6 +311,9 @@ Study parse_study(std::string_view text, const fs::path& file) {
   });
   with_table(root, "report", file, [&](const Section& s) {
     study.report = read_report(s, file, study.schedule, study.conditions);
+  });
+  with_table(root, "qualities", file, [&](const Section& s) {
+    study.qualities = read_qualities(s, nullptr, study.conditions);
   });
   read_polar(root, study);
   return study;

@@ -17,6 +17,7 @@
 #include "flight/flight.hpp"
 #include "flight/monte_carlo.hpp"
 #include "model/model.hpp"
+#include "qualities/qualities.hpp"
 #include "study/keys.hpp"
 #include "study/user_model.hpp"
 #include "sweep/map.hpp"
@@ -38,12 +39,14 @@ struct TuneTable {
   int samples = 0;                   ///< number of seeded random operating points, in addition
   std::map<std::string, double> disturbance;  ///< of V [m/s], gamma, theta [rad], q [rad/s] by name
   Requirement goal{Measure::decay};           ///< its worst value is optimized
+  std::vector<Requirement> goals;             ///< several, with targets, in place of `goal`
   std::vector<Requirement> limits;            ///< constraints at all operating points
   std::string global = "multistart", local = "bfgs";  ///< as tune/tune.hpp spells them
   std::string second = "crs2";  ///< algorithm of the second search, for comparison; "none"
   std::uint64_t seed = 1;       ///< of all random numbers
   long evaluations = 100000;    ///< largest number of candidates
   double seconds = 0.0;         ///< 0: no limit
+  std::vector<double> regulator_starts;  ///< efforts of the regulators that give further starts
   long robustness = 10'000;     ///< random samples for the robustness test
   /// The optimal goal as a function of one limit.
   struct Front {
@@ -161,6 +164,19 @@ struct SweepTable {
   bool crossings = true;        ///< locate crossings between grid points
 };
 
+/// [prove]: a box of parameters.
+struct ProveTable {
+  /// [[prove.parameter]]
+  struct Parameter {
+    Key key;                      ///< "h": height along corridor (16), m
+    double from = 0.0, to = 0.0;  ///< SI, rising
+  };
+  std::vector<Parameter> parameters;  ///< at least one
+  double margin = 0.0;                ///< decay rate that every eigenvalue shall exceed, 1/s
+  std::size_t boxes = 20'000;         ///< examined at most
+  double undecided = 0.0;             ///< share of the volume at which the search ends
+};
+
 /// [report]: what a report contains besides the conditions.
 struct ReportTable {
   /// A grid: over one axis trim curves and a root locus, over two axes a stability map.
@@ -171,6 +187,14 @@ struct ReportTable {
   std::vector<Map> maps;         ///< empty: chosen by the report
   std::optional<bool> flight{};  ///< not given: if the study has a closed loop
   std::optional<bool> audit{};   ///< of the paper's tables; not given: for its aircraft
+};
+
+/// [qualities]: how flying qualities are judged.
+struct QualitiesTable {
+  QualitiesOptions options;             ///< roles: those given
+  std::optional<FlightRegime> phase{};  ///< for all conditions; empty: by `hover_below`
+  std::optional<double> hover_below{};  ///< airspeed below which a condition is in hover
+  std::vector<std::string> hover{};     ///< conditions in hover
 };
 
 /// The default envelope over "eta_deg" or "gamma_deg".
@@ -190,10 +214,12 @@ struct Study {
   std::optional<EnvelopeTable> envelope;  ///< [envelope]
   std::optional<SweepTable> sweep;        ///< [sweep]
   std::optional<TuneTable> tune;          ///< [tune]
+  std::optional<ProveTable> prove;        ///< [prove]
   std::optional<SimulateTable> simulate;  ///< [simulate]
   std::optional<UserMotion> user_motion;  ///< [simulate] of a study with [model]
   std::optional<MonteCarloTable> montecarlo;  ///< [montecarlo]
   std::optional<ReportTable> report;          ///< [report]
+  std::optional<QualitiesTable> qualities;    ///< [qualities]
 };
 
 /// Reads and checks a study; throws StudyError only. Polars are searched for in the study's folder,

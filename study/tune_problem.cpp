@@ -9,6 +9,7 @@
 #include "runtime/rounding.hpp"
 #include "study/flown.hpp"
 #include "study/problems.hpp"
+#include "study/qualities_study.hpp"
 
 namespace tiltrim {
 
@@ -121,19 +122,26 @@ Model broken(const UserModel& own, const SweepRequest& request) {
 }
 
 bool is_margin(const Requirement& r) {
-  return r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
+  return r.measure == Measure::peak_sensitivity ||
+         (r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin);
+}
+
+bool asks(const TuneTable& table, bool (*which)(const Requirement&)) {
+  return which(table.goal) || std::ranges::any_of(table.goals, which) ||
+         std::ranges::any_of(table.limits, which) || (table.front && which(table.front->limit));
 }
 
 // Adds the operating points of a user-defined model.
 void add_own(const Study& study, TuneProblem& problem) {
   const TuneTable& table = table_of(study);
   problem.disturbance = table.disturbance;
-  const bool margins = is_margin(table.goal) || std::ranges::any_of(table.limits, is_margin) ||
-                       (table.front && is_margin(table.front->limit));
-  if (!margins) return;
+  if (study.qualities)
+    problem.figures = quality_figures(study, problem.points.front(), conditions_of(study).front());
+  if (!asks(table, is_margin) && table.regulator_starts.empty()) return;
   if (study.user_model->loops.empty())
     throw std::invalid_argument(
-        "margins of a model without [[model.loop]], so no loop can be broken; expected "
+        "margins or regulators of a model without [[model.loop]], so no loop can be broken; "
+        "expected "
         "[[model.loop]] tables");
   for (const SweepRequest& r : problem.points)
     problem.loops.push_back(broken(*study.user_model, r));
@@ -143,9 +151,7 @@ void add_own(const Study& study, TuneProblem& problem) {
 void add_tiltrotor(const Study& study, TuneProblem& problem) {
   const TuneTable& table = table_of(study);
   problem.disturbance = state_of(table.disturbance);
-  const auto flies = [](const Requirement& r) { return r.measure == Measure::figure; };
-  if (flies(table.goal) || std::ranges::any_of(table.limits, flies) ||
-      (table.front && flies(table.front->limit)))
+  if (asks(table, [](const Requirement& r) { return r.measure == Measure::figure; }))
     problem.figures = flight_figures(study);
   for (const SweepRequest& r : problem.points) {
     const bool wind = find(r.model.states, "V_err") >= 0;
@@ -174,6 +180,7 @@ TuneProblem tune_problem(const Study& study) {
   problem.samples = table.samples;
   problem.sample_seed = table.seed;
   problem.goal = table.goal;
+  problem.goals = table.goals;
   problem.limits = table.limits;
   if (study.user_model)
     add_own(study, problem);

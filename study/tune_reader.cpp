@@ -178,6 +178,8 @@ void read_search(const Section& section, TuneTable& tune) {
   read_whole(section, "evaluations", {0, 1e9}, tune.evaluations);
   if (section.find("seconds")) tune.seconds = section.number("seconds", {0, 1e6, "s"});
   read_whole(section, "robustness", {0, 1e7}, tune.robustness);
+  if (const Entry* efforts = section.find("regulator_starts"))
+    tune.regulator_starts = section.numbers(*efforts, {1e-12, 1e12});
 }
 
 // Free variables, disturbance, requirements and search options.
@@ -185,7 +187,7 @@ void read_rest(const Section& section, const path& file, const Tuned& tuned, Tun
   read_numbers(section, tuned, tune);
   if (const auto start = section.table("disturbance"))
     read_disturbance(*start, tuned.disturbed, tune.disturbance);
-  tune.goal = read_goal(section, file, tuned, tune);
+  read_goals(section, file, tuned, tune);
   for (const Section& limit : section.tables("limit"))
     tune.limits.push_back(read_limit(limit, tuned, tune));
   if (const auto front = section.table("front")) tune.front = read_front(*front, tuned, tune);
@@ -197,6 +199,13 @@ std::vector<Key> vehicle_keys() {
   std::vector<Key> keys = study_keys();
   std::erase_if(keys, [](const Key& key) { return key.name.find('.') == std::string::npos; });
   return keys;
+}
+
+// Where a disturbance can enter.
+std::vector<std::string> with_parameters(const Model& model) {
+  std::vector<std::string> all = names(model.inputs);
+  for (const Signal& parameter : model.parameters) all.push_back(parameter.name);
+  return all;
 }
 
 // The keys of the model's signals among these.
@@ -240,7 +249,7 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
                     const std::vector<Condition>& conditions) {
   section.allow_only({"conditions", "corridor", "schedule_eta_deg", "goal", "corners", "samples",
                       "global", "local", "second", "seed", "evaluations", "seconds", "robustness",
-                      "disturbance", "gain", "uncertain", "limit", "front"});
+                      "regulator_starts", "disturbance", "gain", "uncertain", "limit", "front"});
   TuneTable tune;
   tune.conditions = read_places(section, conditions);
   tune.heights = read_heights(section, file);
@@ -254,16 +263,17 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
                      {"theta_deg", "theta", "degrees", turn},
                      {"q_deg", "q", "degrees/s", any}},
                     {"theta0", "a1s", "delta_e"},
-                    measures_with({"flight", "tracking"})};
+                    measures_of_tiltrotor({"flight", "tracking"})};
   read_rest(section, file, tuned, tune);
   return tune;
 }
 
 TuneTable read_user_tune(const Section& section, const path& file, const UserModel& own,
-                         const std::vector<Condition>& conditions) {
+                         const std::vector<Condition>& conditions,
+                         const std::vector<std::string>& figures) {
   section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
-                      "seed", "evaluations", "seconds", "robustness", "disturbance", "gain",
-                      "uncertain", "limit", "front"});
+                      "seed", "evaluations", "seconds", "robustness", "regulator_starts",
+                      "disturbance", "gain", "uncertain", "limit", "front"});
   TuneTable tune;
   tune.conditions = read_places(section, conditions);
   const Signals& parameters = own.model.parameters;
@@ -274,8 +284,11 @@ TuneTable read_user_tune(const Section& section, const path& file, const UserMod
               },
               keys_in(own, own.model.states),
               {},
-              measures_with({}),
-              false};
+              measures_of_models(figures),
+              false,
+              with_parameters(own.model),
+              names(own.model.outputs),
+              names(own.model.states)};
   for (const UserModel::Loop& loop : own.loops) tuned.actuators.push_back(loop.name);
   read_rest(section, file, tuned, tune);
   return tune;

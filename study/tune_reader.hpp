@@ -16,7 +16,8 @@ TuneTable read_tune(const Section& section, const std::filesystem::path& file,
 
 /// The same for a study with [model].
 TuneTable read_user_tune(const Section& section, const std::filesystem::path& file,
-                         const UserModel& own, const std::vector<Condition>& conditions);
+                         const UserModel& own, const std::vector<Condition>& conditions,
+                         const std::vector<std::string>& figures);
 
 // Shared by [[montecarlo.scatter]] and [[tune.uncertain]]; names are the models' signals.
 

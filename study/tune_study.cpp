@@ -21,7 +21,7 @@ TuneOptions observed(TuneOptions options, const std::string& what, const Observe
 // The better of the two optima is the result.
 bool better(const TuneResult& a, const TuneResult& b, const TuneProblem& problem) {
   if (a.status != b.status) return a.status < b.status;
-  const double more = (more_is_better(problem.goal.measure) ? 1 : -1) * (a.goal - b.goal);
+  const double more = (more_goal_is_better(problem) ? 1 : -1) * (a.goal - b.goal);
   constexpr double rounding = 1e-6;  // of the goal: convergence of a search
   return a && more > rounding * std::abs(b.goal);
 }
@@ -50,7 +50,7 @@ void search_twice(TuningReport& report, const std::string& second, const Observe
 // not agree.
 void search_front(TuningReport& report, const TuneTable::Front& front, const Observer& observe) {
   TuneOptions options = report.options;
-  options.starts = 3;
+  options.searches = 3;
   options.agreeing = 1;
   report.front_limit = front.limit;
   const auto limit_at = [&](int k) {
@@ -61,9 +61,7 @@ void search_front(TuningReport& report, const TuneTable::Front& front, const Obs
     TuneProblem own = report.problem;
     Requirement limit = front.limit;
     limit.limit = limit_at(rising ? front.count - 1 - i : i);
-    std::erase_if(own.limits, [&](const Requirement& r) {
-      return r.measure == limit.measure && r.of == limit.of;
-    });
+    std::erase_if(own.limits, [&](const Requirement& r) { return r.same_measure(limit); });
     own.limits.push_back(limit);
     const std::string what = fmt::format("front, {} of {}", i + 1, front.count);
     report.front.push_back({limit.limit, tune(own, observed(options, what, observe))});
@@ -78,7 +76,7 @@ void search_from_front(TuningReport& report, const Observer& observe) {
   const bool more = more_is_better(report.front_limit.measure);
   const auto meets = [&](const TuningReport::FrontPoint& point) {
     return std::ranges::none_of(report.problem.limits, [&](const Requirement& own) {
-      return own.measure == report.front_limit.measure && own.of == report.front_limit.of &&
+      return own.same_measure(report.front_limit) &&
              (more ? point.limit < own.limit : point.limit > own.limit);
     });
   };
@@ -98,6 +96,9 @@ TuningReport tune_study(const Study& study, const TuneOptions& options, const Ob
   TuningReport report{
       .problem = tune_problem(study), .user_model = bool(study.user_model), .options = options};
   const TuneTable& table = *study.tune;
+  if (!table.regulator_starts.empty())
+    report.options.starts = regulator_starts(report.problem, report.options.start,
+                                             table.regulator_starts, report.options.trimming);
   search_twice(report, table.second, observe);
   if (table.front) {
     search_front(report, *table.front, observe);

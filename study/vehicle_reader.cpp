@@ -15,32 +15,72 @@ UserModel read_published(const Section& top, const std::filesystem::path& data) 
   } catch (const std::runtime_error& e) {
     top.refuse("vehicle", e.what());
   }
-  own.model = xv15::model(own.xv15);
-  own.parameters = xv15::parameters(*own.xv15);
+  const bool controlled = top.choice("control", {"none", "energy"}) == 1;
+  own.model = controlled ? xv15::closed_loop(own.xv15) : xv15::model(own.xv15);
+  own.parameters =
+      controlled ? xv15::closed_loop_parameters(*own.xv15) : xv15::parameters(*own.xv15);
   own.keys = keys_of(own.model);
+  if (const std::optional<Section> values = top.table("gains")) {
+    if (!controlled) top.refuse("gains", "it belongs to control = \"energy\"");
+    std::vector<std::string> gains;
+    for (auto k = std::size_t(xv15::parameters(*own.xv15).size()); k < own.model.parameters.size();
+         ++k)
+      gains.push_back(own.model.parameters[k].name);
+    values->allow_only(gains);
+    for (const std::string& name : gains)
+      if (values->find(name))
+        own.parameters[index_of(own.model.parameters, name, "gain")] =
+            values->number(name, {-1e100, 1e100});
+  }
   return own;
 }
 
-// The controls within their travel; level flight, if the speed is asked for; the start that a
-// pilot would guess.
-void complete_published(const UserModel&, UserCondition& condition) {
+// The controls within their travel; level flight, if the speed is asked for; the start by closed
+// forms.
+void complete_published(const UserModel& own, UserCondition& condition) {
   constexpr double degree = std::numbers::pi / 180, knot = 0.514444;
   constexpr double three_quarter_tip_speed = 176;  // m/s
   auto& values = condition.values;
   const auto given = [&](const char* name) { return values.contains(name); };
+  // Under control both are outputs, and the integrals take them where they must be.
+  const bool controlled = find(own.model.inputs, "stick") < 0;
   if (!given("stick")) values["stick"] = {0.0, 9.6};
   if (!given("collective")) values["collective"] = {-10 * degree, 70 * degree};
-  if (!given("climb") && !(given("u") && given("w"))) values["climb"] = {0.0, 0.0};
+  if (given("airspeed_kt") && !controlled) {
+    values["forward_error"] = values["climb_error"] = {0.0, 0.0};
+  } else if (!controlled && !given("climb") && !(given("u") && given("w"))) {
+    values["climb"] = {0.0, 0.0};
+  }
   const auto middle = [&](const char* name) {
-    return given(name) ? (values[name].lower + values[name].upper) / 2 : 0.0;
+    const double at = given(name) ? (values[name].lower + values[name].upper) / 2 : 0.0;
+    return std::isfinite(at) ? at : 0.0;
   };
-  double V = given("V") ? middle("V") : given("speed_kt") ? knot * middle("speed_kt") : middle("u");
-  if (!std::isfinite(V)) V = 0;
+  const double V = given("V")   ? middle("V")
+                   : given("u") ? middle("u")
+                                : knot * (middle("speed_kt") + middle("airspeed_kt"));
+  const double climb = middle("climb_angle");
+  OperatingPoint at{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(), own.parameters};
+  const auto set = [&](const Signals& signals, Eigen::VectorXd& to) {
+    for (Eigen::Index k = 0; k < std::min(to.size(), std::ssize(signals)); ++k)
+      if (const auto& name = signals[std::size_t(k)].name; given(name.c_str()))
+        to[k] = middle(name.c_str());
+  };
+  at.u[2] = middle("flap");
+  at.u[3] = middle("mast_angle");
+  set(own.model.parameters, at.p);
+  const xv15::Start start = xv15::start_of(*own.xv15, at, V, climb);
   const auto guess = [&](const char* name, double value) { condition.guess.insert({name, value}); };
-  guess("u", V);
-  guess("stick", 4.8);
-  guess("collective",
-        std::atan(V * std::sin(middle("mast_angle")) / three_quarter_tip_speed) + 8 * degree);
+  guess("theta", start.theta);
+  guess("u", V * std::cos(start.theta - climb));
+  guess("w", V * std::sin(start.theta - climb));
+  if (controlled) {
+    const double inflow = std::atan2(V * std::sin(at.u[3]), three_quarter_tip_speed);
+    guess("energy_integral", start.collective - inflow);
+    guess("distribution_integral", start.stick - 4.8 - 4 * start.theta);
+  } else {
+    guess("stick", start.stick);
+    guess("collective", start.collective);
+  }
 }
 
 }  // namespace tiltrim::reading

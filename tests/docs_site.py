@@ -102,11 +102,26 @@ def keys_of(schema):
             yield from keys_of(part)
 
 
+def properties_of(schema):
+    """The keys of a schema of JSON."""
+    for name, value in schema.get("properties", {}).items():
+        yield name
+        yield from properties_of(value)
+    for part in ("items", "additionalProperties"):
+        if part in schema:
+            yield from properties_of(schema[part])
+
+
 def missing_in_reference(root, site):
-    """Keys of studies and public names of the Python package that their pages do not have."""
+    """Keys of studies and of JSON, and public names of the Python package that their pages do not have."""
     schema = json.loads((root / "data/study.schema.json").read_text(encoding="utf-8"))
     text = (site / "reference/study-keys.html").read_text(encoding="utf-8")
     yield from (f"study-keys: no {key}" for key in sorted(set(keys_of(schema))) if f"<code>{key}</code>" not in text)
+    printed = json.loads((root / "data/output.schema.json").read_text(encoding="utf-8"))["definitions"]
+    text = (site / "reference/json-keys.html").read_text(encoding="utf-8")
+    yield from (f"json-keys: no {command}" for command in printed if f">{command}</h2>" not in text)
+    keys = {key for schema in printed.values() for key in properties_of(schema)}
+    yield from (f"json-keys: no {key}" for key in sorted(keys) if not re.search(rf"<code>([^<]*\.)?{key}(\[\])*</code>", text))
     listed = re.findall(r'^    "(\w+)",$', (root / "python/tiltrim/__init__.py").read_text(), re.MULTILINE)
     text = (site / "reference/python-names.html").read_text(encoding="utf-8")
     yield from (f"python-names: no {name}" for name in listed if not re.search(rf"<h2 id=\"\w+\">{name}</h2>", text))

@@ -28,6 +28,7 @@ COMMANDS = [
     ("linearize", [studies / "levitation.toml"], 0, "gap + speed"),
     ("sensitivities", [studies / "paper.toml", "--only", "level", "--most", "3"], 0, "decay rate"),
     ("margins", [studies / "paper.toml", "--only", "level"], 0, "gain up"),
+    ("qualities", [studies / "boeing747.toml"], 0, "short-period damping"),
     ("loads", [studies / "xv15_loads.toml"], 0, "horizontal_tail"),
     ("validate", ["xv15"], 0, "Kleinhesselink"),
     ("sweep", [MAPPED, "-o", "one.nc"], 0, ""),
@@ -46,7 +47,7 @@ COMMANDS = [
 NOT_TO_READ = ("completion", "manual")  # scripts, for other programs
 
 told = subprocess.run([program, "--help"], capture_output=True, text=True, check=True).stdout
-offered = set(re.findall(r"^  ([a-z]+) {2,}", told.split("Subcommands:")[1].split("Examples:")[0], re.M))
+offered = set(re.findall(r"^  ([a-z-]+) {2,}", told.split("Subcommands:")[1].split("Examples:")[0], re.M))
 faults = [f"{name}: not run here" for name in offered - {name for name, *_ in COMMANDS}]
 COMMANDS += [(name, ["--help"], 0, "Usage") for name in sorted(offered)]
 

@@ -573,6 +573,29 @@ TEST_CASE("opened: with a direct way through, and back") {
   }
 }
 
+TEST_CASE("opened: by signal names") {
+  Random random(4);
+  LinearModel closed;
+  closed.states = {{"x1", ""}, {"x2", ""}, {"x3", ""}};
+  closed.inputs = {{"aileron", ""}, {"rudder", ""}};
+  closed.outputs = {{"beta", ""}, {"law", ""}};
+  closed.A = normal(random, 3, 3), closed.B = normal(random, 3, 2);
+  closed.C = normal(random, 2, 3), closed.D = normal(random, 2, 2);
+  const LoopTransfer named = opened(closed, "rudder", "law");
+  const LoopTransfer L = opened(closed.A, closed.B.col(1), closed.C.row(1), closed.D(1, 1));
+  CHECK(named.A == L.A);
+  CHECK(named.b == L.b);
+  CHECK(named.c == L.c);
+  CHECK(named.d == L.d);
+  const auto message = [&](const char* input, const char* output) {
+    return refusal<std::invalid_argument>([&] { (void)opened(closed, input, output); });
+  };
+  CHECK(message("ruder", "law").find("no input 'ruder'; the model has: aileron, rudder") !=
+        std::string::npos);
+  CHECK(message("rudder", "x1").find("no output 'x1'; the model has: beta, law") !=
+        std::string::npos);
+}
+
 TEST_CASE("margins: none missed and none invented, against a dense scan of random loops") {
   Random random(4);
   int with_gain_up = 0, with_gain_down = 0, with_phase = 0, finer = 0;

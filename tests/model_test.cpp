@@ -884,6 +884,33 @@ TEST_CASE("variables are counted through states, inputs, parameters") {
   CHECK_THROWS_AS((void)signal_of(m, 4), std::out_of_range);
 }
 
+TEST_CASE("points by signal names") {
+  const Model m = pendulum();
+  const OperatingPoint at = point_of(m, {{"length", 4}, {"speed", 2}, {"torque", 3}});
+  CHECK(at.x == vec({0, 2}));
+  CHECK(at.u == vec({3}));
+  CHECK(at.p == vec({4}));
+  const OperatingPoint longer = changed(m, at, {{"length", 5}});
+  CHECK(longer.x == at.x);
+  CHECK(longer.u == at.u);
+  CHECK(longer.p == vec({5}));
+  for (const auto& [name, value] : NamedValues{{"angle", 0}, {"speed", 2}, {"torque", 3}})
+    CHECK(value_of(m, at, name) == value);
+  CHECK_CONTAINS(refusal<std::invalid_argument>([&] {
+                   (void)point_of(m, {{"torqe", 1}});
+                 }),
+                 "no signal 'torqe' (nearest: 'torque')");
+  CHECK_CONTAINS(refusal<std::invalid_argument>([&] { (void)value_of(m, at, "lenght"); }),
+                 "(nearest: 'length')");
+  const OperatingPoint small{vec({0}), vec({3}), vec({4})};
+  CHECK_CONTAINS(refusal<CallerMistake>([&] {
+                   (void)changed(m, small, {{"length", 5}});
+                 }),
+                 "state x: expected 2 values, got 1");
+  CHECK_CONTAINS(refusal<CallerMistake>([&] { (void)value_of(m, small, "length"); }),
+                 "state x: expected 2 values, got 1");
+}
+
 TEST_CASE("check: models and points that cannot be used") {
   const auto message = [](const Model& m) {
     return refusal<std::invalid_argument>([&] { check(m); });

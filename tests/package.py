@@ -65,7 +65,8 @@ trimmed = run(usr / "bin/tiltrim", "trim", usr / "share/tiltrim/studies/paper.to
 assert trimmed.count("converged") == 3, trimmed
 for file in ("man/man1/tiltrim.1.gz", "man/man1/tiltrim-sweep.1.gz", "bash-completion/completions/tiltrim",
              "zsh/vendor-completions/_tiltrim", "fish/vendor_completions.d/tiltrim.fish", "doc/tiltrim/copyright",
-             "doc/tiltrim/CITATION.cff", "tiltrim/data/study.schema.json"):  # fmt: skip
+             "doc/tiltrim/CITATION.cff", "doc/tiltrim/docs/tutorials/1-first-trim.md", "doc/tiltrim/examples/blimp.cpp",
+             "tiltrim/data/study.schema.json", "tiltrim/data/output.schema.json"):  # fmt: skip
     assert (usr / "share" / file).is_file(), file
 
 

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -68,6 +69,22 @@ Ran finish(const Running& run, std::chrono::seconds patience) {
   const bool ended = WIFEXITED(status) && asked == 0;
   const int signal = asked != 0 ? asked : WIFSIGNALED(status) ? WTERMSIG(status) : -1;
   return {ended ? WEXITSTATUS(status) : -1, signal, slurp(run.out), slurp(run.err)};
+}
+
+bool has_ended(const Running& run) {
+  siginfo_t info{};
+  return ::waitid(P_PID, id_t(run.pid), &info, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+         info.si_pid == run.pid;
+}
+
+void let_compute(const Running& run, std::chrono::duration<double> time) {
+  clockid_t clock{};
+  timespec used{};
+  (void)holds_soon([&] {
+    return has_ended(run) || ::clock_getcpuclockid(run.pid, &clock) != 0 ||
+           ::clock_gettime(clock, &used) != 0 ||
+           double(used.tv_sec) + 1e-9 * double(used.tv_nsec) >= time.count();
+  });
 }
 
 Ran run(const Scratch& scratch, const std::string& arguments, const Surroundings& around) {

@@ -56,6 +56,12 @@ Running start(const Scratch& scratch, const std::string& arguments,
 /// Waits for its end; kills it when the time limit is exceeded, which is then its signal.
 Ran finish(const Running& run, std::chrono::seconds patience = std::chrono::seconds(120));
 
+/// Waits until it has computed for so long, however busy the machine, or has ended; a minute at
+/// most.
+void let_compute(const Running& run, std::chrono::duration<double> time);
+/// It has ended; finish() still tells how.
+bool has_ended(const Running& run);
+
 Ran run(const Scratch& scratch, const std::string& arguments, const Surroundings& around = {});
 
 /// Polls until the condition holds; false if it does not within a minute.

@@ -276,7 +276,7 @@ TEST_CASE("Ctrl-C: a page of what there is, which says so first; exit 130") {
         fmt::format("[[condition]]\nname = \"{}\"\nV = 15.0\ngamma_deg = 80.0\neta_deg = 0.0\n", i);
   scratch.write("s.toml", many);
   const program::Running report = start(scratch, "report s.toml");
-  std::this_thread::sleep_for(500ms);
+  let_compute(report, 500ms);
   ::kill(report.pid, SIGINT);
   const Ran ran = finish(report, 120s);
   CHECK(ran.exit_code == 128 + SIGINT);
@@ -295,7 +295,7 @@ TEST_CASE("Ctrl-C in a map: the conditions are examined, the map and what follow
   const std::string map = map_over("gains.K_Lp", 800) + lines;
   scratch.write("s.toml", "[report]\naudit = \"skip\"\n" + map + level);
   const program::Running report = start(scratch, "report s.toml");
-  std::this_thread::sleep_for(1s);
+  let_compute(report, 1s);
   ::kill(report.pid, SIGINT);
   const Ran ran = finish(report, 120s);
   CHECK(ran.exit_code == 128 + SIGINT);

@@ -26,6 +26,11 @@ function figures() {
   });
 }
 
+// The texts under the sliders.
+function readouts() {
+  return [...document.querySelectorAll('.controls output')].map((output) => output.innerText);
+}
+
 // Pairs of words of one figure that stand on each other.
 function overlaps() {
   const found = [];

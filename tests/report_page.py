@@ -347,11 +347,16 @@ def check_map(driver, data, points):
                              [[point["h"]], [point["gains.K_Lp"]], [point["spectral_abscissa"]]])
 
 
+def beyond_rounding(values, i):
+    """A number as the page shows it: 0 if it is rounding next to the largest."""
+    return values[i] if abs(values[i]) >= 1e-9 * max(map(abs, values)) else 0
+
+
 def check_tips_along(driver, figure, parameter, tables):
     """The pointer over each panel's curves; tables: key -> numbers along the parameter."""
     for panel in figure["panels"]:
         for i in range(len(tables[parameter]) // 7, len(tables[parameter]), len(tables[parameter]) // 3):
-            shown = [tables[c["y"]][i] for c in panel["curves"]]
+            shown = [beyond_rounding(tables[c["y"]], i) for c in panel["curves"]]
             x = tables[parameter if panel["curves"][0]["x"] == "parameter" else panel["curves"][0]["x"]][i]
             words = rf".*?(?:^|\s|= ){NUMBER}(?:°| dB| m/s| m| rad/s| s| N| W)?"
             yield from check_tip(driver, figure, place(panel, x, shown[0]), [words] * (1 + len(shown)),
@@ -380,6 +385,9 @@ def check_flight(driver, data, program, source):
     for figure in data["figures"]:
         if figure["name"].startswith("flight") and figure["name"] != "flight_path":
             yield from check_tips_along(driver, figure, "parameter", table)
+    at_start = next((text for text in ask(driver, "readouts") if text.startswith("time = 0 s")), "no flight")
+    if re.search(r"e-\d\d|no flight", at_start):
+        yield f"rounding is shown at the start of the flight: {at_start}"
 
 
 # ---- For every reader ----------------------------------------------------------------------------

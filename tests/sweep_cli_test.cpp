@@ -883,6 +883,20 @@ TEST_CASE("memory that runs out: the program says for what, and leaves no map") 
   CHECK(!fs::exists(scratch.path / "map.nc"));
 }
 
+TEST_CASE("memory that runs out while the output is made: the program says for what") {
+  if (sanitized) return;
+  const Scratch scratch("sweep-memory");
+  scratch.write("s.toml", condition("level", 15, 0, 0) + axis("gains.K_Lp", 0.05, 5.0, 300) +
+                              axis("gains.k_de", 0.05, 5.0, 300));
+  for (const int limit : {450'000, 550'000, 700'000}) {  // kB: before, in and after the points
+    const Ran ran =
+        run(scratch, "sweep s.toml -f json --threads 1", {fmt::format("ulimit -v {};", limit)});
+    CHECK(ran.exit_code == 2);
+    CHECK(ran.out.empty());
+    CHECK(ran.err == "tiltrim: not enough memory for: sweep s.toml -f json --threads 1\n");
+  }
+}
+
 TEST_CASE("standard output that is full or closed, standard error that is closed") {
   const Scratch scratch("sweep-streams");
   scratch.write("s.toml", condition("a", 15, 0, 0) + axis("V", 12, 15, 3));

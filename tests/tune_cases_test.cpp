@@ -350,7 +350,7 @@ TEST_CASE("a larger budget continues the same search: never worse") {
 TEST_CASE("progress: stationarity of the best once a start has ended") {
   const double none = std::numeric_limits<double>::quiet_NaN();
   double first = 0, last = none;
-  TuneOptions options{.starts = 2, .agreeing = 1};
+  TuneOptions options{.searches = 2, .agreeing = 1};
   options.observe = [&](const TuneProgress& at) {
     if (at.starts == 0) first = at.stationarity;
     last = at.stationarity;
@@ -364,8 +364,8 @@ TEST_CASE("progress: stationarity of the best once a start has ended") {
 }
 
 TEST_CASE("no starts, or none that must agree, are refused") {
-  CHECK_THROWS_WITH_AS((void)tune(planted(faster_with_p), {.starts = 0}),
-                       "0 starts, of which 3 must agree; expected at least 1 of each",
+  CHECK_THROWS_WITH_AS((void)tune(planted(faster_with_p), {.searches = 0}),
+                       "0 local searches, of which 3 must agree; expected at least 1 of each",
                        std::invalid_argument);
   CHECK_THROWS_AS((void)tune(planted(faster_with_p), {.agreeing = 0}), std::invalid_argument);
 }
@@ -697,7 +697,7 @@ TEST_CASE("slopes of the worst decay and damping agree with trimming again") {
           const double near = (scores[2] - scores[1]) / (2 * step_share * at[j]);
           const double wide = (scores[3] - scores[0]) / (4 * step_share * at[j]);
           const double difference = (4 * near - wide) / 3;
-          const Scored s = score(r.measure, here[p].eigenvalues[own.worst.eigenvalue]);
+          const Scored s = score(r, here[p].eigenvalues[own.worst.eigenvalue]);
           const double slope =
               (std::conj(s.slope) * here[p].slopes(own.worst.eigenvalue, j)).real();
           const double size =

@@ -188,7 +188,8 @@ TEST_CASE("a disturbance: metres per second, and degrees to radians") {
 static std::vector<Requirement> asked() {
   std::vector<Requirement> all;
   for (const Measure measure : measures())
-    if (measure != Measure::figure) all.push_back({measure});
+    if (measure != Measure::figure && measure <= Measure::sensitivity) all.push_back({measure});
+  all.push_back({Measure::peak_sensitivity});
   for (const char* figure : {"flight", "tracking"})
     all.push_back({.measure = Measure::figure, .figure = figure});
   return all;
@@ -233,7 +234,8 @@ TEST_CASE("every measure may be the goal, a limit and a front, in its own unit")
 }
 
 static const std::set<std::string> of_an_actuator{
-    "gain_margin_db", "phase_margin_deg", "delay_margin", "disk_margin", "use", "response_use"};
+    "gain_margin_db", "phase_margin_deg", "delay_margin", "disk_margin", "use",
+    "response_use",   "peak_sensitivity"};
 
 TEST_CASE("margins and uses may be of one actuator, half_time is of a mode, the rest of nothing") {
   for (const Requirement& r : asked()) {
@@ -256,6 +258,34 @@ TEST_CASE("margins and uses may be of one actuator, half_time is of a mode, the 
                     {"tune.goal.of", name + " does not apply to", "expected no key of"});
     }
   }
+}
+
+TEST_CASE("a region of poles, several goals with targets, efforts of regulators") {
+  const TuneTable tune = tuned(
+      study("regulator_starts = [0.1, 10]\n",
+            "[[tune.goal]]\nmeasure = 'pole_region'\ndecay = 0.1\nfrequency = 20\nat_least = 1\n"
+            "[[tune.goal]]\nmeasure = 'peak_sensitivity'\nof = 'a1s'\nat_most = 2\n"
+            "weight = {numerator = [1, 2], denominator = [1, 3]}\n"));
+  CHECK(tune.regulator_starts == std::vector<double>{0.1, 10});
+  REQUIRE(tune.goals.size() == 2);
+  CHECK(tune.goals[0].measure == Measure::pole_region);
+  CHECK(tune.goals[0].decay == 0.1);
+  CHECK(std::isnan(tune.goals[0].damping));
+  CHECK(tune.goals[0].frequency == 20);
+  CHECK(tune.goals[0].limit == 1);
+  CHECK(tune.goals[1].of == "a1s");
+  CHECK(tune.goals[1].limit == 2);
+  CHECK(tune.goals[1].numerator == std::vector<double>{1, 2});
+  CHECK(tune.goals[1].denominator == std::vector<double>{1, 3});
+  const auto refused = [](const std::string& goal, const std::string& words) {
+    const std::string said = study_refusal(study("goal = " + goal + "\n"));
+    CAPTURE(said);
+    CHECK(said.find(words) != said.npos);
+  };
+  refused("'peak_gain'", "'peak_gain' is not known");  // the tiltrotor has no inputs
+  refused("{measure = 'pole_region', decay = 0}", "positive decay, damping or frequency");
+  refused("{measure = 'damping', decay = 1}", "decay does not apply to damping");
+  refused("[{measure = 'decay'}]", "at_least");
 }
 
 TEST_CASE("a name alone is a goal") {
@@ -292,7 +322,7 @@ TEST_CASE("a key misspelt is refused, with the nearest and all valid keys") {
                 {"'counts' in corridor", "'count'?"});
   check_refused(study("goal = {measures = 'decay'}\n"), "7:9", {"in goal", "'measure'?"});
   check_refused(study("goal = {measure = 'decay', at_least = 2}\n"), "7:28",
-                {"'at_least' in goal", "a goal has no limit"});
+                {"'at_least' in goal", "a single goal has no limit"});
   check_refused(study("", "spacin = 'log'\n"), "11:1", {"in [[tune.gain]]", "'spacing'?"});
   check_refused(study("", mass + "precent = 1\n"), "14:1", {"in [[tune.uncertain]]", "'percent'?"});
   check_refused(study("", "[tune.disturbance]\ngamma = 1\n"), "12:1",
@@ -637,19 +667,44 @@ TEST_CASE("the manual names every key of [tune], every measure and its unit") {
   const std::size_t start = text.find("## [tune]");
   REQUIRE(start != text.npos);
   const std::string manual = text.substr(start, text.find("\n## ", start) - start);
-  for (const char* key : {"conditions", "corridor",    "schedule_eta_deg",
-                          "goal",       "corners",     "samples",
-                          "global",     "local",       "second",
-                          "seed",       "evaluations", "seconds",
-                          "robustness", "key",         "from",
-                          "spacing",    "percent",     "measure",
-                          "at_least",   "at_most",     "of",
-                          "count",      "gamma_deg",   "theta_deg",
-                          "q_deg"}) {
+  for (const char* key : {"conditions",
+                          "corridor",
+                          "schedule_eta_deg",
+                          "goal",
+                          "corners",
+                          "samples",
+                          "global",
+                          "local",
+                          "second",
+                          "seed",
+                          "evaluations",
+                          "seconds",
+                          "robustness",
+                          "key",
+                          "from",
+                          "spacing",
+                          "percent",
+                          "measure",
+                          "at_least",
+                          "at_most",
+                          "of",
+                          "count",
+                          "gamma_deg",
+                          "theta_deg",
+                          "q_deg",
+                          "input",
+                          "output",
+                          "weight",
+                          "weights",
+                          "band",
+                          "regulator_starts"}) {
     CAPTURE(key);
     CHECK(manual.find(fmt::format("`{}`", key)) != manual.npos);
   }
-  for (const Requirement& r : asked()) {
+  std::vector<Requirement> all = asked();
+  for (const Measure measure : measures())
+    if (measure > Measure::sensitivity) all.push_back({measure});
+  for (const Requirement& r : all) {
     const Measure measure = r.measure;
     const std::string side = more_is_better(measure) ? "at_least" : "at_most";
     CAPTURE(name_of(r));

@@ -6,6 +6,7 @@
 
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "trim/trim.hpp"
 #include "vehicles/xv15/airframe.hpp"
 #include "vehicles/xv15/rotor.hpp"
 
@@ -44,9 +45,9 @@ std::vector<Element> linear_blade(double radius, double chord, double twist) {
 struct TextbookRotor {
   double radius = 4, chord = 0.3, omega = 50, density = 1.2, inertia = 100;
   double lift_slope = 5.7, drag = 0.01, twist = -0.2;
-  std::vector<Element> elements = linear_blade(radius, chord, twist);
+  std::vector<Strip> strips = strips_of(linear_blade(radius, chord, twist));
 
-  Blade blade(double tan_delta3) const { return {&elements, 3, inertia, tan_delta3, radius, 16}; }
+  Blade blade(double tan_delta3) const { return {&strips, 3, inertia, tan_delta3, radius, 16}; }
   SimpleBlade simple(double theta_75) const {
     return {lift_slope,
             drag,
@@ -62,6 +63,22 @@ struct TextbookRotor {
 
 }  // namespace
 
+TEST_CASE("angles of a strip are those of atan2") {
+  Strip::Values y, x;
+  double worst = 0;
+  for (int k = 0; k < 720; k += Strip::size) {
+    for (int j = 0; j < Strip::size; ++j) {
+      const double angle = (k + j - 360) * degree / 2;
+      y[j] = (1 + 0.1 * j) * std::sin(angle);
+      x[j] = (1 + 0.1 * j) * std::cos(angle);
+    }
+    const Strip::Values at = angles_of(y, x);
+    for (int j = 0; j < Strip::size; ++j)
+      worst = std::max(worst, std::abs(at[j] - std::atan2(y[j], x[j])));
+  }
+  CHECK(worst < 1e-15);  // of pi: three units in the last place
+}
+
 TEST_CASE("blade elements are the closed form to first order in mu and lambda") {
   const TextbookRotor rotor;
   // Second-order terms: halving mu, lambda, pitch and cyclic quarters the difference.
@@ -70,7 +87,7 @@ TEST_CASE("blade elements are the closed form to first order in mu and lambda") 
     const double tip = rotor.omega * rotor.radius, k = -0.268;
     TextbookRotor small;
     small.twist = -0.2 * size;
-    small.elements = linear_blade(small.radius, small.chord, small.twist);
+    small.strips = strips_of(linear_blade(small.radius, small.chord, small.twist));
     const ClosedForm form = closed_form(small.simple(theta), mu, lambda, 0.0, B1, k);
     const RotorInput<double> in{mu * tip,    lambda * tip,  0,   theta, B1,
                                 rotor.omega, rotor.density, 340, 0};
@@ -189,7 +206,7 @@ TEST_CASE("derivatives equal the complex step") {
       CAPTURE(k);
       constexpr double h = 1e-30;
       std::array<Complex, 4> x, u, rates;
-      std::array<Complex, 6> p;
+      std::array<Complex, 8> p;
       std::ranges::copy(at.x, x.begin());
       std::ranges::copy(at.u, u.begin());
       std::ranges::copy(at.p, p.begin());
@@ -202,6 +219,38 @@ TEST_CASE("derivatives equal the complex step") {
               1e-12 * (1 + std::abs(step)));
       }
     }
+  }
+}
+
+TEST_CASE("a trim starts near and needs few steps") {
+  const auto data = data_of(Variant::report_1988);
+  const Model m = model(data);
+  for (const auto& [mast, knots, flap] :
+       {std::array{0.0, 0.0, 40.0}, std::array{0.0, 80.0, 40.0}, std::array{30.0, 100.0, 20.0},
+        std::array{60.0, 120.0, 20.0}, std::array{90.0, 160.0, 0.0}}) {
+    CAPTURE(mast);
+    CAPTURE(knots);
+    OperatingPoint at{Eigen::Vector4d::Zero(), Eigen::Vector4d(0, 0, flap * degree, mast * degree),
+                      parameters(*data)};
+    at.p[airspeed_kt] = knots;
+    const Start start = start_of(*data, at, knots * knot, 0);
+    at.u[0] = start.collective;
+    at.u[1] = start.stick;
+    at.x << knots * knot * std::cos(start.theta), knots * knot * std::sin(start.theta), start.theta,
+        0;
+    TrimSpec spec{.free = {"u", "w", "theta", "q", "collective", "stick"}};
+    spec.bounds = {{"forward_error", {0, 0}}, {"climb_error", {0, 0}}};
+    int steps = 0;
+    TrimOptions options{.method = TrimMethod::newton, .starts = 0};
+    options.observe = [&](const OperatingPoint&) { ++steps; };
+    const TrimResult found = trim(m, spec, at, options);
+    CHECK(found.status == TrimStatus::converged);
+    CHECK(steps <= 6);
+    CHECK(std::abs(found.point.x[2] - start.theta) < 3 * degree);
+    CHECK(std::abs(found.point.u[0] - start.collective) < 4 * degree);
+    // The commanded speed and level flight.
+    CHECK(std::abs(found.outputs[3] - knots) < 1e-9);
+    CHECK(std::abs(found.outputs[2]) < 1e-9);
   }
 }
 

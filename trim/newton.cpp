@@ -1,5 +1,6 @@
 #include "trim/newton.hpp"
 
+#include <algorithm>
 #include <limits>
 
 #include "dense/dense.hpp"
@@ -20,6 +21,7 @@ static VectorXd solve(const MatrixXd& J, const VectorXd& r) {
 
 NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {
   constexpr double shortest = 1e-8;
+  constexpr double rounding = 1e-14;  // a shorter step changes no more than rounding does
   Values at = values(problem, z);
   NewtonResult result{z, std::numeric_limits<double>::infinity(),
                       std::numeric_limits<double>::infinity(), 0};
@@ -33,6 +35,9 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
     const VectorXd dz = solve(slope.residual, at.residual);
     if (!dz.allFinite()) return result;
     result.step = dz.size() > 0 ? dz.lpNorm<Eigen::Infinity>() : 0.0;
+    const double size = z.size() > 0 ? z.lpNorm<Eigen::Infinity>() : 0.0;
+    const double least = rounding * std::max(1.0, size);
+    if (result.step <= least) return result;
 
     // Halve α until ‖r(z + α Δz)‖ < (1 - ½α) ‖r(z)‖; a trial without finite values is rejected.
     double alpha = 1.0;
@@ -43,7 +48,7 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
       next = values(problem, trial);
       if (next.finite && next.residual.norm() < (1 - 0.5 * alpha) * at.residual.norm()) break;
       alpha /= 2;
-    } while (alpha > shortest);
+    } while (alpha > shortest && alpha * result.step > least);
     if (!(next.finite && next.residual.norm() < at.residual.norm())) return result;  // round-off
 
     z = trial;

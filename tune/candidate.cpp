@@ -13,6 +13,7 @@
 
 #include "runtime/threads.hpp"
 #include "tune/requirement.hpp"
+#include "tune/response.hpp"
 #include "tune/shift.hpp"
 
 namespace tiltrim {
@@ -66,7 +67,8 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
   if (r.measure == Measure::half_time && limit && !(r.limit > 0))
     throw std::invalid_argument(
         fmt::format("the limit of half_time is {}; expected a positive time", r.limit));
-  const bool margin = r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin;
+  const bool margin = r.measure == Measure::peak_sensitivity ||
+                      (r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin);
   if (margin && problem.loops.size() != problem.points.size())
     throw std::invalid_argument(
         fmt::format("{} for models whose loops cannot be opened; expected for each point a model "
@@ -82,6 +84,11 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
     throw std::invalid_argument(name + " is for constant gains; expected no schedule");
   if (r.measure == Measure::sensitivity && problem.uncertain.empty())
     throw std::invalid_argument("sensitivity without uncertain numbers; expected some");
+  if (of_a_response(r.measure))
+    for (const SweepRequest& point : problem.points) check_response(problem, r, point.model);
+  if (r.measure == Measure::pole_region && !(r.decay > 0 || r.damping > 0 || r.frequency > 0))
+    throw std::invalid_argument(
+        "pole_region without bounds; expected a positive decay, damping or frequency");
 }
 
 // The loops must be the points' models, except for their inputs.
@@ -166,12 +173,15 @@ Index given(const Place& place, const std::string& name) {
 }  // namespace
 
 std::vector<Requirement> asked_of(const TuneProblem& problem) {
-  std::vector<Requirement> asked{problem.goal};
+  std::vector<Requirement> asked = problem.goals;
+  if (asked.empty()) asked.push_back(problem.goal);
   asked.insert(asked.end(), problem.limits.begin(), problem.limits.end());
   const auto asks_stability = [](const Requirement& r) {
     return r.measure == Measure::decay || r.measure == Measure::damping;
   };
-  if (std::ranges::none_of(asked, asks_stability)) asked.push_back({Measure::decay, 0.0});
+  const bool among_goals = problem.goals.empty() && asks_stability(problem.goal);
+  if (!among_goals && std::ranges::none_of(problem.limits, asks_stability))
+    asked.push_back({.measure = Measure::decay, .limit = 0.0});
   return asked;
 }
 
@@ -184,7 +194,8 @@ Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
     : problem_(problem) {
   if (problem.points.empty()) throw std::invalid_argument("no operating point to tune for");
   check_gains(problem);
-  check_asked(problem, problem.goal, false);
+  if (problem.goals.empty()) check_asked(problem, problem.goal, false);
+  for (const Requirement& r : problem.goals) check_asked(problem, r, true);
   for (const Requirement& r : problem.limits) check_asked(problem, r, true);
   check_loops(problem);
   asked_ = asked_of(problem);
@@ -227,23 +238,56 @@ GridTrim Candidates::settled(const Place& place, const VectorXd& gains, const Ve
   return from_nothing(sweep, numbers);
 }
 
-// Scores of requirements on the whole system, and their derivatives by central differences.
-void Candidates::describe(const Place& place, const GridTrim& e, bool slopes,
-                          PlaceModes& result) const {
-  const auto scores = [&](const GridTrim& there, const Eigen::VectorXcd& eigenvalues) {
-    VectorXd all = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
-    for (std::size_t i = 0; i < asked_.size(); ++i)
-      if (!spectral(asked_[i].measure))
-        all[Index(i)] = score(problem_, asked_[i], place, there, eigenvalues);
-    return all;
-  };
-  const bool needed =
-      std::ranges::any_of(asked_, [](const Requirement& r) { return !spectral(r.measure); });
+namespace {
+
+// Its derivative is a difference of scores at other gains.
+bool differenced(const Requirement& r) {
+  return !spectral(r.measure) && (!of_a_response(r.measure) || r.measure == Measure::overshoot ||
+                                  r.measure == Measure::settling_time);
+}
+
+}  // namespace
+
+// Scores of requirements on the whole system, and their derivatives.
+void Candidates::describe(const Place& place, const GridTrim& e, const Spectrum& spectrum,
+                          bool slopes, PlaceModes& result) const {
   result.scores = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
   result.score_slopes = MatrixXd::Zero(std::ssize(asked_), std::ssize(place.gains));
-  if (!needed) return;
-  result.scores = scores(e, result.eigenvalues);
-  if (!slopes) return;
+  for (std::size_t i = 0; i < asked_.size(); ++i) {
+    const Requirement& r = asked_[i];
+    if (of_a_response(r.measure)) {
+      const ResponseScore own =
+          response_score(problem_, r, place, e, result.eigenvalues, slopes && !differenced(r));
+      result.scores[Index(i)] = own.score;
+      if (own.slopes.size() > 0 && own.slopes.allFinite())
+        result.score_slopes.row(Index(i)) = own.slopes;
+      if (slopes && own.score < -most_score) {  // not stable: towards the axis
+        Index rightmost = 0;
+        spectrum.eigenvalues.real().maxCoeff(&rightmost);
+        result.score_slopes.row(Index(i)) = -most_score * spectrum.slopes.row(rightmost).real();
+      }
+    } else if (!spectral(r.measure)) {
+      result.scores[Index(i)] = score(problem_, r, place, e, result.eigenvalues);
+    }
+  }
+  if (slopes && std::ranges::any_of(asked_, differenced)) difference_scores(place, e, result);
+}
+
+// Central differences, with a new trim at each end.
+void Candidates::difference_scores(const Place& place, const GridTrim& e,
+                                   PlaceModes& result) const {
+  const auto scores = [&](const GridTrim& there) {
+    const Eigen::VectorXcd eigenvalues = spectrum_of(*place.prepared, there, {}).eigenvalues;
+    VectorXd all = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; i < asked_.size(); ++i) {
+      if (!differenced(asked_[i])) continue;
+      all[Index(i)] =
+          of_a_response(asked_[i].measure)
+              ? response_score(problem_, asked_[i], place, there, eigenvalues, false).score
+              : score(problem_, asked_[i], place, there, eigenvalues);
+    }
+    return all;
+  };
   for (std::size_t j = 0; j < place.gains.size(); ++j) {
     const double gain = value_of(e.at, place.gains[j]);
     const double h = 1e-4 * std::max(std::abs(gain), 1e-3);
@@ -252,9 +296,7 @@ void Candidates::describe(const Place& place, const GridTrim& e, bool slopes,
       GridTrim there;
       there.at = e.at;
       set_value(there.at, place.gains[j], gain + (end == 0 ? -h : h));
-      if (settle(*place.prepared, there))
-        ends.at(std::size_t(end)) =
-            scores(there, spectrum_of(*place.prepared, there, {}).eigenvalues);
+      if (settle(*place.prepared, there)) ends.at(std::size_t(end)) = scores(there);
     }
     if (ends[0].size() == 0 || ends[1].size() == 0) continue;
     const VectorXd slope = (ends[1] - ends[0]) / (2 * h);
@@ -290,7 +332,7 @@ PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, F
     result.message = "the eigenvalues do not converge";
     return result;
   }
-  describe(place, *e, false, result);
+  describe(place, *e, {}, false, result);
   result.trim = std::move(e);
   return result;
 }
@@ -302,7 +344,7 @@ void Candidates::differentiate(const Place& place, PlaceModes& modes) const {
     modes.message = "the eigenvectors do not converge";
     return;
   }
-  describe(place, *modes.trim, true, modes);
+  describe(place, *modes.trim, spectrum, true, modes);
   // derivative by a gain, distributed to the breakpoints of its schedule
   const Index gains = std::ssize(place.gains), places = place.shares.size();
   MatrixXd onto = MatrixXd::Zero(gains, gains * places);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sweep/neighbour.hpp"
+#include "tune/shift.hpp"
 #include "tune/tune.hpp"
 
 namespace tiltrim {
@@ -44,7 +45,10 @@ class Candidates {
  public:
   Candidates(const TuneProblem& problem, const TrimOptions& trimming);
 
+  const TuneProblem& problem() const { return problem_; }
   const std::vector<Requirement>& asked() const { return asked_; }
+  /// The goals are the first of these.
+  bool is_goal(std::size_t asked) const { return asked < goals_of(problem_); }
   const std::vector<Place>& places() const { return places_; }
   /// Results for tuned values in SI units, computed in parallel.
   std::vector<PlaceModes> at(const Eigen::VectorXd& variables, bool slopes);
@@ -65,7 +69,9 @@ class Candidates {
   void differentiate(const Place& place, PlaceModes& modes) const;
   GridTrim settled(const Place& place, const Eigen::VectorXd& gains,
                    const Eigen::VectorXd& uncertain, From from) const;
-  void describe(const Place& place, const GridTrim& e, bool slopes, PlaceModes& result) const;
+  void describe(const Place& place, const GridTrim& e, const Spectrum& spectrum, bool slopes,
+                PlaceModes& result) const;
+  void difference_scores(const Place& place, const GridTrim& e, PlaceModes& result) const;
 
   const TuneProblem& problem_;
   std::vector<Requirement> asked_;

@@ -39,17 +39,20 @@ VectorXd decisive_slope(Search& search, bool goal) {
   double largest = -infinity;
   std::size_t at = 0, asked = 0;
   for (std::size_t p = 0; p < search.last.places.size(); ++p)
-    for (std::size_t i = goal ? 0 : 1; i < (goal ? 1 : search.asked().size()); ++i) {
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      if (search.candidates.is_goal(i) != goal) continue;
       const Requirement& r = search.asked()[i];
       const double own = worst(i, r, search.last.places[p]).score;
-      const double missed = goal ? -own : (score_of(r.measure, r.limit) - own) / size_of(r);
+      const double missed = goal ? -goal_score(search.problem, r, own)
+                                 : (score_of(r.measure, r.limit) - own) / size_of(r);
       if (missed > largest) std::tie(largest, at, asked) = std::tuple(missed, p, i);
     }
   const PlaceModes& place = search.with_slopes({at}).places[at];
   if (largest == -infinity || !place.has_slopes()) return VectorXd::Zero(search.variables());
   const Requirement& r = search.asked()[asked];
-  return score_slope(asked, r, place).transpose().cwiseProduct(search.scales_at(search.last.y)) /
-         (goal ? 1.0 : size_of(r));
+  const double relative = goal ? goal_slope(search.problem, r) : 1.0 / size_of(r);
+  return relative *
+         score_slope(asked, r, place).transpose().cwiseProduct(search.scales_at(search.last.y));
 }
 
 }  // namespace

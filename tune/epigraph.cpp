@@ -86,15 +86,17 @@ struct Epigraph {
   // Adds requirement i, with score `own` and derivative `slope` with respect to the variables.
   void put(Rows& rows, std::size_t i, double own, const Eigen::RowVectorXd& slope) const {
     const Requirement& r = search.asked()[i];
-    if (limits_only && i == 0) return skip(rows, 1, kept);
-    const double size = i == 0 ? 1.0 : size_of(r);
-    const double level = i == 0 ? rows.x[n] : score_of(r.measure, r.limit);
+    const bool goal = search.candidates.is_goal(i);
+    if (limits_only && goal) return skip(rows, 1, kept);
+    const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
+    const double short_of = goal ? rows.x[n] - goal_score(search.problem, r, own)
+                                 : (score_of(r.measure, r.limit) - own) / size;
     const double relaxed = limits_only ? rows.x[n] : 0.0;
-    rows.c[rows.next] = std::clamp((level - own) / size + relaxed, -hopeless, hopeless);
+    rows.c[rows.next] = std::clamp(short_of + relaxed, -hopeless, hopeless);
     if (rows.J) {
       rows.J->row(rows.next).head(n).setZero();
       if (slope.size() > 0 && slope.allFinite()) rows.J->row(rows.next).head(n) = -slope / size;
-      if (i == 0 || limits_only) (*rows.J)(rows.next, n) = 1.0;
+      if (goal || limits_only) (*rows.J)(rows.next, n) = 1.0;
     }
     ++rows.next;
   }
@@ -102,7 +104,7 @@ struct Epigraph {
   void ask(Rows& rows, Complex lambda, const Eigen::RowVectorXcd& slope) const {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       if (!spectral(search.asked()[i].measure)) continue;
-      const Scored s = score(search.asked()[i].measure, lambda);
+      const Scored s = score(search.asked()[i], lambda);
       put(rows, i, s.score, slope.size() > 0 ? (std::conj(s.slope) * slope).real().eval() : none);
     }
   }
@@ -124,11 +126,14 @@ struct Epigraph {
   // How far a place is from its limits, and its goal from `level`, relative to their sizes.
   double slack(const PlaceModes& place, double level) const {
     double least = std::numeric_limits<double>::infinity();
+    const bool reserves = !search.problem.goals.empty();  // relative already
+    const double goal_size = reserves ? 1.0 : std::max(std::abs(level), 1e-3);
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       const Requirement& r = search.asked()[i];
       const double own = worst(i, r, place).score;
-      const double left = i == 0 ? (own - level) / std::max(std::abs(level), 1e-3)
-                                 : (own - score_of(r.measure, r.limit)) / size_of(r);
+      const double left = search.candidates.is_goal(i)
+                              ? (goal_score(search.problem, r, own) - level) / goal_size
+                              : (own - score_of(r.measure, r.limit)) / size_of(r);
       if (left < least) least = left;
     }
     return least;

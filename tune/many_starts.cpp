@@ -117,6 +117,7 @@ VectorXd random_start(Search& search, std::mt19937_64& random) {
 std::vector<VectorXd> first_starts(Search& search) {
   std::vector<VectorXd> starts;
   if (search.options.start.size() > 0) starts.push_back(search.place_of(search.options.start));
+  for (const VectorXd& start : search.options.starts) starts.push_back(search.place_of(start));
   starts.push_back(VectorXd::Constant(search.variables(), 0.5));
   for (const VectorXd& y : starts) search.evaluate(y);
   search_globally(search);
@@ -162,7 +163,7 @@ double stationarity_at_best(Search& search, double weight) {
 }
 
 void from_many_starts(Search& search, Ends& ends) {
-  const auto quick = std::size_t(search.options.starts);
+  const auto quick = std::size_t(search.options.searches);
   const int deep = std::min(2, search.options.agreeing);
   std::mt19937_64 random(search.options.seed);
   const std::vector<VectorXd> starts = first_starts(search);

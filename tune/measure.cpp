@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <array>
 
 #include "tune/tune.hpp"
@@ -13,7 +15,7 @@ struct Spelling {
   bool more_is_better;
 };
 
-constexpr std::array<Spelling, 12> spellings{{
+constexpr std::array<Spelling, 19> spellings{{
     {Measure::decay, "decay", "1/s", true},
     {Measure::damping, "damping", "", true},
     {Measure::frequency, "frequency", "rad/s", false},
@@ -26,6 +28,13 @@ constexpr std::array<Spelling, 12> spellings{{
     {Measure::response_use, "response_use", "", false},
     {Measure::figure, "figure", "", false},
     {Measure::sensitivity, "sensitivity", "rad/s", false},
+    {Measure::peak_gain, "peak_gain", "", false},
+    {Measure::peak_sensitivity, "peak_sensitivity", "", false},
+    {Measure::h2_norm, "h2_norm", "", false},
+    {Measure::quadratic_cost, "quadratic_cost", "", false},
+    {Measure::overshoot, "overshoot", "", false},
+    {Measure::settling_time, "settling_time", "s", false},
+    {Measure::pole_region, "pole_region", "", true},
 }};
 
 const Spelling& spelling(Measure measure) { return spellings.at(std::size_t(measure)); }
@@ -41,6 +50,25 @@ bool more_is_better(Measure measure) { return spelling(measure).more_is_better; 
 std::string name_of(const Requirement& requirement) {
   return requirement.measure == Measure::figure ? requirement.figure
                                                 : to_string(requirement.measure);
+}
+
+bool Requirement::same_measure(const Requirement& other) const {
+  return measure == other.measure && of == other.of && figure == other.figure &&
+         from == other.from && to == other.to && numerator == other.numerator &&
+         denominator == other.denominator && weights == other.weights && band == other.band;
+}
+
+std::string goal_name(const TuneProblem& problem) {
+  return problem.goals.empty() ? name_of(problem.goal)
+                               : fmt::format("reserve of {} goals", problem.goals.size());
+}
+
+std::string_view goal_unit(const TuneProblem& problem) {
+  return problem.goals.empty() ? unit(problem.goal.measure) : "";
+}
+
+bool more_goal_is_better(const TuneProblem& problem) {
+  return !problem.goals.empty() || more_is_better(problem.goal.measure);
 }
 
 const std::vector<Measure>& measures() {

@@ -12,6 +12,7 @@
 #include "linearize/margins.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
+#include "tune/response.hpp"
 #include "tune/shift.hpp"
 
 namespace tiltrim {
@@ -25,7 +26,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double most = 1e6;  // of a score: larger margins, and infinite ones, are cut to this
+constexpr double most = most_score;  // of a score: larger margins, and infinite ones, are cut
 
 // Score of a margin for an unstable loop: minus the largest real part.
 double lacking(const VectorXcd& eigenvalues) { return -eigenvalues.real().maxCoeff(); }
@@ -140,8 +141,8 @@ double largest_response(double y0, double middle, VectorXcd w, const VectorXcd& 
   return largest;
 }
 
-double response_score(const TuneProblem& problem, const Requirement& r, const Place& place,
-                      const GridTrim& e, const VectorXcd& eigenvalues) {
+double response_use_score(const TuneProblem& problem, const Requirement& r, const Place& place,
+                          const GridTrim& e, const VectorXcd& eigenvalues) {
   const Prepared& sweep = *place.prepared;
   const Index n = sweep.states();
   if (eigenvalues.real().maxCoeff() >= 0) return -most;
@@ -185,6 +186,7 @@ double value_of(Measure what, double score) {
   if (std::isnan(score)) return score;
   if (what == Measure::half_time)
     return score > 0 ? std::numbers::ln2 / score : std::numeric_limits<double>::infinity();
+  if (of_a_response(what)) return score <= -most ? std::numeric_limits<double>::infinity() : -score;
   const bool margin = what >= Measure::gain_margin_db && what <= Measure::disk_margin;
   if (margin) return score >= most ? std::numeric_limits<double>::infinity() : std::max(score, 0.0);
   return more_is_better(what) ? score : -score;
@@ -200,17 +202,58 @@ double size_of(const Requirement& r) {
   return limit > 0 && std::isfinite(limit) ? limit : 1.0;
 }
 
-bool spectral(Measure what) {
-  return what == Measure::decay || what == Measure::damping || what == Measure::frequency;
+double goal_score(const TuneProblem& problem, const Requirement& goal, double own) {
+  if (problem.goals.empty()) return own;
+  return (own - score_of(goal.measure, goal.limit)) / size_of(goal);
 }
 
-Scored score(Measure what, Complex lambda) {
+double goal_value(const TuneProblem& problem, double own) {
+  return problem.goals.empty() ? value_of(problem.goal.measure, own) : own;
+}
+
+double goal_slope(const TuneProblem& problem, const Requirement& goal) {
+  return problem.goals.empty() ? 1.0 : 1.0 / size_of(goal);
+}
+
+bool spectral(Measure what) {
+  return what == Measure::decay || what == Measure::damping || what == Measure::frequency ||
+         what == Measure::pole_region;
+}
+
+namespace {
+
+Scored decay(Complex lambda) { return {-lambda.real(), -1.0}; }
+
+Scored damping(Complex lambda) {
   const double size = std::abs(lambda);
-  if (what == Measure::decay) return {-lambda.real(), -1.0};
-  if (what == Measure::frequency) return {-size, size > 0 ? -lambda / size : Complex(-1.0)};
   if (size == 0) return {0.0, 0.0};
   // d(-Re λ/|λ|) = (-d(Re λ) + (Re λ/|λ|) d|λ|)/|λ|
   return {-lambda.real() / size, (-1.0 + lambda.real() / size * (lambda / size)) / size};
+}
+
+// The least of -Re λ/decay, (-Re λ/|λ|)/damping and frequency/|λ|, of those required: at least 1
+// inside the region.
+Scored region(const Requirement& r, Complex lambda) {
+  Scored least{most, 0.0};
+  const auto take = [&](const Scored& s, double size) {
+    if (s.score / size < least.score) least = {s.score / size, s.slope / size};
+  };
+  const double size = std::abs(lambda);
+  if (r.decay > 0) take(decay(lambda), r.decay);
+  if (r.damping > 0) take(damping(lambda), r.damping);
+  if (r.frequency > 0 && size > 0)
+    take({1 / size, -lambda / (size * size * size)}, 1 / r.frequency);
+  return least;
+}
+
+}  // namespace
+
+Scored score(const Requirement& r, Complex lambda) {
+  if (r.measure == Measure::decay) return decay(lambda);
+  if (r.measure == Measure::damping) return damping(lambda);
+  if (r.measure == Measure::pole_region) return region(r, lambda);
+  const double size = std::abs(lambda);
+  return {-size, size > 0 ? -lambda / size : Complex(-1.0)};
 }
 
 double score(const TuneProblem& problem, const Requirement& r, const Place& place,
@@ -221,7 +264,7 @@ double score(const TuneProblem& problem, const Requirement& r, const Place& plac
     case Measure::use:
       return use_score(r, place, e);
     case Measure::response_use:
-      return response_score(problem, r, place, e, eigenvalues);
+      return response_use_score(problem, r, place, e, eigenvalues);
     case Measure::figure:
       return place.where.point == 0 ? -problem.figures.at(r.figure)(e.at.p) : not_a_number;
     case Measure::sensitivity:
@@ -235,7 +278,7 @@ Worst worst(std::size_t asked, const Requirement& requirement, const PlaceModes&
   if (!spectral(requirement.measure)) return {modes.scores[Index(asked)], -1};
   Worst found{std::numeric_limits<double>::infinity(), -1};
   for (Index i = 0; i < modes.eigenvalues.size(); ++i) {
-    const double own = score(requirement.measure, modes.eigenvalues[i]).score;
+    const double own = score(requirement, modes.eigenvalues[i]).score;
     if (own < found.score) found = {own, i};
   }
   return found;
@@ -244,7 +287,7 @@ Worst worst(std::size_t asked, const Requirement& requirement, const PlaceModes&
 Eigen::RowVectorXd score_slope(std::size_t asked, const Requirement& r, const PlaceModes& modes) {
   const Worst w = worst(asked, r, modes);
   if (w.eigenvalue < 0) return modes.score_slopes.row(Index(asked));
-  const Scored s = score(r.measure, modes.eigenvalues[w.eigenvalue]);
+  const Scored s = score(r, modes.eigenvalues[w.eigenvalue]);
   return (std::conj(s.slope) * modes.slopes.row(w.eigenvalue)).real();
 }
 
@@ -260,8 +303,9 @@ double Merit::penalised() const {
   return std::max(goal - heavy * std::max(std::abs(goal), 1.0) * std::min(missed, far), -far);
 }
 
-Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>& places) {
+Merit merit(const Candidates& candidates, const std::vector<PlaceModes>& places) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
+  const std::vector<Requirement>& asked = candidates.asked();
   Merit m{0, false, infinity, 0.0};
   for (const PlaceModes& place : places) {
     if (!place.valid()) {
@@ -271,8 +315,8 @@ Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>
     for (std::size_t i = 0; i < asked.size(); ++i) {
       const double own = worst(i, asked[i], place).score;
       if (std::isnan(own)) continue;  // not applicable there
-      if (i == 0)
-        m.goal = std::min(m.goal, own);
+      if (candidates.is_goal(i))
+        m.goal = std::min(m.goal, goal_score(candidates.problem(), asked[i], own));
       else
         m.missed = std::max(m.missed,
                             (score_of(asked[i].measure, asked[i].limit) - own) / size_of(asked[i]));
@@ -291,10 +335,12 @@ std::string applies_nowhere(const Candidates& candidates, const std::vector<Plac
     };
     const bool in_trim = std::ranges::any_of(places, &PlaceModes::valid);
     if (!in_trim || std::ranges::any_of(places, applies)) continue;
-    return fmt::format(
-        "{}{} applies at no operating point ({})", name_of(r), r.of.empty() ? "" : " of " + r.of,
-        r.measure == Measure::half_time ? "no mode has that name"
-                                        : "no such actuator is active, or it has no limits");
+    const bool steps = r.measure == Measure::overshoot || r.measure == Measure::settling_time;
+    return fmt::format("{}{} applies at no operating point ({})", name_of(r),
+                       r.of.empty() ? "" : " of " + r.of,
+                       r.measure == Measure::half_time ? "no mode has that name"
+                       : steps                         ? "the step's final value is zero"
+                               : "no such actuator is active, or it has no limits");
   }
   return {};
 }

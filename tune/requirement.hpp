@@ -14,14 +14,20 @@ double value_slope(Measure what, double score);
 /// The scale of a violation of the limit.
 double size_of(const Requirement& requirement);
 
-/// True if the requirement applies to every eigenvalue: decay, damping, frequency.
+/// The score of one goal, or of several the reserve; and back to a value.
+double goal_score(const TuneProblem& problem, const Requirement& goal, double score);
+double goal_value(const TuneProblem& problem, double score);
+/// d(goal_score)/d(score).
+double goal_slope(const TuneProblem& problem, const Requirement& goal);
+
+/// True if the requirement applies to every eigenvalue: decay, damping, frequency, pole_region.
 bool spectral(Measure what);
 /// The score of one eigenvalue, and its derivative: d(score) = Re(conj(slope) dλ).
 struct Scored {
   double score = 0.0;
   std::complex<double> slope;
 };
-Scored score(Measure what, std::complex<double> lambda);
+Scored score(const Requirement& requirement, std::complex<double> lambda);
 
 /// Scores of requirements on the whole system, at an equilibrium; NaN if not applicable.
 double score(const TuneProblem& problem, const Requirement& requirement, const Place& place,
@@ -51,7 +57,7 @@ struct Merit {
   double penalised() const;
   bool operator<(const Merit& other) const { return value() < other.value(); }
 };
-Merit merit(const std::vector<Requirement>& asked, const std::vector<PlaceModes>& places);
+Merit merit(const Candidates& candidates, const std::vector<PlaceModes>& places);
 
 /// Which requirement applies at no place, as text; empty if each applies somewhere. A requirement
 /// that applies nowhere is not met.

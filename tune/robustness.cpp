@@ -49,10 +49,13 @@ Sample tried(const Candidates& candidates, const VectorXd& gains, const VectorXd
     const PlaceModes& place = places.back();
     if (!place.valid()) continue;
     sample.stable = sample.stable && modes(place.A).verdict == Verdict::stable;
-    const double goal = worst(0, candidates.asked().front(), place).score;
-    if (goal < worst_goal) worst_goal = goal, sample.worst = p;
+    for (std::size_t i = 0; i < candidates.asked().size() && candidates.is_goal(i); ++i) {
+      const Requirement& r = candidates.asked()[i];
+      const double goal = goal_score(candidates.problem(), r, worst(i, r, place).score);
+      if (goal < worst_goal) worst_goal = goal, sample.worst = p;
+    }
   }
-  sample.merit = merit(candidates.asked(), places);
+  sample.merit = merit(candidates, places);
   return sample;
 }
 
@@ -101,13 +104,12 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
     }
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun;
     if (options.observe)
-      options.observe({result.samples, samples, spent.count(),
-                       value_of(problem.goal.measure, worst_score), result.met == result.samples,
+      options.observe({result.samples, samples, spent.count(), goal_value(problem, worst_score),
+                       result.met == result.samples,
                        fmt::format("limits in {} samples", result.samples - result.met)});
   }
   result.interrupted = result.samples < samples;
-  if (result.no_trim < result.samples)
-    result.worst_goal = value_of(problem.goal.measure, worst_score);
+  if (result.no_trim < result.samples) result.worst_goal = goal_value(problem, worst_score);
   set_interval(result);
   return result;
 }

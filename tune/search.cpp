@@ -110,7 +110,7 @@ const Search::Seen& Search::evaluate(const VectorXd& y) {
     last.places = candidates.at(numbers_at(y), false);
   else  // the solver's status is not used
     last.places.resize(candidates.places().size());
-  last.merit = merit(asked(), last.places);
+  last.merit = merit(candidates, last.places);
   if (last.merit.trimmed()) {
     const bool first = best.y.size() == 0 || !best.merit.trimmed();
     lowest_goal = first ? last.merit.goal : std::min(lowest_goal, last.merit.goal);
@@ -123,8 +123,8 @@ const Search::Seen& Search::evaluate(const VectorXd& y) {
   keep();
   if (options.observe && !unlimited)
     options.observe({evaluations, options.evaluations, spent.count(),
-                     value_of(problem.goal.measure, best.merit.goal), best.merit.feasible, decides_,
-                     starts, stationary});
+                     goal_value(problem, best.merit.goal), best.merit.feasible, decides_, starts,
+                     stationary});
   return last;
 }
 
@@ -144,9 +144,10 @@ std::string deciding(const Search& search) {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       const Requirement& r = search.asked()[i];
       const double own = worst(i, r, best.places[p]).score;
-      if (best.merit.feasible != (i == 0)) continue;
-      const double against = i == 0 ? best.merit.goal : score_of(r.measure, r.limit);
-      const double miss = (against - own) / (i == 0 ? 1.0 : size_of(r));
+      const bool goal = search.candidates.is_goal(i);
+      if (best.merit.feasible != goal) continue;
+      const double miss = goal ? best.merit.goal - goal_score(search.problem, r, own)
+                               : (score_of(r.measure, r.limit) - own) / size_of(r);
       if (miss > most) std::tie(most, place, asked) = std::tuple(miss, p, i);
     }
   const Place& where = search.candidates.places()[place];
@@ -257,8 +258,8 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
 std::vector<Meeting> meetings_at(const Search& search, double within) {
   std::vector<Meeting> found;
   const Search::Seen& best = search.own;
-  const Measure goal = search.problem.goal.measure;
-  if (!spectral(goal)) return found;
+  const Requirement& goal = search.problem.goal;
+  if (!search.problem.goals.empty() || !spectral(goal.measure)) return found;
   for (std::size_t p = 0; p < best.places.size(); ++p) {
     const Eigen::VectorXcd& lambda = best.places[p].eigenvalues;
     const auto decides = [&](Index i) {

@@ -65,6 +65,26 @@ MatrixXd shifts(const Prepared& sweep, const GridTrim& e, const std::vector<Inde
   return by;
 }
 
+VectorXd steps_along(const OperatingPoint& at, const std::vector<Index>& parameters) {
+  VectorXd steps(std::ssize(parameters));
+  for (Index j = 0; j < steps.size(); ++j)
+    steps[j] = 1e-5 * std::max(std::abs(value_of(at, parameters[std::size_t(j)])), 1e-3);
+  return steps;
+}
+
+std::vector<MatrixXd> jacobian_slopes(const Model& model, const OperatingPoint& at,
+                                      const MatrixXd& by, const VectorXd& steps,
+                                      const std::vector<Index>& along) {
+  std::vector<MatrixXd> slopes;
+  for (Index j = 0; j < by.cols(); ++j) {
+    const double h = steps[j];
+    const MatrixXd ahead = jacobian(model, moved(at, h * by.col(j)), along);
+    const MatrixXd behind = jacobian(model, moved(at, -h * by.col(j)), along);
+    slopes.emplace_back((ahead - behind) / (2 * h));
+  }
+  return slopes;
+}
+
 // dλᵢ = wᵢᵀ dA vᵢ, dA along the parameter and the shift of the trim.               [26, eq. 2.3]
 Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
                      const std::vector<Index>& parameters) {
@@ -83,12 +103,10 @@ Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
   std::vector<Index> states;
   for (Index i = 0; i < n; ++i) states.push_back(i);
   spectrum.slopes.resize(n, std::ssize(parameters));
+  const std::vector<MatrixXd> changes =
+      jacobian_slopes(sweep.model(), e.at, by, steps_along(e.at, parameters), states);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
-    const double h = 1e-5 * std::max(std::abs(value_of(e.at, parameters[j])), 1e-3);
-    const auto A = [&](double t) -> MatrixXd {
-      return jacobian(sweep.model(), moved(e.at, t * by.col(Index(j))), states).topRows(n);
-    };
-    const MatrixXd dA = (A(h) - A(-h)) / (2 * h);
+    const MatrixXd dA = changes[j].topRows(n);
     const VectorXd d = parts.transpose() * dA.reshaped();
     spectrum.slopes.col(Index(j)).real() = d.head(n);
     spectrum.slopes.col(Index(j)).imag() = d.tail(n);

@@ -13,6 +13,7 @@
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 #include "tune/many_starts.hpp"
+#include "tune/response.hpp"
 #include "tune/search.hpp"
 
 namespace tiltrim {
@@ -23,6 +24,7 @@ using Eigen::VectorXd;
 
 namespace {
 
+constexpr double not_applicable = std::numeric_limits<double>::quiet_NaN();
 constexpr double active = 1e-4;  // relative to the limit's size
 constexpr double near = 0.01;    // coalescing eigenvalues, relative to the goal
 
@@ -35,12 +37,14 @@ std::vector<Achieved> achieved(const Search& search, const std::vector<PlaceMode
       const Requirement& r = search.asked()[i];
       const Worst w = worst(i, r, places[p]);
       constexpr double none = std::numeric_limits<double>::quiet_NaN();
-      const double decisive = i == 0 ? found.goal : score_of(r.measure, r.limit);
-      const double size = i == 0 ? std::max(std::abs(found.goal), 1e-3) : size_of(r);
+      const bool goal = search.candidates.is_goal(i);
+      const double apart = goal ? goal_score(search.problem, r, w.score) - found.goal
+                                : w.score - score_of(r.measure, r.limit);
+      const double size = goal ? std::max(std::abs(found.goal), 1e-3) : size_of(r);
       all.push_back({search.candidates.places()[p].where, i, r, value_of(r.measure, w.score),
                      w.eigenvalue >= 0 ? places[p].eigenvalues[w.eigenvalue] : Complex(none, none),
-                     std::abs(w.score - decisive) <= active * size});
-      if (i == 0) all.back().requirement.limit = none;
+                     std::abs(apart) <= active * size});
+      if (goal && search.problem.goals.empty()) all.back().requirement.limit = none;
     }
   return all;
 }
@@ -53,8 +57,8 @@ std::string in_words(const TuneProblem& problem, const Achieved& a) {
 }
 
 std::string missed_in_words(const TuneProblem& problem, const std::vector<Achieved>& all) {
-  const auto least = [](const Achieved& a) {
-    const double reserve = a.reserve();
+  const auto least = [&](const Achieved& a) {
+    const double reserve = a.asked < goals_of(problem) ? not_applicable : a.reserve();
     return std::isnan(reserve) ? std::numeric_limits<double>::infinity() : reserve;
   };
   const Achieved& most = *std::ranges::min_element(all, {}, least);
@@ -104,11 +108,11 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
     const PlaceModes& place = *std::ranges::min_element(here, {}, own);
     if (!place.valid()) return std::numeric_limits<double>::quiet_NaN();  // no derivatives
     const Worst w = worst(i, r, place);
-    const double of_score =
-        w.eigenvalue < 0 ? place.score_slopes(Index(i), j)
-                         : (std::conj(score(r.measure, place.eigenvalues[w.eigenvalue]).slope) *
-                            place.slopes(w.eigenvalue, j))
-                               .real();
+    const double of_score = w.eigenvalue < 0
+                                ? place.score_slopes(Index(i), j)
+                                : (std::conj(score(r, place.eigenvalues[w.eigenvalue]).slope) *
+                                   place.slopes(w.eigenvalue, j))
+                                      .real();
     return value_slope(r.measure, w.score) * of_score * numbers[j];
   };
   std::vector<GainEffect> all;
@@ -118,11 +122,11 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
     const auto with = [&](double factor) {
       VectorXd other = numbers;
       other[j] *= factor;
-      return merit(search.asked(), search.candidates.at(other, false));
+      return merit(search.candidates, search.candidates.at(other, false));
     };
     const Merit less = with(0.9), more = with(1.1);
     const auto goal = [&](const Merit& m) {
-      return m.trimmed() ? value_of(search.problem.goal.measure, m.goal)
+      return m.trimmed() ? goal_value(search.problem, m.goal)
                          : std::numeric_limits<double>::quiet_NaN();
     };
     effect.goal_less = goal(less);
@@ -136,6 +140,16 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
   return all;
 }
 
+// The first goal of responses that has no finite value at a place.
+std::string infinite_in_words(const TuneProblem& problem, const std::vector<Achieved>& all) {
+  const auto infinite = [&](const Achieved& a) {
+    return a.asked < goals_of(problem) && of_a_response(a.requirement.measure) &&
+           std::isinf(a.value);
+  };
+  const auto found = std::ranges::find_if(all, infinite);
+  return found == all.end() ? "" : in_words(problem, *found) + " is infinite for every candidate";
+}
+
 // Evaluates the result again, with new trims.
 TuneResult verified(Search& search) {
   const TuneProblem& problem = search.problem;
@@ -147,17 +161,19 @@ TuneResult verified(Search& search) {
     const Place& place = search.candidates.places()[std::size_t(lost - places.begin())];
     result.message = fmt::format("no equilibrium at '{}'{}{}, which {} needs: {}",
                                  place.request.name, place.where.scatter.empty() ? "" : " with ",
-                                 place.where.scatter, name_of(problem.goal),
+                                 place.where.scatter, goal_name(problem),
                                  lost->message.empty() ? to_string(lost->status) : lost->message);
     return result;
   }
-  const Merit found = merit(search.asked(), places);
-  result.goal = value_of(problem.goal.measure, found.goal);
+  const Merit found = merit(search.candidates, places);
+  result.goal = goal_value(problem, found.goal);
   result.achieved = achieved(search, places, found);
+  search.own = search.best;  // the last start may have ended elsewhere
   result.coalescing = !meetings_at(search, near * std::abs(found.goal)).empty();
   result.message = applies_nowhere(search.candidates, places);
   if (result.message.empty() && !found.feasible)
     result.message = missed_in_words(problem, result.achieved);
+  if (result.message.empty()) result.message = infinite_in_words(problem, result.achieved);
   result.status = result.message.empty() ? TuneStatus::tuned : TuneStatus::limits_unmet;
   if (result.status == TuneStatus::tuned) {
     result.message = not_stable(search, places);
@@ -207,12 +223,12 @@ double Achieved::reserve() const {
 
 namespace {
 
-// How nearly the best is stationary; NaN if it is interrupted or has no trim.
+// How nearly the best is stationary; NaN if it is interrupted, has no trim, or was evaluated only.
 double stationarity_of(Search& search, double weight) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const Merit& best = search.best.merit;
-  if (search.interrupted || search.out_of_time || search.best.y.size() == 0 || !best.trimmed())
-    return none;
+  if (search.interrupted || search.out_of_time || search.evaluations <= 1) return none;
+  if (search.best.y.size() == 0 || !best.trimmed()) return none;
   return stationarity_at_best(search, weight);
 }
 
@@ -238,7 +254,7 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   TuneResult result;
   if (search.best.y.size() == 0)
     result.message = fmt::format("no candidate could be evaluated: {} is undefined everywhere",
-                                 name_of(problem.goal));
+                                 goal_name(problem));
   else
     result = verified(search);
   result.stationarity = stationary;
@@ -259,12 +275,15 @@ TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
   if (options.start.size() > 0 && options.start.size() != Index(problem.variables()))
     throw std::invalid_argument(fmt::format("a start of {} numbers for a problem that has {}",
                                             options.start.size(), problem.variables()));
+  for (const VectorXd& start : options.starts)
+    if (start.size() != Index(problem.variables()) || !start.allFinite())
+      throw std::invalid_argument("a further start of other or infinite numbers");
   if (!options.start.allFinite())
     throw std::invalid_argument("the start is not finite; expected a number for each gain");
-  if (options.starts < 1 || options.agreeing < 1)
+  if (options.searches < 1 || options.agreeing < 1)
     throw std::invalid_argument(
-        fmt::format("{} starts, of which {} must agree; expected at least 1 of each",
-                    options.starts, options.agreeing));
+        fmt::format("{} local searches, of which {} must agree; expected at least 1 of each",
+                    options.searches, options.agreeing));
   TuneResult result;
   with_threads(options.threads, [&] { result = searched(problem, options); });
   return result;

@@ -30,6 +30,13 @@ enum class Measure {
   response_use,      ///< its maximum after a disturbance, linear response
   figure,            ///< a user-defined figure: TuneProblem::figures
   sensitivity,       ///< largest move of an eigenvalue, rad/s, over an uncertain parameter's range
+  peak_gain,         ///< H∞ norm of the weighted transfer from some signals to others
+  peak_sensitivity,  ///< H∞ norm of the sensitivity 1/(1 + L) of a broken loop, weighted
+  h2_norm,           ///< H2 norm of the weighted transfer: root mean square for white noise
+  quadratic_cost,    ///< integral of weighted squares after a disturbance, linear response
+  overshoot,         ///< of a step response, over its final value
+  settling_time,     ///< of a step response into a band around its final value, s
+  pole_region,       ///< least of decay, damping and 1/frequency over those required; 1: inside
 };
 
 /// As in a study file: "decay", "phase_margin_deg", ...
@@ -49,6 +56,19 @@ struct Requirement {
   /// half_time: mode name. Margins and uses: actuator; empty: the worst of those with an effect.
   std::string of{};
   std::string figure{};  ///< name of the figure for Measure::figure
+  /// Transfers: inputs or other variables of the model, and outputs or states. Steps: one of each.
+  std::vector<std::string> from{}, to{};
+  /// Weight of transfers, a ratio of polynomials in s, highest power first; empty: 1.
+  std::vector<double> numerator{}, denominator{};
+  std::map<std::string, double> weights{};  ///< quadratic_cost: of squared outputs and states
+  double band = 0.02;                       ///< settling_time: relative to the final value
+  /// pole_region: smallest decay, 1/s, smallest damping, largest |λ|, rad/s. NaN: not required.
+  double decay = std::numeric_limits<double>::quiet_NaN();
+  double damping = std::numeric_limits<double>::quiet_NaN();
+  double frequency = std::numeric_limits<double>::quiet_NaN();
+
+  /// True if both measure the same thing, whatever their limits.
+  bool same_measure(const Requirement& other) const;
 };
 /// Name of the requirement: the measure's, or the figure's.
 std::string name_of(const Requirement& requirement);
@@ -82,16 +102,29 @@ struct TuneProblem {
   std::map<std::string, double> disturbance{};
   /// By name, for Measure::figure. Evaluated once per parameter set, at the first point.
   std::map<std::string, FigureOfMerit> figures{};
-  Requirement goal{Measure::decay};   ///< its worst value is optimized
+  Requirement goal{Measure::decay};  ///< its worst value is optimized
+  /// Several soft goals in place of `goal`, each with its target as the limit: the smallest reserve
+  /// (Achieved::reserve()) over all of them and all places is maximized; 0: all targets are met.
+  std::vector<Requirement> goals{};
   std::vector<Requirement> limits{};  ///< required at all places
 
   /// Number of tuned values: gains, times breakpoints of the schedule.
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
-/// All requirements: the goal, the limits, and stability (decay of 0) if neither the goal nor a
-/// limit is on decay or damping.
+/// All requirements: the goal or goals, the limits, and stability (decay of 0) if neither the goal
+/// nor a limit is on decay or damping.
 [[nodiscard]] std::vector<Requirement> asked_of(const TuneProblem& problem);
+/// Number of goals: the first of these requirements.
+inline std::size_t goals_of(const TuneProblem& problem) {
+  return problem.goals.empty() ? 1 : problem.goals.size();
+}
+/// "decay", "reserve of 3 goals".
+std::string goal_name(const TuneProblem& problem);
+/// Unit of TuneResult::goal; "" for several goals.
+std::string_view goal_unit(const TuneProblem& problem);
+/// True if a larger TuneResult::goal is better.
+bool more_goal_is_better(const TuneProblem& problem);
 
 /// Global search: NLopt's algorithms, or local searches from many starts.
 enum class GlobalSearch {
@@ -137,8 +170,9 @@ struct TuneOptions {
   LocalSearch local = LocalSearch::bfgs;           ///< used next
   std::uint64_t seed = 1;                          ///< of all random numbers
   Eigen::VectorXd start{};  ///< tried first, SI, limited to the bounds; empty: the middle only
-  int starts = 10;          ///< local searches to begin with, at least 1
-  /// Starts that must end within 0.1 % of the best, at least 1: ends the search.
+  std::vector<Eigen::VectorXd> starts{};  ///< further starts, as regulator_starts()
+  int searches = 10;                      ///< local searches to begin with, at least 1
+  /// Searches that must end within 0.1 % of the best, at least 1: ends the search.
   int agreeing = 3;
   /// Candidates, each at all points: at most; the search ends earlier where starts agree.
   long evaluations = 100000;
@@ -177,11 +211,11 @@ struct TunePlace {
 struct Achieved {
   TunePlace place;                  ///< its place
   std::size_t asked = 0;            ///< index in asked_of()
-  Requirement requirement;          ///< the requirement
+  Requirement requirement;          ///< the requirement; of a single goal the limit is NaN
   double value = 0.0;               ///< NaN: not applicable (no mode of that name)
   std::complex<double> eigenvalue;  ///< the decisive eigenvalue, if there is one; otherwise NaN
   bool active = false;              ///< active at the solution, to 1e-4
-  /// Margin to the limit, relative to its size; negative: not met. NaN for the goal.
+  /// Margin to the limit or target, relative to its size; negative: not met. NaN for a single goal.
   double reserve() const;
 };
 
@@ -199,14 +233,14 @@ struct TuneResult {
   TuneStatus status = TuneStatus::no_trim;  ///< outcome
   std::string message;                      ///< if not tuned: which requirement at which point
   Eigen::VectorXd gains;                    ///< SI, TuneProblem::variables() values
-  double goal = 0.0;                        ///< the worst value over all places
-  std::vector<Achieved> achieved;           ///< [place][asked]
-  std::vector<GainEffect> effects;          ///< largest first
-  bool coalescing = false;  ///< two decisive eigenvalues (to 1 %) coalesce at the solution
+  double goal = 0.0;  ///< the worst value over all places; of several goals the smallest reserve
+  std::vector<Achieved> achieved;   ///< [place][asked]
+  std::vector<GainEffect> effects;  ///< largest first
+  bool coalescing = false;          ///< two decisive eigenvalues (to 1 %) coalesce at the solution
   TuneEnd end = TuneEnd::budget_spent;  ///< why the search ended
   /// Least norm in the hull of the gradients within `stationarity_radius` of the solution, over the
   /// largest of these gradients: 0 where it is stationary, 1 where all of them point one way; the
-  /// tuned values are measured over their bounds. NaN: not computed.
+  /// tuned values are measured over their bounds. NaN: not computed; so for a single candidate.
   double stationarity = std::numeric_limits<double>::quiet_NaN();
   static constexpr double stationarity_radius = 1e-3;  ///< of the bounds' ranges
   long starts = 0, agreeing = 0;  ///< local searches completed; of these within 0.1 % of the best
@@ -223,6 +257,18 @@ struct TuneResult {
 /// is evaluated again with new trims. Throws std::invalid_argument for unknown names, bounds that
 /// are reversed or not finite, no gains, no points, or a requirement that cannot be evaluated.
 [[nodiscard]] TuneResult tune(const TuneProblem& problem, const TuneOptions& options = {});
+
+/// Starts for tune() from linear-quadratic regulators. At the equilibrium of each point with the
+/// tuned values `at`, each loop is opened where its input is added (TuneProblem::loops); Q weighs
+/// states by 1/nominal², R the loops' commands by effort/nominal². One start for each effort: the
+/// tuned values whose control law, its derivatives by the states, is nearest to the regulators of
+/// all points, by least squares in nominal units, limited to the bounds. Points without equilibrium
+/// or regulator do not count; an effort for which none is left gives no start. Throws
+/// std::invalid_argument without loops, and for efforts that are not positive.
+[[nodiscard]] std::vector<Eigen::VectorXd> regulator_starts(const TuneProblem& problem,
+                                                            const Eigen::VectorXd& at,
+                                                            const std::vector<double>& efforts,
+                                                            const TrimOptions& trimming = {});
 
 /// Robustness of gains to random parameters between the corners.
 struct Robustness {

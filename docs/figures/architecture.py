@@ -14,10 +14,10 @@ import sys
 root = pathlib.Path(__file__).resolve().parents[2]
 target = root / "docs/figures/architecture.svg"
 # Row by row from the top; the number is the column.
-ROWS = [{"python": 2}, {"cli": 1}, {"report": 1}, {"tables": 0, "study": 2}, {"flight": 1}, {"vehicles/tiltrotor": 0, "vehicles/xv15": 2},
-        {"simulate": 1, "tune": 3}, {"sweep": 2.5}, {"follow": 2}, {"vehicles": 0, "trim": 1, "linearize": 2, "optimize": 3},
+ROWS = [{"python": 2}, {"cli": 1}, {"report": 1}, {"tables": 0, "study": 2, "check_proof": 3}, {"flight": 1}, {"vehicles/tiltrotor": 0, "vehicles/xv15": 2},
+        {"simulate": 1, "tune": 3}, {"sweep": 2.5, "prove": 0}, {"follow": 2, "qualities": 3}, {"vehicles": 0, "trim": 1, "linearize": 2, "optimize": 3},
         {"model": 1, "design": 2.25}, {"dense": 1.5, "runtime": 3}]
-VERBS = {"trim", "linearize", "follow", "sweep", "simulate", "tune", "optimize"}
+VERBS = {"trim", "linearize", "qualities", "follow", "sweep", "simulate", "tune", "optimize"}
 row_of = {folder: k for k, row in enumerate(ROWS) for folder in row}
 
 includes = collections.defaultdict(set)

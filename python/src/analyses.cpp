@@ -12,8 +12,6 @@ namespace tiltrim::python {
 
 namespace {
 
-constexpr const char* no_ipopt = "trim with method='newton' and closest=False";
-
 TrimOptions trimming_of(const HeldCondition& held, const py::dict& fields) {
   return trim_options_of(fields, {.time_limit = held.study->time_limit});
 }

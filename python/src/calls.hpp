@@ -109,6 +109,8 @@ void do_beside(const std::function<void(const std::stop_token&)>& work,
 
 /// Throws std::invalid_argument if called from a model's function: Ipopt is not reentrant.
 void refuse_within_callable(const char* verb, const char* expected);
+/// Expected by verbs that call Ipopt.
+inline constexpr const char* no_ipopt = "trim with method='newton' and closest=False";
 
 /// Duration of built-in work: too short for Ctrl-C, or unlimited.
 enum class Lasts { a_moment, any_time };

@@ -13,8 +13,6 @@ namespace tiltrim::python {
 
 namespace {
 
-constexpr const char* no_ipopt = "trim with method='newton' and closest=False";
-
 /// signal, lower, upper, grid points
 using AxisTuple = std::tuple<std::string, double, double, int>;
 /// From SI to the unit of the result.

@@ -154,10 +154,12 @@ py::dict tuned(const HeldStudy& held, const py::dict& fields, const py::object& 
   TuneOptions options = tune_options_of(fields, tune_options(study), false);
   Progress progress(listener);
   options.trimming.stop = progress.abandoned();
+  TuneProblem asked;
+  if (study.tune) asked.goal = study.tune->goal, asked.goals = study.tune->goals;
   const auto work = [&](const std::stop_token& stop) {
     options.stop = stop;
     return tune_study(study, options, [&](const std::string& what, const TuneProgress& at) {
-      if (progress) tell(progress, study.tune->goal, what, at);
+      if (progress) tell(progress, asked, what, at);
     });
   };
   const TuningReport report = run(false, work, Lasts::any_time, &progress).first;

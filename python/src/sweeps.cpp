@@ -24,7 +24,6 @@ using ProblemTuple =
 /// name, columns of (signal, unit, values)
 using AxisTuple =
     std::tuple<std::string, std::vector<std::tuple<std::string, std::string, std::vector<double>>>>;
-using RequirementTuple = std::tuple<std::string, double, std::string>;  ///< measure, limit, of
 
 std::vector<SweepRequest> requests_of(const std::vector<ProblemTuple>& problems, bool& callables) {
   std::vector<SweepRequest> requests;
@@ -72,8 +71,37 @@ Measure measure_of(const std::string& name) {
                                           list));
 }
 
-Requirement requirement_of(const RequirementTuple& tuple) {
-  return {measure_of(std::get<0>(tuple)), std::get<1>(tuple), std::get<2>(tuple)};
+// Of {measure, limit, of, input, output, ...}; `limit` is NaN for a single goal.
+Requirement requirement_of(const py::dict& given) {
+  Requirement r{measure_of(given["measure"].cast<std::string>())};
+  for (const auto& [key, value] : given) {
+    const std::string name = py::str(key);
+    if (name == "limit")
+      r.limit = value.cast<double>();
+    else if (name == "of")
+      r.of = value.cast<std::string>();
+    else if (name == "input")
+      r.from = value.cast<std::vector<std::string>>();
+    else if (name == "output")
+      r.to = value.cast<std::vector<std::string>>();
+    else if (name == "numerator")
+      r.numerator = value.cast<std::vector<double>>();
+    else if (name == "denominator")
+      r.denominator = value.cast<std::vector<double>>();
+    else if (name == "weights")
+      r.weights = value.cast<std::map<std::string, double>>();
+    else if (name == "band")
+      r.band = value.cast<double>();
+    else if (name == "decay")
+      r.decay = value.cast<double>();
+    else if (name == "damping")
+      r.damping = value.cast<double>();
+    else if (name == "frequency")
+      r.frequency = value.cast<double>();
+    else if (name != "measure")
+      throw std::invalid_argument(fmt::format("a requirement has no '{}'", name));
+  }
+  return r;
 }
 
 py::dict swept(const std::vector<ProblemTuple>& problems, const std::vector<AxisTuple>& axes,
@@ -105,7 +133,7 @@ py::dict in_dict(const TuneProblem& problem, const Achieved& a) {
   d["unit"] = std::string(unit(a.requirement.measure));
   d["of"] = a.requirement.of;
   d["limit"] = a.requirement.limit;
-  d["goal"] = std::isnan(a.requirement.limit);
+  d["goal"] = a.asked < goals_of(problem);
   d["value"] = a.value;
   d["eigenvalue"] = a.eigenvalue;
   d["active"] = a.active;
@@ -165,19 +193,19 @@ void observe(SweepOptions& options, Progress& progress) {
   };
 }
 
-void tell(Progress& progress, const Requirement& goal, const std::string& what,
+void tell(Progress& progress, const TuneProblem& problem, const std::string& what,
           const TuneProgress& at) {
-  const std::string_view in = unit(goal.measure);
+  const std::string_view in = goal_unit(problem);
   progress.tell(
       std::size_t(at.evaluations), std::size_t(at.of),
-      fmt::format("{}: {} {:.4g}{}{}, {} {}", what, name_of(goal), at.best, in.empty() ? "" : " ",
-                  in, at.feasible ? "held by" : "missing", at.decides));
+      fmt::format("{}: {} {:.4g}{}{}, {} {}", what, goal_name(problem), at.best,
+                  in.empty() ? "" : " ", in, at.feasible ? "held by" : "missing", at.decides));
 }
 
 void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress) {
   if (!progress) return;
   options.observe = [&, algorithm = to_string(options.global)](const TuneProgress& at) {
-    tell(progress, problem.goal, algorithm, at);
+    tell(progress, problem, algorithm, at);
   };
 }
 
@@ -220,8 +248,14 @@ TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::d
   problem.samples = asked["samples"].cast<int>();
   problem.schedule = asked["schedule"].cast<std::vector<double>>();
   problem.schedule_over = asked["schedule_over"].cast<std::string>();
-  problem.goal = requirement_of(asked["goal"].cast<RequirementTuple>());
-  for (const auto& limit : asked["limits"].cast<std::vector<RequirementTuple>>())
+  problem.disturbance = asked["disturbance"].cast<std::map<std::string, double>>();
+  const auto goals = asked["goals"].cast<std::vector<py::dict>>();
+  for (const py::dict& goal : goals) problem.goals.push_back(requirement_of(goal));
+  if (problem.goals.size() == 1 && std::isnan(problem.goals.front().limit)) {
+    problem.goal = problem.goals.front();
+    problem.goals.clear();
+  }
+  for (const auto& limit : asked["limits"].cast<std::vector<py::dict>>())
     problem.limits.push_back(requirement_of(limit));
   return problem;
 }
@@ -249,8 +283,8 @@ py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
   d["schedule"] = problem.schedule;
   d["gains"] = r.gains;
   d["goal"] = r.status == TuneStatus::no_trim ? std::numeric_limits<double>::quiet_NaN() : r.goal;
-  d["goal_measure"] = name_of(problem.goal);
-  d["goal_unit"] = std::string(unit(problem.goal.measure));
+  d["goal_measure"] = goal_name(problem);
+  d["goal_unit"] = std::string(goal_unit(problem));
   d["achieved"] = achieved;
   d["effects"] = effects;
   d["coalescing"] = r.coalescing;

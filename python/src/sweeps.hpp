@@ -25,7 +25,7 @@ Swept sweep_so_far(const std::vector<SweepRequest>& requests, const std::vector<
 void observe(SweepOptions& options, Progress& progress);
 void observe(TuneOptions& options, const TuneProblem& problem, Progress& progress);
 /// The same for one state of the search.
-void tell(Progress& progress, const Requirement& goal, const std::string& what,
+void tell(Progress& progress, const TuneProblem& problem, const std::string& what,
           const TuneProgress& at);
 
 /// The problem at these points: gains, uncertain, corners, samples, schedule, goal, limits.

@@ -66,6 +66,7 @@ EVERYTHING = {
     "Branch of a Condition": lambda: tiltrim.follow(tiltrim.tiltrotor(), parameter="V", to=14.0),
     "Sensitivities": lambda: tiltrim.sensitivities(held(), parameters=["k"]),
     "Margins": lambda: tiltrim.margins(tiltrim.tiltrotor()),
+    "Qualities": lambda: tiltrim.qualities(tiltrim.tiltrotor(formulation="airframe")),
     "Envelope": lambda: tiltrim.envelope(
         held(), along=("k", 1, 2), over=("angle", 0.1, 0.5), count=5
     ),

@@ -30,6 +30,21 @@ BALL = (
     '[[tune.uncertain]]\nkey = "m"\npercent = 10\n'
     '[[tune.limit]]\nmeasure = "frequency"\nat_most = 300.0\n'
 )
+MASS = (
+    "[model]\nstate = [{name = 'z', rate = 'v'},"
+    " {name = 'v', rate = '-kp*(z - r) - kd*v + wind + push'}]\n"
+    "output = [{name = 'command', value = '-kp*(z - r) - kd*v'}]\n"
+    "input = [{name = 'wind'}, {name = 'r'}, {name = 'push'}]\n"
+    "parameter = [{name = 'kp', value = 4}, {name = 'kd', value = 1}]\n"
+    "loop = [{name = 'a', input = 'push', output = 'command'}]\n"
+    "[[condition]]\nname = 'rest'\nwind = 0\nr = 0\n"
+    "[tune]\nsecond = 'none'\nevaluations = 800\nregulator_starts = [1]\n"
+    "gain = [{key = 'kp', from = 0.01, to = 100}, {key = 'kd', from = 0.01, to = 100}]\n"
+    "goal = [{measure = 'peak_gain', input = 'wind', output = 'z', at_most = 0.2},"
+    " {measure = 'settling_time', input = 'r', output = 'z', at_most = 3}]\n"
+    "limit = [{measure = 'peak_sensitivity', of = 'a', at_most = 1.4},"
+    " {measure = 'pole_region', frequency = 20, at_least = 1}]\n"
+)
 STUDIES = {
     "front and second search": CONDITIONS + '[tune]\nsecond = "esch"\nevaluations = 120\n'
     '[tune.front]\nmeasure = "frequency"\nfrom = 4.0\nto = 20.0\ncount = 3\n' + GAINS,
@@ -39,6 +54,7 @@ STUDIES = {
     '[[tune.uncertain]]\nkey = "aircraft.mass"\npercent = 10\n' + GAINS,
     "no candidate": CONDITIONS + '[tune]\nsecond = "none"\nevaluations = 0\n' + GAINS,
     "model": BALL,
+    "goals over responses": MASS,
 }  # fmt: skip
 
 
@@ -63,7 +79,7 @@ def test_a_study_is_tuned_as_by_the_program(program, tmp_path, name):
     file.write_text(STUDIES[name])
     own, printed = tiltrim.tune(file), program("tune", file)
     same_search(own, printed)
-    same(own.goal, [printed["goal"]["value"]])
+    same(own.goal, [printed.get("reserve", printed["goal"]["value"])])
     assert own.algorithm == printed["global"] and own.toml == printed["toml"]
     assert own.coalescing == printed["coalescing"]
     assert len(own.achieved) == len(printed["achieved"])
@@ -103,3 +119,52 @@ def test_what_these_studies_ask_for_is_answered(tmp_path):
     assert "of 20 random samples" in repr(tiltrim.tune(found["model"]))
     assert tiltrim.tune(found["schedule"])["gains.K_Lp"].shape == (2,)
     assert tiltrim.tune(found["no candidate"]).status == "no_trim"
+
+
+def test_goals_over_responses_are_asked_for_by_dictionaries():
+    def f(x, u, p):
+        return [x[1], -p[0] * (x[0] - u[1]) - p[1] * x[1] + u[0]]
+
+    mass = tiltrim.Model(
+        "mass", f, states=["z", "v"], inputs=["wind", "r"], parameters=["kp", "kd"],
+    )  # fmt: skip
+    own = tiltrim.tune(
+        mass,
+        {"z": 0, "v": 0, "wind": 0, "r": 0, "kp": 1, "kd": 1},
+        gains={"kp": (0.01, 100), "kd": (0.01, 100)},
+        goal={"measure": "h2_norm", "input": "wind", "output": ["z", "v"]},
+        limits=[
+            {"measure": "peak_gain", "input": ["wind"], "output": "z", "at_most": 0.5,
+             "weight": {"numerator": [2], "denominator": [1]}},
+            {"measure": "quadratic_cost", "weights": {"z": 1.0}, "at_most": 3},
+            ("frequency", 10),
+        ],
+        disturbance={"z": 1},
+        free=["z", "v"],
+        steady=["z", "v"],
+        evaluations=2000,
+    )  # fmt: skip
+    assert own.status == "tuned" and own.goal_measure == "h2_norm"
+    # of z and v for white noise: (1/kp + 1)/(2 kd)
+    assert own.goal**2 == pytest.approx((1 / own["kp"] + 1) / (2 * own["kd"]), rel=1e-6)
+    targets = tiltrim.tune(
+        mass,
+        {"z": 0, "v": 0, "wind": 0, "r": 0, "kp": 1, "kd": 1},
+        gains={"kp": (0.01, 100), "kd": (0.01, 100)},
+        goal=[
+            {"measure": "peak_gain", "input": "wind", "output": "z", "at_most": 0.1},
+            {"measure": "frequency", "at_most": 5},
+        ],
+        free=["z", "v"],
+        steady=["z", "v"],
+        evaluations=2000,
+    )  # fmt: skip
+    assert targets.goal_measure == "reserve of 2 goals"
+    goals = [a for a in targets.achieved if a.goal]
+    assert len(goals) == 2 and min(a.reserve for a in goals) == pytest.approx(targets.goal)
+    with pytest.raises(ValueError, match="no signal 'gust'"):
+        tiltrim.tune(
+            mass, {"z": 0, "v": 0, "wind": 0, "r": 0, "kp": 1, "kd": 1}, gains={"kp": (1, 2)},
+            goal={"measure": "peak_gain", "input": "gust", "output": "z"}, free=["z", "v"],
+            steady=["z", "v"],
+        )  # fmt: skip

@@ -31,6 +31,7 @@ from ._models import Effort, Model, Point, Signal, close_loop, feedback
 from ._monte_carlo import MonteCarlo, ScatteredFlight, monte_carlo
 from ._plot import plot
 from ._problems import Problem, TrimSpec
+from ._qualities import Criterion, Qualities, qualities
 from ._report import Report, report
 from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
 from ._simulate import Change, Flight, SwitchEvent, Trajectory, fly, simulate
@@ -49,6 +50,7 @@ __all__ = [
     "BranchEvent",
     "Change",
     "Condition",
+    "Criterion",
     "Effort",
     "Envelope",
     "EnvelopePart",
@@ -72,6 +74,7 @@ __all__ = [
     "Placement",
     "Point",
     "Problem",
+    "Qualities",
     "Regulator",
     "Report",
     "Robustness",
@@ -105,6 +108,7 @@ __all__ = [
     "parse_study",
     "place",
     "plot",
+    "qualities",
     "read_study",
     "report",
     "save",

@@ -380,13 +380,11 @@ def bode(
     omega = _frequencies(linear) if frequency is None else np.asarray(frequency, dtype=float)
     if omega.ndim != 1 or omega.size < 2 or not np.all(np.diff(omega) > 0) or omega[0] <= 0:
         raise _tiltrim.InvalidArgument("frequency: expected rising values above 0 rad/s")
-    identity = np.eye(len(linear.states))
-    response = np.array(
-        [rows[i] @ np.linalg.solve(1j * w * identity - linear.A, linear.B[:, j]) for w in omega]
-    )
+    I = np.eye(len(linear.states))  # noqa: E741
+    gain = [rows[i] @ np.linalg.solve(1j * w * I - linear.A, linear.B[:, j]) for w in omega]
     units = [outputs[i].unit, linear.inputs[j].unit]
     unit = "" if units[0] == units[1] else f"{units[0] or '1'}/{units[1] or '1'}"
-    return Bode(input, output, unit, omega, response + through[i, j])
+    return Bode(input, output, unit, omega, np.array(gain) + through[i, j])
 
 
 def _place(name: str, names: Sequence[str], what: str) -> int:

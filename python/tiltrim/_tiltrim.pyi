@@ -141,6 +141,16 @@ def tune_conditions(
 ) -> Dict[str, Any]: ...
 def fly_study(study: Study, number: Optional[int]) -> Dict[str, Any]: ...
 def monte_carlo(study: Study, threads: int, progress: _Progress) -> Dict[str, Any]: ...
+def qualities_condition(condition: Condition, trimming: Dict[str, float]) -> str: ...
+def qualities(
+    linear: Dict[str, Any],
+    roles: Dict[str, str],
+    words: Tuple[str, str, str, str],
+    airspeed: float,
+    gravity: float,
+    n_per_alpha: float,
+    bandwidth: Sequence[Sequence[Tuple[float, float]]],
+) -> str: ...
 def margins_condition(
     condition: Condition,
     loops: Sequence[str],

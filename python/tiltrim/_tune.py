@@ -19,8 +19,10 @@ from ._sweep import Problems, _problem
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-#: {measure: limit}, or [(measure, limit, of)]
-Limits = Union[Mapping[str, float], Sequence[Tuple[Any, ...]]]
+#: {measure: limit}, or [(measure, limit, of)], or [{"measure": ..., "at_most": ...}]
+Limits = Union[Mapping[str, float], Sequence[Union[Tuple[Any, ...], Mapping[str, Any]]]]
+#: "decay", ("half_time", mode), {"measure": ...}, or a list of these dicts with targets
+Goal = Union[str, Tuple[str, str], Mapping[str, Any], List[Mapping[str, Any]]]
 
 
 @dataclass(repr=False)
@@ -170,8 +172,9 @@ def tune(
     guess: Optional[Guess] = None,
     *,
     gains: Optional[Mapping[str, Tuple[float, float]]] = None,
-    goal: Union[str, Tuple[str, str]] = "decay",
+    goal: Goal = "decay",
     limits: Limits = (),
+    disturbance: Optional[Mapping[str, float]] = None,
     uncertain: Optional[Mapping[str, Tuple[float, float]]] = None,
     corners: bool = True,
     samples: int = 0,
@@ -199,8 +202,12 @@ def tune(
     gains    : {parameter: (from, to)}, SI; searched logarithmically if both are positive, except
                those named in `linear`
     goal     : optimized for its worst value: "decay" (1/s), "damping", "frequency" (rad/s), ...;
-               ("half_time", name of the mode)
-    limits   : {measure: limit}, or [(measure, limit, of)] (docs/tune.md has the measures)
+               ("half_time", name of the mode); or {"measure": ..., "input": ..., "output": ...} and
+               the other keys of a measure in a study; or a list of these, each with its target as
+               "at_most" or "at_least": the smallest reserve is maximized
+    limits   : {measure: limit}, or [(measure, limit, of)], or such dicts with "at_most" or
+               "at_least" (docs/tune.md has the measures)
+    disturbance : {state: offset} of quadratic_cost and response_use
     uncertain: {parameter: (from, to)}: each point again at all of their corners (unless corners is
                False) and at `samples` random places between
     schedule : gains linear between their values at these, rising, of the parameter schedule_over
@@ -241,7 +248,8 @@ def tune(
         "samples": samples,
         "schedule": [float(v) for v in schedule],
         "schedule_over": schedule_over,
-        "goal": (goal, math.nan, "") if isinstance(goal, str) else (goal[0], math.nan, goal[1]),
+        "disturbance": {name: float(value) for name, value in (disturbance or {}).items()},
+        "goals": [_goal(one) for one in (goal if isinstance(goal, list) else [goal])],
         "limits": [
             _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
         ],
@@ -262,9 +270,35 @@ def _gain(
     return name, lower, upper, lower > 0 and name not in linear
 
 
-def _requirement(given: Tuple[Any, ...]) -> Tuple[str, float, str]:
+def _goal(given: Any) -> Dict[str, Any]:
+    if isinstance(given, str):
+        return {"measure": given, "limit": math.nan}
+    if isinstance(given, Mapping):
+        return _keys(given)
+    return {"measure": given[0], "of": given[1], "limit": math.nan}
+
+
+def _requirement(given: Union[Tuple[Any, ...], Mapping[str, Any]]) -> Dict[str, Any]:
+    if isinstance(given, Mapping):
+        return _keys(given)
     measure, limit, *of = given
-    return str(measure), float(limit), str(of[0]) if of else ""
+    return {"measure": str(measure), "limit": float(limit), "of": str(of[0]) if of else ""}
+
+
+#: of a study, and what they are called here
+_SIDES = ("at_least", "at_most", "limit")
+
+
+def _keys(given: Mapping[str, Any]) -> Dict[str, Any]:
+    """A requirement as a study's table: a name alone is a list of one."""
+    own = {name: value for name, value in given.items() if name not in ("weight", *_SIDES)}
+    own["limit"] = next((float(given[side]) for side in _SIDES if side in given), math.nan)
+    for name in ("input", "output"):
+        if name in own:
+            own[name] = [own[name]] if isinstance(own[name], str) else list(own[name])
+    for name, polynomial in given.get("weight", {}).items():
+        own[name] = [float(c) for c in polynomial]
+    return own
 
 
 def _result(raw: Dict[str, Any]) -> TuneResult:

@@ -13,7 +13,12 @@
   const unit = (name) => name === 'degrees' ? '°' : name && name !== '1' ? ' ' + name : '';
   const bounded = (i, n) => Math.max(0, Math.min(n - 1, i));
 
-  for (const t of data.tracks) t.byKey = new Map(t.columns.map((c) => [c.key, c.values]));
+  for (const t of data.tracks) {
+    t.byKey = new Map(t.columns.map((c) => [c.key, c.values]));
+    for (const c of t.columns) c.rounding = 1e-9 * c.values.reduce((most, v) => Math.max(most, Math.abs(v)), 0);
+  }
+  // A column's number; rounding next to the column's largest is 0.
+  const shownOf = (column, value) => shown(value !== null && Math.abs(value) < column.rounding ? 0 : value);
 
   // A track's number at point i: its columns, and what follows from a mode's real and imaginary part.
   function valueAt(track, key, i) {
@@ -99,7 +104,7 @@
     const column = track.columns.find((c) => c.key === curve.y);
     const mode = /^(re|im|zeta)_(\d+)$/.exec(curve.y);
     if (mode && track.modes.length) return modeWords(track, Number(mode[2]), i);
-    return `${curve.title || column.title} ${shown(valueAt(track, curve.y, i))}${unit(column.unit)}`;
+    return `${curve.title || column.title} ${shownOf(column, valueAt(track, curve.y, i))}${unit(column.unit)}`;
   };
 
   function moveTo(track, i) {
@@ -121,7 +126,7 @@
     if (!track.input) return;
     track.input.value = i;
     const others = track.modes.length ? [...new Set(track.modes.map((_, m) => modeWords(track, m, i)))]
-      : [track.columns.filter((c) => track.drawn.has(c.key)).map((c) => `${c.title} ${shown(c.values[i])}${unit(c.unit)}`).join(', ')];
+      : [track.columns.filter((c) => track.drawn.has(c.key)).map((c) => `${c.title} ${shownOf(c, c.values[i])}${unit(c.unit)}`).join(', ')];
     const words = [parameterWords(track, i), ...others].join('\n');
     track.input.setAttribute('aria-valuetext', parameterWords(track, i));
     track.output.textContent = '';

@@ -110,6 +110,7 @@ Model airframe(const Vehicle& vehicle, Axes axes) {
     const WindAirframe physics{vehicle.polar, vehicle.equations};
     add(physics);
     set_enclosure(model, physics);
+    set_jets(model, physics);
   } else {
     add(BodyAirframe{vehicle.polar});
   }

@@ -88,10 +88,13 @@ Model model_of(const Vehicle& vehicle, Axes axes) {
     set_functions(model, physics);
     set_derivatives(model, physics);
   };
-  if (wind)
-    add(WindLoop<added>{vehicle.polar, vehicle.equations});
-  else
+  if (wind) {
+    const WindLoop<added> physics{vehicle.polar, vehicle.equations};
+    add(physics);
+    if constexpr (added == LoopInputs::nothing) set_jets(model, physics);
+  } else {
     add(BodyLoop<added>{vehicle.polar});
+  }
   if (added == LoopInputs::inputs)
     model.inputs = {
         {"theta0_added", "", 0.1}, {"a1s_added", "rad", 0.1}, {"delta_e_added", "rad", 0.1}};

@@ -25,8 +25,19 @@ inline CoefficientsOf<Dual> coefficients(const Polar& polar, const Dual& alpha) 
 }
 
 inline CoefficientsOf<Interval> coefficients(const Polar& polar, const Interval& alpha) {
-  const auto [CL, CD, CM] = polar.range(alpha.lower(), alpha.upper());
-  return {{CL.lower, CL.upper}, {CD.lower, CD.upper}, {CM.lower, CM.upper}};
+  const auto [CL, CD, CM] = polar.ranges(alpha);
+  return {CL.value, CD.value, CM.value};
+}
+
+inline CoefficientsOf<Jet> coefficients(const Polar& polar, const Jet& alpha) {
+  const auto over = polar.ranges(alpha.value), centre = polar.ranges(alpha.centre);
+  const auto of = [&](std::size_t k) {
+    const auto taylor = [k](const auto& all) {
+      return Jet::Taylor{all[k].value, all[k].slope, all[k].curvature};
+    };
+    return chain(alpha, taylor(over), taylor(centre));
+  };
+  return {of(0), of(1), of(2)};
 }
 
 }  // namespace tiltrim::physics

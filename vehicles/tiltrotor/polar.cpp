@@ -54,6 +54,30 @@ static Eigen::MatrixXd knot_curvatures(const std::vector<double>& h, const Eigen
   return dense::solve_cyclic(at, to_next, rhs);
 }
 
+// The curvatures of the exact spline. The matrix of the equations exceeds its off-diagonal by
+// h₋ + h₊ in every row, so the error is at most the largest residual over the least h₋ + h₊.
+static std::vector<Interval> enclosed_curvatures(const std::vector<Interval>& h,
+                                                 const Eigen::VectorXd& y,
+                                                 const Eigen::VectorXd& M) {
+  const std::size_t n = h.size();
+  double residual = 0, least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t before = (i + n - 1) % n, after = (i + 1) % n;
+    const Interval &hb = h[before], &ha = h[i];
+    const auto at = [](const Eigen::VectorXd& v, std::size_t k) {
+      return Interval(v[Eigen::Index(k)]);
+    };
+    const Interval left = hb * at(M, before) + 2.0 * (hb + ha) * at(M, i) + ha * at(M, after);
+    const Interval right = 6.0 * ((at(y, after) - at(y, i)) / ha - (at(y, i) - at(y, before)) / hb);
+    residual = std::max(residual, magnitude(left - right));
+    least = std::min(least, (hb + ha).lower());
+  }
+  const double error = Interval::up(residual / least);
+  std::vector<Interval> enclosed;
+  for (const double m : M) enclosed.push_back(Interval::around(m - error, m + error));
+  return enclosed;
+}
+
 static void check_table(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {
   const auto refuse = [](std::size_t row, std::string_view why) {
     throw std::invalid_argument(fmt::format("polar row {}: {}", row + 1, why));
@@ -77,7 +101,8 @@ static void check_table(const std::vector<double>& alpha, const std::vector<Coef
            "those at -180 degrees");
 }
 
-Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& rows) {
+Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& rows)
+    : knots_(alpha), rows_(rows) {
   const RoundToNearest environment;
   check_table(alpha, rows);
   const std::size_t n = rows.size() - 1;
@@ -100,6 +125,21 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
       piece.range[k] = piece.c[k].extremes(0, h[i]);
     }
     pieces_.push_back(piece);
+  }
+  std::vector<Interval> exact_h;
+  for (std::size_t i = 0; i < n; ++i) {
+    exact_h.push_back(Interval(alpha[i + 1]) - Interval(alpha[i]));
+    enclosed_.push_back({{}, alpha[i], exact_h[i].upper()});
+  }
+  for (Eigen::Index c = 0; c < 3; ++c) {
+    const std::vector<Interval> curve = enclosed_curvatures(exact_h, y.col(c), M.col(c));
+    for (std::size_t i = 0; i < n; ++i) {
+      const Interval &m = curve[i], &next = curve[(i + 1) % n], &width = exact_h[i];
+      const Interval here = y(Eigen::Index(i), c), there = y(Eigen::Index((i + 1) % n), c);
+      enclosed_[i].c[std::size_t(c)] = {here,
+                                        (there - here) / width - width / 6.0 * (2.0 * m + next),
+                                        m / 2.0, (next - m) / (6.0 * width)};
+    }
   }
   first_ = alpha.front();
   const auto [least, most] = std::ranges::minmax(h);
@@ -137,6 +177,48 @@ std::array<Range, 3> Polar::range(double lower, double upper) const {
     left -= to - from.t;
     if (!(left > 0)) break;
     from = {from.piece == &pieces_.back() ? &pieces_.front() : from.piece + 1, 0.0};
+  }
+  return all;
+}
+
+// Taylor's form about the middle of t.
+std::array<Polar::Ranges, 3> Polar::Enclosed::over(const Interval& t) const {
+  std::array<Ranges, 3> all;
+  const Interval m = middle(t), d(-radius(t), radius(t));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& [c0, c1, c2, c3] = c[k];
+    const Interval value = c0 + m * (c1 + m * (c2 + m * c3));
+    const Interval slope = c1 + m * (2.0 * c2 + m * (3.0 * c3));
+    const Interval half = c2 + 3.0 * c3 * m;
+    all[k] = {value + d * slope + square(d) * half + square(d) * d * c3,
+              slope + d * (2.0 * half) + square(d) * (3.0 * c3), 2.0 * half + 6.0 * c3 * d};
+  }
+  return all;
+}
+
+std::array<Polar::Ranges, 3> Polar::ranges(const Interval& alpha) const {
+  std::array<Ranges, 3> all;
+  if (!alpha.finite()) {
+    all.fill({Interval::unknown(), Interval::unknown(), Interval::unknown()});
+    return all;
+  }
+  // Beyond the table, which wraps around, any piece may hold.
+  const bool inside = alpha.lower() >= knots_.front() && alpha.upper() <= knots_.back();
+  const double from = inside ? alpha.lower() : knots_.front();
+  const double to = inside ? alpha.upper() : knots_.back();
+  bool any = false;
+  for (std::size_t i = from < to || inside ? piece_below(from) : 0; i < enclosed_.size(); ++i) {
+    const Enclosed& piece = enclosed_[i];
+    if (piece.start > to) break;
+    const Interval low = Interval(from) - Interval(piece.start);
+    const Interval high = Interval(to) - Interval(piece.start);
+    const std::array<Ranges, 3> here =
+        piece.over({std::max(0.0, low.lower()), std::min(piece.width, high.upper())});
+    for (std::size_t k = 0; k < 3; ++k)
+      all[k] = any ? Ranges{hull(all[k].value, here[k].value), hull(all[k].slope, here[k].slope),
+                            hull(all[k].curvature, here[k].curvature)}
+                   : here[k];
+    any = true;
   }
   return all;
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "model/interval.hpp"
 #include "model/model.hpp"
 
 namespace tiltrim {
@@ -40,7 +41,23 @@ class Polar {
   /// Ranges of CL, CD, CM over alpha in [lower, upper]: the exact extremes of the cubics.
   std::array<Range, 3> range(double lower, double upper) const;
 
+  /// Of the exact spline through the table, over alpha: rounded outward.
+  struct Ranges {
+    Interval value, slope, curvature;  ///< per rad, per rad²
+  };
+  std::array<Ranges, 3> ranges(const Interval& alpha) const;  ///< of CL, CD, CM
+
+  /// The table.
+  const std::vector<double>& knots() const { return knots_; }      ///< alpha, rad
+  const std::vector<Coefficients>& rows() const { return rows_; }  ///< at the knots
+
  private:
+  // Coefficients of the exact spline on one piece, over t = alpha - start.
+  struct Enclosed {
+    std::array<std::array<Interval, 4>, 3> c;
+    double start, width;
+    std::array<Ranges, 3> over(const Interval& t) const;
+  };
   // c0 + c1 t + c2 t² + c3 t³
   struct Cubic {
     double c0, c1, c2, c3;
@@ -62,6 +79,9 @@ class Polar {
   std::size_t piece_below(double alpha) const;  // by search if knots are uneven
 
   std::vector<Piece> pieces_;
+  std::vector<Enclosed> enclosed_;
+  std::vector<double> knots_;
+  std::vector<Coefficients> rows_;
   double first_ = 0.0;
   double per_radian_ = 0.0;  // pieces per radian if evenly spaced, otherwise 0
 };

@@ -78,7 +78,7 @@ Stream<S> stream(const State<S>& s) {
   f.sin = sin(f.alpha);
   f.pressure = 0.5 * s.density * square;
   f.mach = f.V / s.sound;
-  f.knots = f.V * (1 / 0.514444);
+  f.knots = f.V * (1 / knot);
   f.alpha_degrees = f.alpha * (1 / degree);
   f.flap_degrees = s.flap * (1 / degree);
   f.mast_degrees = s.mast * (1 / degree);
@@ -272,7 +272,7 @@ Sums<S> sums(const Data& d, const State<S>& s, const Geometry<S>& g, const S& th
 }
 
 /// Order of the model's parameters.
-enum Parameter { mass, density, sound, omega, gravity, gradient };
+enum Parameter { mass, density, sound, omega, gravity, gradient, airspeed_kt, climb_angle };
 
 template <class S>
 State<S> state_of(std::span<const S> x, std::span<const S> u, std::span<const S> p) {
@@ -280,36 +280,70 @@ State<S> state_of(std::span<const S> x, std::span<const S> u, std::span<const S>
 }
 
 template <class S>
-struct Whole {
+struct Turning {
   State<S> s;
   Geometry<S> g;
-  RotorAnswer<S> rotor;
   RotorInput<S> input;
-  Sums<S> loads;
+  RotorAnswer<S> rotor;
 };
 
 template <class S>
-Whole<S> whole(const Data& d, std::span<const S> x, std::span<const S> u, std::span<const S> p) {
-  Whole<S> all;
+Turning<S> turning(const Data& d, std::span<const S> x, std::span<const S> u,
+                   std::span<const S> p) {
+  Turning<S> all;
   all.s = state_of(x, u, p);
   all.g = geometry(d, all.s.mast);
   all.input = rotor_input(d, all.s, all.g, u[0]);
   all.rotor = rotor(all.input, d);
-  const RotorForces<S>& at = all.rotor.forces;
-  all.loads = sums(d, all.s, all.g, at.thrust, at.in_plane, all.rotor.motion.v);
   return all;
 }
 
 /// m (u' + q w) = X - m g sin theta,  m (w' - q u) = Z + m g cos theta,  Iyy q' = M
 template <class S>
-void rates_on(const Data& d, std::span<const S> x, std::span<const S> u, std::span<const S> p,
+void rates_of(const Data& d, const Turning<S>& at, std::span<const S> x, std::span<const S> p,
               std::span<S> rates) {
-  const Whole<S> at = whole(d, x, u, p);
-  const LoadOf<S>& F = at.loads.total;
+  const RotorForces<S>& rotor = at.rotor.forces;
+  const LoadOf<S> F = sums(d, at.s, at.g, rotor.thrust, rotor.in_plane, at.rotor.motion.v).total;
   rates[0] = F.X / p[mass] - p[gravity] * sin(x[2]) - x[3] * x[1];
   rates[1] = F.Z / p[mass] + p[gravity] * cos(x[2]) + x[3] * x[0];
   rates[2] = x[3];
   rates[3] = F.M / at.g.inertia;
+}
+
+template <class S>
+void rates_on(const Data& d, std::span<const S> x, std::span<const S> u, std::span<const S> p,
+              std::span<S> rates) {
+  rates_of(d, turning(d, x, u, p), x, p, rates);
+}
+
+/// Outputs of the motion and the controls.
+template <class S>
+void motion_outputs(const Data& d, const State<S>& s, const S& B1, std::span<const S> x,
+                    std::span<const S> p, std::span<S> y) {
+  const Stream<S> f = stream(s);
+  y[0] = f.V;
+  y[1] = f.alpha;
+  // From the components of the velocity: without the jump of theta - alpha.
+  y[2] = x[0] * sin(x[2]) - x[1] * cos(x[2]);
+  y[3] = f.knots;
+  y[4] = d.elevator_per_stick * (s.stick - d.stick_neutral);
+  y[5] = B1;
+  // What is left of a commanded airspeed and climb angle; smooth at rest too.
+  const S V = p[airspeed_kt] * knot;
+  y[10] = x[0] * cos(x[2]) + x[1] * sin(x[2]) - V * cos(p[climb_angle]);
+  y[11] = y[2] - V * sin(p[climb_angle]);
+  y[13] = std::numbers::pi / 2 - s.mast;
+  y[14] = atan2(V * sin(s.mast), S(0.75 * d.radius * p[omega]));
+}
+
+/// Outputs of the rotors.
+template <class S>
+void rotor_outputs(const RotorAnswer<S>& rotor, std::span<S> y) {
+  y[6] = rotor.motion.v;
+  y[7] = rotor.forces.thrust;
+  y[8] = 2.0 * rotor.power;
+  y[9] = rotor.motion.a1;
+  y[12] = rotor.forces.in_plane;
 }
 
 }  // namespace tiltrim::xv15

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <fmt/std.h>
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -177,24 +178,65 @@ void rotor_tables(Data& d, const auto& read) {
 void blade_elements(Data& d, const Rows& blade) {
   const Table twist = table_of("rotor_blade_geometry", blade, Columns{"x"}, "twist_deg_rel_75");
   const Table chord = table_of("rotor_blade_geometry", blade, Columns{"x"}, "chord_m");
-  // Gauss-Legendre, three points between the spinner, the end of the taper and the section borders.
-  constexpr std::array borders{0.0875, 0.25, 0.55, 0.8, 0.95, 1.0};
-  constexpr std::array<std::size_t, 5> section{0, 0, 1, 2, 3};
-  constexpr std::array at{-0.774596669241483, 0.0, 0.774596669241483};
-  constexpr std::array weight{5.0 / 9, 8.0 / 9, 5.0 / 9};
-  for (std::size_t k = 0; k < section.size(); ++k)
-    for (std::size_t j = 0; j < at.size(); ++j) {
-      const double half = (borders[k + 1] - borders[k]) / 2;
-      const double x = borders[k] + half * (1 + at[j]);
-      d.elements.push_back({x * d.radius, half * weight[j] * d.radius, chord.at(x),
-                            twist.at(x) * degree, section[k]});
-    }
+  // Gauss-Legendre, three points between the spinner, the end of the taper, the section borders and
+  // the tip: against 160 elements at 48 azimuths, 15 at eight have the thrust within 0.25 % and the
+  // power within 1 %.
+  struct Panel {
+    double from, to;
+    std::size_t section;
+    std::vector<std::array<double, 2>> rule;  // positions and weights on [-1, 1]
+  };
+  const std::vector<std::array<double, 2>> one{{0, 2}},
+      two{{-std::sqrt(1.0 / 3), 1}, {std::sqrt(1.0 / 3), 1}},
+      three{{-0.774596669241483, 5.0 / 9}, {0, 8.0 / 9}, {0.774596669241483, 5.0 / 9}};
+  const auto elements = [&](const std::vector<Panel>& panels) {
+    std::vector<Element> all;
+    for (const Panel& panel : panels)
+      for (const auto& [at, weight] : panel.rule) {
+        const double half = (panel.to - panel.from) / 2, x = panel.from + half * (1 + at);
+        all.push_back({x * d.radius, half * weight * d.radius, chord.at(x), twist.at(x) * degree,
+                       panel.section});
+      }
+    return all;
+  };
+  d.elements = elements({{0.0875, 0.25, 0, three},
+                         {0.25, 0.55, 0, three},
+                         {0.55, 0.8, 1, three},
+                         {0.8, 0.95, 2, three},
+                         {0.95, 1.0, 3, three}});
+  d.strips = strips_of(d.elements);
+  d.few_strips =
+      strips_of(elements({{0.0875, 0.55, 0, two}, {0.55, 0.8, 1, one}, {0.8, 1.0, 2, one}}));
 }
 
 }  // namespace
 
+std::vector<Strip> strips_of(const std::vector<Element>& elements) {
+  std::vector<Strip> all;
+  for (const Element& e : elements) {
+    if (all.empty() || all.back().count == Strip::size) {
+      Strip empty;
+      empty.r.setConstant(e.r);
+      empty.r2 = empty.r.square();
+      empty.area.setZero();
+      empty.twist.setZero();
+      all.push_back(empty);
+    }
+    Strip& strip = all.back();
+    const Eigen::Index k = strip.count++;
+    strip.r[k] = e.r;
+    strip.r2[k] = e.r * e.r;
+    strip.area[k] = e.chord * e.dr;
+    strip.twist[k] = e.twist;
+    strip.section[std::size_t(k)] = e.section;
+  }
+  return all;
+}
+
 Data read_data(const std::filesystem::path& folder, Variant variant) {
   Data d{};
+  static std::atomic<std::size_t> sets = 0;
+  d.number = ++sets;
   d.variant = variant;
   const auto read = [&](const char* name) {
     return read_rows(folder / "tables" / (std::string(name) + ".csv"));

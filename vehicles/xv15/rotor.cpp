@@ -6,27 +6,41 @@
 
 namespace tiltrim::xv15 {
 
-using Slopes = DualOf<double, 3>;
-
-// The residual and its derivatives with respect to inflow and flapping.
-static std::array<Slopes, 3> residual(const RotorInput<double>& in, const RotorMotion<double>& y,
-                                      const Data& d, double tip_speed,
-                                      std::optional<double> given) {
-  const auto moved = [](double value, Eigen::Index k, double scale) {
-    Slopes at(value);
-    at.slopes[k] = scale;
-    return at;
-  };
-  const RotorInput<Slopes> input{in.V_e,   in.V_n,     in.q,     in.theta_75, in.B1,
-                                 in.omega, in.density, in.sound, in.gradient};
-  const RotorMotion<Slopes> at{moved(y.v, 0, tip_speed), moved(y.a1, 1, 1.0), moved(y.b1, 2, 1.0)};
-  const Blade blade = blade_of(d);
-  return rotor_residual(input, at, blade_forces(input, at, blade, PrintedSections{&d.airfoils}),
-                        blade, d.radius, given);
+// Moshier's rational approximation of atan on [0, 0.66], to 2e-16 (Cephes, atan.c); beyond it,
+// about 45 degrees.
+static Strip::Values first_octant(const Strip::Values& least, const Strip::Values& most) {
+  const auto beyond = least > 0.66 * most;
+  // atan(y/x) = pi/4 + atan((y - x)/(y + x))
+  const Strip::Values t = beyond.select(least - most, least) / beyond.select(least + most, most);
+  const Strip::Values z = t * t;
+  const Strip::Values P = ((((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
+                             7.500855792314704667340e1) *
+                                z -
+                            1.228866684490136173410e2) *
+                               z -
+                           6.485021904942025371773e1) *
+                          z;
+  const Strip::Values Q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
+                            4.328810604912902668951e2) *
+                               z +
+                           4.853903996359136964868e2) *
+                              z +
+                          1.945506571482613964425e2;
+  const Strip::Values whole =
+      beyond.select(Strip::Values::Constant(std::numbers::pi / 4), Strip::Values::Zero());
+  return whole + (t + t * P / Q);
 }
 
-// By the adjugate: three unknowns of the same size.
-static Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& J) {
+Strip::Values angles_of(const Strip::Values& y, const Strip::Values& x) {
+  using Values = Strip::Values;
+  const Values up = y.abs(), along = x.abs();
+  const Values octant = first_octant(up.min(along), up.max(along));
+  const Values quadrant = (up > along).select(std::numbers::pi / 2 - octant, octant);
+  const Values half = (x < 0.0).select(std::numbers::pi - quadrant, quadrant);
+  return (y < 0.0).select(-half, half);
+}
+
+Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& J) {
   Eigen::Matrix3d adjugate;
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 3; ++j) {
@@ -38,49 +52,148 @@ static Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& J) {
 
 // The closed form with its own induced velocity, where inflow angles are small; else no inflow.
 static RotorMotion<double> start(const RotorInput<double>& in, const Data& d) {
-  constexpr double lift_slope = 5.73, twist = -0.7, small = 0.15;
   const double tip = in.omega * d.radius, mu = in.V_e / tip, climb = in.V_n / tip;
-  if (std::abs(climb) > small) return {0.01 * tip, 0, 0};
-  const SimpleBlade blade{lift_slope, 0.01, in.theta_75 - 0.75 * twist, twist, d.solidity, 3.8};
+  if (std::abs(climb) > closed_form_inflow) return {0.01 * tip, 0, 0};
+  const double k = std::tan(d.delta3);
+  const SimpleBlade blade = simple_blade(d, in.theta_75);
   double inflow = 0.05;
   ClosedForm at{};
   for (int step = 0; step < 10; ++step) {
-    at = closed_form(blade, mu, climb + inflow, in.q / in.omega, in.B1, std::tan(d.delta3));
+    at = closed_form(blade, mu, climb + inflow, in.q / in.omega, in.B1, k);
     const double wanted = at.CT / (2 * std::hypot(mu, climb + inflow) + 1e-3);
     inflow += 0.5 * (std::max(wanted, 0.0) - inflow);
   }
-  return {inflow * tip, at.a1, at.b1};
+  // Inflow that grows aft acts on b1 as a pitch rate does.
+  const double v = inflow * tip;
+  const double b1 = (inflow_cosine(in, v, d.radius) + in.q) / in.omega / (1 + k * k);
+  return {v, at.a1 + k * b1, at.b1 + b1};
 }
 
-RotorBalance balance(const RotorInput<double>& in, const Data& d, std::optional<double> given) {
-  constexpr int most_steps = 50;
-  constexpr double largest_inflow = 0.03, largest_flapping = 0.1;  // of one step
+SimpleBlade simple_blade(const Data& d, double theta_75) {
+  constexpr double lift_slope = 5.73, twist = -0.7, drag = 0.01, lock_number = 3.8;
+  return {lift_slope, drag, theta_75 - 0.75 * twist, twist, d.solidity, lock_number};
+}
+
+// The residual's Jacobian with respect to inflow over tip speed and flapping, and the slopes of
+// thrust, in-plane force and torque.
+static std::array<Eigen::Matrix3d, 2> slopes_of(const RotorInput<double>& in,
+                                                const RotorMotion<double>& y, const DiscSums& disc,
+                                                const Data& d, std::optional<double> given) {
+  const double tip = in.omega * d.radius, level = in.V_n + y.v;
+  const double speed = std::sqrt(in.V_e * in.V_e + level * level), skew = in.V_e / (level + speed);
+  // d(skew v)/dv = skew (1 - v/speed)
+  const double cosine =
+      in.gradient * (15 * std::numbers::pi / 32 / d.radius) * skew * (1 - y.v / speed);
+  Eigen::Matrix<double, 5, 3> by;
+  by.col(0) = tip * (disc.slope.col(by_level) + cosine * disc.slope.col(by_cosine));
+  by.col(1) = disc.slope.col(by_a1);
+  by.col(2) = disc.slope.col(by_b1);
+  by *= 0.5 * in.density;
+  by.topRows<3>() *= d.blades;
+  const double area = std::numbers::pi * d.radius * d.radius;
+  const double scale = 1 / (area * in.density * tip * tip);
+  const double per_moment = 1 / (d.flap_inertia * in.omega * in.omega);
+  Eigen::Matrix3d J;
+  J.row(0) = scale * by.row(0);
+  J(0, 0) -= scale * tip * 2 * area * in.density * (speed + y.v * level / speed);
+  if (given) J.row(0) << 1, 0, 0;
+  J.bottomRows<2>() = per_moment * by.bottomRows<2>();
+  return {J, by.topRows<3>()};
+}
+
+namespace {
+
+// A step of Newton's method at given inflow and flapping.
+struct BalanceStep {
+  DiscSums disc;
+  Eigen::Matrix3d inverse, forces;
+  Eigen::Vector3d move;
+};
+
+BalanceStep balance_step(const RotorInput<double>& in, const RotorMotion<double>& y,
+                         const Blade& blade, const Data& d, std::optional<double> given) {
+  BalanceStep at{disc_sums(in, y, blade, PrintedSections{&d.airfoils}), {}, {}, {}};
+  const auto& s = at.disc.value;
+  const RotorForces<double> forces =
+      scaled_forces<double>(in, {s[0], s[1], s[2], s[3], s[4]}, blade);
+  const auto r = rotor_residual(in, y, forces, blade, d.radius, given);
+  const auto slopes = slopes_of(in, y, at.disc, d, given);
+  at.inverse = inverse_of(slopes[0]);
+  at.forces = slopes[1];
+  at.move = at.inverse * Eigen::Vector3d(r[0], r[1], r[2]);
+  return at;
+}
+
+// Limited in size.
+RotorMotion<double> moved_by(const RotorMotion<double>& y, const Eigen::Vector3d& move,
+                             double tip) {
+  constexpr double largest_inflow = 0.03, largest_flapping = 0.1;
+  const double size =
+      std::max({1.0, std::abs(move[0]) / largest_inflow, std::abs(move[1]) / largest_flapping,
+                std::abs(move[2]) / largest_flapping});
+  return {y.v - move[0] / size * tip, y.a1 - move[1] / size, y.b1 - move[2] / size};
+}
+
+// Nearer by few elements at few azimuths, unless their steps lead nowhere.
+RotorMotion<double> near(const RotorInput<double>& in, const Data& d, std::optional<double> given) {
+  constexpr int most_steps = 6, azimuths = 4;
+  constexpr double close = 5e-3, slow = 0.15;
   const double tip = in.omega * d.radius;
-  RotorMotion<double> y = start(in, d);
+  Blade blade = blade_of(d);
+  blade.strips = &d.few_strips;
+  blade.azimuths = azimuths;
+  const RotorMotion<double> first = start(in, d);
+  if (std::abs(in.V_n) < closed_form_inflow * tip && std::abs(in.V_e) < slow * tip) return first;
+  RotorMotion<double> y = first;
   for (int step = 0; step < most_steps; ++step) {
-    const auto r = residual(in, y, d, tip, given);
-    Eigen::Matrix3d J;
-    Eigen::Vector3d value;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-      value[k] = r[std::size_t(k)].value;
-      J.row(k) = r[std::size_t(k)].slopes.matrix().transpose();
+    const Eigen::Vector3d move = balance_step(in, y, blade, d, given).move;
+    if (!move.allFinite()) return first;
+    y = moved_by(y, move, tip);
+    if (move.cwiseAbs().maxCoeff() < close) break;
+  }
+  return y;
+}
+
+RotorBalance solved(const RotorInput<double>& in, const Data& d, std::optional<double> given) {
+  constexpr int most_steps = 50;
+  constexpr double rounding = 1e-13;  // of a step
+  const double tip = in.omega * d.radius;
+  const Blade blade = blade_of(d);
+  RotorMotion<double> y = near(in, d, given);
+  for (int step = 0; step < most_steps; ++step) {
+    BalanceStep at = balance_step(in, y, blade, d, given);
+    if (!at.move.allFinite()) break;
+    if (at.move.cwiseAbs().maxCoeff() < rounding) {
+      at.inverse.row(0) *= tip;
+      at.forces.col(0) /= tip;
+      return {y, at.disc, at.inverse, at.forces};
     }
-    Eigen::Matrix3d inverse = inverse_of(J);
-    const Eigen::Vector3d move = inverse * value;
-    if (!move.allFinite()) break;
-    if (value.cwiseAbs().maxCoeff() < 1e-14 || move.cwiseAbs().maxCoeff() < 1e-14) {
-      inverse.row(0) *= tip;
-      return {y, inverse};
-    }
-    const double size =
-        std::max({1.0, std::abs(move[0]) / largest_inflow, std::abs(move[1]) / largest_flapping,
-                  std::abs(move[2]) / largest_flapping});
-    y = {y.v - move[0] / size * tip, y.a1 - move[1] / size, y.b1 - move[2] / size};
+    y = moved_by(y, at.move, tip);
   }
   throw std::domain_error(
       fmt::format("the rotor's inflow and flapping have no balance near the start at V_e {:.4g} "
                   "m/s, V_n {:.4g} m/s, collective {:.4g} degrees",
                   in.V_e, in.V_n, in.theta_75 / degree));
+}
+
+}  // namespace
+
+// Rates, outputs and their derivatives are asked for at one point, one after the other.
+RotorBalance balance(const RotorInput<double>& in, const Data& d, std::optional<double> given) {
+  struct Last {
+    std::size_t data = 0;
+    std::array<double, 9> input{};
+    std::optional<double> given{};
+    RotorBalance at{};
+  };
+  thread_local Last last;
+  const std::array<double, 9> input{in.V_e,   in.V_n,     in.q,     in.theta_75, in.B1,
+                                    in.omega, in.density, in.sound, in.gradient};
+  if (last.data != d.number || last.input != input || last.given != given) {
+    const RotorBalance at = solved(in, d, given);
+    last = {d.number, input, given, at};
+  }
+  return last.at;
 }
 
 namespace {

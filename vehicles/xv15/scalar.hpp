@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <complex>
+#include <concepts>
 #include <numbers>
 
 #include "model/dual.hpp"
@@ -23,6 +24,10 @@ double real_part(const DualOf<T, width>& x) {
   return x.value;
 }
 
+/// A scalar without derivatives.
+template <class S>
+constexpr bool without_slopes = std::same_as<S, double> || std::same_as<S, Plain>;
+
 /// Zero in value and derivatives.
 inline bool vanishes(double x) { return x == 0; }
 inline bool vanishes(const std::complex<double>& x) { return x == 0.0; }
@@ -39,7 +44,7 @@ inline std::complex<double> atan2(const std::complex<double>& y, const std::comp
   return angle + std::atan((y * c - x * s) / (x * c + y * s));
 }
 
-constexpr double degree = std::numbers::pi / 180;
+constexpr double degree = std::numbers::pi / 180, knot = 0.514444;
 
 /// max(0, x) with its kink rounded within `width`: the mean of max over a parabolic window, C².
 template <class S>

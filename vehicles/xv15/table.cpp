@@ -4,6 +4,7 @@
 #include <fmt/std.h>
 
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <stdexcept>
 
@@ -12,6 +13,30 @@ namespace tiltrim::xv15 {
 void Axis::refuse(double x) const {
   throw std::domain_error(fmt::format("the table {} is silent at {:.6g}; it covers {} to {}", name,
                                       x, at.front(), at.back()));
+}
+
+void Axis::prepare() {
+  if (at.size() < 3) return;
+  const std::size_t last = at.size() - 2;
+  corners.assign(at.size(), {});
+  double closest = at.back() - at.front();
+  for (std::size_t k = 1; k <= last; ++k) {
+    const double before = at[k] - at[k - 1], after = at[k + 1] - at[k];
+    const double width = 0.25 * std::min(before, after);
+    const double until = k < last ? at[k] + after / 2 : at.back();
+    corners[k] = {at[k], until, width, 1 / width, 0.5 / before, 0.5 / after};
+    if (k > 1) closest = std::min(closest, until - corners[k - 1].until);
+  }
+  // No step holds two borders, so that one comparison finds the entry.
+  const double count = std::ceil(2 * (at.back() - at.front()) / closest);
+  per_step = count / (at.back() - at.front());
+  nearest.clear();
+  std::size_t k = 1;
+  for (double step = 0; step <= count + 1; ++step) {
+    const double x = at.front() + (step - 1e-6) / per_step;
+    while (k < last && corners[k].until < x) ++k;
+    nearest.push_back(std::uint16_t(k));
+  }
 }
 
 // Fields of a line; quotes protect commas.
@@ -98,6 +123,7 @@ Table table_of(const std::string& name, const Rows& rows, std::span<const std::s
     else
       table.rows.push_back(table.rows.back());
   }
+  table.axis.prepare();
   return table;
 }
 
@@ -117,9 +143,10 @@ Pair pair_of(const Table& first, const Table& second) {
     return a;
   };
   Pair pair;
-  pair.x = {first.axis.name, joined(first.axis.at, second.axis.at), first.axis.hold};
+  pair.x = {first.axis.name, joined(first.axis.at, second.axis.at), first.axis.hold, {}, {}, 0};
   for (const Table* table : {&first, &second})
-    for (const Table& row : table->rows) pair.y = {row.axis.name, joined(pair.y.at, row.axis.at)};
+    for (const Table& row : table->rows)
+      pair.y = {row.axis.name, joined(pair.y.at, row.axis.at), false, {}, {}, 0};
   for (const double x : pair.x.at)
     for (const double y : pair.y.at) {
       const auto value = [&](const Table& table) {
@@ -130,6 +157,8 @@ Pair pair_of(const Table& first, const Table& second) {
       };
       pair.values.push_back({value(first), value(second)});
     }
+  pair.x.prepare();
+  pair.y.prepare();
   return pair;
 }
 

@@ -3,9 +3,12 @@
 /// Internal to vehicles/xv15/.
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <span>
@@ -29,8 +32,26 @@ struct Axis {
   std::vector<double> at;  ///< rising
   bool hold = false;       ///< above the last entry its value holds
 
+  /// An inner entry, the end of its part of the axis and the reciprocals that its rounded corner
+  /// takes.
+  struct Corner {
+    double at, until, width, per_width, down, up;
+  };
+  std::vector<Corner> corners{};         ///< by entry; of the first and last the neighbour's
+  std::vector<std::uint16_t> nearest{};  ///< inner entry at the start of equal steps
+  double per_step = 0;
+
   /// Throws std::domain_error, naming the table, where it is silent.
-  void refuse(double x) const;
+  [[noreturn]] void refuse(double x) const;
+  /// Fills `corners` and `nearest`.
+  void prepare();
+  /// The last entry but one that is not above x; x lies within the entries.
+  std::size_t interval(double x) const {
+    std::size_t i = 0;
+    if (!nearest.empty()) i = nearest[std::size_t((x - at.front()) * per_step)] - 1u;
+    while (i + 2 < at.size() && at[i + 1] <= x) ++i;
+    return i;
+  }
 };
 
 /// Within a quarter of the shorter neighbouring interval of an inner entry, the corner is replaced
@@ -42,8 +63,7 @@ Weights<S> weights(const Axis& axis, const S& x) {
   const double v = real_part(x);
   if (axis.hold && v >= at.back()) return {at.size() - 1, 1, {S(1.0)}};
   if (!(v >= at.front() && v <= at.back())) axis.refuse(v);
-  const auto above = std::upper_bound(at.begin() + 1, at.end() - 1, v);
-  const auto i = std::size_t(above - at.begin()) - 1;
+  const std::size_t i = axis.interval(v);
   const std::size_t k = v - at[i] < at[i + 1] - v ? i : i + 1;
   if (k > 0 && k + 1 < at.size()) {
     const double before = at[k] - at[k - 1], after = at[k + 1] - at[k];
@@ -65,18 +85,60 @@ struct Table {
   std::vector<double> values;  ///< over the last variable
   std::vector<Table> rows;     ///< over the others
 
-  /// The value at one scalar for each variable, those from `k` on.
-  template <std::size_t k = 0, class S, std::size_t n>
-  S operator()(const std::array<S, n>& x) const {
-    const Weights<S> by = weights(axis, x[k]);
-    S sum(0.0);
+  /// The value over the variables from `k` on; and with its slopes.
+  template <std::size_t k, std::size_t n>
+  double value(const std::array<double, n>& x) const {
+    const Weights<double> by = weights(axis, x[k]);
+    double sum = 0;
     for (std::size_t j = 0; j < by.count; ++j) {
       if constexpr (k + 1 == n)
-        sum = sum + by.w[j] * values[by.first + j];
-      else if (!vanishes(by.w[j]))
-        sum = sum + by.w[j] * rows[by.first + j].template operator()<k + 1>(x);
+        sum += by.w[j] * values[by.first + j];
+      else if (by.w[j] != 0)
+        sum += by.w[j] * rows[by.first + j].template value<k + 1>(x);
     }
     return sum;
+  }
+  template <std::size_t k, std::size_t n>
+  double sloped(const std::array<double, n>& x, const std::array<bool, n>& moves,
+                std::array<double, n>& slopes) const {
+    using Dual1 = DualOf<double, 1>;
+    // Rows without a share of value or slope may be silent here.
+    const Weights<Dual1> by = weights(axis, Dual1(x[k], Dual1::Slopes::Constant(moves[k] ? 1 : 0)));
+    double sum = 0;
+    slopes[k] = 0;
+    std::array<double, n> inner{};
+    for (std::size_t j = k + 1; j < n; ++j) slopes[j] = 0;
+    for (std::size_t j = 0; j < by.count; ++j) {
+      const Dual1& w = by.w[j];
+      if (vanishes(w)) continue;
+      double value;
+      if constexpr (k + 1 == n)
+        value = values[by.first + j];
+      else
+        value = rows[by.first + j].template sloped<k + 1>(x, moves, inner);
+      sum += w.value * value;
+      slopes[k] += w.slopes[0] * value;
+      for (std::size_t i = k + 1; i < n; ++i) slopes[i] += w.value * inner[i];
+    }
+    return sum;
+  }
+
+  /// The value at one scalar for each variable, exact to first order.
+  template <class S, std::size_t n>
+  S operator()(const std::array<S, n>& x) const {
+    std::array<double, n> at;
+    for (std::size_t i = 0; i < n; ++i) at[i] = real_part(x[i]);
+    if constexpr (without_slopes<S>) {
+      return S(value<0>(at));
+    } else {
+      std::array<double, n> slopes{};
+      std::array<bool, n> moves;
+      for (std::size_t i = 0; i < n; ++i) moves[i] = !vanishes(S(x[i] - at[i]));
+      S sum(sloped<0>(at, moves, slopes));
+      for (std::size_t i = 0; i < n; ++i)
+        if (moves[i]) sum = sum + slopes[i] * (x[i] - at[i]);
+      return sum;
+    }
   }
   template <class S, class... More>
   S at(const S& first, const More&... more) const {
@@ -84,29 +146,51 @@ struct Table {
   }
 };
 
+/// Weights of three neighbouring entries, and their slopes: those of weights() without its cases.
+struct Three {
+  std::size_t first;
+  std::array<double, 3> w, slope;
+};
+
+inline Three three(const Axis& axis, double x) {
+  const double from = axis.at.front(), to = axis.at.back();
+  const bool held = axis.hold && x > to;
+  if (held) x = to;
+  if (!(x >= from && x <= to)) axis.refuse(x);
+  std::size_t k = axis.nearest[std::size_t((x - from) * axis.per_step)];
+  k += x > axis.corners[k].until;
+  const Axis::Corner& corner = axis.corners[k];
+  const double d = x - corner.at;
+  // |d| with its rounded kink: outside the corner its polynomial stays at the corner's end.
+  const double t = std::clamp(d * corner.per_width, -1.0, 1.0), t2 = t * t;
+  const double g = corner.width * t2 * (1.875 + t2 * (0.375 * t2 - 1.25)) +
+                   std::max(std::abs(d) - corner.width, 0.0);
+  const double slope = t * (3.75 + t2 * (2.25 * t2 - 5));
+  const double low = (g - d) * corner.down, high = (g + d) * corner.up;
+  const double down = held ? 0 : (slope - 1) * corner.down, up = held ? 0 : (slope + 1) * corner.up;
+  return {k - 1, {low, 1 - low - high, high}, {down, -down - up, up}};
+}
+
 /// Two tables over the same two variables, evaluated together.
 struct Pair {
   Axis x, y;
-  std::vector<std::array<double, 2>> values;  ///< y faster
+  std::vector<Eigen::Array2d> values;  ///< y faster
 
   struct Sloped {
-    std::array<double, 2> value{}, slope_x{}, slope_y{};
+    Eigen::Array2d value, slope_x, slope_y;
   };
+  /// Both axes have at least three entries.
   Sloped at(double first, double second) const {
-    using Dual1 = DualOf<double, 1>;
-    const auto dual = [](double a) { return Dual1(a, Dual1::Slopes::Ones()); };
-    const Weights<Dual1> by_x = weights(x, dual(first)), by_y = weights(y, dual(second));
-    Sloped sum;
-    for (std::size_t i = 0; i < by_x.count; ++i)
-      for (std::size_t j = 0; j < by_y.count; ++j) {
-        const Dual1 &a = by_x.w[i], &b = by_y.w[j];
-        const auto& entry = values[(by_x.first + i) * y.at.size() + by_y.first + j];
-        for (std::size_t k = 0; k < 2; ++k) {
-          sum.value[k] += a.value * b.value * entry[k];
-          sum.slope_x[k] += a.slopes[0] * b.value * entry[k];
-          sum.slope_y[k] += a.value * b.slopes[0] * entry[k];
-        }
-      }
+    const Three by_x = three(x, first), by_y = three(y, second);
+    Sloped sum{Eigen::Array2d::Zero(), Eigen::Array2d::Zero(), Eigen::Array2d::Zero()};
+    const Eigen::Array2d* row = &values[by_x.first * y.at.size() + by_y.first];
+    for (std::size_t i = 0; i < 3; ++i, row += y.at.size()) {
+      const Eigen::Array2d value = by_y.w[0] * row[0] + by_y.w[1] * row[1] + by_y.w[2] * row[2];
+      sum.value += by_x.w[i] * value;
+      sum.slope_x += by_x.slope[i] * value;
+      sum.slope_y +=
+          by_x.w[i] * (by_y.slope[0] * row[0] + by_y.slope[1] * row[1] + by_y.slope[2] * row[2]);
+    }
     return sum;
   }
 };

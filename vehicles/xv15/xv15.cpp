@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <span>
 
 #include "model/exact.hpp"
@@ -28,24 +29,36 @@ struct Rates {
   }
 };
 
+// The rotors' outputs are NaN where inflow and flapping have no balance: a control law needs what
+// is measured before it has chosen the controls.
 struct Outputs {
   std::shared_ptr<const Data> data;
   template <class S>
   void operator()(std::span<const S> x, std::span<const S> u, std::span<const S> p,
                   std::span<S> y) const {
-    const Whole<S> at = whole(*data, x, u, p);
-    const Stream<S> f = stream(at.s);
-    y[0] = f.V;
-    y[1] = f.alpha;
-    // From the components of the velocity: without the jump of theta - alpha.
-    y[2] = x[0] * sin(x[2]) - x[1] * cos(x[2]);
-    y[3] = f.knots;
-    y[4] = data->elevator_per_stick * (u[1] - data->stick_neutral);
-    y[5] = at.input.B1;
-    y[6] = at.rotor.motion.v;
-    y[7] = at.rotor.forces.thrust;
-    y[8] = 2.0 * at.rotor.power;
-    y[9] = at.rotor.motion.a1;
+    const State<S> s = state_of(x, u, p);
+    const RotorInput<S> in = rotor_input(*data, s, geometry(*data, s.mast), u[0]);
+    motion_outputs(*data, s, in.B1, x, p, y);
+    const S none(std::numeric_limits<double>::quiet_NaN());
+    RotorAnswer<S> at{{none, none, none}, {none, none, none, none, none}, none};
+    try {
+      at = rotor(in, *data);
+    } catch (const std::domain_error&) {
+    }
+    rotor_outputs(at, y);
+  }
+};
+
+// Both, for derivatives at the cost of one.
+struct RatesAndOutputs {
+  std::shared_ptr<const Data> data;
+  template <class S>
+  void operator()(std::span<const S> x, std::span<const S> u, std::span<const S> p,
+                  std::span<S> all) const {
+    const Turning<S> at = turning(*data, x, u, p);
+    rates_of(*data, at, x, p, all.first(4));
+    motion_outputs(*data, at.s, at.input.B1, x, p, all.subspan(4));
+    rotor_outputs(at.rotor, all.subspan(4));
   }
 };
 
@@ -97,7 +110,8 @@ Model model(const std::shared_ptr<const Data>& data) {
               {"mast_angle", "rad", 0.1}};
   m.parameters = {{"mass", "kg", 500.0},        {"air_density", "kg/m3", 0.1},
                   {"sound_speed", "m/s", 10.0}, {"rotor_speed", "rad/s", 5.0},
-                  {"gravity", "m/s2", 1.0},     {"inflow_gradient", "", 0.1}};
+                  {"gravity", "m/s2", 1.0},     {"inflow_gradient", "", 0.1},
+                  {"airspeed_kt", "kt", 10.0},  {"climb_angle", "rad", 0.1}};
   m.outputs = {{"V", "m/s", 1.0},
                {"alpha", "rad", 0.1},
                {"climb", "m/s", 1.0},
@@ -107,19 +121,104 @@ Model model(const std::shared_ptr<const Data>& data) {
                {"induced_velocity", "m/s", 1.0},
                {"thrust", "N", 1000.0},
                {"power", "W", 1e5},
-               {"disc_tilt", "rad", 0.1}};
-  return exact_model(m, Rates{data}, Outputs{data});
+               {"disc_tilt", "rad", 0.1},
+               {"forward_error", "m/s", 1.0},
+               {"climb_error", "m/s", 1.0},
+               {"in_plane", "N", 1000.0},
+               {"nacelle_angle", "rad", 0.1},
+               {"commanded_inflow_angle", "rad", 0.1}};
+  m = exact_model(m, Rates{data}, Outputs{data});
+  const auto rows = Eigen::Index(m.states.size() + m.outputs.size());
+  m.derivatives = [rows, both = ExactFunction(RatesAndOutputs{data})](
+                      const OperatingPoint& at, const std::vector<Eigen::Index>& variables) {
+    Eigen::MatrixXd all(rows, std::ssize(variables));
+    both.slopes(at, variables, all);
+    return all;
+  };
+  return m;
 }
 
 Eigen::VectorXd parameters(const Data& d) {
-  Eigen::VectorXd p(6);
+  Eigen::VectorXd p(8);
   p << d.mass, d.si.at("air_density_trims"), 340.294, d.si.at("rotor_speed_helicopter"),
-      d.si.at("gravity_thesis"), 1.0;
+      d.si.at("gravity_thesis"), 1.0, 0.0, 0.0;
   return p;
 }
 
 double stick_for(const Data& d, double elevator) {
   return d.stick_neutral + elevator / d.elevator_per_stick;
+}
+
+// ---- Start of a trim ----
+
+namespace {
+
+// A steady point by the airframe's tables and the rotor's closed form.
+struct Rough {
+  double collective;
+  Eigen::Vector3d left;  // forces over the weight, moment over weight times mast length
+};
+
+// `z`: alpha, thrust over weight, stick over its travel.
+Rough rough(const Data& d, State<double> s, double V, double climb, double weight,
+            const Eigen::Vector3d& z) {
+  const Geometry<double> g = geometry(d, s.mast);
+  s.u = V * std::cos(z[0]);
+  s.w = V * std::sin(z[0]);
+  s.stick = 9.6 * z[2];
+  const double thrust = 0.5 * weight * z[1], tip = s.omega * d.radius;
+  const double scale = s.density * std::numbers::pi * d.radius * d.radius * tip * tip;
+  const RotorInput<double> in = rotor_input(d, s, g, 0.0);
+  double v = std::sqrt(std::max(thrust, 0.0) / scale / 2) * tip;
+  for (int step = 0; step < 8; ++step)  // T = 2 rho A v sqrt(V_e² + (V_n + v)²)
+    v = 0.5 * (v + thrust / (2 * scale / (tip * tip)) / std::hypot(in.V_e, in.V_n + v, 1.0));
+  const double mu = in.V_e / tip, lambda = (in.V_n + v) / tip;
+  // The closed form's pitch for this thrust; about the inflow angle where that is large.
+  const SimpleBlade none = simple_blade(d, 0);
+  const double root = (2 * thrust / scale / (d.solidity * none.lift_slope) + lambda / 2 -
+                       none.twist * (1 + mu * mu) / 4 + mu * in.B1 / 2) /
+                      (1.0 / 3 + mu * mu / 2);
+  const bool slow = in.V_n < closed_form_inflow * tip;
+  const double loaded = 6 * thrust / scale / (d.solidity * none.lift_slope);
+  const double collective =
+      slow ? root + 0.75 * none.twist : std::atan(lambda / 0.75) + 0.75 * loaded;
+  const ClosedForm form =
+      closed_form(simple_blade(d, collective), mu, lambda, 0, in.B1, std::tan(d.delta3));
+  const double in_plane = slow ? form.CH * scale : 0.0;
+  const LoadOf<double> F = sums(d, s, g, thrust, in_plane, v).total;
+  const double theta = z[0] + climb;
+  return {collective,
+          {F.X / weight - std::sin(theta), F.Z / weight + std::cos(theta),
+           F.M / weight / d.mast_length}};
+}
+
+}  // namespace
+
+Start start_of(const Data& d, const OperatingPoint& at, double V, double climb) {
+  constexpr int most_steps = 4;
+  constexpr double difference = 1e-5, largest = 0.3;
+  const State<double> s = state_of<double>({at.x.data(), 4}, {at.u.data(), 4}, {at.p.data(), 8});
+  const double weight = at.p[mass] * at.p[gravity];
+  Eigen::Vector3d z(0.0, std::cos(s.mast) + 0.15 * std::sin(s.mast), 0.5);
+  Start found{climb, 8 * degree + std::atan(V * std::sin(s.mast) / 176), d.stick_neutral};
+  try {
+    for (int step = 0; step <= most_steps; ++step) {
+      const Rough here = rough(d, s, V, climb, weight, z);
+      found = {z[0] + climb, here.collective, std::clamp(9.6 * z[2], 0.0, 9.6)};
+      Eigen::Matrix3d J;
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        Eigen::Vector3d moved = z;
+        moved[k] += difference;
+        J.col(k) = (rough(d, s, V, climb, weight, moved).left - here.left) / difference;
+      }
+      const Eigen::Vector3d move = inverse_of(J) * here.left;
+      if (!move.allFinite()) break;
+      z -= move / std::max(1.0, move.cwiseAbs().maxCoeff() / largest);
+    }
+  } catch (const std::domain_error&) {
+    // The tables end on the way: what was found before is only a start.
+  }
+  return found;
 }
 
 Loads loads(const Data& d, const OperatingPoint& point, const RotorState& asked) {

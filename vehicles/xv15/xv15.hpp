@@ -30,11 +30,31 @@ struct Data;
 
 /// States u, w [m/s], theta [rad], q [rad/s] in body axes; inputs collective (pitch at 0.75 R),
 /// flap and mast_angle [rad; 0 helicopter, 90 degrees airplane] and stick [in, 0 to 9.6, forward].
-/// Outside the tables f and h throw std::domain_error, which names the table.
+/// Outside the tables f throws std::domain_error, which names the table; the rotors' outputs are
+/// NaN where inflow and flapping have no balance.
 [[nodiscard]] Model model(const std::shared_ptr<const Data>& data);
 /// Default values of its parameters. `inflow_gradient`: 1 lets the induced velocity grow aft with
-/// the wake's skew (Pitt and Peters), 0 is uniform inflow.
+/// the wake's skew (Pitt and Peters), 0 is uniform inflow. `airspeed_kt` and `climb_angle` are
+/// commands: the outputs forward_error and climb_error are what is left of them.
 [[nodiscard]] Eigen::VectorXd parameters(const Data& data);
+
+/// The total-energy control law around model(): collective and stick follow from the errors of
+/// airspeed and climb, their integrals, pitch and pitch rate, with gains that are linear between
+/// helicopter and airplane mode. Inputs flap and mast_angle remain.
+[[nodiscard]] Model closed_loop(const std::shared_ptr<const Data>& data);
+/// Default values of its parameters: those of parameters(), then the gains.
+[[nodiscard]] Eigen::VectorXd closed_loop_parameters(const Data& data);
+
+/// Where a trim begins.
+struct Start {
+  double theta;       ///< rad
+  double collective;  ///< rad
+  double stick;       ///< in
+};
+/// From the airframe's tables and the rotor's closed form, without blade elements. `at`: inputs and
+/// parameters; its collective and stick are not used.
+[[nodiscard]] Start start_of(const Data& data, const OperatingPoint& at, double airspeed,
+                             double climb_angle);
 
 /// The stick [in] that holds this elevator [rad, trailing edge down].
 [[nodiscard]] double stick_for(const Data& data, double elevator);

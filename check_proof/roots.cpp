@@ -1,0 +1,206 @@
+#include "check_proof/roots.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tiltrim::checking {
+
+Pencil pencil(const Numbers& a, const Loop<Dual>& loop) {
+  Pencil p;
+  const Affine over_g = inverse(a.gravity), kappa = a.k_V * over_g;
+  const std::array<Affine, 6> zero{};
+  const std::array<const std::array<Affine, 6>*, 3> rows{
+      &loop.rates.V.slopes, &loop.rates.gamma.slopes, &loop.rates.q.slopes};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& [v, c, theta, q, x1, x2] = *rows[i];
+    const Affine both = x1 + x2;
+    p.M1[i] = {v + both * over_g, c, q};
+    p.M0[i] = {kappa * both, x1 - x2, theta};
+    if (i < 2)  // V_err' = -V', gamma_err' = -gamma'
+      for (std::size_t j = 0; j < 3; ++j) {
+        p.M1[i][j] = -p.M1[i][j];
+        p.M0[i][j] = -p.M0[i][j];
+      }
+    for (std::size_t j = 0; j < 3; ++j) p.n = std::max({p.n, p.M1[i][j].n, p.M0[i][j].n});
+  }
+  return p;
+}
+
+namespace {
+
+using Complex3 = std::array<std::array<Complex, 3>, 3>;
+using Quadratic3 = std::array<std::array<Quadratic, 3>, 3>;
+
+template <class T>
+T determinant(const std::array<std::array<T, 3>, 3>& m) {
+  const auto minor = [&](std::size_t j, std::size_t k) {
+    return m[1][j] * m[2][k] - m[1][k] * m[2][j];
+  };
+  return m[0][0] * minor(1, 2) - m[0][1] * minor(0, 2) + m[0][2] * minor(0, 1);
+}
+
+// By cofactors; any matrix near the inverse serves.
+Complex3 near_inverse(const Complex3& m) {
+  const Complex over = inverse(determinant(m));
+  Complex3 r;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      const std::size_t a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+      r[i][j] = midpoint((m[a][c] * m[b][d] - m[a][d] * m[b][c]) * over);
+    }
+  return r;
+}
+
+// s² I - s M1 - M0 for s = -σ + i (at + half d_n), d_n in [-1, 1] after the numbers of the box.
+Quadratic3 pencil_at(const Pencil& p, const Ball& sigma, const Ball& at, const Ball& half) {
+  const Complex s(-sigma, at), step(Ball(0), half);
+  Quadratic3 all;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      Quadratic& z = all[i][j];
+      z.n = p.n + 1;
+      const Affine &M1 = p.M1[i][j], &M0 = p.M0[i][j];
+      z.value = Complex(-M0.value, Ball(0)) - s * M1.value;
+      for (std::size_t k = 0; k < p.n; ++k) {
+        z.linear[k] = Complex(-M0.slopes[k], Ball(0)) - s * M1.slopes[k];
+        z.second[p.n][k] = step * -M1.slopes[k];
+      }
+      z.linear[p.n] = step * -M1.value;
+      if (i != j) continue;
+      z.value += s * s;
+      z.linear[p.n] += s * step * Ball(2);
+      z.second[p.n][p.n] = step * step;
+    }
+  return all;
+}
+
+Quadratic3 product(const Complex3& G, const Quadratic3& Z) {
+  Quadratic3 r;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      Quadratic& z = r[i][j];
+      z.n = Z[0][0].n;
+      for (std::size_t m = 0; m < 3; ++m) {
+        z.value.add_product(G[i][m], Z[m][j].value);
+        for (std::size_t k = 0; k < z.n; ++k) {
+          z.linear[k].add_product(G[i][m], Z[m][j].linear[k]);
+          for (std::size_t l = 0; l <= k; ++l)
+            z.second[k][l].add_product(G[i][m], Z[m][j].second[k][l]);
+        }
+      }
+    }
+  return r;
+}
+
+constexpr int most_halvings = 7;  // of an interval of the certificate
+
+bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const Complex& v,
+              int halvings) {
+  const Ball at = halved(Ball(from) + Ball(to)), half = halved(Ball(to) - Ball(from));
+  const Quadratic3 Z = pencil_at(p, sigma, at, half);
+  Complex3 centre;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value);
+  const Quadratic z = determinant(product(near_inverse(centre), Z));
+  if (least_real(v, z).is_positive()) return true;
+  const double middle = from + (to - from) / 2;
+  if (halvings == most_halvings || !(from < middle && middle < to)) return false;
+  return excluded(p, sigma, from, middle, v, halvings + 1) &&
+         excluded(p, sigma, middle, to, v, halvings + 1);
+}
+
+// Whether no member has a root of a modulus of at least w: a positive x with N x < x for the
+// moduli N = |M1|/w + |M0|/w² proves that I - M1/s - M0/s² is regular.
+bool none_beyond(const Pencil& p, double w) {
+  std::array<std::array<Ball, 3>, 3> N;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      N[i][j] = magnitude(range(p.M1[i][j])) / Ball(w) +
+                magnitude(range(p.M0[i][j])) / (Ball(w) * Ball(w));
+  std::array<double, 3> x{1, 1, 1};
+  const auto times = [&](std::size_t i) {
+    return N[i][0] * Ball(x[0]) + N[i][1] * Ball(x[1]) + N[i][2] * Ball(x[2]);
+  };
+  for (int step = 0; step < 40; ++step) {
+    const std::array<double, 3> next{double_above(times(0)), double_above(times(1)),
+                                     double_above(times(2))};
+    const double most = std::ranges::max(next);
+    for (std::size_t i = 0; i < 3; ++i) x[i] = (x[i] + next[i] / most) / 2;
+  }
+  for (std::size_t i = 0; i < 3; ++i)
+    if (!(x[i] > 0) || !less(times(i), Ball(x[i]))) return false;
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::string> line_excluded(const Pencil& p, const Ball& sigma,
+                                         const std::vector<Half>& intervals) {
+  double end = 0;
+  for (const Half& half : intervals) {
+    if (half.from != end || !(half.to > half.from))
+      return "the intervals of frequency are not connected";
+    end = half.to;
+    if (!excluded(p, sigma, half.from, half.to, Complex(Ball(half.re), Ball(half.im)), 0))
+      return fmt::format("a root on the line is not excluded for w in [{:.6g}, {:.6g}] rad/s",
+                         half.from, half.to);
+  }
+  constexpr int most_further = 60;
+  for (int more = 0; !none_beyond(p, end); ++more) {
+    if (more == most_further || !(end > 0)) return "no bound of the roots";
+    if (!excluded(p, sigma, end, 1.5 * end, Complex(Ball(1), Ball(0)), 0))
+      return fmt::format("a root on the line is not excluded beyond w = {:.6g} rad/s", end);
+    end *= 1.5;
+  }
+  return {};
+}
+
+std::array<Ball, 7> characteristic(const Pencil& p) {
+  using Polynomial = std::array<Ball, 7>;
+  const auto entry = [&](std::size_t i, std::size_t j) {
+    Polynomial e;
+    e[0] = -midpoint(p.M0[i][j].value);
+    e[1] = -midpoint(p.M1[i][j].value);
+    if (i == j) e[2] = Ball(1);
+    return e;
+  };
+  const auto times = [](const Polynomial& a, const Polynomial& b) {
+    Polynomial r;
+    for (std::size_t i = 0; i < 7; ++i)
+      for (std::size_t j = 0; i + j < 7; ++j) r[i + j].add_product(a[i], b[j]);
+    return r;
+  };
+  Polynomial sum;
+  for (std::size_t j = 0; j < 3; ++j) {
+    const std::size_t k = (j + 1) % 3, l = (j + 2) % 3;
+    const Polynomial plus = times(entry(0, j), times(entry(1, k), entry(2, l)));
+    const Polynomial minus = times(entry(0, j), times(entry(1, l), entry(2, k)));
+    for (std::size_t i = 0; i < 7; ++i) sum[i] += plus[i] - minus[i];
+  }
+  return sum;
+}
+
+// Routh's array of p(s - σ): the changes of sign in its first column are the roots right of the
+// axis.
+std::optional<int> roots_right(const Pencil& p, const Ball& sigma) {
+  std::array<Ball, 7> c = characteristic(p);
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 6; j-- > i;) c[j] -= sigma * c[j + 1];
+  std::array<Ball, 4> above{c[6], c[4], c[2], c[0]}, row{c[5], c[3], c[1], Ball(0)};
+  int changes = 0;
+  bool positive = true;
+  for (int i = 0; i < 6; ++i) {
+    if (!row[0].is_positive() && !row[0].is_negative()) return {};
+    changes += row[0].is_positive() != positive;
+    positive = row[0].is_positive();
+    std::array<Ball, 4> next;
+    for (std::size_t j = 0; j < 3; ++j) next[j] = above[j + 1] - above[0] * row[j + 1] / row[0];
+    above = row;
+    row = next;
+  }
+  return changes;
+}
+
+}  // namespace tiltrim::checking

@@ -1,0 +1,41 @@
+/// The roots of the linearized loop right of a line. Internal to check_proof/.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "check_proof/physics.hpp"
+#include "check_proof/quadratic.hpp"
+
+namespace tiltrim::checking {
+
+using Matrix3 = std::array<std::array<Affine, 3>, 3>;
+
+/// det(s I - A) = det(s² I - s M1 - M0): with x1 - V_err/g and x2 - V_err/g as states, only the
+/// rates of V_err, gamma_err and q are more than a state or the two errors
+///   (x1 - V_err/g)' = k_V/g V_err + gamma_err,  (x2 - V_err/g)' = k_V/g V_err - gamma_err,  θ' = q
+struct Pencil {
+  Matrix3 M1, M0;
+  std::size_t n = 0;  ///< numbers of the box
+};
+Pencil pencil(const Numbers& a, const Loop<Dual>& loop);
+
+/// An interval of frequencies and the half-plane in which v det is positive.
+struct Half {
+  double from, to, re, im;
+};
+
+/// Empty if s = i w - sigma is no root for any w ≥ 0 and any member; else where that fails.
+/// The intervals begin at 0 and are connected.
+std::optional<std::string> line_excluded(const Pencil& p, const Ball& sigma,
+                                         const std::vector<Half>& intervals);
+
+/// Roots right of -sigma of a member of the pencil; empty if undecided by rounding.
+std::optional<int> roots_right(const Pencil& p, const Ball& sigma);
+
+/// det(s² I - s M1 - M0) at a member, coefficients of s⁰ to s⁶.
+std::array<Ball, 7> characteristic(const Pencil& p);
+
+}  // namespace tiltrim::checking

@@ -1,0 +1,319 @@
+// Branch and bound over the box of parameters.
+#include "prove/prove.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "prove/parts.hpp"
+#include "runtime/rounding.hpp"
+#include "runtime/threads.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using namespace proving;
+
+std::string to_string(ProofVerdict verdict) {
+  switch (verdict) {
+    case ProofVerdict::stable:
+      return "proved_stable";
+    case ProofVerdict::unstable:
+      return "proved_unstable";
+    case ProofVerdict::no_trim:
+      return "proved_no_trim";
+    default:
+      return "undecided";
+  }
+}
+
+std::string to_string(ProofStatus status) {
+  switch (status) {
+    case ProofStatus::proved:
+      return "proved";
+    case ProofStatus::partly:
+      return "partly";
+    default:
+      return "refuted";
+  }
+}
+
+ProofStatus Theorem::status() const {
+  if (unstable > 0) return ProofStatus::refuted;
+  return undecided > 0 ? ProofStatus::partly : ProofStatus::proved;
+}
+
+namespace {
+
+// A box to examine, with its parent's tube for a start.
+struct Open {
+  std::size_t node = 0;
+  VectorXd z;  // empty: none
+};
+
+struct Answer {
+  ProofVerdict verdict = ProofVerdict::undecided;
+  Failure failure{"stopped", 0};
+  std::vector<Record> sides;
+  VectorXd z;
+  Eigen::MatrixXd S;
+  bool found = false;    // a tube of equilibria within the limits
+  bool trimmed = false;  // z was searched for here
+};
+
+VectorXd first_start(const Setup& s, const Cell& cell) {
+  if (s.problem.start)
+    if (const auto z =
+            s.problem.start(Eigen::Map<const VectorXd>(cell.m.data(), Index(cell.m.size()))))
+      return *z;
+  VectorXd z(s.nz());
+  for (std::size_t j = 0; j < s.nz(); ++j) z[Index(j)] = value_of(s.problem.guess, s.unknowns[j]);
+  return z;
+}
+
+// The outcomes of open comparisons that this box allows, found by evaluating every combination.
+std::vector<Branches> all_sides(const Setup& s, const Cell& cell, const VectorXd& z) {
+  std::vector<Branches> all;
+  Branches sides;
+  Record at;
+  at.z = z;
+  at.Z = VectorXd::Zero(z.size());
+  constexpr std::size_t most = 16;
+  while (all.size() < most) {
+    sides.unknowns = s.moving;
+    sides.next = 0;
+    sides.free = false;
+    sides.blocked = false;
+    sides.all.clear();
+    {
+      const Watched watched(sides);
+      (void)evaluate(s, at, cell, false, false);
+    }
+    sides.blocked = false;
+    all.push_back(sides);
+    all.back().replay = true;
+    while (!sides.taken.empty() && (!sides.open.back() || sides.taken.back())) {
+      sides.taken.pop_back();
+      sides.open.pop_back();
+    }
+    if (sides.taken.empty()) return all;
+    sides.taken.back() = 1;
+  }
+  return {};
+}
+
+// One side of the switches on one box.
+ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, double margin,
+                      Answer& answer) {
+  Tube tube;
+  int limits = 0;
+  for (const bool again : {false, true}) {  // the parent's equilibrium may be another one
+    if (again) answer.z = first_start(s, cell);
+    tube = find_tube(s, cell, answer.z, sides);
+    limits = tube.failed ? 0 : within_limits(s, tube, answer.failure);
+    if (tube.failed) answer.failure = *tube.failed;
+    if ((tube.failed && tube.failed->cause != "fold") || limits == 1 || answer.trimmed) break;
+    answer.trimmed = true;
+  }
+  if (!tube.failed) {
+    answer.z = tube.record.z;
+    answer.S = tube.record.S;
+  }
+  answer.found = limits == 1;
+  if (limits == -1 || (tube.failed && tube.failed->cause == "fold")) {
+    Record absent;
+    const bool proved = prove_absent(s, cell, sides, absent);
+    if (!proved && limits == -1) answer.failure = {"limit", answer.failure.cut};
+    if (!proved) return ProofVerdict::undecided;
+    answer.sides.push_back(std::move(absent));
+    return ProofVerdict::no_trim;
+  }
+  if (limits != 1) return ProofVerdict::undecided;
+  if (!count_roots(s, tube, margin, answer.failure)) return ProofVerdict::undecided;
+  answer.sides.push_back(std::move(tube.record));
+  return answer.sides.back().roots == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
+}
+
+Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start,
+               double margin) {
+  const RoundToNearest environment;
+  const Cell cell(box);
+  Answer answer;
+  answer.trimmed = start.size() == 0;
+  answer.z = answer.trimmed ? first_start(s, cell) : start;
+  std::size_t widest = 0;
+  for (std::size_t k = 0; k < s.k(); ++k) {
+    const auto share = [&](std::size_t j) {
+      const ProveParameter& p = s.problem.parameters[j];
+      return (box[j].upper - box[j].lower) / (p.to - p.from);
+    };
+    if (share(k) > share(widest)) widest = k;
+  }
+  answer.failure.cut = widest;
+  const std::vector<Branches> all = all_sides(s, cell, answer.z);
+  if (all.empty()) {
+    answer.failure = {"switch", widest};
+    return answer;
+  }
+  ProofVerdict verdict = ProofVerdict::undecided;
+  for (const Branches& sides : all) {
+    const ProofVerdict side = one_side(s, cell, sides, margin, answer);
+    if (side == ProofVerdict::undecided || (&sides != &all.front() && side != verdict)) {
+      if (all.size() > 1) answer.failure.cause = "switch";
+      answer.sides.clear();
+      return answer;
+    }
+    verdict = side;
+  }
+  answer.verdict = verdict;
+  return answer;
+}
+
+// Which parameter to cut, and where; negative if too small.
+int cut_of(const Setup& s, const std::vector<Range>& box, std::size_t wanted, double smallest,
+           double& at) {
+  const auto share = [&](std::size_t k) {
+    return (box[k].upper - box[k].lower) /
+           (s.problem.parameters[k].to - s.problem.parameters[k].from);
+  };
+  std::size_t k = wanted;
+  if (share(k) <= smallest)
+    for (std::size_t j = 0; j < s.k(); ++j)
+      if (share(j) > share(k)) k = j;
+  at = 0.5 * (box[k].lower + box[k].upper);
+  if (share(k) <= smallest || !(at > box[k].lower && at < box[k].upper)) return -1;
+  return int(k);
+}
+
+// The boxes of one level, and those of the next.
+class Search {
+ public:
+  Search(const ProveProblem& problem, const ProveOptions& options)
+      : s_(problem), options_(options) {
+    theorem_.name = problem.name;
+    theorem_.parameters = problem.parameters;
+    theorem_.margin = options.margin;
+    ProofNode root;
+    for (const ProveParameter& p : problem.parameters) root.box.push_back({p.from, p.to});
+    root.volume = 1;
+    root.cause = "stopped";
+    theorem_.tree.push_back(root);
+    theorem_.undecided = 1;
+    level_.push_back({});
+  }
+
+  Theorem run() {
+    while (!level_.empty() && !options_.stop.stop_requested()) {
+      if (theorem_.undecided <= options_.undecided) break;
+      const std::size_t left = options_.max_boxes - std::min(options_.max_boxes, theorem_.boxes);
+      if (left == 0) break;
+      level_.resize(std::min(left, level_.size()));
+      step();
+      if (options_.observe) options_.observe(1 - theorem_.undecided, theorem_.boxes);
+    }
+    theorem_.interrupted = options_.stop.stop_requested();
+    return std::move(theorem_);
+  }
+
+ private:
+  void step() {
+    std::vector<std::optional<Answer>> answers(level_.size());
+    in_parallel(level_.size(), [&](std::size_t i) {
+      if (options_.stop.stop_requested()) return;
+      answers[i] = examine(s_, theorem_.tree[level_[i].node].box, level_[i].z, options_.margin);
+    });
+    std::vector<Open> next;
+    for (std::size_t i = 0; i < level_.size(); ++i)
+      if (answers[i]) settle(level_[i].node, *answers[i], next);
+    level_ = std::move(next);
+  }
+
+  void settle(std::size_t at, Answer& answer, std::vector<Open>& next) {
+    ++theorem_.boxes;
+    ProofNode node = theorem_.tree[at];
+    node.verdict = answer.verdict;
+    if (answer.verdict != ProofVerdict::undecided) {
+      theorem_.undecided -= node.volume;
+      (node.verdict == ProofVerdict::stable     ? theorem_.stable
+       : node.verdict == ProofVerdict::unstable ? theorem_.unstable
+                                                : theorem_.no_trim) += node.volume;
+      node.cause.clear();
+      node.sides = std::move(answer.sides);
+      theorem_.tree[at] = std::move(node);
+      return;
+    }
+    node.cause = answer.failure.cause;
+    const int k = cut_of(s_, node.box, answer.failure.cut, options_.smallest, node.at);
+    theorem_.tree[at] = node;
+    if (k < 0) return;
+    theorem_.tree[at].split = k;
+    for (const bool upper : {false, true}) {
+      ProofNode child;
+      child.box = node.box;
+      (upper ? child.box[std::size_t(k)].lower : child.box[std::size_t(k)].upper) = node.at;
+      child.volume = 0.5 * node.volume;
+      child.cause = node.cause;
+      (upper ? theorem_.tree[at].upper : theorem_.tree[at].lower) = theorem_.tree.size();
+      VectorXd z;
+      if (answer.found) z = answer.z + (upper ? 0.5 : -0.5) * answer.S.col(k);
+      next.push_back({theorem_.tree.size(), z});
+      theorem_.tree.push_back(std::move(child));
+    }
+  }
+
+  Setup s_;
+  const ProveOptions& options_;
+  Theorem theorem_;
+  std::vector<Open> level_;
+};
+
+// Whether all leaves below have one verdict and cause; adds regions where they do not.
+bool merge(const Theorem& t, std::size_t at, std::vector<ProofRegion>& regions) {
+  const ProofNode& node = t.tree[at];
+  const std::size_t first = regions.size();
+  if (node.split < 0) {
+    regions.push_back({node.verdict, node.verdict == ProofVerdict::undecided ? node.cause : "",
+                       node.box, node.volume});
+    return true;
+  }
+  const bool low = merge(t, node.lower, regions);
+  const bool one = merge(t, node.upper, regions) && low;
+  if (!one || regions[first].verdict != regions[first + 1].verdict ||
+      regions[first].cause != regions[first + 1].cause)
+    return false;
+  regions.resize(first + 1);
+  regions[first].box = node.box;
+  regions[first].volume = node.volume;
+  return true;
+}
+
+// Along one parameter neighbours of one verdict are one interval.
+void join(std::vector<ProofRegion>& regions) {
+  std::ranges::sort(regions, {}, [](const ProofRegion& r) { return r.box[0].lower; });
+  std::vector<ProofRegion> joined;
+  for (const ProofRegion& r : regions) {
+    if (!joined.empty() && joined.back().verdict == r.verdict && joined.back().cause == r.cause) {
+      joined.back().box[0].upper = r.box[0].upper;
+      joined.back().volume += r.volume;
+    } else {
+      joined.push_back(r);
+    }
+  }
+  regions = std::move(joined);
+}
+
+}  // namespace
+
+Theorem prove(const ProveProblem& problem, const ProveOptions& options) {
+  const RoundToNearest environment;
+  Theorem theorem = Search(problem, options).run();
+  // Anew: the running difference may lose the smallest leaves.
+  theorem.undecided = 0;
+  for (const ProofNode& node : theorem.tree)
+    if (node.split < 0 && node.verdict == ProofVerdict::undecided) theorem.undecided += node.volume;
+  merge(theorem, 0, theorem.regions);
+  if (problem.parameters.size() == 1) join(theorem.regions);
+  return theorem;
+}
+
+}  // namespace tiltrim

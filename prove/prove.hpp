@@ -1,0 +1,128 @@
+/// @file
+/// Proof of trim and stability over a box of parameters, by ranges rounded outward.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <functional>
+#include <map>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "model/jet.hpp"
+#include "model/model.hpp"
+
+namespace tiltrim {
+
+/// One side of the box of parameters, in SI units.
+struct ProveParameter {
+  std::string key;              ///< its name; by default a parameter or input of the model
+  double from = 0.0, to = 0.0;  ///< from < to
+};
+
+/// A system of equations that every equilibrium within the limits solves: where it has no solution
+/// over bounded unknowns, there is no equilibrium.
+struct NecessarySystem {
+  Model model;                           ///< with jets
+  std::vector<std::string> equations{};  ///< states whose rates vanish
+  /// Unknown states and inputs with their bounds, all finite.
+  std::vector<std::pair<std::string, Range>> unknowns{};
+  /// x, u, p at parameters c; of the unknowns any value. Unknowns that a side of a switch fixes
+  /// are given there as a constant with `fixed` set.
+  struct Values {
+    Jets x, u, p;
+    std::vector<char> fixed{};  ///< one per unknown, or none
+  };
+  std::function<Values(const Jets& c)> at{};
+};
+
+/// What prove() shall prove.
+struct ProveProblem {
+  std::string name;                          ///< of the condition
+  Model model;                               ///< with jets
+  std::vector<std::string> unknowns{};       ///< states and inputs; other states are as in `guess`
+  std::vector<std::string> equations{};      ///< states whose rates vanish
+  std::map<std::string, Range> limits{};     ///< on unknowns and outputs
+  OperatingPoint guess;                      ///< starting point, and what does not vary
+  std::vector<ProveParameter> parameters{};  ///< the box
+  /// The model's parameters at c, the values of `parameters`. Empty: by name.
+  std::function<Jets(const Jets& c)> numbers{};
+  /// Starting values of the unknowns at c. Empty: `guess`.
+  std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& c)> start{};
+  std::optional<NecessarySystem> necessary{};  ///< empty: absence of a trim is not proved
+};
+
+/// What is proved of a part of the box.
+enum class ProofVerdict { stable, unstable, no_trim, undecided };
+std::string to_string(ProofVerdict verdict);  ///< "proved_stable", ..., "undecided"
+
+/// Evidence of one side of the switches on a box: docs/prove.md.
+struct Record {
+  Eigen::VectorXd z, Z;                 ///< centre and radii of the tube
+  Eigen::MatrixXd S, C, T;              ///< its slopes; preconditioner; basis
+  std::vector<double> w;                ///< frequencies, one more than directions
+  std::vector<std::complex<double>> v;  ///< directions
+  int roots = 0;                        ///< right of the line
+  struct Exclusion {
+    int split = -1;             ///< unknown, or -1: `weights`
+    double at = 0.0;            ///< where
+    Eigen::VectorXd weights{};  ///< of the equations
+  };
+  std::vector<Exclusion> absent{};  ///< preorder; of no_trim
+};
+
+/// A node of the bisection tree.
+struct ProofNode {
+  int split = -1;                    ///< parameter that is cut, or -1: a leaf
+  double at = 0.0;                   ///< where
+  std::size_t lower = 0, upper = 0;  ///< the two parts' nodes
+  ProofVerdict verdict = ProofVerdict::undecided;
+  std::string cause{};          ///< of undecided: "crossing", "fold", "limit", "switch", ...
+  std::vector<Range> box{};     ///< one per parameter
+  double volume = 0.0;          ///< share of the whole
+  std::vector<Record> sides{};  ///< evidence
+};
+
+/// Neighbouring boxes with one verdict, as one.
+struct ProofRegion {
+  ProofVerdict verdict = ProofVerdict::undecided;
+  std::string cause{};
+  std::vector<Range> box{};
+  double volume = 0.0;
+};
+
+enum class ProofStatus { proved, partly, refuted };
+std::string to_string(ProofStatus status);  ///< "proved", "partly", "refuted"
+
+/// The result of prove().
+struct Theorem {
+  std::string name;                                             ///< of the condition
+  std::vector<ProveParameter> parameters{};                     ///< the box
+  double margin = 0.0;                                          ///< decay rate [1/s]
+  std::vector<ProofNode> tree{};                                ///< the first is the whole box
+  std::size_t boxes = 0;                                        ///< examined
+  double stable = 0, unstable = 0, no_trim = 0, undecided = 0;  ///< shares of the volume
+  std::vector<ProofRegion> regions{};                           ///< merged
+  bool interrupted = false;                                     ///< stopped by the caller
+  ProofStatus status() const;  ///< proved: nothing unstable, nothing undecided
+};
+
+/// Options of prove().
+struct ProveOptions {
+  double margin = 0.0;            ///< σ: all eigenvalues have a real part below -σ [1/s]
+  std::size_t max_boxes = 20000;  ///< examined at most
+  double smallest = 1e-10;        ///< share of a parameter's range that is not cut further
+  double undecided = 0.0;         ///< stop once the undecided volume is at most this share
+  std::stop_token stop{};         ///< what is proved until then is kept
+  std::function<void(double proved, std::size_t boxes)> observe{};  ///< progress
+};
+
+/// Proves, for every value of the parameters within their ranges, that there is exactly one
+/// equilibrium in a stated tube, within the limits, and that every eigenvalue has a real part below
+/// -margin; or that an eigenvalue has one above; or that there is no equilibrium within the limits.
+/// Throws CallerMistake if the model has no jets or a name is unknown.
+[[nodiscard]] Theorem prove(const ProveProblem& problem, const ProveOptions& options = {});
+
+}  // namespace tiltrim

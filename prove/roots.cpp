@@ -1,0 +1,313 @@
+// The roots right of a line, for every matrix of a family: zero excluded from a determinant.
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <bit>
+#include <complex>
+
+#include "prove/parts.hpp"
+
+namespace tiltrim::proving {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Complex = std::complex<double>;
+using Eigen::MatrixXcd;
+
+namespace {
+
+constexpr double unit = std::numeric_limits<double>::epsilon() / 2;
+constexpr double slack = 0.05;     // left for a checker with slightly wider remainders
+constexpr double largest = 100.0;  // sum of all moduli for which `slack` covers the rounding
+
+// B(d) = B_0 + Σ d_k A_k + R with R within `radius`, and W B T, W T for a basis T.
+struct Family {
+  MatrixXd B;
+  std::vector<MatrixXd> A, own;  // own: the remainder of each parameter
+  MatrixXd radius;
+  MatrixXd T, W;
+  MatrixXd E0, P;           // middles of W B_0 T and W T
+  std::vector<MatrixXd> E;  // of W A_k T
+  MatrixXd spread;          // radius of all of W B T, without R's
+  double P_radius = 0;
+};
+
+// |error| of a product of n terms: n u times the product of moduli, generously.
+MatrixXd transformed(const Family& f, const MatrixXd& A, MatrixXd& error) {
+  const double n = double(A.rows());
+  error += 8 * n * unit * (f.W.cwiseAbs() * A.cwiseAbs() * f.T.cwiseAbs());
+  return f.W * A * f.T;
+}
+
+// A_ij and its slopes over the tube.
+Family family(const Setup& s, const Tube& tube, double margin) {
+  const Index n = Index(s.states), k = Index(s.k());
+  const Record& r = tube.record;
+  Family f;
+  f.B = f.radius = MatrixXd::Zero(n, n);
+  f.A.assign(std::size_t(k), f.B);
+  f.own = f.A;
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j) {
+      const Jet &centre = tube.centre[std::size_t(i)], &over = tube.over[std::size_t(i)];
+      const Interval at = centre.slope_at(std::size_t(j)) + Interval(i == j ? margin : 0.0);
+      f.B(i, j) = middle(at);
+      double rest = radius(at);
+      for (std::size_t a = 0; a < s.nz(); ++a)
+        rest += magnitude(over.bend_at(std::size_t(j), s.direction(a))) * r.Z[Index(a)];
+      for (Index c = 0; c < k; ++c) {
+        const Interval slope = over.bend_at(std::size_t(j), s.moving + std::size_t(c));
+        f.A[std::size_t(c)](i, j) = middle(slope);
+        f.own[std::size_t(c)](i, j) = radius(slope);
+        rest += radius(slope);
+      }
+      f.radius(i, j) = rest * (1 + 1e-12);
+    }
+  return f;
+}
+
+// Eigenvectors; of a pair an orthonormal basis of its plane; nearly parallel ones orthonormal.
+MatrixXd basis(const MatrixXd& B) {
+  const Eigen::EigenSolver<MatrixXd> solved(B);
+  const MatrixXcd V = solved.eigenvectors();
+  MatrixXd T(B.rows(), B.cols());
+  for (Index j = 0; j < T.cols(); ++j) {
+    if (solved.eigenvalues()[j].imag() != 0 && j + 1 < T.cols()) {
+      T.col(j) = V.col(j).real();
+      T.col(j + 1) = V.col(j).imag();
+      ++j;
+    } else {
+      T.col(j) = V.col(j).real();
+    }
+  }
+  for (Index j = 0; j < T.cols(); ++j) {
+    T.col(j).normalize();
+    const bool second = j > 0 && solved.eigenvalues()[j].imag() < 0;
+    for (Index i = 0; i < j; ++i) {
+      const double along = T.col(i).dot(T.col(j));
+      if ((second && i == j - 1) || std::abs(along) > 0.95) T.col(j) -= along * T.col(i);
+    }
+    T.col(j).normalize();
+  }
+  return T;
+}
+
+void transform(Family& f, bool eigenvectors) {
+  const Index n = f.B.rows();
+  f.T = eigenvectors ? basis(f.B) : MatrixXd::Identity(n, n);
+  f.W = f.T.inverse();
+  f.E.clear();
+  f.spread = MatrixXd::Zero(n, n);
+  f.E0 = transformed(f, f.B, f.spread);
+  for (const MatrixXd& A : f.A) f.E.push_back(transformed(f, A, f.spread));
+  MatrixXd error = 8 * double(n) * unit * (f.W.cwiseAbs() * f.T.cwiseAbs());
+  f.P = f.W * f.T;
+  f.P_radius = error.maxCoeff() * (1 + 1e-12);
+}
+
+// A frequency beyond which no member has a root: ‖T⁻¹ B T‖ with T⁻¹ = (W T)⁻¹ W.
+double root_bound(const Family& f) {
+  MatrixXd sum = f.E0.cwiseAbs() + f.spread + f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
+  for (const MatrixXd& E : f.E) sum += E.cwiseAbs();
+  const double n = double(f.P.rows());
+  const double off =
+      (f.P - MatrixXd::Identity(f.P.rows(), f.P.cols())).cwiseAbs().rowwise().sum().maxCoeff() +
+      n * f.P_radius;
+  if (!(off < 0.5)) return std::numeric_limits<double>::infinity();
+  return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
+}
+
+// The permanent of a matrix of few rows, by subsets of columns.
+double permanent(const MatrixXd& M) {
+  const std::size_t n = std::size_t(M.rows()), all = std::size_t(1) << n;
+  std::vector<double> of(all, 0.0);
+  of[0] = 1;
+  for (std::size_t set = 0; set < all - 1; ++set) {
+    if (of[set] == 0) continue;
+    const Index row = Index(std::popcount(set));
+    for (std::size_t j = 0; j < n; ++j)
+      if (!(set >> j & 1)) of[set | std::size_t(1) << j] += of[set] * M(row, Index(j));
+  }
+  return of[all - 1];
+}
+
+double second_sum(const MatrixXd& M) {  // Σ_{i<j} M_ii M_jj + M_ij M_ji
+  double sum = 0;
+  for (Index i = 0; i < M.rows(); ++i)
+    for (Index j = 0; j < i; ++j) sum += M(i, i) * M(j, j) + M(i, j) * M(j, i);
+  return sum;
+}
+
+// I - F = G (i w W T - W B(d) T) on an interval of frequencies.
+struct Value {
+  std::vector<Complex> linear;                  // of each parameter, and of the frequency
+  std::vector<std::vector<Complex>> quadratic;  // lower triangle
+  double rest = 0;
+  double total = 0;
+  std::vector<double> share;  // of each parameter
+  double floor(Complex v) const;
+};
+
+// The least real part of v det(I - F) over the box.
+double Value::floor(Complex v) const {
+  double least = v.real() - std::abs(v) * rest;
+  for (std::size_t k = 0; k < linear.size(); ++k) {
+    least -= std::abs((v * linear[k]).real());
+    for (std::size_t l = 0; l < k; ++l) least -= std::abs((v * quadratic[k][l]).real());
+    least += std::min(0.0, (v * quadratic[k][k]).real());
+  }
+  return least;
+}
+
+Value value_at(const Family& f, double from, double to) {
+  const Index n = f.B.rows();
+  const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
+  const MatrixXcd X = Complex(0, at) * f.P.cast<Complex>() - f.E0.cast<Complex>();
+  const MatrixXcd G = X.partialPivLu().inverse();
+  Value value;
+  std::vector<MatrixXcd> F;
+  for (const MatrixXd& E : f.E) F.push_back(G * E.cast<Complex>());
+  if (half > 0) F.push_back(Complex(0, -half) * (G * f.P.cast<Complex>()));
+  const MatrixXd Ga = G.cwiseAbs();
+  // Rounding of the products above, and of the residual.
+  double moduli = f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff();
+  for (const MatrixXd& E : f.E) moduli += E.cwiseAbs().maxCoeff();
+  const double rounding = 64 * double(n * n) * unit * Ga.maxCoeff() * moduli;
+  const MatrixXd rest = f.spread.array() + to * f.P_radius;
+  const MatrixXd remainder = f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
+  const MatrixXd inverse = (MatrixXcd::Identity(n, n) - G * X).cwiseAbs();
+  MatrixXd rho = inverse + Ga * (rest + remainder);
+  rho.array() += rounding;
+  // tr(G W R T) = Σ (T G W)_ji R_ij
+  const MatrixXd TGW = (f.T.cast<Complex>() * G * f.W.cast<Complex>()).cwiseAbs();
+  double trace = (TGW.transpose().array() * f.radius.array()).sum() * (1 + 1e-9) +
+                 (Ga * rest).trace() + inverse.trace() + double(n) * rounding * 2;
+  trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ga * f.W.cwiseAbs()).maxCoeff() *
+           f.radius.sum();
+  trace = std::min(trace, rho.trace());
+  MatrixXd phi = rho;
+  for (std::size_t k = 0; k < F.size(); ++k) {
+    phi += F[k].cwiseAbs();
+    value.linear.push_back(-F[k].trace());
+    value.quadratic.emplace_back();
+    for (std::size_t l = 0; l <= k; ++l) {
+      const Complex q =
+          value.linear[k] * value.linear[l] - (F[k].transpose().array() * F[l].array()).sum();
+      value.quadratic[k].push_back(k == l ? 0.5 * q : q);
+    }
+    if (k < f.A.size())
+      value.share.push_back(std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n) +
+                            (TGW.transpose().array() * f.own[k].array()).sum());
+  }
+  value.total = phi.sum();
+  const double higher =
+      permanent(phi + MatrixXd::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
+  value.rest = higher + second_sum(phi) - second_sum(phi - rho) + trace;
+  if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();
+  return value;
+}
+
+struct Direction {
+  double floor;
+  Complex v;
+};
+
+Direction best(const Value& value) {
+  Direction best{value.floor(1.0), 1.0};
+  const auto consider = [&](Complex v) {
+    v /= std::abs(v);
+    if (const double floor = value.floor(v); floor > best.floor) best = {floor, v};
+  };
+  if (best.floor > 0.3) return best;
+  for (const Complex& t : value.linear) {
+    if (std::abs(t) == 0) continue;
+    const Complex v = Complex(0, 1) * std::conj(t);
+    consider(v.real() > 0 ? v : -v);
+    consider((v.real() > 0 ? v : -v) / std::abs(v) + 1.0);
+  }
+  return best;
+}
+
+// Roots right of the axis of one matrix, by discs of its pencil s W V - W B V, homotopic to the
+// diagonal: on s = i w, |s - λ_i| > Σ_j |s| |P_ij| + |Q_ij|. Negative: not certified.
+int roots_of(const MatrixXd& B, const MatrixXd& radius) {
+  const Eigen::EigenSolver<MatrixXd> solved(B);
+  const MatrixXcd V = solved.eigenvectors(), W = V.inverse();
+  const Index n = B.rows();
+  const MatrixXcd P = W * V - MatrixXcd::Identity(n, n);
+  const MatrixXcd Q = W * B.cast<Complex>() * V - MatrixXcd(solved.eigenvalues().asDiagonal());
+  const MatrixXd Wa = W.cwiseAbs(), Va = V.cwiseAbs();
+  const double rounding = 64 * double(n * n) * unit;
+  const VectorXd p = (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum();
+  const VectorXd q =
+      (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va) + Wa * radius * Va).rowwise().sum() +
+      rounding * solved.eigenvalues().cwiseAbs();
+  int count = 0;
+  for (Index i = 0; i < n; ++i) {
+    const Complex at = solved.eigenvalues()[i];
+    const bool clear =
+        p[i] < 0.5 && std::abs(at.real()) > 1.5 * (p[i] * std::abs(at.imag()) + q[i]);
+    if (!clear) return -1;
+    count += at.real() > 0;
+  }
+  return count;
+}
+
+}  // namespace
+
+bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
+  Family f = family(s, tube, margin);
+  const auto refuse = [&](const char* cause, const std::vector<double>& share) {
+    failure = {cause, std::size_t(std::ranges::max_element(share) - share.begin())};
+    return false;
+  };
+  std::vector<double> widths;
+  for (std::size_t k = 0; k < s.k(); ++k) widths.push_back(f.A[k].norm());
+  if (!f.B.allFinite() || !f.radius.allFinite()) return refuse("width", widths);
+  Family plain = f;
+  transform(plain, false);
+  transform(f, true);
+  const double end = std::min(root_bound(f), root_bound(plain));
+  if (!std::isfinite(end)) return refuse("width", widths);
+  Record& r = tube.record;
+  MatrixXd centre = MatrixXd::Zero(f.B.rows(), f.B.cols());
+  for (Index i = 0; i < centre.rows(); ++i)
+    for (Index j = 0; j < centre.cols(); ++j)
+      centre(i, j) = radius(tube.centre[std::size_t(i)].slope_at(std::size_t(j))) * (1 + 1e-12) +
+                     2 * unit * std::abs(f.B(i, j));
+  r.roots = roots_of(f.B, centre);
+  if (r.roots < 0) return refuse("crossing", widths);
+  r.T = f.T;
+  r.w = {0.0};
+  r.v.clear();
+  double step = end / 64;
+  while (r.w.back() < end) {
+    const double from = r.w.back();
+    Value value = value_at(plain, from, from + step);
+    Direction direction = best(value);
+    if (direction.floor < slack) {
+      const Value other = value_at(f, from, from + step);
+      if (const Direction own = best(other); own.floor > direction.floor) {
+        value = other;
+        direction = own;
+      }
+    }
+    if (direction.floor >= slack) {
+      r.w.push_back(from + step);
+      r.v.push_back(direction.v);
+      step *= direction.floor > 0.4 ? 3 : 1.5;
+      if (r.v.size() > 2000) return refuse("width", value.share);
+      continue;
+    }
+    Value still = value_at(plain, from, from);
+    if (best(still).floor < 1.2 * slack) still = value_at(f, from, from);
+    if (best(still).floor < 1.2 * slack) return refuse("crossing", still.share);
+    step *= 0.4;
+    if (step < 1e-9 * end && step < 1e-6 * from) return refuse("crossing", still.share);
+    if (step < 1e-14 * end) return refuse("crossing", still.share);
+  }
+  return true;
+}
+
+}  // namespace tiltrim::proving

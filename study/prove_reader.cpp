@@ -1,0 +1,84 @@
+#include "study/prove_reader.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "study/axes.hpp"
+
+namespace tiltrim::reading {
+
+namespace {
+
+constexpr double most_parameters = 6;
+
+Key parameter_key(const Section& section) {
+  const std::string name = section.text("key");
+  if (name == "h") return height_key();
+  try {
+    return study_key(name);
+  } catch (const std::invalid_argument& e) {
+    section.refuse(*section.find("key"),
+                   fmt::format("{}; or h, the height along corridor (16)", e.what()));
+  }
+}
+
+// The vehicle's own number.
+double own_number(const Section& section, const Vehicle& vehicle, const Key& key) {
+  const Eigen::Index aircraft = find(aircraft_signals(), key.signal);
+  const Eigen::Index gain = find(gain_signals(), key.signal);
+  Vehicle copy = vehicle;
+  if (aircraft >= 0) return aircraft_value(copy.aircraft, std::size_t(aircraft));
+  if (gain >= 0) return gain_value(copy.gains, std::size_t(gain));
+  section.refuse(*section.find("percent"),
+                 fmt::format("is a share of a number of the aircraft or the gains; expected from "
+                             "and to for {}",
+                             key.name));
+}
+
+ProveTable::Parameter read_parameter(const Section& section, const Vehicle& vehicle) {
+  section.allow_only({"key", "from", "to", "percent"});
+  const Key key = parameter_key(section);
+  if (const Entry* percent = section.find("percent")) {
+    for (const char* other : {"from", "to"})
+      if (const Entry* entry = section.find(other))
+        section.refuse(*entry, "cannot be combined with percent; expected one or the other");
+    const double share = section.number(*percent, {1e-6, 99}) / 100;
+    const double own = own_number(section, vehicle, key);
+    if (own == 0) section.refuse(*percent, "is a share of zero; expected from and to");
+    return {key, std::min(own * (1 - share), own * (1 + share)),
+            std::max(own * (1 - share), own * (1 + share))};
+  }
+  const Accepted accepted{key.accepted.lower, key.accepted.upper, key.unit};
+  const double from = section.number("from", accepted), to = section.number("to", accepted);
+  if (!(from < to))
+    section.refuse(*section.find("to"), "is not above from; expected a rising range");
+  return {key, from, to};
+}
+
+}  // namespace
+
+ProveTable read_prove(const Section& section, const Vehicle& vehicle) {
+  section.allow_only({"parameter", "margin", "boxes", "undecided"});
+  ProveTable table;
+  read_number(section, "margin", {0, 1e3, "1/s"}, table.margin);
+  read_whole(section, "boxes", {1, 1e8}, table.boxes);
+  read_number(section, "undecided", {0, 1}, table.undecided);
+  for (const Section& parameter : section.tables("parameter")) {
+    table.parameters.push_back(read_parameter(parameter, vehicle));
+    const auto same = [&](const ProveTable::Parameter& other) {
+      return &other != &table.parameters.back() &&
+             other.key.name == table.parameters.back().key.name;
+    };
+    if (std::ranges::any_of(table.parameters, same))
+      parameter.refuse(*parameter.find("key"), "occurs twice");
+    if (double(table.parameters.size()) > most_parameters)
+      parameter.refuse(*parameter.find("key"), "is the seventh parameter; expected at most 6");
+  }
+  if (table.parameters.empty())
+    section.refuse("parameter", "is missing; expected [[prove.parameter]] with key, from and to");
+  return table;
+}
+
+}  // namespace tiltrim::reading

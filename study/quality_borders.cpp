@@ -1,0 +1,219 @@
+// Levels over the grid of a sweep, and their borders between its points.
+#include <algorithm>
+#include <array>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "runtime/rounding.hpp"
+#include "study/problems.hpp"
+#include "study/qualities_study.hpp"
+
+namespace tiltrim {
+
+using Eigen::Index;
+
+namespace {
+
+using Place = std::vector<double>;  // a position along each axis, in grid steps
+
+// Criteria that [tune] may use.
+constexpr std::array<const char*, 8> tuned_criteria{
+    "aperiodic stability",    "phugoid damping",    "short-period damping", "control anticipation",
+    "short-period frequency", "aperiodic response", "oscillation",          "attitude bandwidth"};
+constexpr double not_judged_figure = 10.0;
+
+struct LevelPoint {
+  OperatingPoint at;
+  Qualities qualities;
+};
+
+struct LevelGrid {
+  const Study& study;
+  const SweepTable& grid;
+  const SweepMap& map;
+  std::vector<SweepRequest> requests;
+  std::vector<Condition> conditions;
+  std::stop_token stop;
+};
+
+double between_values(const std::vector<double>& values, double t) {
+  const std::size_t k = std::min(std::size_t(t), values.size() - 1);
+  const double part = t - double(k);
+  return part == 0 ? values[k] : values[k] + part * (values[k + 1] - values[k]);
+}
+
+void move_along(const SweepAxis& axis, double t, const Model& model, OperatingPoint& point) {
+  std::vector<double> columns;
+  for (const SweepAxis::Column& c : axis.columns) columns.push_back(between_values(c.si, t));
+  if (axis.between && t != std::floor(t)) axis.between(columns);
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if (!axis.columns[c].signal.empty())
+      set_value(point, variable(model, axis.columns[c].signal), columns[c]);
+}
+
+// Trims and judges at a place; nothing without an equilibrium or a linear model.
+std::optional<LevelPoint> judged_at(const LevelGrid& g, std::size_t condition, const Place& place,
+                                    const OperatingPoint& near) {
+  const SweepRequest& r = g.requests[condition];
+  OperatingPoint guess = near;
+  for (std::size_t a = 0; a < place.size(); ++a)
+    move_along(g.grid.axes[a], place[a], r.model, guess);
+  TrimOptions options;
+  options.time_limit = g.study.time_limit;
+  options.closest = false;
+  options.starts = 0;  // this equilibrium, not another one
+  const TrimResult found = trim(r.model, r.spec, guess, options);
+  if (!is_equilibrium(found.status)) return {};
+  LinearizeOptions how;
+  how.moving = moving_states(g.conditions[condition]);
+  how.time_limit = g.study.time_limit;
+  if (g.conditions[condition].command()) how.inputs = {"V", "gamma", "eta"};
+  const LinearModel linear = linearize(r.model, found.point, how);
+  if (!linear) return {};
+  return LevelPoint{found.point,
+                    qualities(linear, qualities_options(g.study, g.conditions[condition], linear,
+                                                        found.outputs))};
+}
+
+const Criterion* named(const Qualities& q, const std::string& name) {
+  const auto at = std::ranges::find(q.criteria, name, &Criterion::name);
+  return at == q.criteria.end() || at->margins.empty() ? nullptr : &*at;
+}
+
+struct FigureEnds {};  // the figure does not exist at a place
+
+// The border at which margin `k` of a criterion changes sign between two places of a line.
+QualityBorder located(const LevelGrid& g, std::size_t condition, std::size_t axis, Place place,
+                      const LevelPoint& near, const std::string& name, std::size_t k) {
+  const Place start = place;
+  double figure = 0.0, error = 0.0;
+  const auto margin = [&](double t) {
+    place[axis] = t;
+    const auto there = judged_at(g, condition, place, near.at);
+    const Criterion* c = there ? named(there->qualities, name) : nullptr;
+    if (!c || c->margins.size() <= k) throw FigureEnds{};
+    figure = c->value;
+    error = c->margin_error;
+    return c->margins[k];
+  };
+  boost::uintmax_t steps = 60;
+  const double from = start[axis], to = from + 1;
+  const double a = margin(from), b = margin(to);
+  const auto [left, right] = boost::math::tools::toms748_solve(
+      margin, from, to, a, b, boost::math::tools::eps_tolerance<double>(46), steps);
+  const double at = left + 0.5 * (right - left), slope = std::abs(b - a);
+  (void)margin(at);
+  const std::vector<double>& values = g.grid.axes[axis].columns.front().values;
+  const double step = std::abs(between_values(values, to) - between_values(values, from));
+  QualityBorder border{int(condition), int(axis), {}, 0.0, name, int(k) + 1, figure, {}};
+  place[axis] = at;
+  for (std::size_t j = 0; j < place.size(); ++j)
+    border.at.push_back(between_values(g.grid.axes[j].columns.front().values, place[j]));
+  border.error = step * (0.5 * (right - left) + error / slope);
+  return border;
+}
+
+void borders_between(const LevelGrid& g, std::size_t condition, std::size_t axis,
+                     const Place& place, const LevelPoint& a, const LevelPoint& b,
+                     QualityLayer& layer) {
+  for (const Criterion& c : a.qualities.criteria) {
+    const Criterion* other = named(b.qualities, c.name);
+    if (c.margins.empty() != !other) layer.complete = false;
+    if (!other || other->margins.size() != c.margins.size()) continue;
+    for (std::size_t k = 0; k < c.margins.size(); ++k) {
+      if ((c.margins[k] > 0) == (other->margins[k] > 0)) continue;
+      if (k > 0 && c.margins[k] == c.margins[k - 1]) continue;  // two levels with one border
+      try {
+        layer.borders.push_back(located(g, condition, axis, place, a, c.name, k));
+        layer.borders.back().unit = c.unit;
+      } catch (const FigureEnds&) {
+        layer.complete = false;
+      }
+    }
+  }
+}
+
+// The trimmed state of the map as a start.
+OperatingPoint start_at(const LevelGrid& g, std::size_t condition, std::size_t point) {
+  const SweepRequest& r = g.requests[condition];
+  OperatingPoint guess = r.guess;
+  const std::size_t n = g.map.states.size(), m = g.map.inputs.size();
+  for (std::size_t i = 0; i < n; ++i) guess.x[Index(i)] = g.map.state[point * n + i];
+  for (std::size_t i = 0; i < m; ++i)
+    if (const Index j = find(r.model.inputs, g.map.inputs[i].name); j >= 0)
+      guess.u[j] = g.map.input[point * m + i];
+  return guess;
+}
+
+}  // namespace
+
+std::vector<std::string> quality_figure_names() {
+  std::vector<std::string> names;
+  for (std::string name : tuned_criteria) {
+    for (char& c : name)
+      if (c == ' ' || c == '-') c = '_';
+    names.push_back("level_1_" + name);
+  }
+  return names;
+}
+
+std::map<std::string, FigureOfMerit> quality_figures(const Study& study,
+                                                     const SweepRequest& request,
+                                                     const Condition& condition) {
+  std::map<std::string, FigureOfMerit> figures;
+  const auto shared = std::make_shared<const Study>(study);
+  for (std::size_t k = 0; k < tuned_criteria.size(); ++k)
+    figures[quality_figure_names()[k]] = [shared, request, condition, k](const Eigen::VectorXd& p) {
+      const SweepTable none{};
+      const SweepMap empty{};
+      const LevelGrid g{*shared, none, empty, {request}, {condition}, {}};
+      OperatingPoint start = request.guess;
+      start.p = p;
+      const auto there = judged_at(g, 0, {}, start);
+      const Criterion* c = there ? named(there->qualities, tuned_criteria[k]) : nullptr;
+      return c ? -c->margins.front() : not_judged_figure;
+    };
+  return figures;
+}
+
+QualityLayer quality_layer(const Study& study, const std::vector<Condition>& conditions,
+                           const SweepTable& grid, const SweepMap& map,
+                           const std::stop_token& stop) {
+  const RoundToNearest environment;
+  const LevelGrid g{study,      grid, map, sweep_requests(study, conditions, grid.axes),
+                    conditions, stop};
+  QualityLayer layer;
+  layer.level.assign(map.points(), Level::not_judged);
+  std::vector<std::optional<LevelPoint>> points(map.points());
+  for (std::size_t p = 0; p < map.points(); ++p) {
+    if (map.verdict[p] < 0) continue;
+    if (stop.stop_requested()) {
+      layer.complete = false;
+      return layer;
+    }
+    const std::vector<std::size_t> position = map.position(p);
+    const Place place(position.begin() + 1, position.end());
+    points[p] = judged_at(g, position[0], place, start_at(g, position[0], p));
+    if (points[p]) layer.level[p] = points[p]->qualities.level;
+  }
+  std::size_t stride = map.points_per_condition();
+  for (std::size_t axis = 0; axis < grid.axes.size(); ++axis) {
+    const std::size_t size = grid.axes[axis].size();
+    stride /= size;
+    for (std::size_t p = 0; p < map.points(); ++p) {
+      const std::vector<std::size_t> position = map.position(p);
+      if (position[axis + 1] + 1 == size || !points[p] || !points[p + stride]) continue;
+      if (stop.stop_requested()) {
+        layer.complete = false;
+        return layer;
+      }
+      const Place place(position.begin() + 1, position.end());
+      borders_between(g, position[0], axis, place, *points[p], *points[p + stride], layer);
+    }
+  }
+  return layer;
+}
+
+}  // namespace tiltrim

@@ -1,0 +1,302 @@
+// Damaged and altered certificates: none is accepted. TILTRIM_TRIALS=67 makes 10,000 of them
+// (make forge).
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <sstream>
+
+#include "check_proof/check_proof.hpp"
+#include "tests/check.hpp"
+#include "tests/proof_writer.hpp"
+
+using namespace tiltrim;
+using nlohmann::ordered_json;
+
+namespace {
+
+using Lines = std::vector<std::string>;
+
+Lines split(const std::string& text) {
+  Lines lines;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+std::string joined(const Lines& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+double number(const ordered_json& text) {
+  return std::strtod(text.get<std::string>().c_str(), nullptr);
+}
+std::string hex(double x) { return fmt::format("{:a}", x); }
+
+struct Forger {
+  std::mt19937_64 random{20261124};
+  Lines original;
+
+  std::size_t below(std::size_t n) { return std::size_t(random() % n); }
+  double share() { return std::uniform_real_distribution<double>(0, 1)(random); }
+  /// A random line with evidence of a tube.
+  std::size_t leaf() {
+    for (;;) {
+      const std::size_t i = 1 + below(original.size() - 1);
+      if (original[i].find("\"roots\"") != std::string::npos) return i;
+    }
+  }
+  template <class Edit>
+  std::string edited(std::size_t line, const Edit& edit) {
+    Lines lines = original;
+    ordered_json object = ordered_json::parse(lines[line]);
+    edit(object);
+    lines[line] = object.dump();
+    return joined(lines);
+  }
+  template <class Edit>
+  std::string records(const Edit& edit) {
+    return edited(leaf(), [&](ordered_json& object) {
+      for (ordered_json& record : object["sides"]) edit(object, record);
+    });
+  }
+  std::string header(const auto& edit) { return edited(0, edit); }
+};
+
+using Forgery = std::pair<const char*, std::string (*)(Forger&)>;
+
+// Each makes the file state what is false, or leaves out what it needs.
+const std::vector<Forgery>& forgeries() {
+  static const std::vector<Forgery> all{
+      {"cut off",
+       [](Forger& f) {
+         const std::string t = joined(f.original);
+         return t.substr(0, f.below(t.size() - 1));
+       }},
+      {"a line lost",
+       [](Forger& f) {
+         Lines l = f.original;
+         l.erase(l.begin() + std::ptrdiff_t(f.below(l.size())));
+         return joined(l);
+       }},
+      {"a line twice",
+       [](Forger& f) {
+         Lines l = f.original;
+         const std::size_t i = f.below(l.size());
+         l.insert(l.begin() + std::ptrdiff_t(i), l[i]);
+         return joined(l);
+       }},
+      {"two leaves exchanged",
+       [](Forger& f) {
+         Lines l = f.original;
+         const std::size_t i = f.leaf();
+         std::size_t j = i;
+         while (l[j] == l[i]) j = f.leaf();
+         std::swap(l[i], l[j]);
+         return joined(l);
+       }},
+      {"verdict exchanged",
+       [](Forger& f) {
+         return f.edited(f.leaf(), [](ordered_json& o) {
+           o["leaf"] = o["leaf"] == "stable" ? "unstable" : "stable";
+         });
+       }},
+      {"verdict and count exchanged",
+       [](Forger& f) {
+         const int count = 1 + int(f.below(6));
+         return f.records([&](ordered_json& o, ordered_json& r) {
+           const bool stable = r["roots"] == 0;
+           o["leaf"] = stable ? "unstable" : "stable";
+           r["roots"] = stable ? count : 0;
+         });
+       }},
+      {"no trim where there is one",
+       [](Forger& f) {
+         return f.edited(f.leaf(), [](ordered_json& o) {
+           o = {{"leaf", "no_trim"},
+                {"sides", {{{"exclude", {{{"y", {"0x1p+0", "0x0p+0", "0x0p+0"}}}}}}}}};
+         });
+       }},
+      {"evidence lost",
+       [](Forger& f) { return f.edited(f.leaf(), [](ordered_json& o) { o["sides"].clear(); }); }},
+      {"radii shrunk",
+       [](Forger& f) {
+         const double by = 1e-3 * f.share();
+         return f.records([&](ordered_json&, ordered_json& r) {
+           for (auto& Z : r["Z"]) Z = hex(by * number(Z));
+         });
+       }},
+      {"radii negative",
+       [](Forger& f) {
+         return f.records([](ordered_json&, ordered_json& r) {
+           for (auto& Z : r["Z"]) Z = hex(-number(Z));
+         });
+       }},
+      {"tube moved",
+       [](Forger& f) {
+         const std::size_t i = f.below(3);
+         const double by = 3 + f.share();
+         return f.records([&](ordered_json&, ordered_json& r) {
+           r["z"][i] = hex(number(r["z"][i]) + by * number(r["Z"][i]));
+         });
+       }},
+      {"slopes reversed",
+       [](Forger& f) {
+         return f.records([](ordered_json&, ordered_json& r) {
+           for (auto& row : r["S"])
+             for (auto& s : row) s = hex(-number(s));
+         });
+       }},
+      {"preconditioner reversed",
+       [](Forger& f) {
+         return f.records([](ordered_json&, ordered_json& r) {
+           for (auto& row : r["C"])
+             for (auto& c : row) c = hex(-number(c));
+         });
+       }},
+      {"direction reversed",
+       [](Forger& f) {
+         return f.records([&](ordered_json&, ordered_json& r) {
+           auto& v = r["v"][f.below(r["v"].size())];
+           for (auto& part : v) part = hex(-number(part));
+         });
+       }},
+      {"direction zero",
+       [](Forger& f) {
+         return f.records([&](ordered_json&, ordered_json& r) {
+           r["v"][f.below(r["v"].size())] = {"0x0p+0", "0x0p+0"};
+         });
+       }},
+      {"frequencies not from zero",
+       [](Forger& f) {
+         return f.records(
+             [&](ordered_json&, ordered_json& r) { r["w"][0] = hex(0.1 * f.share() + 1e-300); });
+       }},
+      {"frequencies turned",
+       [](Forger& f) {
+         return f.records([&](ordered_json&, ordered_json& r) {
+           const std::size_t i = 1 + f.below(r["w"].size() - 2);
+           std::swap(r["w"][i], r["w"][i + 1]);
+         });
+       }},
+      {"box enlarged",
+       [](Forger& f) {
+         const double by = 1 + f.share();
+         const bool up = f.below(2) == 0;
+         return f.header([&](ordered_json& h) {
+           auto& p = h["parameters"][0];
+           const double a = number(p["from"]), b = number(p["to"]);
+           if (up)
+             p["to"] = hex(b + by * (b - a));
+           else
+             p["from"] = hex(a - by * (b - a));
+         });
+       }},
+      {"box moved",
+       [](Forger& f) {
+         const double by = 3 + f.share();
+         return f.header([&](ordered_json& h) {
+           auto& p = h["parameters"][0];
+           p["from"] = hex(number(p["from"]) + by);
+           p["to"] = hex(number(p["to"]) + by);
+         });
+       }},
+      {"margin raised",
+       [](Forger& f) {
+         const double to = 5 + 10 * f.share();
+         return f.header([&](ordered_json& h) { h["margin"] = hex(to); });
+       }},
+      {"a number changed",
+       [](Forger& f) {
+         constexpr std::array names{"aircraft.wing_area", "aircraft.air_density",
+                                    "aircraft.gravity",   "aircraft.chord",
+                                    "aircraft.rotor_z",   "aircraft.CM_de"};
+         const char* name = names[f.below(names.size())];
+         const double by = 2 + f.share();
+         return f.header(
+             [&](ordered_json& h) { h["numbers"][name] = hex(by * number(h["numbers"][name])); });
+       }},
+      {"gains changed",
+       [](Forger& f) {
+         const double by = 2 + f.share();
+         return f.header([&](ordered_json& h) {
+           for (auto& set : h["schedule"]["gains"]) set[2] = hex(by * number(set[2]));
+         });
+       }},
+      {"polar changed",
+       [](Forger& f) {
+         const double by = 0.1 + f.share();
+         const char* of = f.below(2) == 0 ? "CL" : "CM";
+         return f.header([&](ordered_json& h) {
+           for (auto& y : h["polar"][of]) y = hex(number(y) + by);
+         });
+       }},
+      {"limits tightened",
+       [](Forger& f) {
+         const char* of = f.below(2) == 0 ? "theta0" : "theta";
+         return f.header([&](ordered_json& h) { h["limits"][of] = {hex(1.2), hex(1.3)}; });
+       }},
+      {"split outside",
+       [](Forger& f) {
+         Lines l = f.original;
+         for (std::string& line : l)
+           if (line.starts_with("{\"split\"")) {
+             ordered_json o = ordered_json::parse(line);
+             o["at"] = hex(1000 * (1 + f.share()));
+             line = o.dump();
+             break;
+           }
+         return joined(l);
+       }},
+  };
+  return all;
+}
+
+ProofToWrite asked() {
+  return {load_study(TILTRIM_SOURCE_DIR "/studies/scheduled.toml"),
+          {{"h", {60, 66}}, {"aircraft.mass", {3.9, 4.1}}}};
+}
+
+}  // namespace
+
+TEST_CASE("no altered certificate is accepted") {
+  Forger forger;
+  const std::string genuine = written_proof(asked());
+  forger.original = split(genuine);
+  REQUIRE(check_proof_text(genuine).status == CertificateStatus::verified);
+  REQUIRE(forger.original.size() > 3);
+  int count = trials(150);
+  std::map<std::string, int> accepted;
+  for (int i = 0; i < count; ++i) {
+    const auto& [name, forge] = forgeries()[std::size_t(i) % forgeries().size()];
+    const ProofCheck check = check_proof_text(forge(forger));
+    if (check.status == CertificateStatus::verified) ++accepted[name];
+  }
+  for (const auto& [name, n] : accepted) FAIL_CHECK(fmt::format("{}: {} accepted", name, n));
+  MESSAGE(count, " altered certificates refused");
+}
+
+// A flipped bit in the low digits of a hint leaves a valid proof of the same theorem: what is
+// accepted must be that theorem, over the same box, with the same verdicts.
+TEST_CASE("a certificate with a flipped bit is refused, or proves the same") {
+  Forger forger;
+  const std::string genuine = written_proof(asked());
+  const ProofCheck truth = check_proof_text(genuine);
+  REQUIRE(truth.status == CertificateStatus::verified);
+  int count = trials(50);
+  int harmless = 0;
+  for (int i = 0; i < count; ++i) {
+    std::string text = genuine;
+    char& byte = text[forger.below(text.size())];
+    byte = char(byte ^ char(1 << forger.below(7)));
+    const ProofCheck check = check_proof_text(text);
+    if (check.status != CertificateStatus::verified) continue;
+    ++harmless;
+    REQUIRE(check.theorems.size() == 1);
+    const CheckedTheorem &own = check.theorems[0], &real = truth.theorems[0];
+    CHECK(own.leaves == real.leaves);
+    CHECK(own.stable == real.stable);
+  }
+  MESSAGE(count, " flipped bits, ", harmless, " without effect on what is proved");
+}
