@@ -55,16 +55,18 @@ struct Requirement {
   double limit = std::numeric_limits<double>::quiet_NaN();  ///< minimum or maximum; or NaN
   /// half_time: mode name. Margins and uses: actuator; empty: the worst of those with an effect.
   std::string of{};
-  std::string figure{};  ///< name of the figure for Measure::figure
-  /// Transfers: inputs or other variables of the model, and outputs or states. Steps: one of each.
-  std::vector<std::string> from{}, to{};
-  /// Weight of transfers, a ratio of polynomials in s, highest power first; empty: 1.
-  std::vector<double> numerator{}, denominator{};
+  std::string figure{};               ///< name of the figure for Measure::figure
+  std::vector<std::string> from{};    ///< transfers: inputs or other variables; steps: one
+  std::vector<std::string> to{};      ///< transfers: outputs or states; steps: one
+  std::vector<double> numerator{};    ///< weight of transfers, in s, highest power first; empty: 1
+  std::vector<double> denominator{};  ///< of the weight; empty: 1
   std::map<std::string, double> weights{};  ///< quadratic_cost: of squared outputs and states
   double band = 0.02;                       ///< settling_time: relative to the final value
-  /// pole_region: smallest decay, 1/s, smallest damping, largest |λ|, rad/s. NaN: not required.
+  /// pole_region: smallest decay, 1/s; NaN: not required.
   double decay = std::numeric_limits<double>::quiet_NaN();
+  /// pole_region: smallest damping; NaN: not required.
   double damping = std::numeric_limits<double>::quiet_NaN();
+  /// pole_region: largest |λ|, rad/s; NaN: not required.
   double frequency = std::numeric_limits<double>::quiet_NaN();
 
   /// True if both measure the same thing, whatever their limits.
