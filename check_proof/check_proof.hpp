@@ -17,14 +17,17 @@ struct CheckedTheorem {
   /// A number of the box; SI units, radians.
   struct Number {
     std::string key;  ///< as in the study
-    double from, to;
+    double from;      ///< lower end
+    double to;        ///< upper end
   };
   std::string condition;        ///< its name in the study
   std::vector<Number> numbers;  ///< the box
   double margin = 0;            ///< 1/s: every root has Re < -margin where proved stable
   std::size_t leaves = 0;       ///< of the tree
-  /// Shares of the box's volume.
-  double stable = 0, unstable = 0, no_trim = 0, undecided = 0;
+  double stable = 0;            ///< share of the box's volume
+  double unstable = 0;          ///< the same
+  double no_trim = 0;           ///< the same
+  double undecided = 0;         ///< the same
 };
 
 /// How check_proof() ends.
@@ -36,11 +39,11 @@ enum class CertificateStatus {
 
 /// The result of check_proof().
 struct ProofCheck {
-  CertificateStatus status = CertificateStatus::refused;
-  std::vector<CheckedTheorem> theorems;  ///< empty unless verified
-  std::size_t line = 0;                  ///< of the first failure; 0: the file as a whole
-  std::string box;                       ///< the failing leaf's, empty if the failure is not in one
-  std::string reason;                    ///< what fails
+  CertificateStatus status = CertificateStatus::refused;  ///< how it ended
+  std::vector<CheckedTheorem> theorems;                   ///< empty unless verified
+  std::size_t line = 0;  ///< of the first failure; 0: the file as a whole
+  std::string box;       ///< the failing leaf's, empty if the failure is not in one
+  std::string reason;    ///< what fails
 };
 
 /// What a theorem must be about: every number, bit for bit.

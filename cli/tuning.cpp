@@ -14,17 +14,19 @@ namespace tiltrim::cli {
 
 namespace {
 
-// "decay 0.3371 1/s, held by damping at climb; 3 starts, 1234 of 100000, 850/s", short enough for
-// one line.
+// "decay 0.3371 1/s, limited by damping at climb, stationary to 0.002; 3 starts, 1234 of 100000,
+// 850/s", short enough for one line.
 std::string in_words(const TuneTable& tune, const TuneProgress& at) {
   TuneProblem goals;
   goals.goal = tune.goal;
   goals.goals = tune.goals;
   const std::string_view in = goal_unit(goals);
   const std::string where = at.decides.substr(0, at.decides.find(','));
-  return fmt::format("{} {:.4g}{}{}, {} {}; {} starts, {} of {}, {:.0f}/s", goal_name(goals),
+  const std::string stationary =
+      std::isnan(at.stationarity) ? "" : fmt::format(", stationary to {:.1g}", at.stationarity);
+  return fmt::format("{} {:.4g}{}{}, {} {}{}; {} starts, {} of {}, {:.0f}/s", goal_name(goals),
                      at.best, in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing",
-                     where, at.starts, at.evaluations, at.of,
+                     where, stationary, at.starts, at.evaluations, at.of,
                      double(at.evaluations) / std::max(at.seconds, 1e-3));
 }
 

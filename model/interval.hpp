@@ -91,8 +91,9 @@ inline double magnitude(const Interval& a) {
   return std::max(std::abs(a.lower()), std::abs(a.upper()));
 }
 
-/// A number near the middle, and the distance from it to the ends, a bound from above.
+/// A number near the middle.
 inline double middle(const Interval& a) { return 0.5 * (a.lower() + a.upper()); }
+/// A bound from above of the distance from middle() to the ends.
 inline double radius(const Interval& a) {
   if (!a.finite()) return std::numeric_limits<double>::infinity();
   const double m = middle(a);

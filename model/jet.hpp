@@ -30,7 +30,7 @@ inline thread_local Branches* current_branches = nullptr;
 /// Makes these the sides of this thread during its lifetime.
 class Watched {
  public:
-  explicit Watched(Branches& sides) { current_branches = &sides; }
+  explicit Watched(Branches& sides) { current_branches = &sides; }  ///< from now on
   ~Watched() { current_branches = nullptr; }
   Watched(const Watched&) = delete;
   Watched& operator=(const Watched&) = delete;
@@ -71,7 +71,9 @@ struct Jet {
 
   /// A function's value and its first and second derivative.
   struct Taylor {
-    Interval value, slope, bend;
+    Interval value;  ///< g
+    Interval slope;  ///< g'
+    Interval bend;   ///< g''
   };
   /// g(a), by g over a.value and at a.centre.
   friend Jet chain(const Jet& a, const Taylor& over, const Taylor& centre);

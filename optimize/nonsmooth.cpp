@@ -23,10 +23,22 @@ struct Sample {
   double value = infinity;
 };
 
-Sample sample(const Nonsmooth& f, const VectorXd& x) {
-  Sample s{x, VectorXd::Zero(x.size()), infinity};
-  s.value = f(x, &s.gradient);
+// A gradient may cost many times as much as a value.
+Sample value_at(const Nonsmooth& f, const VectorXd& x) {
+  Sample s{x, {}, f(x, nullptr)};
+  if (!std::isfinite(s.value)) s.value = infinity;
+  return s;
+}
+
+void add_gradient(const Nonsmooth& f, Sample& s) {
+  s.gradient = VectorXd::Zero(s.x.size());
+  s.value = f(s.x, &s.gradient);
   if (!std::isfinite(s.value) || !s.gradient.allFinite()) s.value = infinity;
+}
+
+Sample sample(const Nonsmooth& f, const VectorXd& x) {
+  Sample s{x, {}, infinity};
+  add_gradient(f, s);
   return s;
 }
 
@@ -44,9 +56,12 @@ LineSearch line_search(const Nonsmooth& f, const Sample& from, const VectorXd& d
   double lower = 0.0, upper = infinity, t = 1.0;
   LineSearch best{from};
   for (int trial = 0; trial < most; ++trial) {
-    const Sample here = sample(f, from.x + t * direction);
+    Sample here = value_at(f, from.x + t * direction);
+    bool lower_enough = here.value < from.value + armijo * t * slope;
+    if (lower_enough) add_gradient(f, here);
+    lower_enough = lower_enough && std::isfinite(here.value);
     if (here.value < best.end.value) best.end = here;
-    if (!(here.value < from.value + armijo * t * slope))
+    if (!lower_enough)
       upper = t;
     else if (here.gradient.dot(direction) < flatter * slope)
       lower = t;
@@ -55,6 +70,7 @@ LineSearch line_search(const Nonsmooth& f, const Sample& from, const VectorXd& d
     t = std::isfinite(upper) ? 0.5 * (lower + upper) : 2 * lower;
     if (std::isfinite(upper) && upper - lower < 1e-14 * upper) break;
   }
+  if (best.end.gradient.size() == 0) add_gradient(f, best.end);
   return best;
 }
 

@@ -32,10 +32,12 @@ struct NecessarySystem {
   /// x, u, p at parameters c; of the unknowns any value. Unknowns that a side of a switch fixes
   /// are given there as a constant with `fixed` set.
   struct Values {
-    Jets x, u, p;
+    Jets x;                     ///< states
+    Jets u;                     ///< inputs
+    Jets p;                     ///< parameters
     std::vector<char> fixed{};  ///< one per unknown, or none
   };
-  std::function<Values(const Jets& c)> at{};
+  std::function<Values(const Jets& c)> at{};  ///< as Values has it
 };
 
 /// What prove() shall prove.
@@ -65,6 +67,7 @@ struct Record {
   std::vector<double> w;                ///< frequencies, one more than directions
   std::vector<std::complex<double>> v;  ///< directions
   int roots = 0;                        ///< right of the line
+  /// A node of the tree over the unknowns that excludes a trim.
   struct Exclusion {
     int split = -1;             ///< unknown, or -1: `weights`
     double at = 0.0;            ///< where
@@ -75,10 +78,10 @@ struct Record {
 
 /// A node of the bisection tree.
 struct ProofNode {
-  int split = -1;                    ///< parameter that is cut, or -1: a leaf
-  double at = 0.0;                   ///< where
-  std::size_t lower = 0, upper = 0;  ///< the two parts' nodes
-  ProofVerdict verdict = ProofVerdict::undecided;
+  int split = -1;                                  ///< parameter that is cut, or -1: a leaf
+  double at = 0.0;                                 ///< where
+  std::size_t lower = 0, upper = 0;                ///< the two parts' nodes
+  ProofVerdict verdict = ProofVerdict::undecided;  ///< of a leaf
   std::string cause{};          ///< of undecided: "crossing", "fold", "limit", "switch", ...
   std::vector<Range> box{};     ///< one per parameter
   double volume = 0.0;          ///< share of the whole
@@ -87,12 +90,13 @@ struct ProofNode {
 
 /// Neighbouring boxes with one verdict, as one.
 struct ProofRegion {
-  ProofVerdict verdict = ProofVerdict::undecided;
-  std::string cause{};
-  std::vector<Range> box{};
-  double volume = 0.0;
+  ProofVerdict verdict = ProofVerdict::undecided;  ///< of all of it
+  std::string cause{};                             ///< of undecided
+  std::vector<Range> box{};                        ///< one range per parameter
+  double volume = 0.0;                             ///< share of the whole
 };
 
+/// What prove() has shown of the whole box.
 enum class ProofStatus { proved, partly, refuted };
 std::string to_string(ProofStatus status);  ///< "proved", "partly", "refuted"
 

@@ -46,9 +46,12 @@ void search_twice(TuningReport& report, const std::string& second, const Observe
 }
 
 // The optimum for each value of one limit, from the strictest on; each search starts at the
-// previous optimum, which satisfies the next limit too.
+// previous optimum, which satisfies the next limit too: fewer other starts will do, and they need
+// not agree.
 void search_front(TuningReport& report, const TuneTable::Front& front, const Observer& observe) {
   TuneOptions options = report.options;
+  options.searches = 3;
+  options.agreeing = 1;
   report.front_limit = front.limit;
   const auto limit_at = [&](int k) {
     return front.from + (front.to - front.from) * k / (front.count - 1);

@@ -94,7 +94,7 @@ def keys_of(schema):
     """Every key that a schema names."""
     if isinstance(schema, dict):
         if schema.get("type") == "object":
-            yield from schema["properties"]
+            yield from schema.get("properties", ())
         for part in schema.values():
             yield from keys_of(part)
     elif isinstance(schema, list):

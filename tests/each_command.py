@@ -28,7 +28,7 @@ COMMANDS = [
     ("linearize", [studies / "levitation.toml"], 0, "gap + speed"),
     ("sensitivities", [studies / "paper.toml", "--only", "level", "--most", "3"], 0, "decay rate"),
     ("margins", [studies / "paper.toml", "--only", "level"], 0, "gain up"),
-    ("qualities", [studies / "boeing747.toml"], 0, "short-period damping"),
+    ("qualities", [studies / "boeing747.toml"], 0, "anticipation"),
     ("loads", [studies / "xv15_loads.toml"], 0, "horizontal_tail"),
     ("validate", ["xv15"], 0, "Kleinhesselink"),
     ("sweep", [MAPPED, "-o", "one.nc"], 0, ""),

@@ -221,6 +221,18 @@ from = 2
 to = 3
 count = 2
 )",
+    level + R"([prove]
+margin = 0.1
+boxes = 1000
+undecided = 1e-3
+[[prove.parameter]]
+key = "h"
+from = 0
+to = 120
+[[prove.parameter]]
+key = "aircraft.mass"
+percent = 15
+)",
     level + R"([simulate]
 duration = 60
 start = "level"

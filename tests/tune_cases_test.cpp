@@ -335,14 +335,39 @@ TEST_CASE("a cart-pole reaches what its trace allows, past eigenvalues that meet
 }
 
 TEST_CASE("a larger budget continues the same search: never worse") {
-  double before = 0;
-  for (const long budget : {50L, 400L, 3000L}) {
-    const TuneResult found = tune(cart_pole(0.5, 40), {.evaluations = budget});
-    CHECK(found.end == TuneEnd::budget_spent);
-    CHECK(found.goal >= before);
-    before = found.goal;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    double before = 0;
+    for (const long budget : {50L, 200L, 400L, 1000L, 3000L}) {
+      const TuneResult found = tune(cart_pole(0.5, 40), {.seed = seed, .evaluations = budget});
+      CHECK(found.end == TuneEnd::budget_spent);
+      CHECK(found.goal >= before);
+      before = found.goal;
+    }
+    CHECK(before > 1);
   }
-  CHECK(before > 1);
+}
+
+TEST_CASE("progress: stationarity of the best once a start has ended") {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  double first = 0, last = none;
+  TuneOptions options{.searches = 2, .agreeing = 1};
+  options.observe = [&](const TuneProgress& at) {
+    if (at.starts == 0) first = at.stationarity;
+    last = at.stationarity;
+  };
+  const TuneResult found = tune(planted(faster_with_p), options);
+  CHECK(std::isnan(first));
+  CHECK(last < 0.05);
+  CHECK(found.starts >= 2);
+  options.observe = {};
+  CHECK(tune(planted(faster_with_p), options).gains == found.gains);  // watching changes nothing
+}
+
+TEST_CASE("no starts, or none that must agree, are refused") {
+  CHECK_THROWS_WITH_AS((void)tune(planted(faster_with_p), {.searches = 0}),
+                       "0 local searches, of which 3 must agree; expected at least 1 of each",
+                       std::invalid_argument);
+  CHECK_THROWS_AS((void)tune(planted(faster_with_p), {.agreeing = 0}), std::invalid_argument);
 }
 
 TEST_CASE("goals and gains without influence are named as such") {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <set>
 #include <stdexcept>
@@ -304,10 +305,10 @@ void Candidates::difference_scores(const Place& place, const GridTrim& e,
   }
 }
 
-PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, bool slopes, From from,
+PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, From from,
                              const VectorXd& uncertain) const {
   try {
-    return computed(place, variables, slopes, from, uncertain);
+    return computed(place, variables, from, uncertain);
   } catch (const std::exception& thrown) {  // an exception of the model, between trims
     PlaceModes nothing;
     nothing.status = TrimStatus::model_threw;
@@ -316,47 +317,74 @@ PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, bool
   }
 }
 
-PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, bool slopes,
-                                From from, const VectorXd& uncertain) const {
-  const GridTrim e = settled(place, gains_of(variables, place.shares), uncertain, from);
+PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, From from,
+                                const VectorXd& uncertain) const {
+  auto e = std::make_shared<const GridTrim>(
+      settled(place, gains_of(variables, place.shares), uncertain, from));
   PlaceModes result;
-  result.status = e.status;
-  result.message = e.message;
-  if (!e.valid()) return result;
-  result.at = e.at;
-  result.A = e.A(*place.prepared);
-  const Spectrum spectrum =
-      spectrum_of(*place.prepared, e, slopes ? place.gains : std::vector<Index>{});
-  if (spectrum.eigenvalues.size() == 0) {
+  result.status = e->status;
+  result.message = e->message;
+  if (!e->valid()) return result;
+  result.at = e->at;
+  result.A = e->A(*place.prepared);
+  result.eigenvalues = spectrum_of(*place.prepared, *e, {}).eigenvalues;
+  if (!result.valid()) {
     result.message = "the eigenvalues do not converge";
     return result;
   }
-  result.eigenvalues = spectrum.eigenvalues;
-  describe(place, e, spectrum, slopes, result);
-  if (!slopes) return result;
+  describe(place, *e, {}, false, result);
+  result.trim = std::move(e);
+  return result;
+}
+
+void Candidates::differentiate(const Place& place, PlaceModes& modes) const {
+  const Spectrum spectrum = spectrum_of(*place.prepared, *modes.trim, place.gains);
+  modes.eigenvalues = spectrum.eigenvalues;  // in the order of the slopes
+  if (!modes.valid()) {
+    modes.message = "the eigenvectors do not converge";
+    return;
+  }
+  describe(place, *modes.trim, spectrum, true, modes);
   // derivative by a gain, distributed to the breakpoints of its schedule
   const Index gains = std::ssize(place.gains), places = place.shares.size();
   MatrixXd onto = MatrixXd::Zero(gains, gains * places);
   for (Index j = 0; j < gains; ++j)
     onto.row(j).segment(j * places, places) = place.shares.transpose();
-  result.slopes = spectrum.slopes * onto.cast<std::complex<double>>();
-  result.score_slopes = (result.score_slopes * onto).eval();
-  return result;
+  modes.slopes = spectrum.slopes * onto.cast<std::complex<double>>();
+  modes.score_slopes = (modes.score_slopes * onto).eval();
 }
 
 std::vector<PlaceModes> Candidates::at(const VectorXd& variables, bool slopes) {
   std::vector<PlaceModes> all(places_.size());
   in_parallel(places_.size(), [&](std::size_t i) {
-    all[i] = modes(places_[i], variables, slopes, From::nearest, {});
+    all[i] = modes(places_[i], variables, From::nearest, {});
     if (all[i].valid()) places_[i].nearest = all[i].at;
   });
+  std::vector<std::size_t> every(places_.size());
+  std::iota(every.begin(), every.end(), 0u);
+  if (slopes) add_slopes(all, every);
   return all;
+}
+
+void Candidates::add_slopes(std::vector<PlaceModes>& all,
+                            const std::vector<std::size_t>& places) const {
+  in_parallel(places.size(), [&](std::size_t i) {
+    PlaceModes& modes = all[places[i]];
+    if (!modes.valid() || modes.has_slopes()) return;
+    try {
+      differentiate(places_[places[i]], modes);
+    } catch (const std::exception& thrown) {  // an exception of the model next to its trim
+      modes = {};
+      modes.status = TrimStatus::model_threw;
+      modes.message = thrown.what();
+    }
+  });
 }
 
 std::vector<PlaceModes> Candidates::anew(const VectorXd& variables) {
   std::vector<PlaceModes> all(places_.size());
   in_parallel(places_.size(), [&](std::size_t i) {
-    all[i] = modes(places_[i], variables, false, From::nothing, {});
+    all[i] = modes(places_[i], variables, From::nothing, {});
     if (all[i].valid()) places_[i].nearest = all[i].at;
   });
   return all;
@@ -364,7 +392,7 @@ std::vector<PlaceModes> Candidates::anew(const VectorXd& variables) {
 
 PlaceModes Candidates::scattered(std::size_t place, const VectorXd& variables,
                                  const VectorXd& uncertain) const {
-  return modes(places_[place], variables, false, From::nearest, uncertain);
+  return modes(places_[place], variables, From::nearest, uncertain);
 }
 
 }  // namespace tiltrim

@@ -30,12 +30,14 @@ struct PlaceModes {
   std::string message;
   OperatingPoint at;
   Eigen::MatrixXd A;
+  std::shared_ptr<const GridTrim> trim;  ///< at which the slopes are computed when asked for
   Eigen::VectorXcd eigenvalues;
   Eigen::MatrixXcd slopes;       ///< dλ/dvariable, [eigenvalue, variable], with the trim's shift
   Eigen::VectorXd scores;        ///< [asked] for requirements on the whole system; otherwise NaN
   Eigen::MatrixXd score_slopes;  ///< [asked, variable]
 
   bool valid() const { return eigenvalues.size() > 0; }
+  bool has_slopes() const { return slopes.size() > 0; }
 };
 
 /// The problem's points at every corner and sample, each with its most recent equilibrium.
@@ -50,6 +52,8 @@ class Candidates {
   const std::vector<Place>& places() const { return places_; }
   /// Results for tuned values in SI units, computed in parallel.
   std::vector<PlaceModes> at(const Eigen::VectorXd& variables, bool slopes);
+  /// Adds derivatives to results of at(), at those of `places` that are valid and lack them.
+  void add_slopes(std::vector<PlaceModes>& all, const std::vector<std::size_t>& places) const;
   /// The same with every trim computed anew, not from a neighbour's.
   std::vector<PlaceModes> anew(const Eigen::VectorXd& variables);
   /// A point with other uncertain parameters, starting from the equilibrium of its place.
@@ -58,10 +62,11 @@ class Candidates {
 
  private:
   enum class From { nearest, nothing };
-  PlaceModes modes(const Place& place, const Eigen::VectorXd& variables, bool slopes, From from,
+  PlaceModes modes(const Place& place, const Eigen::VectorXd& variables, From from,
                    const Eigen::VectorXd& uncertain) const;
-  PlaceModes computed(const Place& place, const Eigen::VectorXd& variables, bool slopes, From from,
+  PlaceModes computed(const Place& place, const Eigen::VectorXd& variables, From from,
                       const Eigen::VectorXd& uncertain) const;
+  void differentiate(const Place& place, PlaceModes& modes) const;
   GridTrim settled(const Place& place, const Eigen::VectorXd& gains,
                    const Eigen::VectorXd& uncertain, From from) const;
   void describe(const Place& place, const GridTrim& e, const Spectrum& spectrum, bool slopes,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace tiltrim {
 
@@ -32,24 +33,26 @@ VectorXd inside(const VectorXd& y) {
   return folded(y, signs);
 }
 
-// Derivative with respect to y of the score that decides: the goal's, or that of the limit with the
-// largest violation, relative to its size.
-VectorXd decisive_slope(const Search& search, const Search::Seen& seen, bool goal) {
+// Derivative with respect to the last candidate's y of the score that decides: the goal's, or that
+// of the limit with the largest violation, relative to its size.
+VectorXd decisive_slope(Search& search, bool goal) {
   double largest = -infinity;
-  VectorXd slope = VectorXd::Zero(search.variables());
-  for (const PlaceModes& place : seen.places)
+  std::size_t at = 0, asked = 0;
+  for (std::size_t p = 0; p < search.last.places.size(); ++p)
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       if (search.candidates.is_goal(i) != goal) continue;
       const Requirement& r = search.asked()[i];
-      const double own = worst(i, r, place).score;
-      const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
-      const double missed =
-          goal ? -goal_score(search.problem, r, own) : (score_of(r.measure, r.limit) - own) / size;
-      if (!(missed > largest)) continue;
-      largest = missed;
-      slope = score_slope(i, r, place).transpose() / size;
+      const double own = worst(i, r, search.last.places[p]).score;
+      const double missed = goal ? -goal_score(search.problem, r, own)
+                                 : (score_of(r.measure, r.limit) - own) / size_of(r);
+      if (missed > largest) std::tie(largest, at, asked) = std::tuple(missed, p, i);
     }
-  return slope.cwiseProduct(search.scales_at(seen.y));
+  const PlaceModes& place = search.with_slopes({at}).places[at];
+  if (largest == -infinity || !place.has_slopes()) return VectorXd::Zero(search.variables());
+  const Requirement& r = search.asked()[asked];
+  const double relative = goal ? goal_slope(search.problem, r) : 1.0 / size_of(r);
+  return relative *
+         score_slope(asked, r, place).transpose().cwiseProduct(search.scales_at(search.last.y));
 }
 
 }  // namespace
@@ -57,31 +60,32 @@ VectorXd decisive_slope(const Search& search, const Search::Seen& seen, bool goa
 Nonsmooth penalty(Search& search, double weight) {
   return [&search, weight](const VectorXd& y, VectorXd* gradient) {
     VectorXd signs;
-    const Search::Seen& seen = search.evaluate(folded(y, signs), gradient != nullptr);
-    const Merit& m = seen.merit;
+    const Search::Seen& seen = search.evaluate(folded(y, signs));
+    const Merit m = seen.merit;
     if (!m.trimmed() || !std::isfinite(m.goal)) return infinity;
     const bool limits_only = std::isinf(weight);
     if (gradient) {
       *gradient = VectorXd::Zero(y.size());
-      if (!limits_only) *gradient -= decisive_slope(search, seen, true);
-      if (m.missed > 0)
-        *gradient -= (limits_only ? 1.0 : weight) * decisive_slope(search, seen, false);
+      if (!limits_only) *gradient -= decisive_slope(search, true);
+      if (m.missed > 0) *gradient -= (limits_only ? 1.0 : weight) * decisive_slope(search, false);
       *gradient = gradient->cwiseProduct(signs);
     }
     return limits_only ? m.missed : -m.goal + weight * m.missed;
   };
 }
 
+double first_weight(const Merit& merit) { return 10 * std::max(std::abs(merit.goal), 1e-3); }
+
 double descend(Search& search, const VectorXd& start) {
   constexpr double small = 1e-6;
   constexpr int weights = 5;
   VectorXd y = start;
-  if (!search.evaluate(y, false).merit.feasible)
+  if (!search.evaluate(y).merit.feasible)
     y = inside(minimize_nonsmooth(penalty(search, infinity), y).x);
-  double weight = 10 * std::max(std::abs(search.evaluate(y, false).merit.goal), 1e-3);
+  double weight = first_weight(search.evaluate(y).merit);
   for (int i = 0; i < weights; ++i, weight *= 10) {
     y = inside(minimize_nonsmooth(penalty(search, weight), y).x);
-    if (search.evaluate(y, false).merit.missed <= small) break;
+    if (search.evaluate(y).merit.missed <= small) break;
   }
   return weight;
 }

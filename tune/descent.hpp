@@ -18,4 +18,7 @@ double descend(Search& search, const Eigen::VectorXd& y);
 /// From near a point that meets all limits: a few steps with that weight.
 void descend_near(Search& search, const Eigen::VectorXd& y, double weight);
 
+/// The weight with which descend() begins.
+double first_weight(const Merit& merit);
+
 }  // namespace tiltrim

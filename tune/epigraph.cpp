@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace tiltrim {
 
@@ -49,11 +50,13 @@ Twin twin_at(const PlaceModes& place, const Meeting& meeting, bool slopes) {
 struct Epigraph {
   Search& search;
   std::vector<Meeting> meetings{};
+  bool limits_only = false;  // t is minus the largest violation
   Index n = search.variables();
   Eigen::RowVectorXd none{};
 
   static constexpr double kept = -1.0, hopeless = 1e3;
-  static constexpr double apart = 1e-5;  // rad/s, separation of a pair that must stay complex
+  static constexpr Index per_variable = 3;  // places with derivatives
+  static constexpr double apart = 1e-5;     // rad/s, separation of a pair that must stay complex
 
   Index states(std::size_t place) const {
     return std::ssize(search.candidates.places()[place].request.model.states);
@@ -84,14 +87,16 @@ struct Epigraph {
   void put(Rows& rows, std::size_t i, double own, const Eigen::RowVectorXd& slope) const {
     const Requirement& r = search.asked()[i];
     const bool goal = search.candidates.is_goal(i);
+    if (limits_only && goal) return skip(rows, 1, kept);
     const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
     const double short_of = goal ? rows.x[n] - goal_score(search.problem, r, own)
                                  : (score_of(r.measure, r.limit) - own) / size;
-    rows.c[rows.next] = std::clamp(short_of, -hopeless, hopeless);
+    const double relaxed = limits_only ? rows.x[n] : 0.0;
+    rows.c[rows.next] = std::clamp(short_of + relaxed, -hopeless, hopeless);
     if (rows.J) {
       rows.J->row(rows.next).head(n).setZero();
-      if (slope.allFinite()) rows.J->row(rows.next).head(n) = -slope / size;
-      if (goal) (*rows.J)(rows.next, n) = 1.0;
+      if (slope.size() > 0 && slope.allFinite()) rows.J->row(rows.next).head(n) = -slope / size;
+      if (goal || limits_only) (*rows.J)(rows.next, n) = 1.0;
     }
     ++rows.next;
   }
@@ -100,7 +105,7 @@ struct Epigraph {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       if (!spectral(search.asked()[i].measure)) continue;
       const Scored s = score(search.asked()[i], lambda);
-      put(rows, i, s.score, rows.J ? (std::conj(s.slope) * slope).real().eval() : none);
+      put(rows, i, s.score, slope.size() > 0 ? (std::conj(s.slope) * slope).real().eval() : none);
     }
   }
 
@@ -112,8 +117,44 @@ struct Epigraph {
         continue;
       }
       put(rows, i, place.scores[Index(i)],
-          rows.J ? place.score_slopes.row(Index(i)).cwiseProduct(scale.transpose()).eval() : none);
+          rows.J && place.has_slopes()
+              ? place.score_slopes.row(Index(i)).cwiseProduct(scale.transpose()).eval()
+              : none);
     }
+  }
+
+  // How far a place is from its limits, and its goal from `level`, relative to their sizes.
+  double slack(const PlaceModes& place, double level) const {
+    double least = std::numeric_limits<double>::infinity();
+    const bool reserves = !search.problem.goals.empty();  // relative already
+    const double goal_size = reserves ? 1.0 : std::max(std::abs(level), 1e-3);
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      const Requirement& r = search.asked()[i];
+      const double own = worst(i, r, place).score;
+      const double left = search.candidates.is_goal(i)
+                              ? (goal_score(search.problem, r, own) - level) / goal_size
+                              : (own - score_of(r.measure, r.limit)) / size_of(r);
+      if (left < least) least = left;
+    }
+    return least;
+  }
+
+  // A candidate, if asked for with derivatives where limits or goal may soon be active, and where
+  // eigenvalues are kept together: at the others they count as constant.
+  const Search::Seen& seen_at(const VectorXd& y, double level, bool slopes) const {
+    const Search::Seen& seen = search.evaluate(y);
+    if (!slopes) return seen;
+    std::vector<std::size_t> order(seen.places.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto nearest = std::size_t(per_variable * (n + 1));
+    if (order.size() > nearest) {
+      std::vector<double> left;
+      for (const PlaceModes& place : seen.places) left.push_back(slack(place, level));
+      for (const Meeting& m : meetings) left[m.place] = -std::numeric_limits<double>::infinity();
+      std::ranges::stable_sort(order, {}, [&](std::size_t p) { return left[p]; });
+      order.resize(nearest);
+    }
+    return search.with_slopes(order);
   }
 
   static void skip(Rows& rows, Index count, double value) {
@@ -122,7 +163,7 @@ struct Epigraph {
   }
 
   void inequalities(const VectorXd& x, VectorXd& c, MatrixXd* J) const {
-    const Search::Seen& seen = search.evaluate(x.head(n), J != nullptr);
+    const Search::Seen& seen = seen_at(x.head(n), x[n], J != nullptr);
     const VectorXd scale = search.scales_at(x.head(n));
     const Eigen::RowVectorXcd scales = scale.transpose().cast<Complex>();
     Rows rows{x, c, J};
@@ -137,25 +178,26 @@ struct Epigraph {
       for (const Meeting& m : meetings)
         if (m.place == p) {
           own.push_back(&m);
-          twins.push_back(twin_at(place, m, J != nullptr));
+          twins.push_back(twin_at(place, m, J && place.has_slopes()));
         }
       for (Index i = 0; i < states(p); ++i) {
         const auto among = [&](const Twin& t) { return t.first == i || t.second == i; };
         const auto twin = std::ranges::find_if(twins, among);
         Eigen::RowVectorXcd slope;
         if (twin != twins.end() && twin->first == i) {
-          if (J) slope = twin->middle_slope.cwiseProduct(scales);
+          if (J && place.has_slopes()) slope = twin->middle_slope.cwiseProduct(scales);
           ask(rows, twin->middle, slope);
         } else if (twin != twins.end()) {
           const Index row = rows.next;
           skip(rows, per_eigenvalue(), kept);
           if (!own[std::size_t(twin - twins.begin())]->real) continue;
           c[row] = twin->D.real() + apart * apart;
-          if (J) J->row(row).head(n) = twin->D_slope.cwiseProduct(scales).real();
+          if (J && place.has_slopes())
+            J->row(row).head(n) = twin->D_slope.cwiseProduct(scales).real();
         } else if (place.eigenvalues[i].imag() < 0) {
           skip(rows, per_eigenvalue(), kept);
         } else {
-          if (J) slope = place.slopes.row(i).cwiseProduct(scales);
+          if (J && place.has_slopes()) slope = place.slopes.row(i).cwiseProduct(scales);
           ask(rows, place.eigenvalues[i], slope);
         }
       }
@@ -164,7 +206,7 @@ struct Epigraph {
   }
 
   void equal(const VectorXd& x, VectorXd& e, MatrixXd* J) const {
-    const Search::Seen& seen = search.evaluate(x.head(n), J != nullptr);
+    const Search::Seen& seen = seen_at(x.head(n), x[n], J != nullptr);
     const Eigen::RowVectorXcd scales = search.scales_at(x.head(n)).transpose().cast<Complex>();
     Index row = 0;
     for (const Meeting& m : meetings) {
@@ -188,7 +230,7 @@ struct Epigraph {
 
   // Searches within `radius` of y.
   void run(VectorXd y, double t, Optimizer algorithm, double radius, int evaluations) const {
-    constexpr double far = 1e3;
+    constexpr double far = 1e3, reserve = 1e-3;
     Optimization o;
     o.algorithm = algorithm;
     o.evaluations = evaluations;
@@ -197,7 +239,7 @@ struct Epigraph {
     o.lower.resize(n + 1);
     o.upper.resize(n + 1);
     o.lower << (y.array() - radius).max(0.0), -far;
-    o.upper << (y.array() + radius).min(1.0), far;
+    o.upper << (y.array() + radius).min(1.0), limits_only ? reserve : far;
     o.objective = [this](const VectorXd& x, VectorXd* slope) {
       if (slope) *slope = -VectorXd::Unit(n + 1, n);
       return -x[n];
@@ -216,6 +258,12 @@ struct Epigraph {
 void search_epigraph(Search& search, const std::vector<Meeting>& meetings, const VectorXd& y,
                      double t, Optimizer algorithm, double radius, int evaluations) {
   Epigraph{search, meetings}.run(y, t, algorithm, radius, evaluations);
+}
+
+void meet_limits(Search& search, const VectorXd& y, Optimizer algorithm, double radius,
+                 int evaluations) {
+  Epigraph{search, {}, true}.run(y, -search.evaluate(y).merit.missed, algorithm, radius,
+                                 evaluations);
 }
 
 }  // namespace tiltrim

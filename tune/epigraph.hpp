@@ -13,4 +13,8 @@ namespace tiltrim {
 void search_epigraph(Search& search, const std::vector<Meeting>& meetings, const Eigen::VectorXd& y,
                      double t, Optimizer algorithm, double radius, int evaluations);
 
+/// Within `radius` of y: minimizes the largest violation of a limit until there is none.
+void meet_limits(Search& search, const Eigen::VectorXd& y, Optimizer algorithm, double radius,
+                 int evaluations);
+
 }  // namespace tiltrim

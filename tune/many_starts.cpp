@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "tune/descent.hpp"
@@ -45,20 +46,38 @@ LocalSearch smooth(LocalSearch local) {
   return local == LocalSearch::bfgs ? LocalSearch::slsqp : local;
 }
 
-// Monotonic basin hopping: local searches from random points around the start's best, near and far,
-// and every third from anywhere, until as many as `patience` in a row have not bettered it.
+// A local search from y.
+Search::Seen quick_search(Search& search, const VectorXd& y) {
+  search.own = search.last = {};
+  search.evaluate(y);
+  search_locally(search, y, smooth(search.options.local), 1.0, local_steps);
+  return search.own;
+}
+
+// All tuned values moved a little or far, or two of them drawn anew: many optima lie at bounds and
+// differ in which.
+VectorXd moved(const VectorXd& from, bool all, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> magnitude(-3.0, -0.5), uniform(0.0, 1.0);
+  std::normal_distribution<double> normal(0.0, 1.0);
+  VectorXd y = from;
+  if (all) {
+    const double far = std::pow(10.0, magnitude(random));  // relative to each gain's range
+    for (double& v : y) v = std::clamp(v + far * normal(random), 0.0, 1.0);
+  } else {
+    std::uniform_int_distribution<Eigen::Index> which(0, y.size() - 1);
+    for (int i = 0; i < 2; ++i) y[which(random)] = uniform(random);
+  }
+  return y;
+}
+
+// Monotonic basin hopping: local searches from random points around the start's best until as many
+// as `patience` in a row have not bettered it.
 // R.H. Leary, Global optimization on funneling landscapes, J. Global Optim. 18 (2000) 367-383.
 void hop(Search& search, double weight, std::mt19937_64& random) {
   const int patience = 10 + int(search.variables());
-  std::uniform_real_distribution<double> magnitude(-3.0, -0.5), uniform(0.0, 1.0);
-  std::normal_distribution<double> normal(0.0, 1.0);
   for (int without = 0; without < patience; ++without) {
     const Merit before = search.own.merit;
-    const double far = std::pow(10.0, magnitude(random));  // relative to each gain's range
-    const bool anywhere = without % 3 == 2;
-    VectorXd y = search.own.y;
-    for (double& v : y)
-      v = anywhere ? uniform(random) : std::clamp(v + far * normal(random), 0.0, 1.0);
+    const VectorXd y = moved(search.own.y, without % 3 < 2, random);
     const bool along_kinks = search.options.local == LocalSearch::bfgs && without % 2 == 1;
     if (!along_kinks)
       search_locally(search, y, smooth(search.options.local), 1.0, local_steps);
@@ -70,19 +89,9 @@ void hop(Search& search, double weight, std::mt19937_64& random) {
   }
 }
 
-// A local search from y.
-Search::Seen quick_search(Search& search, const VectorXd& y) {
-  search.own = search.last = {};
-  search.evaluate(y, false);
-  search_locally(search, y, smooth(search.options.local), 1.0, local_steps);
-  return search.own;
-}
-
-// What follows it: returns the last weight of the penalty on violations.
-double deep_search(Search& search, const Search::Seen& from, std::mt19937_64& random) {
-  search.own = from;
+// What follows a local search: returns the last weight of the penalty on violations.
+double deep_search(Search& search, std::mt19937_64& random) {
   double weight = 0.0;
-  polish(search);
   if (search.options.local == LocalSearch::bfgs) weight = descend(search, search.own.y);
   Merit before;
   do {
@@ -98,38 +107,94 @@ VectorXd random_start(Search& search, std::mt19937_64& random) {
   constexpr int samples = 20;
   Search::Seen start;
   for (int i = 0; i < samples; ++i) {
-    const Search::Seen& seen = search.evaluate(random_point(random, search.variables()), false);
+    const Search::Seen& seen = search.evaluate(random_point(random, search.variables()));
     if (start.y.size() == 0 || start.merit < seen.merit) start = seen;
   }
   return start.y;
 }
 
-}  // namespace
-
-void from_many_starts(Search& search, Ends& ends) {
-  constexpr std::size_t quick = 10;
-  constexpr long enough = 3;
-  std::mt19937_64 random(search.options.seed);
+// The given start, the middle, and the best of the global search: then random points.
+std::vector<VectorXd> first_starts(Search& search) {
   std::vector<VectorXd> starts;
   if (search.options.start.size() > 0) starts.push_back(search.place_of(search.options.start));
   for (const VectorXd& start : search.options.starts) starts.push_back(search.place_of(start));
   starts.push_back(VectorXd::Constant(search.variables(), 0.5));
-  for (const VectorXd& y : starts) search.evaluate(y, false);
+  for (const VectorXd& y : starts) search.evaluate(y);
   search_globally(search);
   if (search.options.global != GlobalSearch::multistart)
     for (const Search::Seen& seen : search.kept) starts.push_back(seen.y);
-  std::vector<Search::Seen> ordered;
+  return starts;
+}
+
+void best_first(std::vector<Search::Seen>& found) {
+  std::ranges::stable_sort(found, [](const auto& a, const auto& b) { return b.merit < a.merit; });
+}
+
+// A search that has ended: its value, and how nearly it is stationary if it is the best.
+void completed(Search& search, Ends& ends, double weight) {
+  ends.merits.push_back(search.own.merit);
+  ++search.starts;
+  if (search.own.merit < search.best.merit || !search.best.merit.trimmed()) return;
+  ends.weight = weight;
+  search.stationary = stationarity_at_best(search, weight);
+}
+
+}  // namespace
+
+double stationarity_at_best(Search& search, double weight) {
+  const Search::Seen best = search.best, own = search.own;
+  const long evaluations = search.evaluations;
+  const bool spent = search.out_of_evaluations;
+  if (weight == 0) weight = first_weight(best.merit);
+  if (!best.merit.feasible) weight = std::numeric_limits<double>::infinity();
+  double measured = std::numeric_limits<double>::quiet_NaN();
+  search.unlimited = true;
+  try {
+    measured = stationarity(penalty(search, weight), best.y, TuneResult::stationarity_radius,
+                            search.options.seed);
+  } catch (const EndSearch&) {  // the next candidate ends the search
+  }
+  search.unlimited = false;
+  search.best = best;  // what is measured is not a candidate
+  search.own = own;
+  search.evaluations = evaluations;
+  search.out_of_evaluations = spent;
+  return measured;
+}
+
+void from_many_starts(Search& search, Ends& ends) {
+  const auto quick = std::size_t(search.options.searches);
+  const int deep = std::min(2, search.options.agreeing);
+  std::mt19937_64 random(search.options.seed);
+  const std::vector<VectorXd> starts = first_starts(search);
+  std::vector<Search::Seen> found;
   for (std::size_t k = 0; k < quick; ++k)
-    ordered.push_back(
+    found.push_back(
         quick_search(search, k < starts.size() ? starts[k] : random_start(search, random)));
-  std::ranges::stable_sort(ordered, [](const auto& a, const auto& b) { return b.merit < a.merit; });
-  for (std::size_t k = 0; ends.agreeing(search.best.merit) < enough; ++k) {
-    const Search::Seen from =
-        k < quick ? ordered[k] : quick_search(search, random_start(search, random));
-    const double weight = deep_search(search, from, random);
-    ends.merits.push_back(search.own.merit);
-    ++search.starts;
-    if (!(search.own.merit < search.best.merit)) ends.weight = weight;
+  best_first(found);
+  for (Search::Seen& start : found) {
+    search.own = start;
+    polish(search);
+    start = search.own;
+    completed(search, ends, 0.0);
+  }
+  best_first(found);
+  // Deeper from the best end, the best that differs from it, and so on: then from further starts.
+  int done = 0;
+  for (std::size_t k = 0; done < deep || ends.agreeing(search.best.merit) < search.options.agreeing;
+       ++k) {
+    const bool further = k >= quick;
+    if (further) {
+      quick_search(search, random_start(search, random));
+      polish(search);
+    } else if (k > 0 && !clearly_better(search.best.merit, found[k].merit)) {
+      continue;
+    } else {
+      search.own = found[k];
+    }
+    const double weight = deep_search(search, random);
+    completed(search, ends, weight);
+    ++done;
   }
 }
 

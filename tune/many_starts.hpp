@@ -16,9 +16,13 @@ struct Ends {
   long agreeing(const Merit& best) const;
 };
 
-/// From the given start, the middle, and the best of the global search or of random points,
-/// quickly; then from the best of these, and from further random points, until three ends agree or
-/// EndSearch is thrown.
+/// From the given start, the middle, and the best of the global search or of random points; then
+/// deeper from the best of these ends, and from further random points, until as many ends agree as
+/// the options ask for, or EndSearch is thrown.
 void from_many_starts(Search& search, Ends& ends);
+
+/// How nearly the best candidate is stationary (TuneResult::stationarity), with this weight of the
+/// penalty on violations (0: a first guess); NaN if it cannot be computed. Counts no candidates.
+double stationarity_at_best(Search& search, double weight);
 
 }  // namespace tiltrim

@@ -97,9 +97,8 @@ VectorXd Search::scales_at(const VectorXd& y) const {
   return scale;
 }
 
-const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
-  const bool known = last.y.size() == y.size() && last.y == y && (last_has_slopes_ || !slopes);
-  if (known) return last;
+const Search::Seen& Search::evaluate(const VectorXd& y) {
+  if (last.y.size() == y.size() && last.y == y) return last;
   interrupted = options.stop.stop_requested();
   out_of_evaluations = !unlimited && evaluations >= options.evaluations;
   const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begun_;
@@ -108,11 +107,10 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   ++evaluations;
   last = {y, {}, {}};
   if (y.allFinite())
-    last.places = candidates.at(numbers_at(y), slopes);
+    last.places = candidates.at(numbers_at(y), false);
   else  // the solver's status is not used
     last.places.resize(candidates.places().size());
   last.merit = merit(candidates, last.places);
-  last_has_slopes_ = slopes;
   if (last.merit.trimmed()) {
     const bool first = best.y.size() == 0 || !best.merit.trimmed();
     lowest_goal = first ? last.merit.goal : std::min(lowest_goal, last.merit.goal);
@@ -125,7 +123,13 @@ const Search::Seen& Search::evaluate(const VectorXd& y, bool slopes) {
   keep();
   if (options.observe && !unlimited)
     options.observe({evaluations, options.evaluations, spent.count(),
-                     goal_value(problem, best.merit.goal), best.merit.feasible, decides_, starts});
+                     goal_value(problem, best.merit.goal), best.merit.feasible, decides_, starts,
+                     stationary});
+  return last;
+}
+
+const Search::Seen& Search::with_slopes(const std::vector<std::size_t>& at) {
+  candidates.add_slopes(last.places, at);
   return last;
 }
 
@@ -215,7 +219,7 @@ void search_globally(Search& search) {
   o.lower = VectorXd::Zero(n);
   o.upper = VectorXd::Ones(n);
   o.objective = [&](const VectorXd& y, VectorXd*) {
-    const Merit merit = search.evaluate(y, false).merit;
+    const Merit merit = search.evaluate(y).merit;
     return -(search.options.global == GlobalSearch::direct ? merit.penalised() : merit.value());
   };
   o.evaluations = each * int(n);
@@ -234,11 +238,18 @@ void search_locally(Search& search, VectorXd y, LocalSearch local, double radius
     o.upper = (y.array() + radius).min(1.0);
     o.first_step = std::min(0.05, 0.2 * radius);
     o.objective = [&](const VectorXd& at, VectorXd*) {
-      return -search.evaluate(at, false).merit.penalised();
+      return -search.evaluate(at).merit.penalised();
     };
     return optimize(o);
   }
-  const Merit at_start = search.evaluate(y, false).merit;
+  if (!search.problem.limits.empty() && !search.evaluate(y).merit.feasible) {
+    const Search::Seen before = search.own;
+    search.own = search.last;
+    meet_limits(search, y, named(local), radius, evaluations);
+    y = search.own.y;
+    if (search.own.merit < before.merit) search.own = before;
+  }
+  const Merit at_start = search.evaluate(y).merit;
   search_epigraph(search, {}, y, std::isfinite(at_start.goal) ? at_start.goal : 0.0, named(local),
                   radius, evaluations);
 }

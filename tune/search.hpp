@@ -34,7 +34,9 @@ class Search {
   };
   /// Evaluates and counts a candidate. The last one is cached, as solvers call a point's functions
   /// separately. Throws EndSearch when the budget or time is used up or a stop is requested.
-  const Seen& evaluate(const Eigen::VectorXd& y, bool slopes);
+  const Seen& evaluate(const Eigen::VectorXd& y);
+  /// The last candidate, with derivatives at these places as well.
+  const Seen& with_slopes(const std::vector<std::size_t>& at);
 
   const TuneProblem& problem;
   const TuneOptions& options;
@@ -43,6 +45,8 @@ class Search {
   Seen own;                ///< best since the current start; reset by the caller
   std::vector<Seen> kept;  ///< best of each neighbourhood, best first
   long evaluations = 0, starts = 0;
+  double stationary =
+      std::numeric_limits<double>::quiet_NaN();  ///< of the best, when a start ended
   double lowest_goal = 0.0, highest_goal = 0.0;  ///< over all candidates with trims
   bool unlimited = false;                        ///< no budget, for what is measured at the end
   bool interrupted = false, out_of_time = false, out_of_evaluations = false;
@@ -51,7 +55,6 @@ class Search {
   const FreeGain& gain_of(Eigen::Index variable) const;
   void keep();
   std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
-  bool last_has_slopes_ = false;
   std::string decides_;  // deciding() for the best
 };
 

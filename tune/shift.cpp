@@ -24,6 +24,24 @@ OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
   return to;
 }
 
+// Real parts, then imaginary parts, of the derivatives of each eigenvalue with respect to every
+// entry of A, in a column: wᵢ vᵢᵀ with the left eigenvectors W = V⁻¹, both without the balancing.
+MatrixXd weights_of(const Balanced& balanced, const MatrixXcd& V) {
+  const MatrixXcd W = dense::inverse(V);
+  const Index n = V.rows();
+  MatrixXd parts(n * n, 2 * n);
+  for (Index i = 0; i < n; ++i)
+    for (Index k = 0; k < n; ++k)
+      for (Index r = 0; r < n; ++r) {
+        const std::complex<double> part =
+            W(i, r) * V(k, i) * (balanced.scale[k] / balanced.scale[r]);
+        const Index entry = balanced.order[std::size_t(r)] + n * balanced.order[std::size_t(k)];
+        parts(entry, i) = part.real();
+        parts(entry, n + i) = part.imag();
+      }
+  return parts;
+}
+
 }  // namespace
 
 // dz = -(∂r/∂z)⁻¹ ∂r/∂p with z the unknowns and r the equations of the trim.
@@ -67,7 +85,7 @@ std::vector<MatrixXd> jacobian_slopes(const Model& model, const OperatingPoint& 
   return slopes;
 }
 
-// dλ = (V⁻¹ dA V)ᵢᵢ, dA along the parameter and the shift of the trim.               [26, eq. 2.3]
+// dλᵢ = wᵢᵀ dA vᵢ, dA along the parameter and the shift of the trim.               [26, eq. 2.3]
 Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
                      const std::vector<Index>& parameters) {
   Spectrum spectrum;
@@ -80,8 +98,7 @@ Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
   if (!found.converged) return spectrum;
   spectrum.eigenvalues = found.values;
   if (parameters.empty()) return spectrum;
-  const MatrixXcd& V = found.V;
-  const dense::LU<MatrixXcd> lu = dense::lu(V);
+  const MatrixXd parts = weights_of(balanced, found.V);
   const MatrixXd by = shifts(sweep, e, parameters);
   std::vector<Index> states;
   for (Index i = 0; i < n; ++i) states.push_back(i);
@@ -90,12 +107,9 @@ Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
       jacobian_slopes(sweep.model(), e.at, by, steps_along(e.at, parameters), states);
   for (std::size_t j = 0; j < parameters.size(); ++j) {
     const MatrixXd dA = changes[j].topRows(n);
-    MatrixXd dB(n, n);
-    for (Index i = 0; i < n; ++i)
-      for (Index k = 0; k < n; ++k)
-        dB(i, k) = dA(balanced.order[std::size_t(i)], balanced.order[std::size_t(k)]) *
-                   (balanced.scale[k] / balanced.scale[i]);
-    spectrum.slopes.col(Index(j)) = dense::solve(lu, dB * V).diagonal();
+    const VectorXd d = parts.transpose() * dA.reshaped();
+    spectrum.slopes.col(Index(j)).real() = d.head(n);
+    spectrum.slopes.col(Index(j)).imag() = d.tail(n);
   }
   return spectrum;
 }

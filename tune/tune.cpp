@@ -12,7 +12,6 @@
 #include "optimize/optimize.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
-#include "tune/descent.hpp"
 #include "tune/many_starts.hpp"
 #include "tune/response.hpp"
 #include "tune/search.hpp"
@@ -169,6 +168,7 @@ TuneResult verified(Search& search) {
   const Merit found = merit(search.candidates, places);
   result.goal = goal_value(problem, found.goal);
   result.achieved = achieved(search, places, found);
+  search.own = search.best;  // the last start may have ended elsewhere
   result.coalescing = !meetings_at(search, near * std::abs(found.goal)).empty();
   result.message = applies_nowhere(search.candidates, places);
   if (result.message.empty() && !found.feasible)
@@ -229,20 +229,7 @@ double stationarity_of(Search& search, double weight) {
   const Merit& best = search.best.merit;
   if (search.interrupted || search.out_of_time || search.evaluations <= 1) return none;
   if (search.best.y.size() == 0 || !best.trimmed()) return none;
-  search.unlimited = true;
-  const Search::Seen found = search.best;
-  const bool spent = search.out_of_evaluations;
-  if (!best.feasible) weight = std::numeric_limits<double>::infinity();
-  const VectorXd y = search.best.y;
-  double measured = none;
-  try {
-    measured = stationarity(penalty(search, weight), y, TuneResult::stationarity_radius,
-                            search.options.seed);
-  } catch (const EndSearch&) {
-  }
-  search.best = found;  // what is measured is not a candidate
-  search.out_of_evaluations = spent;
-  return measured;
+  return stationarity_at_best(search, weight);
 }
 
 TuneEnd how_it_ended(const Search& search, const TuneResult& result) {
@@ -293,6 +280,10 @@ TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
       throw std::invalid_argument("a further start of other or infinite numbers");
   if (!options.start.allFinite())
     throw std::invalid_argument("the start is not finite; expected a number for each gain");
+  if (options.searches < 1 || options.agreeing < 1)
+    throw std::invalid_argument(
+        fmt::format("{} local searches, of which {} must agree; expected at least 1 of each",
+                    options.searches, options.agreeing));
   TuneResult result;
   with_threads(options.threads, [&] { result = searched(problem, options); });
   return result;

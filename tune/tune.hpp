@@ -55,16 +55,18 @@ struct Requirement {
   double limit = std::numeric_limits<double>::quiet_NaN();  ///< minimum or maximum; or NaN
   /// half_time: mode name. Margins and uses: actuator; empty: the worst of those with an effect.
   std::string of{};
-  std::string figure{};  ///< name of the figure for Measure::figure
-  /// Transfers: inputs or other variables of the model, and outputs or states. Steps: one of each.
-  std::vector<std::string> from{}, to{};
-  /// Weight of transfers, a ratio of polynomials in s, highest power first; empty: 1.
-  std::vector<double> numerator{}, denominator{};
+  std::string figure{};               ///< name of the figure for Measure::figure
+  std::vector<std::string> from{};    ///< transfers: inputs or other variables; steps: one
+  std::vector<std::string> to{};      ///< transfers: outputs or states; steps: one
+  std::vector<double> numerator{};    ///< weight of transfers, in s, highest power first; empty: 1
+  std::vector<double> denominator{};  ///< of the weight; empty: 1
   std::map<std::string, double> weights{};  ///< quadratic_cost: of squared outputs and states
   double band = 0.02;                       ///< settling_time: relative to the final value
-  /// pole_region: smallest decay, 1/s, smallest damping, largest |λ|, rad/s. NaN: not required.
+  /// pole_region: smallest decay, 1/s; NaN: not required.
   double decay = std::numeric_limits<double>::quiet_NaN();
+  /// pole_region: smallest damping; NaN: not required.
   double damping = std::numeric_limits<double>::quiet_NaN();
+  /// pole_region: largest |λ|, rad/s; NaN: not required.
   double frequency = std::numeric_limits<double>::quiet_NaN();
 
   /// True if both measure the same thing, whatever their limits.
@@ -159,6 +161,9 @@ struct TuneProgress {
   bool feasible = false;         ///< the best candidate meets all limits
   std::string decides;           ///< what limits the best: requirement and point, as text
   long starts = 0;               ///< local searches completed
+  /// TuneResult::stationarity of the best when the last start ended that bettered it; NaN: none
+  /// did.
+  double stationarity = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Options of tune().
@@ -168,6 +173,9 @@ struct TuneOptions {
   std::uint64_t seed = 1;                          ///< of all random numbers
   Eigen::VectorXd start{};  ///< tried first, SI, limited to the bounds; empty: the middle only
   std::vector<Eigen::VectorXd> starts{};  ///< further starts, as regulator_starts()
+  int searches = 10;                      ///< local searches to begin with, at least 1
+  /// Searches that must end within 0.1 % of the best, at least 1: ends the search.
+  int agreeing = 3;
   /// Candidates, each at all points: at most; the search ends earlier where starts agree.
   long evaluations = 100000;
   double seconds = 0.0;  ///< 0: no limit
@@ -245,8 +253,8 @@ struct TuneResult {
   explicit operator bool() const { return status == TuneStatus::tuned; }
 };
 
-/// Local searches from many starts, each followed by hops around its result and, if decisive
-/// eigenvalues coalesce, by a search on the manifold where they do, until three starts agree. With
+/// Local searches from many starts, each followed, if decisive eigenvalues coalesce, by searches on
+/// the manifold where they do; then hops around the best ends, until starts agree. With
 /// a larger budget the same search goes on, so its result is never worse. Every value of the result
 /// is evaluated again with new trims. Throws std::invalid_argument for unknown names, bounds that
 /// are reversed or not finite, no gains, no points, or a requirement that cannot be evaluated.

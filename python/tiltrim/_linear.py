@@ -176,7 +176,8 @@ class Modes(Plotted):
         for m in self.modes:
             if m.eigenvalue.imag < 0:
                 continue  # together with its conjugate
-            shares = sorted(zip(m.participation, self.states), reverse=True)
+            # Shares that are equal but for rounding stay in the order of the states.
+            shares = sorted(zip(m.participation, self.states), key=lambda share: -round(share[0], 9))
             taking_part = ", ".join(f"{n} {100 * s:.0f} %" for s, n in shares if s >= 0.1)
             rows.append(
                 [

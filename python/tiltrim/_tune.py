@@ -241,6 +241,7 @@ def tune(
         with told(progress) as tell:
             return _result(_tiltrim.tune_study(what._core, options, tell))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
+    goals: List[Any] = goal if isinstance(goal, list) else [goal]
     request = {
         "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
         "uncertain": [(n, float(a), float(b)) for n, (a, b) in (uncertain or {}).items()],
@@ -249,7 +250,7 @@ def tune(
         "schedule": [float(v) for v in schedule],
         "schedule_over": schedule_over,
         "disturbance": {name: float(value) for name, value in (disturbance or {}).items()},
-        "goals": [_goal(one) for one in (goal if isinstance(goal, list) else [goal])],
+        "goals": [_goal(one) for one in goals],
         "limits": [
             _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
         ],
