@@ -1,6 +1,6 @@
 // That no equilibrium exists within the limits: bisection of the bounded unknowns.
-#include <Eigen/QR>
 
+#include "dense/dense.hpp"
 #include "prove/parts.hpp"
 
 namespace tiltrim::proving {
@@ -125,7 +125,10 @@ bool prove_absent(const Setup& s, const Cell& cell, const Branches& branches, Re
     bool excluded = false;
     if (comparable) {
       const MatrixXd J = slopes_of(rows, centre);
-      const MatrixXd C = J.completeOrthogonalDecomposition().pseudoInverse();
+      const dense::SVD svd = dense::svd(J);
+      MatrixXd C(J.cols(), J.rows());  // the pseudo-inverse
+      for (Index i = 0; i < C.cols(); ++i)
+        C.col(i) = dense::solve(svd, VectorXd::Unit(C.cols(), i));
       if (C.allFinite()) {
         MatrixXd all(weights.rows() + C.rows(), weights.cols());
         all << weights, C;

@@ -1,10 +1,10 @@
 // The roots right of a line, for every matrix of a family: zero excluded from a determinant.
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <algorithm>
 #include <bit>
 #include <complex>
 
+#include "dense/dense.hpp"
 #include "prove/parts.hpp"
 
 namespace tiltrim::proving {
@@ -69,11 +69,12 @@ Family family(const Setup& s, const Tube& tube, double margin) {
 
 // Eigenvectors; of a pair an orthonormal basis of its plane; nearly parallel ones orthonormal.
 MatrixXd basis(const MatrixXd& B) {
-  const Eigen::EigenSolver<MatrixXd> solved(B);
-  const MatrixXcd V = solved.eigenvectors();
+  const dense::Eigensystem solved = dense::eigensystem(B);
+  if (!solved.converged) return MatrixXd::Identity(B.rows(), B.cols());
+  const MatrixXcd& V = solved.V;
   MatrixXd T(B.rows(), B.cols());
   for (Index j = 0; j < T.cols(); ++j) {
-    if (solved.eigenvalues()[j].imag() != 0 && j + 1 < T.cols()) {
+    if (solved.values[j].imag() != 0 && j + 1 < T.cols()) {
       T.col(j) = V.col(j).real();
       T.col(j + 1) = V.col(j).imag();
       ++j;
@@ -83,7 +84,7 @@ MatrixXd basis(const MatrixXd& B) {
   }
   for (Index j = 0; j < T.cols(); ++j) {
     T.col(j).normalize();
-    const bool second = j > 0 && solved.eigenvalues()[j].imag() < 0;
+    const bool second = j > 0 && solved.values[j].imag() < 0;
     for (Index i = 0; i < j; ++i) {
       const double along = T.col(i).dot(T.col(j));
       if ((second && i == j - 1) || std::abs(along) > 0.95) T.col(j) -= along * T.col(i);
@@ -96,7 +97,7 @@ MatrixXd basis(const MatrixXd& B) {
 void transform(Family& f, bool eigenvectors) {
   const Index n = f.B.rows();
   f.T = eigenvectors ? basis(f.B) : MatrixXd::Identity(n, n);
-  f.W = f.T.inverse();
+  f.W = dense::solve(f.T, MatrixXd::Identity(n, n));
   f.E.clear();
   f.spread = MatrixXd::Zero(n, n);
   f.E0 = transformed(f, f.B, f.spread);
@@ -164,7 +165,7 @@ Value value_at(const Family& f, double from, double to) {
   const Index n = f.B.rows();
   const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
   const MatrixXcd X = Complex(0, at) * f.P.cast<Complex>() - f.E0.cast<Complex>();
-  const MatrixXcd G = X.partialPivLu().inverse();
+  const MatrixXcd G = dense::inverse(X);
   Value value;
   std::vector<MatrixXcd> F;
   for (const MatrixXd& E : f.E) F.push_back(G * E.cast<Complex>());
@@ -232,20 +233,21 @@ Direction best(const Value& value) {
 // Roots right of the axis of one matrix, by discs of its pencil s W V - W B V, homotopic to the
 // diagonal: on s = i w, |s - λ_i| > Σ_j |s| |P_ij| + |Q_ij|. Negative: not certified.
 int roots_of(const MatrixXd& B, const MatrixXd& radius) {
-  const Eigen::EigenSolver<MatrixXd> solved(B);
-  const MatrixXcd V = solved.eigenvectors(), W = V.inverse();
+  const dense::Eigensystem solved = dense::eigensystem(B);
+  if (!solved.converged) return -1;
+  const MatrixXcd &V = solved.V, W = dense::inverse(V);
   const Index n = B.rows();
   const MatrixXcd P = W * V - MatrixXcd::Identity(n, n);
-  const MatrixXcd Q = W * B.cast<Complex>() * V - MatrixXcd(solved.eigenvalues().asDiagonal());
+  const MatrixXcd Q = W * B.cast<Complex>() * V - MatrixXcd(solved.values.asDiagonal());
   const MatrixXd Wa = W.cwiseAbs(), Va = V.cwiseAbs();
   const double rounding = 64 * double(n * n) * unit;
   const VectorXd p = (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum();
   const VectorXd q =
       (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va) + Wa * radius * Va).rowwise().sum() +
-      rounding * solved.eigenvalues().cwiseAbs();
+      rounding * solved.values.cwiseAbs();
   int count = 0;
   for (Index i = 0; i < n; ++i) {
-    const Complex at = solved.eigenvalues()[i];
+    const Complex at = solved.values[i];
     const bool clear =
         p[i] < 0.5 && std::abs(at.real()) > 1.5 * (p[i] * std::abs(at.imag()) + q[i]);
     if (!clear) return -1;

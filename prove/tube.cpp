@@ -1,9 +1,10 @@
 // The tube of equilibria over a box of parameters, by a parametric Krawczyk test.
 #include <fmt/core.h>
 
-#include <Eigen/LU>
+#include <Eigen/Core>
 #include <utility>
 
+#include "dense/dense.hpp"
 #include "model/among.hpp"
 #include "prove/parts.hpp"
 
@@ -123,7 +124,7 @@ bool newton(const Setup& s, const Cell& cell, Record& r, Branches& sides) {
     VectorXd g(s.nz());
     for (Index i = 0; i < g.size(); ++i)
       g[i] = middle(at[std::size_t(s.equations[std::size_t(i)])].value);
-    const VectorXd move = middle_slopes(s, at, false).partialPivLu().solve(g);
+    const VectorXd move = dense::solve(middle_slopes(s, at, false), g);
     if (!move.allFinite()) return false;
     double size = 0;
     for (Index i = 0; i < move.size(); ++i)
@@ -215,7 +216,8 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
     sides.blocked = false;
     tube.centre = evaluate(s, r, cell, true, sloped);
     if (sloped) break;
-    r.C = middle_slopes(s, tube.centre, false).inverse();
+    const MatrixXd slopes = middle_slopes(s, tube.centre, false);
+    r.C = dense::solve(slopes, MatrixXd::Identity(slopes.rows(), slopes.rows()));
     r.S = -r.C * middle_slopes(s, tube.centre, true);
   }
   MatrixXd share;
