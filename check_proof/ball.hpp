@@ -1,5 +1,5 @@
-/// Real numbers enclosed in Arb's balls [103]: midpoint and radius, every operation rounded outward.
-/// Internal to check_proof/.
+/// Real numbers enclosed in Arb's balls [103]: midpoint and radius, every operation rounded
+/// outward. Internal to check_proof/.
 #pragma once
 
 #include <arb.h>

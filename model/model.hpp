@@ -24,7 +24,7 @@ struct Signal {
   double nominal = 1.0;  ///< a significant change: the scale of steps, norms and rank tests; > 0
 };
 
-struct Jet;                            // a range with derivatives: model/jet.hpp
+struct Jet;                           // a range with derivatives: model/jet.hpp
 using Signals = std::vector<Signal>;  ///< the signals of one vector, in order
 
 /// Largest number of states, inputs or outputs of a model: all methods use full matrices.

@@ -42,12 +42,12 @@ struct TuneTable {
   std::vector<Requirement> goals;             ///< several, with targets, in place of `goal`
   std::vector<Requirement> limits;            ///< constraints at all operating points
   std::string global = "multistart", local = "bfgs";  ///< as tune/tune.hpp spells them
-  std::string second = "crs2";  ///< algorithm of the second search, for comparison; "none"
-  std::uint64_t seed = 1;       ///< of all random numbers
-  long evaluations = 100000;    ///< largest number of candidates
-  double seconds = 0.0;         ///< 0: no limit
+  std::string second = "crs2";           ///< algorithm of the second search, for comparison; "none"
+  std::uint64_t seed = 1;                ///< of all random numbers
+  long evaluations = 100000;             ///< largest number of candidates
+  double seconds = 0.0;                  ///< 0: no limit
   std::vector<double> regulator_starts;  ///< efforts of the regulators that give further starts
-  long robustness = 10'000;     ///< random samples for the robustness test
+  long robustness = 10'000;              ///< random samples for the robustness test
   /// The optimal goal as a function of one limit.
   struct Front {
     Requirement limit;            ///< NaN

@@ -1,9 +1,8 @@
 // Proofs cannot be fooled: planted windows, folds, limits; ranges contain; theorems hold at points.
 #include "prove/prove.hpp"
 
-#include <fmt/format.h>
-
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <random>
