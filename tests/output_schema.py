@@ -33,6 +33,8 @@ COMMANDS = {
     "sensitivities": ([], ""),
     "margins": ([], ""),
     "loads": ([], "xv15"),
+    "qualities": ([], "[qualities]"),
+    "prove": (["--boxes", "60"], "[prove]"),
     "sweep": ([], "[[sweep.axis]]"),
     "tune": (["--evaluations", "30"], "[tune]"),
     "simulate": ([], ""),
@@ -43,8 +45,10 @@ COMMANDS = {
 LONG = {"envelope": {"corridor", "stall"}, "sweep": {"map_corridor_gain", "map_corridor_two_gains", "map_two_gains", "scheduled"}}
 # Enough of them for every command; all are run for TILTRIM_WRITE.
 QUICK = {"airframe", "levitation", "map_corridor", "paper", "stall", "transition", "tune_paper", "xv15_loads"}
-# A model that throws; a switch that a motion crosses.
-RARE = {"first", "rising"}
+# A study that has a diagnosis; the only ones of their commands.
+ALSO = {("trim", "printed"), ("qualities", "boeing747"), ("prove", "prove_reference")}
+# A model that throws; a switch that a motion crosses; several goals; a proof of no trim; a schedule in a certificate.
+RARE = {"first", "rising", "goals", "exclude", "y", "schedule"}
 # Objects that have a value for each name of the model or of the study.
 BY_NAME = {"state", "input", "output", "parameter", "rates", "participation", "units", "samples", "error", "gains",
            "scattered", "at", "linear", "nonlinear", "ends", "components"}  # fmt: skip
@@ -67,7 +71,7 @@ def studied(folder):
             study = folder / study.name
             study.write_text(re.sub(r"^flights = .*", "flights = 8", text, flags=re.MULTILINE))
         for command, (arguments, needs) in COMMANDS.items():
-            quick = study.stem in QUICK or (command, study.stem) == ("trim", "printed")  # which has a diagnosis
+            quick = study.stem in QUICK or (command, study.stem) in ALSO
             if needs in text and study.stem not in LONG.get(command, ()) and (WRITE or quick):
                 yield command, study, *arguments
 
@@ -92,6 +96,9 @@ def runs():
             yield from zip([w[0] for w in work], pool.map(lambda w: printed(*w), work))
         printed("linearize", source / "studies/paper.toml", "--models", folder / "paper.json")
         yield "linearize --models FILE.json", json.loads((folder / "paper.json").read_text())
+        printed("prove", source / "studies/prove_reference.toml", "--boxes", "60", "--certificate", folder / "certificate")
+        for line in (folder / "certificate").read_text().splitlines():
+            yield "prove --certificate FILE, each line", json.loads(line)
 
 
 def names_of(answer):

@@ -177,7 +177,7 @@ class Modes(Plotted):
             if m.eigenvalue.imag < 0:
                 continue  # together with its conjugate
             # Shares that are equal but for rounding stay in the order of the states.
-            shares = sorted(zip(m.participation, self.states), key=lambda share: -round(share[0], 9))
+            shares = sorted(zip(m.participation, self.states), key=lambda share: -round(float(share[0]), 9))
             taking_part = ", ".join(f"{n} {100 * s:.0f} %" for s, n in shares if s >= 0.1)
             rows.append(
                 [

@@ -241,7 +241,8 @@ def tune(
         with told(progress) as tell:
             return _result(_tiltrim.tune_study(what._core, options, tell))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
-    goals: List[Any] = goal if isinstance(goal, list) else [goal]
+    asked: Any = goal
+    goals = asked if isinstance(asked, list) else [asked]
     request = {
         "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
         "uncertain": [(n, float(a), float(b)) for n, (a, b) in (uncertain or {}).items()],
