@@ -225,9 +225,10 @@ TEST_CASE("derivatives equal the complex step") {
 TEST_CASE("a trim starts near and needs few steps") {
   const auto data = data_of(Variant::report_1988);
   const Model m = model(data);
-  for (const auto& [mast, knots, flap] :
+  for (const auto& flown :
        {std::array{0.0, 0.0, 40.0}, std::array{0.0, 80.0, 40.0}, std::array{30.0, 100.0, 20.0},
         std::array{60.0, 120.0, 20.0}, std::array{90.0, 160.0, 0.0}}) {
+    const double mast = flown[0], knots = flown[1], flap = flown[2];
     CAPTURE(mast);
     CAPTURE(knots);
     OperatingPoint at{Eigen::Vector4d::Zero(), Eigen::Vector4d(0, 0, flap * degree, mast * degree),
