@@ -84,7 +84,8 @@ std::string published(const json& p) {
 
 TEST_CASE("plants of COMPleib: the printed norms of static controllers, or better") {
   std::ifstream file(TILTRIM_SOURCE_DIR "/data/references/fixed_order.json");
-  for (const json& p : json::parse(file)["problems"]) {
+  const json read = json::parse(file);
+  for (const json& p : read["problems"]) {
     const std::string printed = p["printed"];
     CAPTURE(p["name"].get<std::string>());
     const TuneResult found = tuned(published(p));
