@@ -837,7 +837,8 @@ TEST_CASE("two branches are flagged between the folds and nowhere else") {
 
 // ---- 7. the tiltrotor ----
 
-TEST_CASE("the corridor is unstable in two intervals of height, by two roads") {
+TEST_CASE("the corridor is unstable in two intervals of height, by two roads" *
+          doctest::skip(sanitized)) {
   const Study s = study(R"([[condition]]
 name = "corridor"
 V = 2
