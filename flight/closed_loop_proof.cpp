@@ -75,9 +75,8 @@ NecessarySystem bare_airframe(const Vehicle& vehicle, const Numbers& numbers) {
     at.u = {Jet(), Jet(), Jet(), p[2]};
     const Jet s = physics::authority_at(
         p[2], physics::unpack<AircraftOf<Jet>, physics::aircraft_fields<Jet>>(at.p.data()));
-    const bool constant = s.slope.empty();
-    at.fixed = {0, 0, char(constant && magnitude(s.value) == 0),
-                char(constant && magnitude(s.value - 1.0) == 0)};
+    at.fixed = {0, 0, char(s.constant() && magnitude(s.range()) == 0),
+                char(s.constant() && magnitude(s.range() - 1.0) == 0)};
     return at;
   };
   return system;

@@ -1,25 +1,89 @@
 #include "model/jet.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace tiltrim {
 
 namespace {
 
-bool involves(const Jet& a, std::size_t directions) {
-  for (std::size_t i = 0; i < std::min(directions, a.slope.size()); ++i)
-    if (!a.slope[i].zero()) return true;
-  return false;
+constexpr double unit = std::numeric_limits<double>::epsilon() / 2;
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+// A stored coefficient is a sum of at most four products: it errs by at most 5 u times the sum of
+// their moduli.
+constexpr double coefficient_error = 8 * unit;
+// Sums of moduli have at most a few hundred terms and so err by less than this share.
+constexpr double upward = 1 + 1e-12;
+// More than the underflow of all coefficients.
+constexpr double underflow = 1e-300;
+
+// Sums of moduli of a row.
+struct Size {
+  double linear = 0, quadratic = 0, rest = 0, all = 0;
+};
+
+Size size_of(const double* a, std::size_t n) {
+  Size s;
+  const std::size_t last = Quadratic::length(n) - 1;
+  for (std::size_t k = 1; k <= n; ++k) s.linear += std::abs(a[k]);
+  for (std::size_t k = n + 1; k < last; ++k) s.quadratic += std::abs(a[k]);
+  s.rest = a[last];
+  s.all = std::abs(a[0]) + s.linear + s.quadratic;
+  return s;
 }
 
-// Not told by the ranges: a side if no unknown decides, else nothing.
-bool side_of(const Jet& a, const Jet& b, int told) {
+// out = a b, or out += a b if `more`.
+template <bool more>
+void multiply(const double* a, const Size& A, const double* b, const Size& B, double* out,
+              std::size_t n) {
+  const double a0 = a[0], b0 = b[0];
+  const auto put = [](double& at, double x) { at = more ? at + x : x; };
+  const std::size_t last = Quadratic::length(n) - 1;
+  put(out[0], a0 * b0);
+  for (std::size_t k = 1; k <= n; ++k) put(out[k], a0 * b[k] + b0 * a[k]);
+  for (std::size_t k = 1, at = n + 1; k <= n; ++k) {
+    for (std::size_t l = 1; l < k; ++l, ++at)
+      put(out[at], (a0 * b[at] + b0 * a[at]) + (a[k] * b[l] + a[l] * b[k]));
+    put(out[at], (a0 * b[at] + b0 * a[at]) + a[k] * b[k]);
+    ++at;
+  }
+  const double rest = (A.linear + A.quadratic) * B.quadratic + A.quadratic * B.linear +
+                      A.rest * (B.all + B.rest) + A.all * B.rest + coefficient_error * A.all * B.all;
+  put(out[last], rest * upward + underflow);
+}
+
+// What the sums of `multiply<true>` lost, of three terms in all.
+void round_sum(double* out, std::size_t n) {
+  const Size s = size_of(out, n);
+  out[Quadratic::length(n) - 1] = (s.rest + coefficient_error * s.all) * upward + underflow;
+}
+
+void add(const double* a, const double* b, double sign, double* out, std::size_t n) {
+  const std::size_t last = Quadratic::length(n) - 1;
+  double moduli = 0;
+  for (std::size_t k = 0; k < last; ++k) {
+    out[k] = a[k] + sign * b[k];
+    moduli += std::abs(out[k]);
+  }
+  out[last] = (a[last] + b[last] + 2 * unit * moduli) * upward;
+}
+
+// out = a times x, known to within r.
+void scale(const double* a, double x, double r, double* out, std::size_t n) {
+  const Size A = size_of(a, n);
+  const std::size_t last = Quadratic::length(n) - 1;
+  for (std::size_t k = 0; k < last; ++k) out[k] = a[k] * x;
+  const double x_abs = std::abs(x);
+  out[last] = (A.rest * (x_abs + r) + A.all * r + 2 * unit * A.all * x_abs) * upward + underflow;
+}
+
+// Not told by the ranges: a side if no unknown decides, else that of the centre, which blocks.
+bool side_of(bool unknown, int told, bool centre) {
   Branches& sides = *current_branches;
-  if (involves(a, sides.unknowns) || involves(b, sides.unknowns)) {
+  if (unknown) {
     if (told < 0) sides.blocked = true;
-    sides.all.push_back(char(told == 1));
-    return told == 1;
+    return told < 0 ? centre : told == 1;
   }
   if (sides.next == sides.taken.size()) {
     sides.taken.push_back(char(told == 1));
@@ -27,131 +91,316 @@ bool side_of(const Jet& a, const Jet& b, int told) {
     if (told < 0 && sides.replay) sides.blocked = true;
   } else if (told < 0 && !sides.open[sides.next]) {
     sides.blocked = true;  // its other outcome was not foreseen
-  } else if (told >= 0 && !sides.free && sides.taken[sides.next] != char(told)) {
+  } else if (told >= 0 && sides.taken[sides.next] != char(told)) {
     sides.blocked = true;
   }
-  const char outcome = sides.taken[sides.next++];
-  sides.all.push_back(outcome);
-  return outcome != 0;
-}
-
-// Mean-value forms of slopes and value about the middle of all directions, where their extents
-// are known.
-Jet tightened(Jet a) {
-  const std::size_t n = a.slope.size();
-  if (!current_branches || n != current_branches->extents.size()) return a;
-  const std::vector<double>& extents = current_branches->extents;
-  if (!a.bend.empty()) {
-    std::vector<Interval> form = a.tilt;
-    for (std::size_t i = 0, at = 0; i < n; ++i)
-      for (std::size_t j = 0; j <= i; ++j, ++at) {
-        if (a.bend[at].zero()) continue;
-        const double m = magnitude(a.bend[at]);
-        if (extents[j] > 0) form[i] += extents[j] * Interval(-m, m);
-        if (j != i && extents[i] > 0) form[j] += extents[i] * Interval(-m, m);
-      }
-    for (std::size_t i = 0; i < n; ++i) a.slope[i] = both(a.slope[i], form[i]);
-  }
-  Interval form = a.centre;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double w = extents[i];
-    if (w > 0 && !a.slope[i].zero()) form += a.slope[i] * Interval(-w, w);
-  }
-  a.value = both(a.value, form);
-  return a;
-}
-
-Jet scaled(const Jet& a, const Interval& by) {
-  Jet c(a.value * by);
-  c.slope.reserve(a.slope.size());
-  c.bend.reserve(a.bend.size());
-  for (const Interval& s : a.slope) c.slope.push_back(s * by);
-  for (const Interval& s : a.bend) c.bend.push_back(s * by);
-  for (const Interval& s : a.tilt) c.tilt.push_back(s * by);
-  c.centre = a.centre * by;
-  return c;
+  return sides.taken[sides.next++] != 0;
 }
 
 }  // namespace
 
+// Term by term: a d + b d² has its extremes at ±1 or at -a/(2b).
+Interval Quadratic::range() const {
+  if (n_ == 0) return Interval(at_[0]) + Interval(-rest(), rest());
+  double low = at_[0], high = at_[0], moduli = std::abs(at_[0]) + rest();
+  for (std::size_t k = 0, at = 1 + n_; k < n_; ++k) {
+    for (std::size_t l = 0; l < k; ++l, ++at) {
+      const double cross = std::abs(at_[at]);
+      low -= cross;
+      high += cross;
+      moduli += cross;
+    }
+    const double a = std::abs(at_[1 + k]), b = at_[at++];
+    moduli += a + std::abs(b);
+    const bool within = a < 2 * std::abs(b);
+    const double inside = within ? -a * a / (4 * b) : 0.0;
+    low += within && b > 0 ? inside : b - a;
+    high += within && b < 0 ? inside : b + a;
+  }
+  const double wide = (rest() + 4 * double(length(n_)) * unit * moduli) * upward + underflow;
+  low -= wide;
+  high += wide;
+  return low <= high ? Interval(low, high) : Interval::unknown();
+}
+
+Jet::Jet(const Interval& x) : constant_{middle(x), radius(x)} {
+  if (!x.finite()) constant_ = {not_known, not_known};
+}
+
+Jet Jet::quadratic(std::vector<double> row) {
+  Jet x;
+  while (Quadratic::length(x.n_) < row.size()) ++x.n_;
+  if (x.n_ == 0)
+    x.constant_ = {row[0], row[1]};
+  else
+    x.rows_ = std::move(row);
+  return x;
+}
+
+Jet Jet::number(double middle, double radius, std::size_t along, std::size_t n) {
+  Jet x(n, 0);
+  x.rows_[0] = middle;
+  x.rows_[1 + along] = radius;
+  return x;
+}
+
+Jet Jet::unknown(std::size_t along, std::size_t m) const {
+  Jet x(n_, m);
+  std::copy_n(row(0), Quadratic::length(n_), x.row(0));
+  if (along < m) {
+    x.row(1 + along)[0] = 1;
+    x.active_ = 1ULL << along;
+  }
+  x.moving_ = true;
+  return x;
+}
+
+Jet Jet::widened(double by) const {
+  Jet x = *this;
+  double& rest = x.row(0)[Quadratic::length(n_) - 1];
+  rest = (rest + by) * upward;
+  return x;
+}
+
+Jet Jet::value_only() const { return quadratic({row(0), row(0) + Quadratic::length(n_)}); }
+
+Jet Jet::derivative(std::size_t i) const {
+  if (!active(i)) return {};
+  const double* from = row(1 + i);
+  return quadratic({from, from + Quadratic::length(n_)});
+}
+
 bool below(const Jet& a, const Jet& b, bool or_equal) {
-  const Interval &x = a.value, &y = b.value;
+  const Interval x = a.range(), y = b.range();
   int told = -1;
   if (or_equal ? x.upper() <= y.lower() : x.upper() < y.lower()) told = 1;
   if (or_equal ? x.lower() > y.upper() : x.lower() >= y.upper()) told = 0;
-  if (current_branches) return side_of(a, b, told);
-  return told == 1;
+  if (!current_branches) return told == 1;
+  const double p = a.row(0)[0], q = b.row(0)[0];
+  return side_of(a.moving_ || b.moving_, told, or_equal ? p <= q : p < q);
+}
+
+Jet abs(const Jet& a) {
+  const Interval all = a.range();
+  if (a.moving_ && current_branches && current_branches->values && all.lower() < 0 &&
+      all.upper() > 0) {
+    Jet x{Interval(0.0, magnitude(all))};
+    x.moving_ = true;
+    return x;
+  }
+  return a >= 0.0 ? a : -a;
 }
 
 Jet operator-(const Jet& a) {
-  Jet c(-a.value);
-  c.slope.reserve(a.slope.size());
-  c.bend.reserve(a.bend.size());
-  for (const Interval& s : a.slope) c.slope.push_back(-s);
-  for (const Interval& s : a.bend) c.bend.push_back(-s);
-  for (const Interval& s : a.tilt) c.tilt.push_back(-s);
-  c.centre = -a.centre;
+  Jet c = a;
+  const std::size_t length = Quadratic::length(a.n_);
+  if (a.n_ == 0) c.constant_[0] = -a.constant_[0];
+  for (std::size_t i = 0; i < c.rows_.size(); ++i)
+    if (i % length != length - 1) c.rows_[i] = -c.rows_[i];
   return c;
 }
 
+namespace {
+
+// Adds a constant to a row's value.
+void shift(double* a, const std::array<double, 2>& by, double sign, std::size_t n) {
+  a[0] += sign * by[0];
+  double& rest = a[Quadratic::length(n) - 1];
+  rest = (rest + by[1] + 2 * unit * std::abs(a[0])) * upward;
+}
+
+}  // namespace
+
 Jet operator+(const Jet& a, const Jet& b) {
-  if (a.slope.empty() && !b.slope.empty()) return b + a;
-  Jet c = a;
-  c.value += b.value;
-  c.centre += b.centre;
-  if (b.slope.empty()) return c;
-  for (std::size_t i = 0; i < c.slope.size(); ++i) c.slope[i] += b.slope[i];
-  for (std::size_t i = 0; i < c.bend.size(); ++i) c.bend[i] += b.bend[i];
-  for (std::size_t i = 0; i < c.tilt.size(); ++i) c.tilt[i] += b.tilt[i];
-  return tightened(std::move(c));
+  if (a.n_ == 0 && b.n_ > 0) return b + a;
+  Jet c(a.n_, std::max(a.m_, b.m_));
+  c.moving_ = a.moving_ || b.moving_;
+  c.active_ = a.active_ | b.active_;
+  if (b.n_ == 0) {
+    c.rows_ = a.rows_;
+    c.constant_ = a.constant_;
+    shift(c.row(0), b.constant_, 1, a.n_);
+    return c;
+  }
+  const std::size_t length = Quadratic::length(a.n_);
+  add(a.row(0), b.row(0), 1, c.row(0), a.n_);
+  for (std::size_t i = 0; i < c.m_; ++i) {
+    if (a.active(i) && b.active(i))
+      add(a.row(1 + i), b.row(1 + i), 1, c.row(1 + i), a.n_);
+    else if (a.active(i) || b.active(i))
+      std::copy_n((a.active(i) ? a : b).row(1 + i), length, c.row(1 + i));
+  }
+  return c;
 }
 
 Jet operator-(const Jet& a, const Jet& b) { return a + -b; }
 
 Jet operator*(const Jet& a, const Jet& b) {
-  if (&a == &b)
-    return chain(a, [](const Interval& x) { return Jet::Taylor{square(x), 2.0 * x, 2.0}; });
-  if (b.slope.empty()) return scaled(a, b.value);
-  if (a.slope.empty()) return scaled(b, a.value);
-  Jet c(a.value * b.value);
-  c.centre = a.centre * b.centre;
-  const std::size_t n = a.slope.size();
-  c.slope.resize(n);
-  c.bend.resize(a.bend.size());
-  for (std::size_t i = 0; i < n; ++i) c.slope[i] = a.value * b.slope[i] + b.value * a.slope[i];
-  for (std::size_t i = 0; i < a.tilt.size(); ++i)
-    c.tilt.push_back(a.centre * b.tilt[i] + b.centre * a.tilt[i]);
-  if (!a.bend.empty())
-    for (std::size_t i = 0, at = 0; i < n; ++i)
-      for (std::size_t j = 0; j <= i; ++j, ++at)
-        c.bend[at] = (a.value * b.bend[at] + b.value * a.bend[at]) +
-                     (a.slope[i] * b.slope[j] + a.slope[j] * b.slope[i]);
-  return tightened(std::move(c));
+  if (a.n_ == 0 && b.n_ > 0) return b * a;
+  Jet c(a.n_, std::max(a.m_, b.m_));
+  c.moving_ = a.moving_ || b.moving_;
+  if (b.n_ == 0) {
+    if (b.constant_[0] == 0 && b.constant_[1] == 0 && std::isfinite(a.value().rest())) return {};
+    c.active_ = a.active_;
+    for (std::size_t i = 0; i <= a.m_; ++i)
+      if (i == 0 || a.active(i - 1))
+        scale(a.row(i), b.constant_[0], b.constant_[1], c.row(i), a.n_);
+    return c;
+  }
+  const std::size_t n = a.n_;
+  const Size A = size_of(a.row(0), n), B = size_of(b.row(0), n);
+  multiply<false>(a.row(0), A, b.row(0), B, c.row(0), n);
+  c.active_ = a.active_ | b.active_;
+  for (std::size_t i = 0; i < c.m_; ++i) {
+    const bool left = a.active(i), right = b.active(i);
+    double* out = c.row(1 + i);
+    if (left) multiply<false>(b.row(0), B, a.row(1 + i), size_of(a.row(1 + i), n), out, n);
+    if (!right) continue;
+    const Size S = size_of(b.row(1 + i), n);
+    if (left) {
+      multiply<true>(a.row(0), A, b.row(1 + i), S, out, n);
+      round_sum(out, n);
+    } else {
+      multiply<false>(a.row(0), A, b.row(1 + i), S, out, n);
+    }
+  }
+  return c;
+}
+
+Jet Jet::reciprocal(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval g = Interval(1.0) / x, g2 = square(g);
+    return Jet::Derivatives{g, -g2, 2.0 * (g * g2), -6.0 * square(g2), 24.0 * (g * square(g2))};
+  });
 }
 
 Jet operator/(const Jet& a, const Jet& b) {
-  const Interval g = Interval(1.0) / b.value;
-  if (b.slope.empty()) return scaled(a, g);
-  return a * chain(b, [](const Interval& x) {
-           const Interval inverse = Interval(1.0) / x, g2 = square(inverse);
-           return Jet::Taylor{inverse, -g2, 2.0 * inverse * g2};
-         });
+  if (b.n_ == 0) return a * Jet(Interval(1.0) / b.range());
+  return a * Jet::reciprocal(b);
 }
 
-Jet chain(const Jet& a, const Jet::Taylor& over, const Jet::Taylor& centre) {
-  Jet c(over.value);
-  c.centre = centre.value;
-  const std::size_t n = a.slope.size();
-  c.slope.resize(n);
-  c.bend.resize(a.bend.size());
-  for (std::size_t i = 0; i < n; ++i) c.slope[i] = over.slope * a.slope[i];
-  for (const Interval& s : a.tilt) c.tilt.push_back(centre.slope * s);
-  if (a.bend.empty()) return tightened(std::move(c));
-  for (std::size_t i = 0, at = 0; i < n; ++i)
-    for (std::size_t j = 0; j <= i; ++j, ++at)
-      c.bend[at] = over.slope * a.bend[at] +
-                   over.bend * (i == j ? square(a.slope[i]) : a.slope[i] * a.slope[j]);
-  return tightened(std::move(c));
+// With δ = a - c:  g(c) + g'(c) δ + ½ g'' δ² + rest,  |rest| <= third D³/6,  D >= |δ|
+static std::vector<double> expanded(const double* a, std::size_t n, const Interval& all,
+                                    const Interval& g, const Interval& g1, const Interval& g2,
+                                    double third) {
+  std::vector<double> out(Quadratic::length(n));
+  const std::size_t last = out.size() - 1;
+  Size A = size_of(a, n);
+  const double c = a[0], small = A.linear + A.quadratic;
+  const double D = std::min(small + A.rest, magnitude(all - Interval(c))) * upward;
+  const double s = middle(g1), h = 0.5 * middle(g2);
+  out[0] = middle(g);
+  for (std::size_t k = 1; k < last; ++k) out[k] = s * a[k];
+  for (std::size_t k = 1, at = n + 1; k <= n; ++k) {
+    for (std::size_t l = 1; l < k; ++l) out[at++] += 2 * h * (a[k] * a[l]);
+    out[at++] += h * (a[k] * a[k]);
+  }
+  // δ² = (linear part)² + what is below
+  const double square_rest = (2 * A.linear + A.quadratic) * A.quadratic +
+                             (2 * small + A.rest) * A.rest;
+  out[last] = radius(g) + magnitude(g1) * A.rest + radius(g1) * small +
+              std::abs(h) * square_rest + 0.5 * radius(g2) * D * D + third * D * D * D / 6 +
+              coefficient_error * (std::abs(s) * small + 2 * std::abs(h) * small * small);
+  out[last] = out[last] * upward + underflow;
+  return out;
+}
+
+Jet composed(const Jet& a, const Jet::Derivatives& centre, const Jet::Derivatives& over,
+             int order) {
+  const std::size_t o = std::size_t(order);
+  if (a.n_ == 0) return Jet(over[o]);
+  Jet c = Jet::quadratic(expanded(a.row(0), a.n_, a.range(), centre[o], centre[o + 1],
+                                  centre[o + 2], magnitude(over[o + 3])));
+  return c;
+}
+
+Jet composed(const Jet& a, const Interval& g, const Interval& g1, const Interval& g2) {
+  return Jet::quadratic(expanded(a.row(0), a.n_, a.range(), g, g1, g2, 0.0));
+}
+
+Jet along(const Jet& a, Jet value, const Jet& slope) {
+  if (a.m_ == 0) {
+    value.moving_ = a.moving_;
+    return value;
+  }
+  Jet c(a.n_, a.m_);
+  c.moving_ = a.moving_;
+  c.active_ = a.active_;
+  std::copy_n(value.row(0), Quadratic::length(a.n_), c.row(0));
+  const Size S = size_of(slope.row(0), a.n_);
+  for (std::size_t i = 0; i < a.m_; ++i)
+    if (a.active(i))
+      multiply<false>(slope.row(0), S, a.row(1 + i), size_of(a.row(1 + i), a.n_), c.row(1 + i),
+                      a.n_);
+  return c;
+}
+
+std::array<Jet, 2> sine_cosine(const Jet& a) {
+  const Interval c = a.row(0)[0], all = a.range();
+  const Interval s0 = sin(c), c0 = cos(c), s = sin(all), k = cos(all);
+  const Jet sine = composed(a, {s0, c0, -s0, -c0, s0}, {s, k, -s, -k, s}, 0);
+  const Jet cosine = composed(a, {c0, -s0, -c0, s0, c0}, {k, -s, -k, s, k}, 0);
+  return {along(a, sine, cosine), along(a, cosine, -sine)};
+}
+
+Jet sqrt(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval g = sqrt(x), g1 = Interval(1.0) / (2.0 * g), over = Interval(1.0) / (2.0 * x);
+    const Interval g2 = -g1 * over, g3 = -3.0 * (g2 * over);
+    return Jet::Derivatives{g, g1, g2, g3, -5.0 * (g3 * over)};
+  });
+}
+Jet exp(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval g = exp(x);
+    return Jet::Derivatives{g, g, g, g, g};
+  });
+}
+Jet log(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval g1 = Interval(1.0) / x, g2 = square(g1);
+    return Jet::Derivatives{log(x), g1, -g2, 2.0 * (g1 * g2), -6.0 * square(g2)};
+  });
+}
+Jet atan(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval xx = square(x), g = Interval(1.0) / (1.0 + xx), g2 = square(g);
+    return Jet::Derivatives{atan(x), g, -2.0 * x * g2, (6.0 * xx - 2.0) * (g * g2),
+                            24.0 * x * (1.0 - xx) * square(g2)};
+  });
+}
+Jet tanh(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval g = tanh(x), gg = square(g), g1 = 1.0 - gg;
+    return Jet::Derivatives{g, g1, -2.0 * g * g1, g1 * (6.0 * gg - 2.0),
+                            g1 * g * (16.0 - 24.0 * gg)};
+  });
+}
+Jet sinh(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval s = sinh(x), c = cosh(x);
+    return Jet::Derivatives{s, c, s, c, s};
+  });
+}
+Jet cosh(const Jet& a) {
+  return chain(a, [](const Interval& x) {
+    const Interval s = sinh(x), c = cosh(x);
+    return Jet::Derivatives{c, s, c, s, c};
+  });
+}
+Jet pow(const Jet& a, double b) {
+  return chain(a, [b](const Interval& x) {
+    return Jet::Derivatives{pow(x, b), b * pow(x, b - 1), b * (b - 1) * pow(x, b - 2),
+                            b * (b - 1) * (b - 2) * pow(x, b - 3),
+                            b * (b - 1) * (b - 2) * (b - 3) * pow(x, b - 4)};
+  });
+}
+Jet atan2(const Jet& y, const Jet& x) {
+  if (x.range().lower() > 0) return atan(y / x);
+  const Interval up = y.range();
+  const double side = up.lower() > 0 ? 1 : up.upper() < 0 ? -1 : not_known;
+  constexpr double half = std::numbers::pi / 2;
+  return side * Jet(Interval::around(half, half)) - atan(x / y);
 }
 
 }  // namespace tiltrim

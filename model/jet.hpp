@@ -1,9 +1,12 @@
 /// @file
-/// Ranges of a function with its first and second derivatives, and the sides of its switches.
+/// Functions of a box to second order with a bound of what that leaves out, their derivatives with
+/// respect to states, and the sides of their switches.
 #pragma once
 
-#include <cmath>
+#include <array>
+#include <cstddef>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "model/interval.hpp"
@@ -13,15 +16,12 @@ namespace tiltrim {
 /// The outcomes of comparisons while a model is evaluated on ranges. A comparison that a range
 /// leaves open has two sides; which one holds must not depend on the unknowns.
 struct Branches {
-  std::size_t unknowns = 0;       ///< the first directions of every Jet
-  std::vector<char> taken{};      ///< outcomes of the comparisons of known quantities, in order
-  std::size_t next = 0;           ///< position in `taken`; what follows is appended
-  std::vector<char> open{};       ///< whether each of `taken` was open: both outcomes are possible
-  std::vector<char> all{};        ///< outcomes of all comparisons
-  bool blocked = false;           ///< a comparison of unknowns was open, or one contradicts `taken`
-  bool free = false;              ///< a part of where `taken` holds: what is not open may differ
-  std::vector<double> extents{};  ///< of the directions; not empty: values are tightened
-  bool replay = false;            ///< `taken` is complete: a further open comparison blocks
+  std::vector<char> taken{};  ///< outcomes of the comparisons of known quantities, in order
+  std::size_t next = 0;       ///< position in `taken`; what follows is appended
+  std::vector<char> open{};   ///< whether each of `taken` was open: both outcomes are possible
+  bool blocked = false;       ///< a comparison of unknowns was open, or one contradicts `taken`
+  bool replay = false;        ///< `taken` is complete: a further open comparison blocks
+  bool values = false;  ///< no derivatives are wanted: |a| of a range across zero is a range
 };
 
 /// The sides of this thread; null: an open comparison gives NaN.
@@ -36,52 +36,73 @@ class Watched {
   Watched& operator=(const Watched&) = delete;
 };
 
-/// A range with the ranges of its first and second derivatives along n directions. Constants have
-/// none. Functions are those of DualOf that are smooth, and min, max, abs where one side holds.
-struct Jet {
-  Interval value;               ///< of the number
-  Interval centre;              ///< its value at the middle of all directions
-  std::vector<Interval> slope;  ///< n, or none for a constant
-  std::vector<Interval> bend;   ///< n (n + 1)/2, row by row of the lower triangle, or none
-  std::vector<Interval> tilt;   ///< slopes at the middle of all directions; n, or none
-
-  Jet() = default;                                 ///< 0
-  Jet(double x) : value(x), centre(x) {}           ///< a constant
-  Jet(const Interval& x) : value(x), centre(x) {}  ///< a constant that is known to a range
-
-  /// Variable `along` of `count`, with this range and middle; without second derivatives unless
-  /// `curved`.
-  static Jet variable(const Interval& range, double middle, std::size_t along, std::size_t count,
-                      double scale, bool curved) {
-    Jet x(range);
-    x.centre = middle;
-    x.slope.resize(count);
-    if (curved) x.bend.resize(count * (count + 1) / 2);
-    x.slope[along] = scale;
-    if (curved) x.tilt = x.slope;
-    return x;
+/// A function of d in [-1, 1]ⁿ: c + Σ a_k d_k + Σ_{k≥l} b_kl d_k d_l + rest, |rest| <= r, stored as
+/// c, a, b (row by row of the lower triangle), r. With n = 0 a constant.
+class Quadratic {
+ public:
+  Quadratic(const double* at, std::size_t n) : at_(at), n_(n) {}  ///< a view
+  double centre() const { return at_[0]; }                       ///< c
+  std::size_t numbers() const { return n_; }                     ///< n
+  double slope(std::size_t k) const { return k < n_ ? at_[1 + k] : 0.0; }  ///< a_k
+  /// b_kl, l <= k
+  double bend(std::size_t k, std::size_t l) const {
+    return k < n_ ? at_[1 + n_ + k * (k + 1) / 2 + l] : 0.0;
   }
-  /// Second derivative along i and j.
-  Interval bend_at(std::size_t i, std::size_t j) const {
-    if (bend.empty()) return {};
-    return i >= j ? bend[i * (i + 1) / 2 + j] : bend[j * (j + 1) / 2 + i];
-  }
-  /// First derivative along i.
-  Interval slope_at(std::size_t i) const { return slope.empty() ? Interval() : slope[i]; }
+  double rest() const { return at_[length(n_) - 1]; }  ///< r; NaN if nothing is known
+  Interval range() const;                              ///< that contains all values
+  /// Of what is stored.
+  static std::size_t length(std::size_t n) { return 2 + n + n * (n + 1) / 2; }
 
-  /// A function's value and its first and second derivative.
-  struct Taylor {
-    Interval value;  ///< g
-    Interval slope;  ///< g'
-    Interval bend;   ///< g''
-  };
-  /// g(a), by g over a.value and at a.centre.
-  friend Jet chain(const Jet& a, const Taylor& over, const Taylor& centre);
-  /// g(a), of a function of ranges that returns a Taylor.
+ private:
+  const double* at_;
+  std::size_t n_;
+};
+
+/// A scalar for proofs: a Quadratic of the box with its derivatives along m directions, which are
+/// Quadratics as well. Constants have none. Functions are those of DualOf that are smooth, and min,
+/// max, abs where one side holds.
+class Jet {
+ public:
+  Jet() = default;                                ///< 0
+  Jet(double x) : constant_{x, 0.0} {}            ///< a constant
+  Jet(const Interval& x);                         ///< a constant that is known to a range
+  static Jet quadratic(std::vector<double> row);  ///< without directions, as Quadratic stores it
+
+  /// middle + radius d_along, of n numbers of the box.
+  static Jet number(double middle, double radius, std::size_t along, std::size_t n);
+  /// This quantity as an unknown, along one of m directions, or along none if only values are
+  /// wanted.
+  Jet unknown(std::size_t along, std::size_t m) const;
+
+  Quadratic value() const { return {row(0), n_}; }  ///< of the quantity
+  /// Its derivative along direction i.
+  Quadratic slope(std::size_t i) const {
+    static constexpr std::array<double, 2> zero{};
+    return active(i) ? Quadratic(row(1 + i), n_) : Quadratic(zero.data(), 0);
+  }
+  Jet derivative(std::size_t i) const;                  ///< the same, on its own
+  Jet value_only() const;                               ///< without directions
+  Interval range() const { return value().range(); }    ///< all values
+  bool depends_on_unknowns() const { return moving_; }  ///< whether a direction may move it
+  bool constant() const { return n_ == 0; }             ///< over the box
+  Jet widened(double by) const;                         ///< with a rest that is larger by this
+
+  /// A function with its first four derivatives on a range.
+  using Derivatives = std::array<Interval, 5>;
+  /// g(a), of a function of ranges that returns Derivatives.
   template <class G>
   friend Jet chain(const Jet& a, const G& g) {
-    return chain(a, g(a.value), g(a.centre));
+    const Derivatives centre = g(Interval(a.value().centre())), over = g(a.range());
+    return along(a, composed(a, centre, over, 0), composed(a, centre, over, 1));
   }
+  /// g(a), by g and g' as functions of a, without directions.
+  friend Jet along(const Jet& a, Jet value, const Jet& slope);
+  /// g^(order) of a, without directions, by g at the centre of a and over all of a.
+  friend Jet composed(const Jet& a, const Derivatives& centre, const Derivatives& over, int order);
+  /// g(a) without directions, by g, g' at the centre of a and all slopes g'' of g' over a.
+  friend Jet composed(const Jet& a, const Interval& g, const Interval& g1, const Interval& g2);
+  /// The sine and cosine, computed once.
+  friend std::array<Jet, 2> sine_cosine(const Jet& a);
 
   /// @cond
   friend Jet operator+(const Jet& a, const Jet& b);
@@ -101,67 +122,48 @@ struct Jet {
   friend bool operator>=(const Jet& a, const Jet& b) { return below(b, a, true); }
   friend bool below(const Jet& a, const Jet& b, bool or_equal);
 
-  friend Jet abs(const Jet& a) { return a >= 0.0 ? a : -a; }
+  friend Jet abs(const Jet& a);
   friend Jet min(const Jet& a, const Jet& b) { return b < a ? b : a; }
   friend Jet max(const Jet& a, const Jet& b) { return a < b ? b : a; }
   friend Jet clamp(const Jet& a, const Jet& low, const Jet& high) { return min(max(a, low), high); }
 
-  friend Jet sqrt(const Jet& a) {
-    return chain(a, [](const Interval& x) {
-      const Interval g = sqrt(x), g1 = Interval(1.0) / (2.0 * g);
-      return Taylor{g, g1, -g1 / (2.0 * x)};
-    });
+  friend Jet sin(const Jet& a) { return sine_cosine(a)[0]; }
+  friend Jet cos(const Jet& a) { return sine_cosine(a)[1]; }
+  friend Jet tan(const Jet& a) {
+    const auto [s, c] = sine_cosine(a);
+    return s / c;
   }
-  friend Jet exp(const Jet& a) {
-    return chain(a, [](const Interval& x) { return Taylor{exp(x), exp(x), exp(x)}; });
-  }
-  friend Jet log(const Jet& a) {
-    return chain(a, [](const Interval& x) {
-      const Interval g1 = Interval(1.0) / x;
-      return Taylor{log(x), g1, -square(g1)};
-    });
-  }
-  friend Jet sin(const Jet& a) {
-    return chain(a, [](const Interval& x) { return Taylor{sin(x), cos(x), -sin(x)}; });
-  }
-  friend Jet cos(const Jet& a) {
-    return chain(a, [](const Interval& x) { return Taylor{cos(x), -sin(x), -cos(x)}; });
-  }
-  friend Jet tan(const Jet& a) { return sin(a) / cos(a); }
-  friend Jet atan(const Jet& a) {
-    return chain(a, [](const Interval& x) {
-      const Interval g1 = Interval(1.0) / (1.0 + square(x));
-      return Taylor{atan(x), g1, -2.0 * x * square(g1)};
-    });
-  }
-  friend Jet tanh(const Jet& a) {
-    return chain(a, [](const Interval& x) {
-      const Interval g = tanh(x), g1 = 1.0 - square(g);
-      return Taylor{g, g1, -2.0 * g * g1};
-    });
-  }
-  friend Jet sinh(const Jet& a) {
-    return chain(a, [](const Interval& x) { return Taylor{sinh(x), cosh(x), sinh(x)}; });
-  }
-  friend Jet cosh(const Jet& a) {
-    return chain(a, [](const Interval& x) { return Taylor{cosh(x), sinh(x), cosh(x)}; });
-  }
-  friend Jet pow(const Jet& a, double b) {
-    return chain(a, [b](const Interval& x) {
-      return Taylor{pow(x, b), b * pow(x, b - 1), b * (b - 1) * pow(x, b - 2)};
-    });
-  }
-  friend Jet atan2(const Jet& y, const Jet& x) {
-    if (x.value.lower() > 0) return atan(y / x);
-    const double side = y.value.lower() > 0 ? 1 : y.value.upper() < 0 ? -1 : none;
-    return side * Jet(half_turn()) - atan(x / y);
-  }
-  static constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  static Interval half_turn() {
-    return Interval::around(std::numbers::pi / 2, std::numbers::pi / 2);
-  }
+  friend Jet sqrt(const Jet& a);
+  friend Jet exp(const Jet& a);
+  friend Jet log(const Jet& a);
+  friend Jet atan(const Jet& a);
+  friend Jet tanh(const Jet& a);
+  friend Jet sinh(const Jet& a);
+  friend Jet cosh(const Jet& a);
+  friend Jet pow(const Jet& a, double b);
+  friend Jet atan2(const Jet& y, const Jet& x);
   /// @endcond
+
+ private:
+  Jet(std::size_t n, std::size_t m)
+      : rows_(n > 0 ? Quadratic::length(n) * (m + 1) : 0), n_(n), m_(m) {}
+  double* row(std::size_t i) {
+    return n_ == 0 ? constant_.data() : rows_.data() + i * Quadratic::length(n_);
+  }
+  const double* row(std::size_t i) const {
+    return n_ == 0 ? constant_.data() : rows_.data() + i * Quadratic::length(n_);
+  }
+  bool active(std::size_t i) const { return i < m_ && (active_ >> i & 1) != 0; }
+  static Jet reciprocal(const Jet& a);
+
+  std::array<double, 2> constant_{};  // c and r, if n = 0
+  std::vector<double> rows_;          // the value, then one per direction
+  std::size_t n_ = 0, m_ = 0;
+  unsigned long long active_ = 0;  // of the directions, those whose derivative is not zero
+  bool moving_ = false;
 };
+
+inline constexpr std::size_t most_directions = 64;  ///< of a Jet
 
 using Jets = std::vector<Jet>;  ///< one per signal
 

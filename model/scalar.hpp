@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "model/dual.hpp"
 #include "model/interval.hpp"
@@ -33,7 +34,10 @@ SinCos<DualOf<T>> sin_cos(const DualOf<T>& angle) {
 }
 
 inline SinCos<Interval> sin_cos(const Interval& angle) { return {angle, sin(angle), cos(angle)}; }
-inline SinCos<Jet> sin_cos(const Jet& angle) { return {angle, sin(angle), cos(angle)}; }
+inline SinCos<Jet> sin_cos(const Jet& angle) {
+  auto [sine, cosine] = sine_cosine(angle);
+  return {angle, std::move(sine), std::move(cosine)};
+}
 
 // Sum of two angles.
 template <class S>

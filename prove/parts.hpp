@@ -7,6 +7,9 @@
 
 namespace tiltrim::proving {
 
+inline constexpr std::size_t most_parameters = 8;  // of a box
+inline constexpr std::size_t most_moving = 16;     // states and unknown inputs
+
 /// The problem with names resolved.
 struct Setup {
   const ProveProblem& problem;
@@ -18,7 +21,7 @@ struct Setup {
   };
   std::vector<Limit> limits;
   std::vector<Eigen::Index> placed;        // variable of each parameter, without `numbers`
-  std::size_t states, directions, moving;  // moving: states and unknown inputs
+  std::size_t states, moving;              // moving: states and unknown inputs
 
   explicit Setup(const ProveProblem& p);
   std::size_t nz() const { return unknowns.size(); }
@@ -31,28 +34,46 @@ struct Cell {
   std::vector<Range> box;
   std::vector<double> m, r;
   explicit Cell(std::vector<Range> box);
+  Jets numbers() const;  // the parameters on the box
 };
 
-/// [f; h] over the record's tube, or at its middle. The directions are the states and unknown
-/// inputs, as deviations from the tube's centre line, and the parameters along that line.
-Jets evaluate(const Setup& setup, const Record& tube, const Cell& cell, bool middle, bool curved);
+/// The model's inputs and parameters on a cell, on one side of the switches.
+struct Known {
+  Jets u, p;
+  std::size_t next = 0;  // comparisons it took
+};
+Known known(const Setup& setup, const Cell& cell);
 
-/// A failure: its cause and the parameter to cut.
+enum class Along { nothing, unknowns, states };  // derivatives along what
+
+/// [f; h] with the unknowns at these functions of the box.
+Jets evaluate(const Setup& setup, const Known& known, const Jets& unknowns, Along along);
+
+/// A failure: its cause and the parameter to cut, or -1: the widest.
 struct Failure {
   std::string cause;
-  std::size_t cut = 0;
+  int cut = -1;
 };
 
 struct Tube {
   Record record;
-  Jets centre, over;  // [f; h] at the middle, and over the tube
+  Jets unknowns;  // that solve the equations, to second order
+  Jets over;      // [f; h] there, with derivatives along the states
+  Jets line;      // [f; h] on the tube's centre line
   std::optional<Failure> failed;
+  bool trimmed = false;  // near the middle of the box there is an equilibrium
 };
-/// A tube of equilibria; `taken` are the outcomes of open comparisons.
+/// A tube of equilibria; `sides` has the outcomes of open comparisons.
 Tube find_tube(const Setup& setup, const Cell& cell, const Eigen::VectorXd& start, Branches sides);
+
+/// The parameter that moves it most.
+int widest_share(const Quadratic& of);
 
 /// Whether all limits hold (1), some fail for all of the box (-1) or neither (0, with failure).
 int within_limits(const Setup& setup, const Tube& tube, Failure& failure);
+
+/// Whether they hold at the middle of the box, as far as seen.
+bool middle_within_limits(const Setup& setup, const Tube& tube);
 
 /// Counts the roots right of the line Re s = -margin; false with failure if it cannot.
 bool count_roots(const Setup& setup, Tube& tube, double margin, Failure& failure);

@@ -53,7 +53,7 @@ struct Open {
 
 struct Answer {
   ProofVerdict verdict = ProofVerdict::undecided;
-  Failure failure{"stopped", 0};
+  Failure failure{"stopped", -1};
   std::vector<Record> sides;
   VectorXd z;
   Eigen::MatrixXd S;
@@ -75,19 +75,14 @@ VectorXd first_start(const Setup& s, const Cell& cell) {
 std::vector<Branches> all_sides(const Setup& s, const Cell& cell, const VectorXd& z) {
   std::vector<Branches> all;
   Branches sides;
-  Record at;
-  at.z = z;
-  at.Z = VectorXd::Zero(z.size());
+  const Jets unknowns(z.begin(), z.end());
   constexpr std::size_t most = 16;
   while (all.size() < most) {
-    sides.unknowns = s.moving;
     sides.next = 0;
-    sides.free = false;
     sides.blocked = false;
-    sides.all.clear();
     {
       const Watched watched(sides);
-      (void)evaluate(s, at, cell, false, false);
+      (void)evaluate(s, known(s, cell), unknowns, Along::nothing);
     }
     sides.blocked = false;
     all.push_back(sides);
@@ -107,24 +102,27 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
                       Answer& answer) {
   Tube tube;
   int limits = 0;
+  bool near = false;            // an equilibrium at the middle, within the limits as far as seen
   for (const bool again : {false, true}) {  // the parent's equilibrium may be another one
     if (again) answer.z = first_start(s, cell);
     tube = find_tube(s, cell, answer.z, sides);
     limits = tube.failed ? 0 : within_limits(s, tube, answer.failure);
     if (tube.failed) answer.failure = *tube.failed;
-    if ((tube.failed && tube.failed->cause != "fold") || limits == 1 || answer.trimmed) break;
+    near = tube.trimmed && middle_within_limits(s, tube);
+    if (near || answer.trimmed) break;
     answer.trimmed = true;
   }
-  if (!tube.failed) {
+  if (near) {
     answer.z = tube.record.z;
     answer.S = tube.record.S;
   }
-  answer.found = limits == 1;
-  if (limits == -1 || (tube.failed && tube.failed->cause == "fold")) {
+  answer.found = near;
+  if (limits == -1 || !near) {
     Record absent;
-    const bool proved = prove_absent(s, cell, sides, absent);
-    if (!proved && limits == -1) answer.failure = {"limit", answer.failure.cut};
-    if (!proved) return ProofVerdict::undecided;
+    if (!prove_absent(s, cell, sides, absent)) {
+      if (limits == -1) answer.failure.cause = "limit";
+      return ProofVerdict::undecided;
+    }
     answer.sides.push_back(std::move(absent));
     return ProofVerdict::no_trim;
   }
@@ -134,6 +132,17 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
   return answer.sides.back().roots == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
 }
 
+int widest(const Setup& s, const std::vector<Range>& box) {
+  const auto share = [&](std::size_t j) {
+    const ProveParameter& p = s.problem.parameters[j];
+    return (box[j].upper - box[j].lower) / (p.to - p.from);
+  };
+  std::size_t k = 0;
+  for (std::size_t j = 1; j < s.k(); ++j)
+    if (share(j) > share(k)) k = j;
+  return int(k);
+}
+
 Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start,
                double margin) {
   const RoundToNearest environment;
@@ -141,30 +150,19 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
   Answer answer;
   answer.trimmed = start.size() == 0;
   answer.z = answer.trimmed ? first_start(s, cell) : start;
-  std::size_t widest = 0;
-  for (std::size_t k = 0; k < s.k(); ++k) {
-    const auto share = [&](std::size_t j) {
-      const ProveParameter& p = s.problem.parameters[j];
-      return (box[j].upper - box[j].lower) / (p.to - p.from);
-    };
-    if (share(k) > share(widest)) widest = k;
-  }
-  answer.failure.cut = widest;
   const std::vector<Branches> all = all_sides(s, cell, answer.z);
-  if (all.empty()) {
-    answer.failure = {"switch", widest};
-    return answer;
-  }
   ProofVerdict verdict = ProofVerdict::undecided;
+  if (all.empty()) answer.failure.cause = "switch";
   for (const Branches& sides : all) {
     const ProofVerdict side = one_side(s, cell, sides, margin, answer);
-    if (side == ProofVerdict::undecided || (&sides != &all.front() && side != verdict)) {
-      if (all.size() > 1) answer.failure.cause = "switch";
-      answer.sides.clear();
-      return answer;
-    }
-    verdict = side;
+    const bool other = &sides != &all.front() && side != verdict;
+    verdict = other ? ProofVerdict::undecided : side;
+    if (verdict != ProofVerdict::undecided) continue;
+    if (all.size() > 1) answer.failure.cause = "switch";
+    answer.sides.clear();
+    break;
   }
+  if (answer.failure.cut < 0) answer.failure.cut = widest(s, box);
   answer.verdict = verdict;
   return answer;
 }
@@ -243,7 +241,7 @@ class Search {
       return;
     }
     node.cause = answer.failure.cause;
-    const int k = cut_of(s_, node.box, answer.failure.cut, options_.smallest, node.at);
+    const int k = cut_of(s_, node.box, std::size_t(answer.failure.cut), options_.smallest, node.at);
     theorem_.tree[at] = node;
     if (k < 0) return;
     theorem_.tree[at].split = k;

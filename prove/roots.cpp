@@ -21,48 +21,48 @@ constexpr double unit = std::numeric_limits<double>::epsilon() / 2;
 constexpr double slack = 0.05;     // left for a checker with slightly wider remainders
 constexpr double largest = 100.0;  // sum of all moduli for which `slack` covers the rounding
 
-// B(d) = B_0 + Σ d_k A_k + R with R within `radius`, and W B T, W T for a basis T.
+// At most 16 rows, without allocation.
+using Small = dense::SmallMatrix;
+using SmallC = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, dense::small_size,
+                             dense::small_size>;
+
+// B(d) = B_0 + Σ d_k A_k + Σ d_k d_l A_kl + R with R within `radius`, and W B T, W T for a basis T.
 struct Family {
-  MatrixXd B;
-  std::vector<MatrixXd> A, own;  // own: the remainder of each parameter
-  MatrixXd radius;
-  MatrixXd T, W;
-  MatrixXd E0, P;           // middles of W B_0 T and W T
-  std::vector<MatrixXd> E;  // of W A_k T
-  MatrixXd spread;          // radius of all of W B T, without R's
+  Small B;
+  std::vector<Small> A, bends;  // bends: A_kl, row by row of the lower triangle
+  Small radius;
+  Small T, W;
+  Small E0, P;                  // middles of W B_0 T and W T
+  std::vector<Small> E, curved;  // of W A_k T, W A_kl T
+  Small spread;                 // radius of all of W B T, without R's
+  Small bend_moduli;            // Σ |W A_kl T|
+  Small R;                      // |W| radius |T|
   double P_radius = 0;
 };
 
 // |error| of a product of n terms: n u times the product of moduli, generously.
-MatrixXd transformed(const Family& f, const MatrixXd& A, MatrixXd& error) {
+Small transformed(const Family& f, const Small& A, Small& error) {
   const double n = double(A.rows());
   error += 8 * n * unit * (f.W.cwiseAbs() * A.cwiseAbs() * f.T.cwiseAbs());
   return f.W * A * f.T;
 }
 
-// A_ij and its slopes over the tube.
+// A over the tube, and the margin.
 Family family(const Setup& s, const Tube& tube, double margin) {
-  const Index n = Index(s.states), k = Index(s.k());
-  const Record& r = tube.record;
+  const Index n = Index(s.states);
   Family f;
-  f.B = f.radius = MatrixXd::Zero(n, n);
-  f.A.assign(std::size_t(k), f.B);
-  f.own = f.A;
+  f.B = f.radius = Small::Zero(n, n);
+  f.A.assign(s.k(), f.B);
+  f.bends.assign(s.k() * (s.k() + 1) / 2, f.B);
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < n; ++j) {
-      const Jet &centre = tube.centre[std::size_t(i)], &over = tube.over[std::size_t(i)];
-      const Interval at = centre.slope_at(std::size_t(j)) + Interval(i == j ? margin : 0.0);
-      f.B(i, j) = middle(at);
-      double rest = radius(at);
-      for (std::size_t a = 0; a < s.nz(); ++a)
-        rest += magnitude(over.bend_at(std::size_t(j), s.direction(a))) * r.Z[Index(a)];
-      for (Index c = 0; c < k; ++c) {
-        const Interval slope = over.bend_at(std::size_t(j), s.moving + std::size_t(c));
-        f.A[std::size_t(c)](i, j) = middle(slope);
-        f.own[std::size_t(c)](i, j) = radius(slope);
-        rest += radius(slope);
+      const Quadratic entry = tube.over[std::size_t(i)].slope(std::size_t(j));
+      f.B(i, j) = entry.centre() + (i == j ? margin : 0.0);
+      f.radius(i, j) = (entry.rest() + 2 * unit * std::abs(f.B(i, j))) * (1 + 1e-12);
+      for (std::size_t k = 0, at = 0; k < s.k(); ++k) {
+        f.A[k](i, j) = entry.slope(k);
+        for (std::size_t l = 0; l <= k; ++l) f.bends[at++](i, j) = entry.bend(k, l);
       }
-      f.radius(i, j) = rest * (1 + 1e-12);
     }
   return f;
 }
@@ -96,33 +96,45 @@ MatrixXd basis(const MatrixXd& B) {
 
 void transform(Family& f, bool eigenvectors) {
   const Index n = f.B.rows();
-  f.T = eigenvectors ? basis(f.B) : MatrixXd::Identity(n, n);
-  f.W = dense::solve(f.T, MatrixXd::Identity(n, n));
+  f.T = Small::Identity(n, n);
+  f.W = f.T;
+  if (eigenvectors) {
+    f.T = basis(f.B);
+    f.W = dense::solve(MatrixXd(f.T), MatrixXd::Identity(n, n));
+  }
   f.E.clear();
-  f.spread = MatrixXd::Zero(n, n);
+  f.curved.clear();
+  f.spread = Small::Zero(n, n);
   f.E0 = transformed(f, f.B, f.spread);
-  for (const MatrixXd& A : f.A) f.E.push_back(transformed(f, A, f.spread));
-  MatrixXd error = 8 * double(n) * unit * (f.W.cwiseAbs() * f.T.cwiseAbs());
+  for (const Small& A : f.A) f.E.push_back(transformed(f, A, f.spread));
+  f.bend_moduli = Small::Zero(n, n);
+  for (const Small& A : f.bends) {
+    f.curved.push_back(transformed(f, A, f.spread));
+    f.bend_moduli += f.curved.back().cwiseAbs();
+  }
+  const Small error = 8 * double(n) * unit * (f.W.cwiseAbs() * f.T.cwiseAbs());
   f.P = f.W * f.T;
   f.P_radius = error.maxCoeff() * (1 + 1e-12);
+  f.R = f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
 }
 
 // A frequency beyond which no member has a root: ‖T⁻¹ B T‖ with T⁻¹ = (W T)⁻¹ W.
 double root_bound(const Family& f) {
-  MatrixXd sum = f.E0.cwiseAbs() + f.spread + f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
-  for (const MatrixXd& E : f.E) sum += E.cwiseAbs();
+  Small sum = f.E0.cwiseAbs() + f.spread + f.R + f.bend_moduli;
+  for (const Small& E : f.E) sum += E.cwiseAbs();
   const double n = double(f.P.rows());
   const double off =
-      (f.P - MatrixXd::Identity(f.P.rows(), f.P.cols())).cwiseAbs().rowwise().sum().maxCoeff() +
+      (f.P - Small::Identity(f.P.rows(), f.P.cols())).cwiseAbs().rowwise().sum().maxCoeff() +
       n * f.P_radius;
   if (!(off < 0.5)) return std::numeric_limits<double>::infinity();
   return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
 }
 
 // The permanent of a matrix of few rows, by subsets of columns.
-double permanent(const MatrixXd& M) {
+double permanent(const Small& M) {
   const std::size_t n = std::size_t(M.rows()), all = std::size_t(1) << n;
-  std::vector<double> of(all, 0.0);
+  thread_local std::vector<double> of;
+  of.assign(all, 0.0);
   of[0] = 1;
   for (std::size_t set = 0; set < all - 1; ++set) {
     if (of[set] == 0) continue;
@@ -133,7 +145,7 @@ double permanent(const MatrixXd& M) {
   return of[all - 1];
 }
 
-double second_sum(const MatrixXd& M) {  // Σ_{i<j} M_ii M_jj + M_ij M_ji
+double second_sum(const Small& M) {  // Σ_{i<j} M_ii M_jj + M_ij M_ji
   double sum = 0;
   for (Index i = 0; i < M.rows(); ++i)
     for (Index j = 0; j < i; ++j) sum += M(i, i) * M(j, j) + M(i, j) * M(j, i);
@@ -161,50 +173,82 @@ double Value::floor(Complex v) const {
   return least;
 }
 
+// Gauss and Jordan's inverse; any matrix near it serves.
+SmallC near_inverse(SmallC A) {
+  const Index n = A.rows();
+  SmallC inverse = SmallC::Identity(n, n);
+  for (Index k = 0; k < n; ++k) {
+    Index pivot = k;
+    for (Index i = k + 1; i < n; ++i)
+      if (std::norm(A(i, k)) > std::norm(A(pivot, k))) pivot = i;
+    A.row(k).swap(A.row(pivot));
+    inverse.row(k).swap(inverse.row(pivot));
+    const Complex over = 1.0 / A(k, k);
+    A.row(k) *= over;
+    inverse.row(k) *= over;
+    for (Index i = 0; i < n; ++i) {
+      if (i == k) continue;
+      const Complex by = A(i, k);
+      A.row(i) -= by * A.row(k);
+      inverse.row(i) -= by * inverse.row(k);
+    }
+  }
+  return inverse;
+}
+
+Complex trace_of_product(const SmallC& A, const SmallC& B) {
+  return (A.transpose().array() * B.array()).sum();
+}
+
 Value value_at(const Family& f, double from, double to) {
   const Index n = f.B.rows();
   const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
-  const MatrixXcd X = Complex(0, at) * f.P.cast<Complex>() - f.E0.cast<Complex>();
-  const MatrixXcd G = dense::inverse(X);
+  const SmallC X = Complex(0, at) * f.P.cast<Complex>() - f.E0.cast<Complex>();
+  const SmallC G = near_inverse(X);
   Value value;
-  std::vector<MatrixXcd> F;
-  for (const MatrixXd& E : f.E) F.push_back(G * E.cast<Complex>());
+  std::vector<SmallC> F;
+  for (const Small& E : f.E) F.push_back(G * E.cast<Complex>());
   if (half > 0) F.push_back(Complex(0, -half) * (G * f.P.cast<Complex>()));
-  const MatrixXd Ga = G.cwiseAbs();
+  const Small Ga = G.cwiseAbs();
   // Rounding of the products above, and of the residual.
-  double moduli = f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff();
-  for (const MatrixXd& E : f.E) moduli += E.cwiseAbs().maxCoeff();
+  double moduli = f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff() +
+                  f.bend_moduli.maxCoeff();
+  for (const Small& E : f.E) moduli += E.cwiseAbs().maxCoeff();
   const double rounding = 64 * double(n * n) * unit * Ga.maxCoeff() * moduli;
-  const MatrixXd rest = f.spread.array() + to * f.P_radius;
-  const MatrixXd remainder = f.W.cwiseAbs() * f.radius * f.T.cwiseAbs();
-  const MatrixXd inverse = (MatrixXcd::Identity(n, n) - G * X).cwiseAbs();
-  MatrixXd rho = inverse + Ga * (rest + remainder);
+  const Small rest = f.spread.array() + to * f.P_radius;
+  const Small inverse = (SmallC::Identity(n, n) - G * X).cwiseAbs();
+  Small rho = inverse + Ga * (rest + f.R);
   rho.array() += rounding;
   // tr(G W R T) = Σ (T G W)_ji R_ij
-  const MatrixXd TGW = (f.T.cast<Complex>() * G * f.W.cast<Complex>()).cwiseAbs();
-  double trace = (TGW.transpose().array() * f.radius.array()).sum() * (1 + 1e-9) +
+  const SmallC TGW = f.T.cast<Complex>() * G * f.W.cast<Complex>();
+  double trace = (TGW.cwiseAbs().transpose().array() * f.radius.array()).sum() * (1 + 1e-9) +
                  (Ga * rest).trace() + inverse.trace() + double(n) * rounding * 2;
   trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ga * f.W.cwiseAbs()).maxCoeff() *
            f.radius.sum();
   trace = std::min(trace, rho.trace());
-  MatrixXd phi = rho;
-  for (std::size_t k = 0; k < F.size(); ++k) {
-    phi += F[k].cwiseAbs();
+  Small linear = Small::Zero(n, n);
+  for (std::size_t k = 0, bend = 0; k < F.size(); ++k) {
+    linear += F[k].cwiseAbs();
     value.linear.push_back(-F[k].trace());
     value.quadratic.emplace_back();
     for (std::size_t l = 0; l <= k; ++l) {
-      const Complex q =
-          value.linear[k] * value.linear[l] - (F[k].transpose().array() * F[l].array()).sum();
+      const Complex q = value.linear[k] * value.linear[l] - trace_of_product(F[k], F[l]);
       value.quadratic[k].push_back(k == l ? 0.5 * q : q);
+      if (k < f.E.size())
+        value.quadratic[k][l] -= trace_of_product(G, f.curved[bend++].cast<Complex>());
     }
-    if (k < f.A.size())
-      value.share.push_back(std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n) +
-                            (TGW.transpose().array() * f.own[k].array()).sum());
+    if (k < f.A.size()) {
+      double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n);
+      for (const Complex q : value.quadratic[k]) share += 0.5 * std::abs(q);
+      value.share.push_back(share);
+    }
   }
+  const Small small = rho + Ga * f.bend_moduli;  // of second order and beyond
+  const Small phi = linear + small;
   value.total = phi.sum();
   const double higher =
-      permanent(phi + MatrixXd::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
-  value.rest = higher + second_sum(phi) - second_sum(phi - rho) + trace;
+      permanent(phi + Small::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
+  value.rest = higher + second_sum(phi) - second_sum(linear) + trace;
   if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();
   return value;
 }
@@ -261,7 +305,7 @@ int roots_of(const MatrixXd& B, const MatrixXd& radius) {
 bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   Family f = family(s, tube, margin);
   const auto refuse = [&](const char* cause, const std::vector<double>& share) {
-    failure = {cause, std::size_t(std::ranges::max_element(share) - share.begin())};
+    failure = {cause, int(std::ranges::max_element(share) - share.begin())};
     return false;
   };
   std::vector<double> widths;
@@ -273,12 +317,7 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   const double end = std::min(root_bound(f), root_bound(plain));
   if (!std::isfinite(end)) return refuse("width", widths);
   Record& r = tube.record;
-  MatrixXd centre = MatrixXd::Zero(f.B.rows(), f.B.cols());
-  for (Index i = 0; i < centre.rows(); ++i)
-    for (Index j = 0; j < centre.cols(); ++j)
-      centre(i, j) = radius(tube.centre[std::size_t(i)].slope_at(std::size_t(j))) * (1 + 1e-12) +
-                     2 * unit * std::abs(f.B(i, j));
-  r.roots = roots_of(f.B, centre);
+  r.roots = roots_of(f.B, f.radius);
   if (r.roots < 0) return refuse("crossing", widths);
   r.T = f.T;
   r.w = {0.0};

@@ -43,7 +43,10 @@ Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) 
       throw CallerMistake(fmt::format("{}: expected from < to", parameter.key));
     if (!p.numbers) placed.push_back(variable(p.model, parameter.key));
   }
-  directions = moving + k();
+  if (k() > most_parameters)
+    throw CallerMistake(fmt::format("{} parameters; at most {}", k(), most_parameters));
+  if (moving > most_moving)
+    throw CallerMistake(fmt::format("{} states and unknown inputs; at most {}", moving, most_moving));
 }
 
 std::size_t Setup::direction(std::size_t unknown) const {
@@ -62,69 +65,109 @@ Cell::Cell(std::vector<Range> b) : box(std::move(b)) {
   }
 }
 
-Jets evaluate(const Setup& s, const Record& r, const Cell& cell, bool at_middle, bool curved) {
-  const std::size_t n = s.directions;
+Jets Cell::numbers() const {
+  Jets c;
+  for (std::size_t k = 0; k < m.size(); ++k) c.push_back(Jet::number(m[k], r[k], k, m.size()));
+  return c;
+}
+
+Known known(const Setup& s, const Cell& cell) {
   const OperatingPoint& guess = s.problem.guess;
-  Jets x, u, c;
-  std::vector<double> extents(n, 0.0);
-  for (std::size_t j = 0; j < s.states; ++j)
-    x.push_back(Jet::variable(guess.x[Index(j)], guess.x[Index(j)], j, n, 1, curved));
-  for (const double value : guess.u) u.emplace_back(value);
-  for (std::size_t j = 0; j < s.nz(); ++j) {
-    const Index i = Index(j);
-    Interval range(r.z[i]);
-    for (Index k = 0; k < r.S.cols() && !at_middle; ++k)
-      range += Interval(-1, 1) * Interval(r.S(i, k));
-    if (!at_middle) range += Interval(-r.Z[i], r.Z[i]);
-    Jet own = Jet::variable(range, r.z[i], s.direction(j), n, 1, curved);
-    for (Index k = 0; k < r.S.cols(); ++k) own.slope[s.moving + std::size_t(k)] = r.S(i, k);
-    if (curved) own.tilt = own.slope;
-    if (!at_middle) extents[s.direction(j)] = r.Z[i];
-    const std::size_t at = std::size_t(s.unknowns[j]);
-    (at < s.states ? x[at] : u[at - s.states]) = own;
-  }
-  for (std::size_t k = 0; k < s.k(); ++k) {
-    const double m = cell.m[k], w = cell.r[k];
-    const Interval range = at_middle ? Interval(m) : m + Interval(-w, w);
-    c.push_back(Jet::variable(range, m, s.moving + k, n, w, curved));
-    extents[s.moving + k] = 1;
-  }
-  if (current_branches) current_branches->extents = at_middle ? std::vector<double>() : extents;
-  Jets p;
+  const Jets c = cell.numbers();
+  Known at;
+  at.u.assign(guess.u.begin(), guess.u.end());
   if (s.problem.numbers) {
-    p = s.problem.numbers(c);
+    at.p = s.problem.numbers(c);
   } else {
-    for (const double value : guess.p) p.emplace_back(value);
+    at.p.assign(guess.p.begin(), guess.p.end());
     for (std::size_t k = 0; k < s.k(); ++k) {
-      const std::size_t at = std::size_t(s.placed[k]), first = s.states + u.size();
-      (at < first ? u[at - s.states] : p[at - first]) = c[k];
+      const std::size_t own = std::size_t(s.placed[k]), first = s.states + at.u.size();
+      (own < first ? at.u[own - s.states] : at.p[own - first]) = c[k];
     }
   }
-  return s.problem.model.jets(x, u, p);
+  if (current_branches) at.next = current_branches->next;
+  return at;
 }
 
 namespace {
 
-MatrixXd middle_slopes(const Setup& s, const Jets& at, bool parameters) {
-  MatrixXd J(s.nz(), parameters ? s.k() : s.nz());
-  for (Index i = 0; i < J.rows(); ++i)
-    for (Index j = 0; j < J.cols(); ++j)
-      J(i, j) = middle(at[std::size_t(s.equations[std::size_t(i)])].slope_at(
-          parameters ? s.moving + std::size_t(j) : s.direction(std::size_t(j))));
-  return J;
+// A function of the box by its centre and slopes.
+Jet linear(double centre, const VectorXd& slopes) {
+  std::vector<double> row(Quadratic::length(std::size_t(slopes.size())));
+  row[0] = centre;
+  std::copy(slopes.begin(), slopes.end(), row.begin() + 1);
+  return Jet::quadratic(std::move(row));
+}
+
+}  // namespace
+
+Jets evaluate(const Setup& s, const Known& known, const Jets& unknowns, Along along) {
+  const std::size_t m = along == Along::nothing ? 0 : along == Along::unknowns ? s.nz() : s.moving;
+  const VectorXd flat = VectorXd::Zero(Index(s.k()));
+  Jets x, u = known.u;
+  for (std::size_t j = 0; j < s.states; ++j) {
+    const Jet state = linear(s.problem.guess.x[Index(j)], flat);
+    x.push_back(along == Along::states ? state.unknown(j, m) : state);
+  }
+  for (std::size_t j = 0; j < s.nz(); ++j) {
+    const std::size_t at = std::size_t(s.unknowns[j]);
+    const std::size_t direction = along == Along::states ? s.direction(j) : j;
+    (at < s.states ? x[at] : u[at - s.states]) = unknowns[j].unknown(direction, m);
+  }
+  if (current_branches) {
+    current_branches->next = known.next;
+    current_branches->values = along == Along::nothing;
+  }
+  return s.problem.model.jets(x, u, known.p);
+}
+
+namespace {
+
+// The equations, or their derivatives along the unknowns, of an evaluation.
+struct Equations {
+  Jets G;
+  std::vector<Jets> slopes;  // row by row
+
+  Equations(const Setup& s, const Jets& all) {
+    for (const Index i : s.equations) {
+      const Jet& row = all[std::size_t(i)];
+      G.push_back(row.value_only());
+      slopes.emplace_back();
+      for (std::size_t j = 0; j < s.nz(); ++j) slopes.back().push_back(row.derivative(j));
+    }
+  }
+  MatrixXd middle_slopes() const {
+    return MatrixXd::NullaryExpr(std::ssize(G), std::ssize(G), [&](Index i, Index j) {
+      return slopes[std::size_t(i)][std::size_t(j)].value().centre();
+    });
+  }
+  // Of G, or of the slopes, along a number of the box.
+  VectorXd along(std::size_t k) const {
+    return VectorXd::NullaryExpr(
+        std::ssize(G), [&](Index i) { return G[std::size_t(i)].value().slope(k); });
+  }
+  MatrixXd slopes_along(std::size_t k) const {
+    return MatrixXd::NullaryExpr(std::ssize(G), std::ssize(G), [&](Index i, Index j) {
+      return slopes[std::size_t(i)][std::size_t(j)].value().slope(k);
+    });
+  }
+};
+
+Jets line(const VectorXd& z, const MatrixXd& S) {
+  Jets all;
+  for (Index i = 0; i < z.size(); ++i) all.push_back(linear(z[i], S.row(i).transpose()));
+  return all;
 }
 
 // Newton's method at the middle; the answer need not be exact.
-bool newton(const Setup& s, const Cell& cell, Record& r, Branches& sides) {
-  VectorXd& z = r.z;
+bool newton(const Setup& s, const Known& known, VectorXd& z) {
+  const MatrixXd flat = MatrixXd::Zero(z.size(), Index(s.k()));
   double before = std::numeric_limits<double>::infinity();
   for (int step = 0; step < 30; ++step) {
-    sides.next = 0;
-    const Jets at = evaluate(s, r, cell, true, false);
-    VectorXd g(s.nz());
-    for (Index i = 0; i < g.size(); ++i)
-      g[i] = middle(at[std::size_t(s.equations[std::size_t(i)])].value);
-    const VectorXd move = dense::solve(middle_slopes(s, at, false), g);
+    const Equations at(s, evaluate(s, known, line(z, flat), Along::unknowns));
+    const VectorXd g = VectorXd::NullaryExpr(
+        z.size(), [&](Index i) { return at.G[std::size_t(i)].value().centre(); });
+    const VectorXd move = dense::solve(at.middle_slopes(), g);
     if (!move.allFinite()) return false;
     double size = 0;
     for (Index i = 0; i < move.size(); ++i)
@@ -138,149 +181,188 @@ bool newton(const Setup& s, const Cell& cell, Record& r, Branches& sides) {
   return false;
 }
 
-}  // namespace
-
-// max |C (a vector of ranges)| row by row.
-static VectorXd weighted(const MatrixXd& C, const std::vector<Interval>& v) {
-  VectorXd all(C.rows());
+// C(d) near the inverse of G_z(d), to first order: any matrices serve.
+std::vector<Jets> preconditioner(const MatrixXd& C, const Equations& on_line, std::size_t k) {
+  std::vector<MatrixXd> slopes;
+  for (std::size_t j = 0; j < k; ++j) slopes.push_back(-C * on_line.slopes_along(j) * C);
+  std::vector<Jets> all;
   for (Index i = 0; i < C.rows(); ++i) {
-    Interval sum;
-    for (Index j = 0; j < C.cols(); ++j) sum += Interval(C(i, j)) * v[std::size_t(j)];
-    all[i] = magnitude(sum);
+    all.emplace_back();
+    for (Index j = 0; j < C.cols(); ++j) {
+      VectorXd along(static_cast<Index>(k));
+      for (std::size_t l = 0; l < k; ++l) along[Index(l)] = slopes[l](i, j);
+      all.back().push_back(linear(C(i, j), along));
+    }
   }
   return all;
 }
 
-// Bound of |C G(z + S d, d)|, and each parameter's share of it.
-static VectorXd residual(const Setup& s, const Tube& tube, MatrixXd& share, const Jets& bends) {
-  const MatrixXd& C = tube.record.C;
-  const auto rows = [&](const auto& of) {
-    std::vector<Interval> v;
-    for (const Index i : s.equations) v.push_back(of(std::size_t(i)));
-    return weighted(C, v);
-  };
-  VectorXd sum = rows([&](std::size_t i) { return tube.centre[i].value; });
-  share = MatrixXd::Zero(Index(s.nz()), Index(s.k()));
-  for (std::size_t k = 0; k < s.k(); ++k) {
-    share.col(Index(k)) +=
-        rows([&](std::size_t i) { return tube.centre[i].slope_at(s.moving + k); });
-    for (std::size_t l = 0; l <= k; ++l) {
-      const VectorXd H =
-          rows([&](std::size_t i) { return bends[i].bend_at(s.moving + k, s.moving + l); });
-      share.col(Index(k)) += 0.5 * H;
-      if (l != k) share.col(Index(l)) += 0.5 * H;
-    }
-  }
-  return (sum + share.rowwise().sum()) * (1 + 1e-12);
+Jet product(const Jets& row, const Jets& column) {
+  Jet sum = row[0] * column[0];
+  for (std::size_t j = 1; j < row.size(); ++j) sum += row[j] * column[j];
+  return sum;
 }
 
-// |I - C G_z| over the tube.
-static MatrixXd contraction(const Setup& s, const Tube& tube) {
-  const MatrixXd& C = tube.record.C;
-  MatrixXd K(C.rows(), C.cols());
-  for (std::size_t j = 0; j < s.nz(); ++j) {
-    for (Index i = 0; i < C.rows(); ++i) {
-      Interval sum = i == Index(j) ? -1.0 : 0.0;
-      for (Index l = 0; l < C.cols(); ++l)
-        sum += Interval(C(i, l)) *
-               tube.over[std::size_t(s.equations[std::size_t(l)])].slope_at(s.direction(j));
-      K(i, Index(j)) = magnitude(sum);
-    }
+// |I - C(d) G_z(d)|; NaN where it cannot be told.
+MatrixXd contraction(const std::vector<Jets>& C, const Equations& at) {
+  MatrixXd K(std::ssize(C), std::ssize(C));
+  for (Index j = 0; j < K.cols(); ++j) {
+    Jets column;
+    for (const Jets& row : at.slopes) column.push_back(row[std::size_t(j)]);
+    for (Index i = 0; i < K.rows(); ++i)
+      K(i, j) = magnitude(
+          (product(C[std::size_t(i)], column) - (i == j ? 1.0 : 0.0)).range());
   }
   return K;
 }
 
-static bool try_tube(const Setup& s, const Cell& cell, Tube& tube, Branches& sides) {
-  const std::vector<char> centre = std::exchange(sides.all, {});
-  sides.next = 0;
-  sides.free = false;
-  tube.over = evaluate(s, tube.record, cell, false, true);
-  const bool same = !sides.blocked && sides.all == centre;
-  sides.all = centre;
-  return same;
+Jets steps(const std::vector<Jets>& C, const Jets& G) {
+  Jets all;
+  for (const Jets& row : C) all.push_back(product(row, G));
+  return all;
 }
+
+VectorXd magnitudes(const Jets& all) {
+  return VectorXd::NullaryExpr(std::ssize(all), [&](Index i) {
+    return magnitude(all[std::size_t(i)].range());
+  });
+}
+
+// Z with rho + kappa Z a little below 0.9 Z.
+VectorXd radii(const MatrixXd& kappa, const VectorXd& rho) {
+  const MatrixXd left = 0.85 * MatrixXd::Identity(rho.size(), rho.size()) - kappa;
+  return dense::solve(left, VectorXd(1.05 * rho));
+}
+
+// The parameter along which the equations bend most, in shares of what the tube can bear.
+int bent(const Setup& s, const MatrixXd& C, const Equations& on_line, const Jets& g,
+         const VectorXd& rho) {
+  VectorXd share = VectorXd::Zero(Index(s.k()));
+  for (std::size_t k = 0; k < s.k(); ++k) {
+    const MatrixXd turned = (C * on_line.slopes_along(k)).cwiseAbs();
+    double& own = share[Index(k)];
+    for (Index i = 0; i < rho.size(); ++i) {
+      const Quadratic row = g[std::size_t(i)].value();
+      for (std::size_t l = 0; l < s.k(); ++l)
+        own += std::abs(l <= k ? row.bend(k, l) : row.bend(l, k)) / rho[i];
+      own += turned.row(i).dot(rho) / rho[i];
+    }
+  }
+  Index most = -1;
+  if (share.allFinite()) share.maxCoeff(&most);
+  return int(most);
+}
+
+}  // namespace
 
 Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches sides) {
   Tube tube;
   Record& r = tube.record;
   const Watched watched(sides);
-  sides.free = true;
+  sides.next = 0;
+  sides.blocked = false;
+  const Known numbers = known(s, cell);
   r.z = start;
-  if (!newton(s, cell, r, sides)) {
-    tube.failed = Failure{"fold", 0};
-    return tube;
-  }
-  for (const bool sloped : {false, true}) {  // the slopes, then second derivatives along them
-    sides.all.clear();
-    sides.next = 0;
-    sides.blocked = false;
-    tube.centre = evaluate(s, r, cell, true, sloped);
-    if (sloped) break;
-    const MatrixXd slopes = middle_slopes(s, tube.centre, false);
-    r.C = dense::solve(slopes, MatrixXd::Identity(slopes.rows(), slopes.rows()));
-    r.S = -r.C * middle_slopes(s, tube.centre, true);
-  }
-  MatrixXd share;
-  r.Z = 2.0 * residual(s, tube, share, tube.centre);
-  for (Index i = 0; i < r.Z.size(); ++i)
-    r.Z[i] +=
-        1e-13 * (std::abs(r.z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal);
-  // Over a wide box all ranges are useless: the curvature at the middle tells what to cut.
-  Index cut = 0;
-  if (share.allFinite())
-    (share.array().colwise() / r.Z.array()).colwise().maxCoeff().maxCoeff(&cut);
-  const auto refuse = [&](const char* cause) {
-    tube.failed = Failure{cause, std::size_t(cut)};
+  const auto refuse = [&](const char* cause, int cut = -1) {
+    tube.failed = Failure{cause, cut};
     return tube;
   };
-  for (int attempt = 0; attempt < 4; ++attempt) {
-    if (!r.Z.allFinite() || !r.S.allFinite()) return refuse("fold");
-    if (!try_tube(s, cell, tube, sides)) return refuse("switch");
-    const VectorXd rho = residual(s, tube, share, tube.over);
-    const VectorXd K = (rho + contraction(s, tube) * r.Z) * (1 + 1e-12);
-    if ((K.array() <= 0.9 * r.Z.array()).all()) return tube;
-    if (!K.allFinite() || ((K - rho).array() > 0.9 * r.Z.array()).any()) return refuse("fold");
-    r.Z = 1.5 * K.cwiseMax(0.5 * r.Z);
+  if (!newton(s, numbers, r.z)) return refuse("fold");
+  const Index n = r.z.size();
+  MatrixXd flat = MatrixXd::Zero(n, Index(s.k()));
+  {
+    const Equations at(s, evaluate(s, numbers, line(r.z, flat), Along::unknowns));
+    const MatrixXd slopes = at.middle_slopes();
+    r.C = dense::solve(slopes, MatrixXd::Identity(n, n));
+    r.S = flat;
+    for (std::size_t k = 0; k < s.k(); ++k) r.S.col(Index(k)) = -r.C * at.along(k);
   }
-  return refuse("fold");
+  if (!r.S.allFinite() || !r.C.allFinite()) return refuse("fold");
+  tube.trimmed = true;
+  tube.line = evaluate(s, numbers, line(r.z, r.S), Along::nothing);
+  sides.blocked = false;
+  const Equations on_line(s, evaluate(s, numbers, line(r.z, r.S), Along::unknowns));
+  if (sides.blocked) return refuse("switch");
+  const std::vector<Jets> C = preconditioner(r.C, on_line, s.k());
+  const Jets bends = steps(C, on_line.G);
+  for (Index i = 0; i < n; ++i)  // the curve bends to one side: its middle
+    if (const double off = middle(bends[std::size_t(i)].range()); std::isfinite(off)) r.z[i] -= off;
+  tube.line = evaluate(s, numbers, line(r.z, r.S), Along::nothing);
+  const Equations shifted(s, tube.line);
+  const Jets g = steps(C, shifted.G);
+  VectorXd rho = magnitudes(g);
+  for (Index i = 0; i < n; ++i)
+    rho[i] +=
+        1e-13 * (std::abs(r.z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal);
+  const int cut = bent(s, r.C, on_line, bends, rho);
+  MatrixXd kappa = contraction(C, on_line);
+  if (!rho.allFinite() || !kappa.allFinite()) return refuse("fold", cut);
+  r.Z = radii(kappa, rho);
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    if (!r.Z.allFinite() || !(r.Z.minCoeff() > 0)) return refuse("fold", cut);
+    Jets wide = line(r.z, r.S);
+    for (Index i = 0; i < n; ++i) wide[std::size_t(i)] = wide[std::size_t(i)].widened(r.Z[i]);
+    sides.blocked = false;
+    const Equations at(s, evaluate(s, numbers, wide, Along::unknowns));
+    if (sides.blocked) return refuse("switch", cut);
+    kappa = contraction(C, at);
+    const VectorXd K = (rho + kappa * r.Z) * (1 + 1e-12);
+    if ((K.array() <= 0.9 * r.Z.array()).all()) break;
+    if (attempt == 3 || !K.allFinite()) return refuse("fold", cut);
+    r.Z = radii(kappa, rho);
+  }
+  // x(d) in z + S d - C(d) G(d) + (I - C(d) G_z) [-Z, Z]
+  const VectorXd left = kappa * r.Z * (1 + 1e-12);
+  tube.unknowns = line(r.z, r.S);
+  for (Index i = 0; i < n; ++i)
+    tube.unknowns[std::size_t(i)] = (tube.unknowns[std::size_t(i)] - g[std::size_t(i)]).widened(left[i]);
+  sides.blocked = false;
+  tube.over = evaluate(s, numbers, tube.unknowns, Along::states);
+  if (sides.blocked) return refuse("switch", cut);
+  return tube;
 }
 
 int within_limits(const Setup& s, const Tube& tube, Failure& failure) {
-  const Record& r = tube.record;
   int answer = 1;
   for (const Setup::Limit& limit : s.limits) {
-    Interval at;
-    VectorXd share = VectorXd::Zero(Index(s.k()));
-    double slack = 0;
-    if (limit.unknown >= 0) {
-      at = r.z[limit.unknown] + Interval(-r.Z[limit.unknown], r.Z[limit.unknown]);
-      share = r.S.row(limit.unknown).cwiseAbs();
-      slack = signal_of(s.problem.model, s.unknowns[std::size_t(limit.unknown)]).nominal;
-    } else {
-      const Jet &centre = tube.centre[std::size_t(limit.row)],
-                &over = tube.over[std::size_t(limit.row)];
-      at = centre.value;
-      for (std::size_t a = 0; a < s.nz(); ++a)
-        at += over.slope_at(s.direction(a)) * Interval(-r.Z[Index(a)], r.Z[Index(a)]);
-      for (std::size_t k = 0; k < s.k(); ++k) {
-        share[Index(k)] += magnitude(centre.slope_at(s.moving + k));
-        for (std::size_t l = 0; l < s.k(); ++l)
-          share[Index(k)] += 0.5 * magnitude(over.bend_at(s.moving + k, s.moving + l));
-      }
-      slack = s.problem.model.outputs[std::size_t(limit.row) - s.states].nominal;
-    }
-    share *= 1 + 1e-12;
-    for (const double w : share) at += Interval(-w, w);
-    slack *= 1e-9;
+    const bool own = limit.unknown >= 0;
+    const Jet& quantity =
+        own ? tube.unknowns[std::size_t(limit.unknown)] : tube.over[std::size_t(limit.row)];
+    const Signal& signal = own ? signal_of(s.problem.model, s.unknowns[std::size_t(limit.unknown)])
+                               : s.problem.model.outputs[std::size_t(limit.row) - s.states];
+    const Interval at = quantity.range();
+    const double slack = 1e-9 * signal.nominal;
     if (at.lower() >= limit.range.lower + slack && at.upper() <= limit.range.upper - slack)
       continue;
     if (at.upper() < limit.range.lower - slack || at.lower() > limit.range.upper + slack) return -1;
     answer = 0;
-    Index cut = 0;
-    if (share.allFinite()) share.maxCoeff(&cut);
-    failure = {"limit", std::size_t(cut)};
+    failure = {"limit", widest_share(quantity.value())};
   }
   return answer;
+}
+
+bool middle_within_limits(const Setup& s, const Tube& tube) {
+  return std::ranges::all_of(s.limits, [&](const Setup::Limit& limit) {
+    const double at = limit.unknown >= 0
+                          ? tube.record.z[limit.unknown]
+                          : tube.line[std::size_t(limit.row)].value().centre();
+    return at >= limit.range.lower && at <= limit.range.upper;
+  });
+}
+
+int widest_share(const Quadratic& of) {
+  int most = -1;
+  double largest = 0;
+  for (std::size_t k = 0; k < of.numbers(); ++k) {
+    double share = std::abs(of.slope(k));
+    for (std::size_t l = 0; l < of.numbers(); ++l)
+      share += std::abs(l <= k ? of.bend(k, l) : of.bend(l, k));
+    if (share > largest) {
+      largest = share;
+      most = int(k);
+    }
+  }
+  return most;
 }
 
 }  // namespace tiltrim::proving

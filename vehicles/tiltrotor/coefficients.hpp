@@ -30,12 +30,15 @@ inline CoefficientsOf<Interval> coefficients(const Polar& polar, const Interval&
 }
 
 inline CoefficientsOf<Jet> coefficients(const Polar& polar, const Jet& alpha) {
-  const auto over = polar.ranges(alpha.value), centre = polar.ranges(alpha.centre);
+  const auto over = polar.ranges(alpha.range());
+  const auto centre = polar.ranges(alpha.value().centre());
+  // The third derivative jumps at a knot: it bounds the slopes of the second.
   const auto of = [&](std::size_t k) {
-    const auto taylor = [k](const auto& all) {
-      return Jet::Taylor{all[k].value, all[k].slope, all[k].curvature};
-    };
-    return chain(alpha, taylor(over), taylor(centre));
+    const Polar::Ranges& c = centre[k];
+    const Jet::Derivatives here{c.value, c.slope, c.curvature, Interval(), Interval()};
+    const Jet::Derivatives around{Interval(), Interval(), Interval(), over[k].third, Interval()};
+    return along(alpha, composed(alpha, here, around, 0),
+                 composed(alpha, c.slope, c.curvature, over[k].third));
   };
   return {of(0), of(1), of(2)};
 }

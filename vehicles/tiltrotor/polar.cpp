@@ -191,7 +191,7 @@ std::array<Polar::Ranges, 3> Polar::Enclosed::over(const Interval& t) const {
     const Interval slope = c1 + m * (2.0 * c2 + m * (3.0 * c3));
     const Interval half = c2 + 3.0 * c3 * m;
     all[k] = {value + d * slope + square(d) * half + square(d) * d * c3,
-              slope + d * (2.0 * half) + square(d) * (3.0 * c3), 2.0 * half + 6.0 * c3 * d};
+              slope + d * (2.0 * half) + square(d) * (3.0 * c3), 2.0 * half + 6.0 * c3 * d, 6.0 * c3};
   }
   return all;
 }
@@ -199,7 +199,8 @@ std::array<Polar::Ranges, 3> Polar::Enclosed::over(const Interval& t) const {
 std::array<Polar::Ranges, 3> Polar::ranges(const Interval& alpha) const {
   std::array<Ranges, 3> all;
   if (!alpha.finite()) {
-    all.fill({Interval::unknown(), Interval::unknown(), Interval::unknown()});
+    const Interval none = Interval::unknown();
+    all.fill({none, none, none, none});
     return all;
   }
   // Beyond the table, which wraps around, any piece may hold.
@@ -216,7 +217,8 @@ std::array<Polar::Ranges, 3> Polar::ranges(const Interval& alpha) const {
         piece.over({std::max(0.0, low.lower()), std::min(piece.width, high.upper())});
     for (std::size_t k = 0; k < 3; ++k)
       all[k] = any ? Ranges{hull(all[k].value, here[k].value), hull(all[k].slope, here[k].slope),
-                            hull(all[k].curvature, here[k].curvature)}
+                            hull(all[k].curvature, here[k].curvature),
+                            hull(all[k].third, here[k].third)}
                    : here[k];
     any = true;
   }

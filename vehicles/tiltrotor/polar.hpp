@@ -43,7 +43,7 @@ class Polar {
 
   /// Of the exact spline through the table, over alpha: rounded outward.
   struct Ranges {
-    Interval value, slope, curvature;  ///< per rad, per rad²
+    Interval value, slope, curvature, third;  ///< derivatives per rad, rad², rad³
   };
   std::array<Ranges, 3> ranges(const Interval& alpha) const;  ///< of CL, CD, CM
 
