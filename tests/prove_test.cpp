@@ -1,4 +1,4 @@
-// Ranges contain; theorems hold at points; how a proof ends.
+// Theorems hold at points; how a proof ends.
 #include "prove/prove.hpp"
 
 #include <fmt/format.h>
@@ -58,24 +58,6 @@ ProveProblem corridor_problem(const Study& study, double from, double to) {
 }
 
 }  // namespace
-
-TEST_CASE("ranges contain what a wider arithmetic computes") {
-  std::mt19937_64 draw(1);
-  std::uniform_real_distribution<double> any(-3, 3);
-  for (int i = 0; i < 20000; ++i) {
-    const double a = any(draw), b = any(draw);
-    const auto holds = [](const Interval& range, long double exact) {
-      return range.lower() < exact && exact < range.upper();
-    };
-    using L = long double;
-    REQUIRE(holds(Interval(a) * Interval(b), L(a) * L(b)));
-    REQUIRE(holds(Interval(a) / Interval(b), L(a) / L(b)));
-    REQUIRE(holds(Interval(a) + Interval(b), L(a) + L(b)));
-    REQUIRE(holds(sin(Interval(a)), std::sin(L(a))));
-    REQUIRE(holds(exp(Interval(a)), std::exp(L(a))));
-    REQUIRE(holds(sqrt(Interval(a * a + 1)), std::sqrt(L(a * a + 1))));
-  }
-}
 
 TEST_CASE("nothing planted: proved") {
   const Theorem t = prove(windowed(0.3, none), few());
