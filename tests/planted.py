@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Trims and spectra whose truth is known by construction, in any number; prints the wrong results.
+"""Trims, spectra and proofs whose truth is known by construction, in any number; prints the wrong results.
 
-    planted.py <folder of trim_tests and linearize_tests> [trims] [spectra] [processes]
+    planted.py <folder of the programs> [trims] [spectra] [proofs] [processes]
 
-A million trims and 100,000 spectra by default, in batches with different random draws. Ends with 1 if one is wrong.
+A million trims, 100,000 spectra and 10,000 proofs by default, in batches with different random draws. Ends with 1 if one is wrong.
 """
 import collections
 import concurrent.futures
@@ -15,10 +15,12 @@ import sys
 import time
 
 folder = pathlib.Path(sys.argv[1])
-trims, spectra, processes = (int(a) for a in (sys.argv[2:] + ["1000000", "100000", str(os.cpu_count())][len(sys.argv) - 2:]))
+trims, spectra, proofs, processes = (
+    int(a) for a in (sys.argv[2:] + ["1000000", "100000", "10000", str(os.cpu_count())][len(sys.argv) - 2:]))
 # Trials in one batch of each program, for TILTRIM_TRIALS = 1.
 PROGRAMS = [("trim_tests", ["--source-file=*/trim_planted_test.cpp"], 3600, 10, trims),
             ("linearize_tests", ["--source-file=*/modes_test.cpp", "-tc=*planted spectrum*"], 2000, 5, spectra),
+            ("prove_tests", ["--source-file=*/prove_planted_test.cpp"], 200, 5, proofs),
             # As many matrices by Routh's test against their eigenvalues.
             ("linearize_tests", ["--source-file=*/stability_map_test.cpp", "-tc=*no random matrix*"], 250000, 1, trims)]
 

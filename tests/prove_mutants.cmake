@@ -1,0 +1,36 @@
+# The prover with faults, which its tests must find. TILTRIM_MUTANT in the environment chooses one.
+set(mutants ${CMAKE_CURRENT_BINARY_DIR}/mutants)
+set(mutated model/interval.hpp prove/prove.cpp prove/roots.cpp prove/tube.cpp)
+list(TRANSFORM mutated PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE originals)
+list(TRANSFORM mutated PREPEND ${mutants}/)
+add_custom_command(
+  OUTPUT ${mutated}
+  COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/mutants.py ${PROJECT_SOURCE_DIR} ${mutants}
+  DEPENDS mutants.py ${originals}
+  VERBATIM)
+add_library(prove_mutants STATIC ${mutated} ${PROJECT_SOURCE_DIR}/prove/absent.cpp)
+target_include_directories(prove_mutants BEFORE PUBLIC ${mutants})
+target_include_directories(prove_mutants PUBLIC ${PROJECT_SOURCE_DIR})
+target_link_libraries(prove_mutants PUBLIC tiltrim::model tiltrim::dense tiltrim::runtime fmt::fmt)
+set_target_properties(prove_mutants PROPERTIES UNITY_BUILD ${TILTRIM_UNITY})
+tiltrim_test_options(prove_mutants TRUE)
+
+add_executable(prove_mutants_tests prove_planted_test.cpp prove_tube_test.cpp)
+target_link_libraries(prove_mutants_tests PRIVATE prove_mutants test_support tiltrim::linearize)
+target_precompile_headers(prove_mutants_tests REUSE_FROM test_support)
+tiltrim_test_options(prove_mutants_tests TRUE)
+
+# prove_mutant(<fault> <what a test says of it>)
+function(prove_mutant fault words)
+  add_test(NAME prove_mutant_${fault} COMMAND prove_mutants_tests)
+  set_tests_properties(prove_mutant_${fault} PROPERTIES ENVIRONMENT TILTRIM_MUTANT=${fault}
+                       PASS_REGULAR_EXPRESSION "${words}")
+endfunction()
+prove_mutant(none "Status: SUCCESS")
+prove_mutant(nearest "REQUIRE. holds.Interval")
+prove_mutant(no_remainder "fault.empty.*proved (stable|unstable)")
+prove_mutant(no_curvature "fault.empty.*proved (stable|unstable)")
+prove_mutant(one_side "fault.empty.*proved (stable|unstable)")
+prove_mutant(zero_skipped "fault.empty.*proved (stable|unstable)")
+prove_mutant(not_strict "largest <= 0.9")
+prove_mutant(no_upper_limit "fault.empty.*proved (stable|unstable)")
