@@ -87,6 +87,7 @@ TEST_CASE("plants of COMPleib: the printed norms of static controllers, or bette
   const json read = json::parse(file);
   for (const json& p : read["problems"]) {
     const std::string printed = p["printed"];
+    if (sanitized && p["name"] != "HE1") continue;  // the smallest runs the same code
     CAPTURE(p["name"].get<std::string>());
     const TuneResult found = tuned(published(p));
     CHECK(found.status == TuneStatus::tuned);
@@ -273,7 +274,7 @@ at_least = 1
 )");
   std::mt19937 draw(5);
   std::uniform_real_distribution<double> factor(0.5, 4.0);
-  for (int sample = 0; sample < 20; ++sample) {
+  for (int sample = 0; sample < trials(20); ++sample) {
     const Eigen::Vector2d gains(factor(draw), factor(draw));
     const PlaceModes here = described(problem, gains, true);
     for (std::size_t i = 0; i < problem.goals.size(); ++i) {
@@ -389,7 +390,7 @@ TEST_CASE("goals without influence, without a value, and of forty gains have the
   CHECK(std::isinf(infinite.goal));
   std::string forty = "[model]\n",
               gains =
-                  "[tune]\nevaluations = 4000\n"
+                  "[tune]\nevaluations = 400\n"
                   "goal = {measure = \"h2_norm\", input = \"w\", output = \"x\"}\n",
               sum = "0";
   for (int i = 0; i < 40; ++i) {

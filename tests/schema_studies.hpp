@@ -296,6 +296,31 @@ to = 20
 [qualities]
 phase = "hover"
 )"};
+// A model with one gain to tune; what follows is of [tune].
+inline const std::string one_loop = R"([model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1
+[[model.output]]
+name = "y"
+value = "2*x"
+[[model.loop]]
+name = "loop"
+input = "u"
+output = "y"
+[[condition]]
+name = "held"
+[tune]
+regulator_starts = [1]
+disturbance = {x = 1}
+gain = [{key = "a", from = 1, to = 2}]
+)";
+
 inline const std::vector<std::string> with_a_model{
     R"(time_limit = 10
 [model]
@@ -370,29 +395,7 @@ duration = 1
 tolerance = 1e-8
 offset = {angle = 0.1}
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-[[tune.goal]]
+    one_loop + R"([[tune.goal]]
 measure = "peak_gain"
 input = "u"
 output = ["y", "x"]
@@ -463,29 +466,7 @@ from = 1
 to = 2
 count = 2
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-[tune.front]
+    one_loop + R"([tune.front]
 measure = "settling_time"
 input = ["u"]
 output = "x"
@@ -494,87 +475,21 @@ from = 0.5
 to = 1
 count = 2
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-[tune.front]
+    one_loop + R"([tune.front]
 measure = "quadratic_cost"
 weights = {x = 1, y = 1}
 from = 0.5
 to = 1
 count = 2
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-[tune.front]
+    one_loop + R"([tune.front]
 measure = "peak_sensitivity"
 of = "loop"
 from = 0.5
 to = 1
 count = 2
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-[tune.front]
+    one_loop + R"([tune.front]
 measure = "pole_region"
 decay = 0.1
 damping = 0.4
@@ -583,125 +498,16 @@ from = 0.5
 to = 1
 count = 2
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-goal = {measure = "peak_gain", input = "u", output = "y", weight = {numerator = [1], denominator = [1, 2]}}
+    one_loop +
+        R"(goal = {measure = "peak_gain", input = "u", output = "y", weight = {numerator = [1], denominator = [1, 2]}}
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-goal = {measure = "settling_time", input = "u", output = "y", band = 0.1}
+    one_loop + R"(goal = {measure = "settling_time", input = "u", output = "y", band = 0.1}
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-goal = {measure = "quadratic_cost", weights = {x = 1, y = 1}}
+    one_loop + R"(goal = {measure = "quadratic_cost", weights = {x = 1, y = 1}}
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
+    one_loop + R"(goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
 )",
-    R"([model]
-[[model.state]]
-name = "x"
-rate = "u - a*x"
-[[model.input]]
-name = "u"
-[[model.parameter]]
-name = "a"
-value = 1
-[[model.output]]
-name = "y"
-value = "2*x"
-[[model.loop]]
-name = "loop"
-input = "u"
-output = "y"
-[[condition]]
-name = "held"
-[tune]
-regulator_starts = [1]
-disturbance = {x = 1}
-gain = [{key = "a", from = 1, to = 2}]
-goal = {measure = "peak_sensitivity", of = "loop"}
+    one_loop + R"(goal = {measure = "peak_sensitivity", of = "loop"}
 )"};
 
 }  // namespace tiltrim

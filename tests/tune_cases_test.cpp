@@ -321,9 +321,10 @@ TuneProblem cart_pole(double damping, double frequency) {
 }  // namespace
 
 TEST_CASE("a cart-pole reaches what its trace allows, past eigenvalues that meet in threes") {
-  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+  for (const std::uint64_t seed : {1u, 2u}) {
     CAPTURE(seed);
-    const TuneResult found = tune(cart_pole(0.9, 15), {.seed = seed});
+    const TuneResult found =
+        tune(cart_pole(0.9, 15), {.seed = seed, .searches = sanitized ? 3 : 10});
     REQUIRE(found.status == TuneStatus::tuned);
     CHECK_NEAR(found.goal, 10, 0.01);
     CHECK(found.goal <= 10 + 1e-6);
@@ -338,12 +339,14 @@ TEST_CASE("a larger budget continues the same search: never worse") {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     double before = 0;
     for (const long budget : {50L, 200L, 400L, 1000L, 3000L}) {
+      if (sanitized && budget > 400) break;
       const TuneResult found = tune(cart_pole(0.5, 40), {.seed = seed, .evaluations = budget});
       CHECK(found.end == TuneEnd::budget_spent);
       CHECK(found.goal >= before);
       before = found.goal;
     }
     CHECK(before > 1);
+    if (sanitized) break;
   }
 }
 
@@ -394,14 +397,14 @@ TEST_CASE("forty gains") {
   r.model.f = [](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
     return vec({-p.head(20).mean() * x[0], -p.tail(20).mean() * x[1]});
   };
-  const TuneResult found = tune(problem, {.evaluations = 5000});
+  const TuneResult found = tune(problem, {.evaluations = 600});
   CHECK(found.status == TuneStatus::tuned);
   CHECK_NEAR(found.goal, 10, 0.01);
 }
 
 TEST_CASE("a model without answers for all gains") {
   const auto refused = [](const Rates& f) {
-    const TuneResult found = tune(planted(f), {.evaluations = 20, .threads = 1});
+    const TuneResult found = tune(planted(f), {.evaluations = 3, .threads = 1});
     CHECK(found.status == TuneStatus::no_trim);
     CHECK(says(found, "decay"));
     CHECK(says(found, "planted"));
@@ -431,7 +434,7 @@ TEST_CASE("limits that contradict each other are named, with the point") {
   const auto unmet = [](const std::vector<Requirement>& limits) {
     TuneProblem p = problem_a();
     p.limits = limits;
-    const TuneResult found = tune(p, {.evaluations = 200});
+    const TuneResult found = tune(p, {.evaluations = trials(200)});
     CHECK(found.status == TuneStatus::limits_unmet);
     const auto named = [&](const auto& r) { return says(found, to_string(r.measure)); };
     CHECK(std::ranges::any_of(limits, named));
@@ -762,7 +765,7 @@ TuneProblem two_gains(const Study& study) {
 }  // namespace
 
 TEST_CASE("two gains: at least the best of 400 x 400 candidates, and beside it") {
-  constexpr std::size_t count = 400;
+  constexpr std::size_t count = sanitized ? 100 : 400;
   const Study study = study_of({transition, level});
   const TuneProblem problem = two_gains(study);
   const std::vector<SweepAxis> axes{logarithmic(problem.gains[0], count),
@@ -802,6 +805,7 @@ TEST_CASE("two gains, three eigenvalues that meet: near the optimum from any see
     CAPTURE(seed);
     CHECK(goal >= (1 - near) * optimum);
     CHECK(goal <= optimum + 5e-5);
+    if (sanitized) break;
   }
 }
 
@@ -862,23 +866,24 @@ Scanned scanned(const LinearModel& cut) {
   };
   const auto at_gain = [&](double sign) {
     const auto f = [&](double log_k) { return closed_through(std::exp(sign * log_k)); };
-    return first_not_negative(f, 5e-3, std::log(1e3));
+    return first_not_negative(f, 2e-2, std::log(1e3));
   };
   const auto at_lag = [&](double phi) { return closed_through(std::polar(1.0, -phi)); };
   Scanned s{20 / std::numbers::ln10 * std::min(at_gain(1.0), at_gain(-1.0)),
-            180 / pi * first_not_negative(at_lag, 2e-3, pi), infinity, 0.0};
+            180 / pi * first_not_negative(at_lag, 1e-2, pi), infinity, 0.0};
   const auto L = [&](double omega) -> Complex {
     const Eigen::MatrixXcd shifted = Complex(0, omega) * Eigen::MatrixXcd::Identity(6, 6) - cut.A;
     return -(cut.C.cast<Complex>() *
              algebra::solve(shifted, Eigen::MatrixXcd(cut.B.cast<Complex>())))(0);
   };
-  constexpr int steps = 20'000;
+  constexpr int steps = 4'000;
   const auto omega_at = [](double i) { return std::pow(10.0, -4.0 + 8.0 * i / steps); };
   const auto beyond_one = [&](double i) { return std::abs(L(omega_at(i))) - 1; };
-  double before = beyond_one(0), peak = 0;
+  const auto sensitive = [](Complex l) { return std::abs((1.0 - l) / (1.0 + l)); };
+  double before = beyond_one(0), peak = 0, at_peak = 0;
   for (int i = 1; i <= steps; ++i) {
     const Complex here = L(omega_at(i));
-    peak = std::max(peak, std::abs((1.0 - here) / (1.0 + here)));
+    if (sensitive(here) > peak) peak = sensitive(here), at_peak = i;
     const double now = std::abs(here) - 1;
     if (now * before < 0) {
       double low = i - 1, high = i;
@@ -892,6 +897,8 @@ Scanned scanned(const LinearModel& cut) {
     }
     before = now;
   }
+  for (double i = at_peak - 1; i <= at_peak + 1; i += 0.01)  // again, a hundred times as dense
+    peak = std::max(peak, sensitive(L(omega_at(i))));
   s.disk = 2 / peak;
   return s;
 }
@@ -1283,7 +1290,9 @@ TEST_CASE("one thread or two: the same bits") {
   TuneProblem p = problem_a();
   p.uncertain = {{"aircraft.mass", 3.8, 4.2}};
   p.samples = 2;
-  const TuneOptions one{.evaluations = 200, .threads = 1}, two{.evaluations = 200, .threads = 2};
+  const long evaluations = trials(200);
+  const TuneOptions one{.evaluations = evaluations, .threads = 1},
+      two{.evaluations = evaluations, .threads = 2};
   const TuneResult a = tune(p, one), b = tune(p, two);
   const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
   CHECK(a.status == b.status);
