@@ -60,16 +60,21 @@ Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& A);
 Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
 /// A = U Σ Vᵀ, U and V square, σ in descending order.
-struct SVD {
-  Eigen::MatrixXd U;
-  Eigen::VectorXd sigma;
-  Eigen::MatrixXd V;
+template <class Matrix, class Vector>
+struct SVDOf {
+  Matrix U;
+  Vector sigma;
+  Matrix V;
 };
+using SVD = SVDOf<Eigen::MatrixXd, Eigen::VectorXd>;
+using SmallSVD = SVDOf<SmallMatrix, SmallVector>;
 SVD svd(const Eigen::MatrixXd& A);
+SmallSVD small_svd(const SmallMatrix& A);
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A);
 /// The minimum-norm least-squares solution; σ below the rounding error of the largest counts as
 /// zero.
 Eigen::VectorXd solve(const SVD& svd, const Eigen::VectorXd& b);
+SmallVector solve(const SmallSVD& svd, const SmallVector& b);
 /// An orthonormal basis of the null space of A, in columns; no columns if A has full column rank.
 Eigen::MatrixXd kernel(const Eigen::MatrixXd& A);
 /// The right singular vector of the smallest singular value of A, of unit length.

@@ -13,16 +13,23 @@ using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 // Full pivoting is Eigen's most accurate preconditioner; one instantiation serves all uses.
-using Jacobi = Eigen::JacobiSVD<MatrixXd, Eigen::FullPivHouseholderQRPreconditioner>;
+template <class Matrix>
+using JacobiOf = Eigen::JacobiSVD<Matrix, Eigen::FullPivHouseholderQRPreconditioner>;
+using Jacobi = JacobiOf<MatrixXd>;
 
 SVD svd(const MatrixXd& A) {
   const Jacobi found(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
   return {found.matrixU(), found.singularValues(), found.matrixV()};
 }
+SmallSVD small_svd(const SmallMatrix& A) {
+  const JacobiOf<SmallMatrix> found(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  return {found.matrixU(), found.singularValues(), found.matrixV()};
+}
 
 VectorXd singular_values(const MatrixXd& A) { return Jacobi(A).singularValues(); }
 
-static Index rank(const VectorXd& sigma) {
+template <class Vector>
+static Index rank(const Vector& sigma) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
   if (sigma.size() == 0) return 0;
   const double least =
@@ -30,11 +37,14 @@ static Index rank(const VectorXd& sigma) {
   return (sigma.array() > least).count();
 }
 
-VectorXd solve(const SVD& svd, const VectorXd& b) {
+template <class Matrix, class Vector>
+static Vector solve_by(const SVDOf<Matrix, Vector>& svd, const Vector& b) {
   const Index r = rank(svd.sigma);
-  const VectorXd along = svd.U.leftCols(r).transpose() * b;
+  const Vector along = svd.U.leftCols(r).transpose() * b;
   return svd.V.leftCols(r) * along.cwiseQuotient(svd.sigma.head(r));
 }
+VectorXd solve(const SVD& svd, const VectorXd& b) { return solve_by(svd, b); }
+SmallVector solve(const SmallSVD& svd, const SmallVector& b) { return solve_by(svd, b); }
 
 MatrixXd kernel(const MatrixXd& A) {
   const SVD found = svd(A);

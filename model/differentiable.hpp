@@ -10,6 +10,7 @@
 #include <array>
 #include <vector>
 
+#include "model/in_place.hpp"
 #include "model/model.hpp"
 #include "model/scalar.hpp"
 
@@ -29,16 +30,12 @@ struct Sizes {
 
 template <class Physics>
 void set_functions(Model& model, const Physics& physics) {
-  model.f = [physics](const auto& x, const auto& u, const auto& p) {
-    Eigen::VectorXd rates(Physics::sizes.states);
-    physics(x.data(), u.data(), p.data(), rates.data(), static_cast<double*>(nullptr));
-    return rates;
-  };
-  model.h = [physics](const auto& x, const auto& u, const auto& p) {
-    Eigen::VectorXd outputs(Physics::sizes.outputs);
-    physics(x.data(), u.data(), p.data(), static_cast<double*>(nullptr), outputs.data());
-    return outputs;
-  };
+  const auto both = std::make_shared<const InPlace>(
+      InPlace{Physics::sizes.states, Physics::sizes.outputs,
+              [physics](const double* x, const double* u, const double* p, double* rates,
+                        double* outputs) { physics(x, u, p, rates, outputs); }});
+  model.f = InPlaceFunction<false>{both};
+  model.h = InPlaceFunction<true>{both};
 }
 
 // Derivatives with respect to states and inputs only, the common case. Flattened, so that all is

@@ -264,8 +264,9 @@ Estimate exact(const Model& model, const OperatingPoint& point,
 MatrixXd jacobian(const Model& model, const OperatingPoint& point,
                   const std::vector<Index>& variables, bool* exact) {
   if (exact) *exact = bool(model.derivatives);
-  MatrixXd J(std::ssize(model.states) + std::ssize(model.outputs), std::ssize(variables));
-  if (model.derivatives) J = given_derivatives(model, point, variables);
+  MatrixXd J = model.derivatives ? given_derivatives(model, point, variables)
+                                 : MatrixXd(std::ssize(model.states) + std::ssize(model.outputs),
+                                            std::ssize(variables));
   for (Index k = 0; k < J.cols(); ++k) {
     if (model.derivatives && J.col(k).allFinite()) continue;
     if (exact) *exact = false;

@@ -2,9 +2,11 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
-#include <set>
 #include <stdexcept>
+
+#include "model/name_table.hpp"
 
 namespace tiltrim {
 
@@ -115,7 +117,9 @@ double value_of(const Model& model, const OperatingPoint& point, std::string_vie
   return value_of(point, variable(model, name));
 }
 
-void check(const Model& model) {
+void check(const Model& model) { (void)checked_names(model); }
+
+ModelNames checked_names(const Model& model) {
   if (!model.f) throw std::invalid_argument("the model has no function f");
   if (!model.outputs.empty() && !model.h)
     throw std::invalid_argument("the model names outputs but has no function h");
@@ -125,25 +129,28 @@ void check(const Model& model) {
           fmt::format("{} signals in one vector of the model; these methods use dense matrices and "
                       "support at most {}",
                       signals->size(), largest_model));
-  std::set<std::string> variables;
-  std::set<std::string> outputs;
-  const auto check_all = [](const Signals& signals, std::set<std::string>& seen) {
+  ModelNames names{
+      NameTable(model.states.size() + model.inputs.size() + model.parameters.size()),
+      NameTable(model.outputs.size())};
+  const auto check_all = [](const Signals& signals, NameTable& seen) {
     for (const Signal& s : signals) {
-      if (!seen.insert(s.name).second)
+      if (!seen.insert(s.name))
         throw std::invalid_argument(fmt::format("the signal name '{}' is used twice", s.name));
       if (!(s.nominal > 0 && std::isfinite(s.nominal)))
         throw std::invalid_argument(
             fmt::format("signal '{}': nominal size {} is not positive", s.name, s.nominal));
     }
   };
-  check_all(model.states, variables);
-  check_all(model.inputs, variables);
-  check_all(model.parameters, variables);
-  check_all(model.outputs, outputs);
+  check_all(model.states, names.variables);
+  check_all(model.inputs, names.variables);
+  check_all(model.parameters, names.variables);
+  check_all(model.outputs, names.outputs);
+  return names;
 }
 
 void check(const Model& model, const OperatingPoint& point) {
   check_sizes(model, point);
+  if (point.x.allFinite() && point.u.allFinite() && point.p.allFinite()) return;
   const Index n = point.x.size() + point.u.size() + point.p.size();
   for (Index j = 0; j < n; ++j)
     if (!std::isfinite(value_of(point, j)))

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "dense/dense.hpp"
 
@@ -11,12 +12,15 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-static VectorXd solve(const MatrixXd& J, const VectorXd& r) {
+static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
   if (J.rows() == J.cols()) {
-    VectorXd dz = dense::solve(J, -r);
-    if (dz.allFinite()) return dz;
+    if (J.rows() > 0 && J.rows() <= dense::small_size)
+      dz = dense::solve(dense::lu<dense::SmallMatrix>(J), dense::SmallVector(-r));
+    else
+      dz = dense::solve(J, -r);
+    if (dz.allFinite()) return;
   }
-  return dense::least_squares(J, -r);
+  dz = dense::least_squares(J, -r);
 }
 
 NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {
@@ -27,12 +31,15 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
                       std::numeric_limits<double>::infinity(), 0};
   if (!at.finite) return result;
   result.residual = at.residual.size() > 0 ? at.residual.lpNorm<Eigen::Infinity>() : 0.0;
+  Jacobians slope;
+  VectorXd dz, trial;
+  Values next;
   for (; result.iterations < options.max_iterations; ++result.iterations) {
     if (options.observe) options.observe(point_of(problem, z));
     if (options.stop.stop_requested()) return result;
-    const Jacobians slope = jacobians(problem, z);
+    differentiate(problem, z, slope);
     if (!slope.finite) return result;
-    const VectorXd dz = solve(slope.residual, at.residual);
+    solve(slope.residual, at.residual, dz);
     if (!dz.allFinite()) return result;
     result.step = dz.size() > 0 ? dz.lpNorm<Eigen::Infinity>() : 0.0;
     const double size = z.size() > 0 ? z.lpNorm<Eigen::Infinity>() : 0.0;
@@ -41,18 +48,16 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
 
     // Halve α until ‖r(z + α Δz)‖ < (1 - ½α) ‖r(z)‖; a trial without finite values is rejected.
     double alpha = 1.0;
-    VectorXd trial;
-    Values next;
     do {
       trial = z + alpha * dz;
-      next = values(problem, trial);
+      evaluate(problem, trial, next);
       if (next.finite && next.residual.norm() < (1 - 0.5 * alpha) * at.residual.norm()) break;
       alpha /= 2;
     } while (alpha > shortest && alpha * result.step > least);
     if (!(next.finite && next.residual.norm() < at.residual.norm())) return result;  // round-off
 
-    z = trial;
-    at = next;
+    std::swap(z, trial);
+    std::swap(at, next);
     result.z = z;
     result.residual = at.residual.lpNorm<Eigen::Infinity>();
   }

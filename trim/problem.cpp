@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 #include <stdexcept>
 
 #include "model/among.hpp"
 #include "model/differentiate.hpp"
+#include "model/name_table.hpp"
 
 namespace tiltrim {
 
@@ -60,13 +60,9 @@ struct Place {
   Index row = -1;       // of [f; h]
 };
 
-Place place_of(const Model& model, const std::string& name) {
-  const Index nx = std::ssize(model.states);
-  const Index output = find(model.outputs, name);
-  const bool is_variable = find(model.states, name) >= 0 || find(model.inputs, name) >= 0 ||
-                           find(model.parameters, name) >= 0;
-  if (is_variable) return {variable(model, name), -1};
-  if (output >= 0) return {-1, nx + output};
+Place place_of(const Model& model, const ModelNames& known, const std::string& name) {
+  if (const Index j = known.variables.find(name); j >= 0) return {j, -1};
+  if (const Index i = known.outputs.find(name); i >= 0) return {-1, std::ssize(model.states) + i};
   std::vector<std::string> all;
   for (const Signals* signals : {&model.states, &model.inputs, &model.parameters, &model.outputs})
     for (const Signal& s : *signals) all.push_back(s.name);
@@ -86,18 +82,22 @@ void check_range(const std::string& name, const Range& r) {
     throw std::invalid_argument(fmt::format("bounds of '{}': both are {}", name, r.lower));
 }
 
+// There is room in `held` for all equations that a spec can have.
 void add_equation(Problem& p, Index row, double value) {
+  p.held[p.m()] = value;
   p.equations.push_back(row);
-  p.held.conservativeResize(p.m());
-  p.held[p.m() - 1] = value;
 }
 
-void add_unknowns(Problem& p, const TrimSpec& spec) {
-  std::set<Index> seen;
+void add_unknowns(Problem& p, const ModelNames& known, const TrimSpec& spec) {
+  std::vector<Index> seen;
+  seen.reserve(spec.free.size());
+  p.unknowns.reserve(spec.free.size());
   for (const std::string& name : spec.free) {
-    const Index j = variable(p.model, name);
-    if (!seen.insert(j).second)
+    Index j = known.variables.find(name);
+    if (j < 0) j = variable(p.model, name);  // throws
+    if (std::ranges::find(seen, j) != seen.end())
       throw std::invalid_argument(fmt::format("'{}' is listed twice as a free variable", name));
+    seen.push_back(j);
     const auto bound = spec.bounds.find(name);
     if (bound != spec.bounds.end() && bound->second.lower == bound->second.upper)
       set_value(p.base, j, bound->second.lower);  // fixed: not an unknown
@@ -122,33 +122,58 @@ std::vector<std::string> steady_states(const Model& model, const TrimSpec& spec)
   return steady;
 }
 
+// The held rate of a state, or nothing.
+const double* held_rate(const TrimSpec& spec, const std::vector<std::string>& steady,
+                        const std::string& name) {
+  static constexpr double zero = 0.0;
+  if (const auto at = spec.rates.find(name); at != spec.rates.end()) return &at->second;
+  return among(steady, name) ? &zero : nullptr;
+}
+
+// Throws for the first name, in alphabetical order, that is not a state.
+void refuse_unknown_rates(const Model& model, const TrimSpec& spec) {
+  std::vector<std::string> held = spec.steady;
+  for (const auto& [name, rate] : spec.rates) held.push_back(name);
+  std::ranges::sort(held);
+  for (const std::string& name : held) (void)index_of(model.states, name, "state");
+}
+
 void add_rates(Problem& p, const TrimSpec& spec) {
-  std::map<std::string, double> held = spec.rates;
   for (const std::string& name : spec.moving) {
     (void)index_of(p.model.states, name, "state");
-    if (among(spec.steady, name) || held.contains(name) || among(spec.implied, name))
+    if (among(spec.steady, name) || spec.rates.contains(name) || among(spec.implied, name))
       throw std::invalid_argument(fmt::format("the rate of '{}' is both free and held", name));
   }
-  for (const std::string& name : steady_states(p.model, spec))
-    if (!held.emplace(name, 0.0).second)
-      throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", name));
-  for (const Signal& s : p.model.states)  // in the model's order
-    if (const auto at = held.find(s.name); at != held.end()) {
-      if (!std::isfinite(at->second))
-        throw std::invalid_argument(fmt::format("the held rate of '{}' is not finite", s.name));
-      add_equation(p, find(p.model.states, s.name), at->second);
-      held.erase(at);
-    }
-  if (!held.empty()) index_of(p.model.states, held.begin()->first, "state");
+  const std::vector<std::string> others =
+      spec.steady.empty() ? steady_states(p.model, spec) : std::vector<std::string>{};
+  const std::vector<std::string>& steady = spec.steady.empty() ? others : spec.steady;
+  for (auto name = steady.begin(); name != steady.end(); ++name)
+    if (spec.rates.contains(*name) || std::find(steady.begin(), name, *name) != name)
+      throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", *name));
+  const std::size_t held = spec.rates.size() + steady.size();
+  p.held.resize(Index(held + spec.bounds.size()));
+  p.equations.reserve(held + spec.bounds.size());
+  for (Index i = 0; i < std::ssize(p.model.states); ++i) {
+    const std::string& name = p.model.states[std::size_t(i)].name;
+    const double* const rate = held_rate(spec, steady, name);
+    if (!rate) continue;
+    if (!std::isfinite(*rate))
+      throw std::invalid_argument(fmt::format("the held rate of '{}' is not finite", name));
+    add_equation(p, i, *rate);
+  }
+  if (p.equations.size() < held) refuse_unknown_rates(p.model, spec);
+  p.implied.reserve(spec.implied.size());
   for (const std::string& name : spec.implied)
     p.implied.push_back(index_of(p.model.states, name, "state"));
 }
 
-void add_bounds(Problem& p, const TrimSpec& spec) {
+void add_bounds(Problem& p, const ModelNames& known, const TrimSpec& spec) {
   std::vector<Range> limited;
+  limited.reserve(spec.bounds.size());
+  p.limited.reserve(spec.bounds.size());
   for (const auto& [name, range] : spec.bounds) {
     check_range(name, range);
-    const Place at = place_of(p.model, name);
+    const Place at = place_of(p.model, known, name);
     if (at.row >= 0) {
       if (range.lower == range.upper) {
         add_equation(p, at.row, range.lower);
@@ -167,6 +192,7 @@ void add_bounds(Problem& p, const TrimSpec& spec) {
     p.lower[k] = range.lower / p.nominal[k];
     p.upper[k] = range.upper / p.nominal[k];
   }
+  p.held.conservativeResize(p.m());
   p.limited_lower.resize(std::ssize(limited));
   p.limited_upper.resize(std::ssize(limited));
   for (std::size_t i = 0; i < limited.size(); ++i) {
@@ -176,17 +202,26 @@ void add_bounds(Problem& p, const TrimSpec& spec) {
   }
 }
 
-void add_effort(Problem& p, const TrimSpec& spec) {
-  std::vector<CostTerm> effort = spec.effort;
-  if (effort.empty())
-    for (const Index j : p.unknowns)
-      if (find(p.model.inputs, signal_of(p.model, j).name) >= 0)
-        effort.push_back({signal_of(p.model, j).name, signal_of(p.model, j).nominal, 0.0});
+// If no effort is given, every unknown that is an input over its nominal size.
+std::vector<CostTerm> input_effort(const Problem& p) {
+  const Index nx = std::ssize(p.model.states), nu = std::ssize(p.model.inputs);
+  std::vector<CostTerm> effort;
+  for (const Index j : p.unknowns)
+    if (j >= nx && j < nx + nu)
+      effort.push_back({signal_of(p.model, j).name, signal_of(p.model, j).nominal, 0.0});
+  return effort;
+}
+
+void add_effort(Problem& p, const ModelNames& known, const TrimSpec& spec) {
+  const std::vector<CostTerm> inputs =
+      spec.effort.empty() ? input_effort(p) : std::vector<CostTerm>{};
+  const std::vector<CostTerm>& effort = spec.effort.empty() ? inputs : spec.effort;
+  p.terms.reserve(effort.size());
   for (const CostTerm& e : effort) {
     if (!(e.scale > 0 && std::isfinite(e.scale) && std::isfinite(e.reference)))
       throw std::invalid_argument(fmt::format(
           "control effort of '{}': its scale must be positive and its reference finite", e.signal));
-    const Place at = place_of(p.model, e.signal);
+    const Place at = place_of(p.model, known, e.signal);
     const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
     if (at.row >= 0)
       p.terms.push_back({-1, at.row, e.scale, e.reference});
@@ -212,8 +247,7 @@ void count(const Problem& p, const TrimSpec& spec) {
 }
 
 // The problem's functions for given rates and outputs y.
-Values values_of(const Problem& p, const VectorXd& z, const VectorXd& y) {
-  Values v;
+void set_values(const Problem& p, const VectorXd& z, const VectorXd& y, Values& v) {
   v.rates = y.head(std::ssize(p.model.states));
   v.residual.resize(p.m());
   for (Index i = 0; i < p.m(); ++i) {
@@ -229,29 +263,61 @@ Values values_of(const Problem& p, const VectorXd& z, const VectorXd& y) {
     v.effort += std::pow((value - t.reference) / t.scale, 2);
   }
   v.finite = y.allFinite() && std::isfinite(v.effort);
-  return v;
 }
 
 // A point without violations has residual 0, as has a trim without equations.
 void note_nearest(const Problem& p, const VectorXd& z, const Values& v) {
   const double residual = v.residual.size() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
-  if (residual < p.nearest.residual) p.nearest = {z, v, residual};
+  if (!(residual < p.nearest.residual)) return;
+  p.nearest.z = z;
+  p.nearest.values = v;
+  p.nearest.residual = residual;
+}
+
+// [f; h] at a point; without h zeros if no output is needed.
+void rates_and_outputs(const Problem& p, const OperatingPoint& at, VectorXd& y) {
+  const Index nx = std::ssize(p.model.states);
+  y.resize(p.row_nominal.size());
+  if (!p.needs_outputs) y.tail(y.size() - nx).setZero();
+  if (p.in_place)
+    return p.in_place->write(at.x.data(), at.u.data(), at.p.data(), y.data(),
+                             p.needs_outputs ? y.data() + nx : nullptr);
+  const VectorXd rates = p.model.f(at.x, at.u, at.p);
+  check_rates(p.model, rates);
+  y.head(nx) = rates;
+  if (!p.needs_outputs) return;
+  const VectorXd outputs = p.model.h(at.x, at.u, at.p);
+  check_outputs(p.model, outputs);
+  y.tail(y.size() - nx) = outputs;
+}
+
+// The point of z in the memory of the evaluations.
+const OperatingPoint& placed(const Problem& p, const VectorXd& z) {
+  p.at = p.base;
+  for (Index k = 0; k < p.n(); ++k)
+    set_value(p.at, p.unknowns[std::size_t(k)], z[k] * p.nominal[k]);
+  return p.at;
 }
 
 // Checks the sizes of the model's results, if it can be evaluated at the guess.
 void check_answers(const Problem& p) {
   VectorXd rates(std::ssize(p.model.states)), outputs(std::ssize(p.model.outputs));
+  const OperatingPoint& at = p.base;
   const bool answered = guarded(p, [&] {
-    rates = p.model.f(p.base.x, p.base.u, p.base.p);
-    if (p.model.h) outputs = p.model.h(p.base.x, p.base.u, p.base.p);
+    if (p.in_place)
+      return p.in_place->write(at.x.data(), at.u.data(), at.p.data(), rates.data(), outputs.data());
+    rates = p.model.f(at.x, at.u, at.p);
+    if (p.model.h) outputs = p.model.h(at.x, at.u, at.p);
   });
   check_rates(p.model, rates);
   check_outputs(p.model, outputs);
   if (!answered) return;
-  VectorXd y(rates.size() + outputs.size());
-  y << rates, outputs;
+  p.y.resize(rates.size() + outputs.size());
+  p.y << rates, outputs;
   const VectorXd z = unknowns_of(p, p.base);
-  if (const Values v = values_of(p, z, y); v.finite) note_nearest(p, z, v);
+  Values v;
+  set_values(p, z, p.y, v);
+  if (v.finite) note_nearest(p, z, v);
 }
 
 }  // namespace
@@ -266,15 +332,18 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
 }
 
 Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess) {
-  check(model);
+  const ModelNames known = checked_names(model);
   check(model, guess);
   Problem p(model, guess);
+  p.in_place = in_place(model);
   p.row_nominal.resize(std::ssize(model.states) + std::ssize(model.outputs));
-  p.row_nominal << nominals(model.states), nominals(model.outputs);
-  add_unknowns(p, spec);
+  Index at = 0;
+  for (const Signals* signals : {&model.states, &model.outputs})
+    for (const Signal& s : *signals) p.row_nominal[at++] = s.nominal;
+  add_unknowns(p, known, spec);
   add_rates(p, spec);
-  add_bounds(p, spec);
-  add_effort(p, spec);
+  add_bounds(p, known, spec);
+  add_effort(p, known, spec);
   count(p, spec);
   check_answers(p);
   const Index nx = std::ssize(model.states);
@@ -300,22 +369,17 @@ OperatingPoint point_of(const Problem& p, const VectorXd& z) {
 
 Values values(const Problem& p, const VectorXd& z) {
   Values v;
-  const OperatingPoint at = point_of(p, z);
-  VectorXd y = VectorXd::Zero(p.row_nominal.size());
-  const Index nx = std::ssize(p.model.states);
-  const bool answered = guarded(p, [&] {
-    const VectorXd rates = p.model.f(at.x, at.u, at.p);
-    check_rates(p.model, rates);
-    y.head(nx) = rates;
-    if (!p.needs_outputs) return;
-    const VectorXd outputs = p.model.h(at.x, at.u, at.p);
-    check_outputs(p.model, outputs);
-    y.tail(y.size() - nx) = outputs;
-  });
-  if (!answered) return v;
-  v = values_of(p, z, y);
-  if (v.finite) note_nearest(p, z, v);
+  evaluate(p, z, v);
   return v;
+}
+
+void evaluate(const Problem& p, const VectorXd& z, Values& v) {
+  if (!guarded(p, [&] { rates_and_outputs(p, placed(p, z), p.y); })) {
+    v = Values{};
+    return;
+  }
+  set_values(p, z, p.y, v);
+  if (v.finite) note_nearest(p, z, v);
 }
 
 VectorXd outputs(const Problem& p, const OperatingPoint& at) {
@@ -326,17 +390,24 @@ VectorXd outputs(const Problem& p, const OperatingPoint& at) {
 
 Jacobians jacobians(const Problem& p, const VectorXd& z) {
   Jacobians s;
-  const OperatingPoint at = point_of(p, z);
+  differentiate(p, z, s);
+  return s;
+}
+
+void differentiate(const Problem& p, const VectorXd& z, Jacobians& s) {
+  const OperatingPoint& at = placed(p, z);
   Eigen::MatrixXd J;
   VectorXd outputs;
+  s.finite = false;
   const bool answered = guarded(p, [&] {
     J = jacobian(p.model, at, p.unknowns);
     if (!p.terms.empty() && p.needs_outputs) outputs = p.model.h(at.x, at.u, at.p);
   });
-  if (!answered) return s;
-  const auto row = [&](Index i) -> Eigen::RowVectorXd {
-    return J.row(i).cwiseProduct(p.nominal.transpose());
-  };
+  if (!answered) {
+    s = Jacobians{};
+    return;
+  }
+  const auto row = [&](Index i) { return J.row(i).cwiseProduct(p.nominal.transpose()); };
   s.residual.resize(p.m(), p.n());
   for (Index i = 0; i < p.m(); ++i)
     s.residual.row(i) =
@@ -355,7 +426,6 @@ Jacobians jacobians(const Problem& p, const VectorXd& z) {
     }
   }
   s.finite = s.residual.allFinite() && s.limited.allFinite() && s.effort.allFinite();
-  return s;
 }
 
 // Van der Corput: the digits of `index` in `base`, reversed after the radix point.  [7]

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "model/in_place.hpp"
 #include "trim/trim.hpp"
 
 namespace tiltrim {
@@ -59,6 +60,10 @@ struct Problem {
   };
   mutable Nearest nearest{};  // with the smallest residual
 
+  const InPlace* in_place = nullptr;  // f and h in one call, if the model has it
+  mutable OperatingPoint at{};        // memory of the evaluations: no allocation in any but the first
+  mutable Eigen::VectorXd y{};
+
   bool over() const { return out_of_time && *out_of_time; }
 
   Eigen::Index n() const { return std::ssize(unknowns); }
@@ -77,6 +82,9 @@ struct Jacobians {
 };
 Values values(const Problem& problem, const Eigen::VectorXd& z);
 Jacobians jacobians(const Problem& problem, const Eigen::VectorXd& z);
+/// The same in memory that is used again.
+void evaluate(const Problem& problem, const Eigen::VectorXd& z, Values& values);
+void differentiate(const Problem& problem, const Eigen::VectorXd& z, Jacobians& jacobians);
 
 /// All outputs at a point; NaN if the model throws or has no h.
 Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);

@@ -138,7 +138,7 @@ struct Search {
   int starts = 0;
 
   void add(const VectorXd& z, bool optimal) {
-    const TrimResult r = verify(p, z, optimal, options);
+    TrimResult r = verify(p, z, optimal, options);
     if (r.status == TrimStatus::not_repeatable) not_repeatable = r;
     if (r.status == TrimStatus::not_finite && std::isfinite(r.residual)) output_not_finite = r;
     if (r.residual < closest_residual) closest = z, closest_residual = r.residual;
@@ -150,15 +150,15 @@ struct Search {
       if (r.status < other.status) other = r;
       return;
     }
-    answers.push_back(r);
+    answers.push_back(std::move(r));
   }
 
   // If the model is not finite at the start, the start is moved back towards the guess.
   void from_newton(VectorXd z0, const TrimOptions& with) {
     constexpr int halvings = 30;
     ++starts;
-    const VectorXd guess = unknowns_of(p, p.base);
     NewtonResult found = newton(p, z0, with);
+    const VectorXd guess = std::isfinite(found.residual) ? VectorXd{} : unknowns_of(p, p.base);
     for (int i = 0; i < halvings && !std::isfinite(found.residual) && z0 != guess; ++i) {
       z0 = 0.5 * (z0 + guess);
       if (values(p, z0).finite) found = newton(p, z0, with);
@@ -180,8 +180,6 @@ struct Search {
 
 void search(Search& s) {
   const Problem& p = s.p;
-  TrimOptions quiet = s.options;
-  quiet.observe = {};
   const VectorXd guess = unknowns_of(p, p.base);
   const bool newton_only = s.options.method == TrimMethod::newton;
   if (newton_only) {
@@ -189,6 +187,9 @@ void search(Search& s) {
   } else if (values(p, guess).finite) {
     s.from_ipopt(guess, s.options);
   }
+  if (newton_only && s.options.starts <= 0) return;
+  TrimOptions quiet = s.options;
+  quiet.observe = {};
   const auto stopped = [&] {
     return s.options.stop.stop_requested() || p.over() || s.not_repeatable;
   };
@@ -209,6 +210,7 @@ void search(Search& s) {
 // distances the one found first.
 TrimResult best_answer(Search& s) {
   constexpr double equal = 1e-9;  // relative
+  if (s.answers.size() == 1) return std::move(s.answers.front());
   const auto key = [](const TrimResult& r) { return std::tuple(r.status, r.effort); };
   std::ranges::stable_sort(s.answers, {}, key);
   const TrimResult& least = s.answers.front();

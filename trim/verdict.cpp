@@ -26,18 +26,17 @@ constexpr double singular_below = 1e-8;  // smallest over largest singular value
 constexpr double at_bound = 1e-7;        // scaled distance within which a limit is active
 
 void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
-  const auto note = [&](const std::string& name, double at, double lower, double upper,
-                        double size) {
-    if (at >= upper - at_bound) r.limits_active.push_back({name, true, upper * size});
-    if (at <= lower + at_bound) r.limits_active.push_back({name, false, lower * size});
+  const auto note = [&](const auto& name, double at, double lower, double upper, double size) {
+    if (at >= upper - at_bound) r.limits_active.push_back({name(), true, upper * size});
+    if (at <= lower + at_bound) r.limits_active.push_back({name(), false, lower * size});
   };
   for (Index k = 0; k < p.n(); ++k)
-    note(signal_of(p.model, p.unknowns[std::size_t(k)]).name, z[k], p.lower[k], p.upper[k],
-         p.nominal[k]);
+    note([&] { return signal_of(p.model, p.unknowns[std::size_t(k)]).name; }, z[k], p.lower[k],
+         p.upper[k], p.nominal[k]);
   for (Index i = 0; i < std::ssize(p.limited); ++i) {
     const Index row = p.limited[std::size_t(i)];
-    note(row_name(p.model, row), v.limited[i], p.limited_lower[i], p.limited_upper[i],
-         p.row_nominal[row]);
+    note([&] { return row_name(p.model, row); }, v.limited[i], p.limited_lower[i],
+         p.limited_upper[i], p.row_nominal[row]);
   }
 }
 
@@ -56,7 +55,8 @@ std::string free_directions(const Problem& p, const MatrixXd& directions) {
 
 // The Jacobian with rows longer than one scaled to unit length: a stiff equation still determines
 // its own unknown and does not affect the conditioning of the others.
-MatrixXd without_stiffness(const MatrixXd& J) {
+template <class Matrix>
+Matrix without_stiffness(const Matrix& J) {
   return J.rowwise().norm().cwiseMax(1.0).cwiseInverse().asDiagonal() * J;
 }
 
@@ -72,6 +72,32 @@ double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, co
   return flat ? away : 0.0;
 }
 
+dense::SVD svd_of(const MatrixXd& J) { return dense::svd(J); }
+dense::SmallSVD svd_of(const dense::SmallMatrix& J) { return dense::small_svd(J); }
+
+// `J`: of the equations.
+template <class Matrix, class Vector>
+void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, const Matrix& J,
+                       const Vector& residual, TrimResult& r, double& away) {
+  auto svd = svd_of(J);
+  r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
+  const Vector dz = dense::solve(svd, residual);
+  r.step = dz.allFinite() ? dz.cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
+  if (r.rcond < singular_below) {
+    svd = svd_of(without_stiffness(J));
+    r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
+  }
+  if (r.rcond >= singular_below) return;
+  away = distance_to_zero(p, z, v, J);
+  Index rank = 0;
+  while (rank < p.m() && svd.sigma[rank] >= singular_below * std::max(svd.sigma[0], 1.0)) ++rank;
+  rank = std::min(rank, p.m() - 1);
+  r.message = fmt::format(
+      "the equations do not determine {}: the Jacobian is singular there, with rank {} for {} "
+      "equations",
+      free_directions(p, svd.V.middleCols(rank, p.m() - rank)), rank, p.m());
+}
+
 // How well the equations determine the unknowns, and the size of a further Newton step.
 void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r,
                        double& away) {
@@ -81,23 +107,11 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
   }
   const Jacobians s = jacobians(p, z);
   if (!s.finite) return;  // rcond stays 0: unknown
-  dense::SVD svd = dense::svd(s.residual);
-  r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
-  const VectorXd dz = dense::solve(svd, v.residual);
-  r.step = dz.allFinite() ? dz.lpNorm<Eigen::Infinity>() : std::numeric_limits<double>::infinity();
-  if (r.rcond < singular_below) {
-    svd = dense::svd(without_stiffness(s.residual));
-    r.rcond = svd.sigma[p.m() - 1] / std::max(svd.sigma[0], 1.0);
-  }
-  if (r.rcond >= singular_below) return;
-  away = distance_to_zero(p, z, v, s.residual);
-  Index rank = 0;
-  while (rank < p.m() && svd.sigma[rank] >= singular_below * std::max(svd.sigma[0], 1.0)) ++rank;
-  rank = std::min(rank, p.m() - 1);
-  r.message = fmt::format(
-      "the equations do not determine {}: the Jacobian is singular there, with rank {} for {} "
-      "equations",
-      free_directions(p, svd.V.middleCols(rank, p.m() - rank)), rank, p.m());
+  if (p.n() <= dense::small_size)
+    note_conditioning(p, z, v, dense::SmallMatrix(s.residual), dense::SmallVector(v.residual), r,
+                      away);
+  else
+    note_conditioning(p, z, v, s.residual, v.residual, r, away);
 }
 
 }  // namespace

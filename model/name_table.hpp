@@ -1,0 +1,54 @@
+/// Names of a model, checked and found without comparing each with all. Internal to tiltrim.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "model/model.hpp"
+
+namespace tiltrim {
+
+/// Positions by name, in order of insertion. The names must outlive the table.
+class NameTable {
+ public:
+  /// For at most this many names.
+  explicit NameTable(std::size_t names) : slots_(std::bit_ceil(2 * names + 1), empty) {
+    names_.reserve(names);
+  }
+
+  /// False if the name is there already.
+  bool insert(const std::string& name) {
+    std::int32_t& slot = slots_[place_of(name)];
+    if (slot != empty) return false;
+    slot = std::int32_t(names_.size());
+    names_.push_back(&name);
+    return true;
+  }
+  /// -1 if the name is not there.
+  Eigen::Index find(std::string_view name) const { return slots_[place_of(name)]; }
+
+ private:
+  static constexpr std::int32_t empty = -1;
+  // Of the name, or of the empty slot where it belongs.
+  std::size_t place_of(std::string_view name) const {
+    const std::size_t mask = slots_.size() - 1;
+    std::size_t at = std::hash<std::string_view>{}(name)&mask;
+    while (slots_[at] != empty && *names_[std::size_t(slots_[at])] != name) at = (at + 1) & mask;
+    return at;
+  }
+  std::vector<std::int32_t> slots_;  // at most half of them in use
+  std::vector<const std::string*> names_;
+};
+
+/// The numbers of a model's variables and outputs by name.
+struct ModelNames {
+  NameTable variables, outputs;
+};
+/// Throws as check(model) does.
+ModelNames checked_names(const Model& model);
+
+}  // namespace tiltrim
