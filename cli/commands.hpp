@@ -16,6 +16,7 @@
 #include "report/flights.hpp"
 #include "study/analyses.hpp"
 #include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 
@@ -101,6 +102,12 @@ struct SweepCommand {
   Common common;
   int threads = 0;          ///< 0: one per processor
   double checkpoint = 1.0;  ///< s
+  std::optional<SweepPart> part;
+};
+
+struct MergeCommand {
+  Common common;                             ///< without a study
+  std::vector<std::filesystem::path> parts;  ///< files of sweep --part
 };
 
 struct ProveCommand {
@@ -174,6 +181,7 @@ Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop
 Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop);
+Outcome run(const MergeCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const ProveCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop);
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop);

@@ -27,6 +27,7 @@ const std::vector<Example>& examples() {
       {"sweep", "sweep studies/map_corridor.toml",
        "eigenvalues over a grid, crossings between its points"},
       {"sweep", "sweep studies/map_two_gains.toml -o map.nc", "a map that can be resumed"},
+      {"merge", "merge part1.nc part2.nc -o map.nc", "a map from the parts of sweep --part"},
       {"prove", "prove studies/prove_corridor.toml",
        "a theorem: trim and stability at every height of the corridor"},
       {"check-proof", "check-proof corridor.proof", "is all of it proved? Without the prover"},

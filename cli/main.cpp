@@ -122,6 +122,7 @@ struct Commands {
   LoadsCommand loads;
   ValidateCommand validate;
   SweepCommand sweep;
+  MergeCommand merge;
   ProveCommand prove;
   CheckProofCommand check_proof;
   TuneCommand tune;
@@ -143,6 +144,7 @@ std::vector<Choice> add_all(CLI::App& app, Commands& all) {
           choice(add_loads(app, all.loads), all.loads),
           choice(add_validate(app, all.validate), all.validate),
           choice(add_sweep(app, all.sweep), all.sweep),
+          choice(add_merge(app, all.merge), all.merge),
           choice(add_prove(app, all.prove), all.prove),
           choice(add_check_proof(app, all.check_proof), all.check_proof),
           choice(add_tune(app, all.tune), all.tune),
@@ -183,9 +185,9 @@ void fill_in(const CLI::App& app, Commands& all) {
   for (Common* common :
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
         &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.qualities.common,
-        &all.loads.common, &all.validate.common, &all.sweep.common, &all.prove.common,
-        &all.check_proof.common, &all.tune.common, &all.simulate.common, &all.diff.common,
-        &all.tables.common})
+        &all.loads.common, &all.validate.common, &all.sweep.common, &all.merge.common,
+        &all.prove.common, &all.check_proof.common, &all.tune.common, &all.simulate.common,
+        &all.diff.common, &all.tables.common})
     settle_format(*common);
   constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)

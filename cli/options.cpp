@@ -32,6 +32,8 @@ CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, con
       ->type_name(names);
 }
 
+}  // namespace
+
 void add_output(CLI::App* app, Common& common) {
   add_choice(app, "-f,--format", common.asked, formats,
              "text (default), json and csv with every digit, markdown or latex tables; if omitted, "
@@ -52,6 +54,14 @@ void add_only(CLI::App* app, Common& common) {
       ->allow_extra_args(false)
       ->type_name("NAME");
 }
+
+void add_threads(CLI::App* app, int& threads) {
+  app->add_option("--threads", threads, "number of threads; 0 (default): one per processor")
+      ->check(CLI::Range(0, 1024))
+      ->type_name("N");
+}
+
+namespace {
 
 void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
   add_only(app, common);
@@ -257,31 +267,9 @@ CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command) {
       ->add_option("--study", command.about,
                    "also check that all numbers in it are those of this study")
       ->type_name("STUDY.toml");
-  check
-      ->add_option("--threads", command.threads,
-                   "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N");
+  add_threads(check, command.threads);
   add_output(check, command.common);
   return check;
-}
-
-CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
-  CLI::App* sweep = app.add_subcommand(
-      "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
-  add_common(sweep, command.common, true);
-  add_only(sweep, command.common);
-  sweep
-      ->add_option("--threads", command.threads,
-                   "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N");
-  sweep
-      ->add_option("--checkpoint", command.checkpoint,
-                   "seconds between writes to FILE.log, from which a sweep can be resumed (1)")
-      ->check(CLI::Range(0.0, 1e6))
-      ->type_name("S");
-  return sweep;
 }
 
 CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
@@ -297,11 +285,7 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
       ->type_name("N");
   prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
       ->type_name("FILE");
-  prove
-      ->add_option("--threads", command.threads,
-                   "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N");
+  add_threads(prove, command.threads);
   return prove;
 }
 
@@ -367,11 +351,7 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
       ->add_option("--log", command.log,
                    "log of finished Monte-Carlo flights, from which a run can be resumed")
       ->type_name("FILE");
-  simulate
-      ->add_option("--threads", command.threads,
-                   "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N");
+  add_threads(simulate, command.threads);
   return simulate;
 }
 
@@ -399,25 +379,8 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
       ->add_option("--tables", command.tables,
                    "also write each table to this folder: text, CSV, Markdown, LaTeX")
       ->type_name("DIR");
-  report
-      ->add_option("--threads", command.threads,
-                   "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
-      ->type_name("N");
+  add_threads(report, command.threads);
   return report;
-}
-
-CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
-  CLI::App* diff =
-      app.add_subcommand("diff", "which points of two maps differ in status or stability");
-  diff->add_option("before", command.common.study, "a map written by sweep")
-      ->type_name("BEFORE.nc")
-      ->required();
-  diff->add_option("after", command.after, "another, over the same grid")
-      ->type_name("AFTER.nc")
-      ->required();
-  add_output(diff, command.common);
-  return diff;
 }
 
 CLI::App* add_tables(CLI::App& app, TablesCommand& command) {

@@ -13,6 +13,12 @@ class Option;
 
 namespace tiltrim::cli {
 
+/// Options that several commands have.
+void add_output(CLI::App* app, Common& common);
+void add_common(CLI::App* app, Common& common, bool needs_study);
+void add_only(CLI::App* app, Common& common);
+void add_threads(CLI::App* app, int& threads);
+
 /// Adds the command; its options are stored in `command`.
 CLI::App* add_trim(CLI::App& app, TrimCommand& command);
 CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command);
@@ -26,6 +32,7 @@ CLI::App* add_loads(CLI::App& app, LoadsCommand& command);
 CLI::App* add_validate(CLI::App& app, ValidateCommand& command);
 CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command);
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command);
+CLI::App* add_merge(CLI::App& app, MergeCommand& command);
 CLI::App* add_prove(CLI::App& app, ProveCommand& command);
 CLI::App* add_tune(CLI::App& app, TuneCommand& command);
 CLI::App* add_simulate(CLI::App& app, SimulateCommand& command);

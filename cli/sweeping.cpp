@@ -9,11 +9,13 @@
 #include "cli/terminal.hpp"
 #include "report/qualities.hpp"
 #include "report/sweeps.hpp"
+#include "report/verdicts.hpp"
 #include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/map.hpp"
 #include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 
@@ -35,10 +37,9 @@ std::string size_in_words(const std::vector<Condition>& conditions, const SweepT
                      conditions.size() == 1 ? "" : "s", axes);
 }
 
-}  // namespace
-
-SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
-               SweepOptions options) {
+// Calls sweep(requests, axes, options) for the study's grid, with a progress display.
+auto observed(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
+              SweepOptions options, const auto& sweep) {
   options.crossings = grid.crossings;
   options.trimming.time_limit = study.time_limit;
   std::optional<Progress> progress;
@@ -49,16 +50,118 @@ SweepMap swept(const Study& study, const std::vector<Condition>& conditions, con
     progress->tell(in_words(p), p.total > 0 ? double(p.done) / double(p.total) : 0.0);
   };
   try {
-    SweepMap map = sweep(sweep_requests(study, conditions, grid.axes), grid.axes, options);
-    map.study = study.text;
-    map.program = "tiltrim " TILTRIM_VERSION;
-    return map;
+    return sweep(sweep_requests(study, conditions, grid.axes), grid.axes, options);
   } catch (const std::invalid_argument& e) {
     throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
   } catch (const std::bad_alloc&) {
     throw StudyError(fmt::format("{}: not enough memory for a map of {}; expected fewer points",
                                  study.file.string(), size_in_words(conditions, grid)));
   }
+}
+
+void sign(const Study& study, SweepMap& map) {
+  map.study = study.text;
+  map.program = "tiltrim " TILTRIM_VERSION;
+}
+
+// The same log, whichever link leads to the output.
+std::filesystem::path log_of(const SweepCommand& command) {
+  const std::filesystem::path& output = command.common.output;
+  if (output.empty()) return {};
+  return filing::target_of(output).string() + ".log";
+}
+
+SweepOptions options_of(const SweepCommand& command, const Study& study,
+                        const std::vector<Condition>& conditions, const std::stop_token& stop) {
+  SweepOptions options;
+  options.threads = command.threads;
+  options.checkpoint = command.checkpoint;
+  options.identity = identity_of(study, conditions);
+  options.stop = stop;
+  options.log = log_of(command);
+  return options;
+}
+
+// Runs work(), which may resume from the log; the outcome if it was stopped.
+std::optional<Outcome> resumable(const std::filesystem::path& log, const auto& work) {
+  try {
+    const bool resumed = !log.empty() && first_of_ranks() && std::filesystem::exists(log);
+    work();
+    if (resumed)
+      fmt::print(stderr, "tiltrim: resumed from {}: its lines were not computed again\n",
+                 log.string());
+  } catch (const SweepInterrupted& e) {
+    if (e.failed_elsewhere) return Outcome{"", bad_input, true};
+    if (!log.empty() && first_of_ranks())
+      fmt::print(
+          stderr,
+          "tiltrim: stopped; finished lines are in {}: the same command continues from there\n",
+          log.string());
+    return Outcome{"", unanswered, true};
+  }
+  if (!first_of_ranks()) return Outcome{"", answered, true};
+  return {};
+}
+
+// Writes a NetCDF file and returns the summary, or returns what is not NetCDF.
+template <class Text, class Json, class Csv, class Document>
+Outcome written(const Common& common, const auto& map, const Text& text, const Json& json,
+                const Csv& csv, const Document& document, Exit exit) {
+  Outcome outcome{"", exit, false};
+  if (is_netcdf(common.output)) {
+    write_netcdf(map, common.output);
+    outcome.output = in_format(common.format, text, text, text, document);
+    outcome.written = true;
+    return outcome;
+  }
+  outcome.output = in_format(common.format, json, csv, text, document);
+  if (common.output.empty()) return outcome;
+  write_whole(common.output, outcome.output);
+  return {"", exit, true};
+}
+
+Outcome verdicts_written(const Common& common, const VerdictMap& map, const TextStyle& style) {
+  bool all = true;
+  for (const VerdictCounts& c : counts_of(map))
+    all = all && c[std::size_t(Verdict::undecided)] + c.back() == 0;
+  return written(
+      common, map, [&] { return verdicts_text(map, style); }, [&] { return verdicts_json(map); },
+      [&] { return as_csv(verdicts_sheet(map)); }, [&] { return verdicts_document(map); },
+      all ? answered : unanswered);
+}
+
+Outcome swept_verdicts(const SweepCommand& command, const Study& study, const TextStyle& style,
+                       const std::stop_token& stop) {
+  const std::vector<Condition> conditions = chosen(study, command.common.only);
+  if (study.qualities)
+    throw StudyError(
+        fmt::format("{}: detail = \"verdict\" has no eigenvalues for [qualities]; "
+                    "expected one of the two",
+                    study.file.string()));
+  const SweepPart part = command.part.value_or(SweepPart{});
+  if (part.of > 1 && !is_netcdf(command.common.output))
+    throw std::invalid_argument("--part: a part is written as NetCDF; expected -o PART.nc");
+  const SweepOptions options = options_of(command, study, conditions, stop);
+  VerdictMap map;
+  const auto stopped = resumable(options.log, [&] {
+    map = observed(study, conditions, *study.sweep, options,
+                   [&](const auto&... arguments) { return sweep_verdicts(arguments..., part); });
+  });
+  if (stopped) return *stopped;
+  sign(study, map.grid);
+  const Outcome outcome = verdicts_written(command.common, map, style);
+  if (!options.log.empty()) std::filesystem::remove(options.log);
+  return outcome;
+}
+
+}  // namespace
+
+SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
+               SweepOptions options) {
+  SweepMap map = observed(study, conditions, grid, std::move(options),
+                          [](const auto&... arguments) { return sweep(arguments...); });
+  sign(study, map);
+  return map;
 }
 
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop) {
@@ -70,40 +173,22 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
                     study.file.string()));
   if (std::isnan(command.checkpoint))
     throw std::invalid_argument("--checkpoint: nan is not a number of seconds");
-  const std::filesystem::path& output = command.common.output;
-  // The same log, whichever link leads to the output.
-  const std::filesystem::path log = filing::target_of(output).string() + ".log";
+  if (study.sweep->verdicts) return swept_verdicts(command, study, style, stop);
+  if (command.part)
+    throw std::invalid_argument("--part: expected a study with detail = \"verdict\" in [sweep]");
+  const std::vector<Condition> conditions = chosen(study, command.common.only);
+  const SweepOptions options = options_of(command, study, conditions, stop);
   SweepMap map;
   std::optional<QualityLayer> levels;
-  try {
-    const std::vector<Condition> conditions = chosen(study, command.common.only);
-    SweepOptions options;
-    options.threads = command.threads;
-    options.checkpoint = command.checkpoint;
-    options.identity = identity_of(study, conditions);
-    options.stop = stop;
-    if (!output.empty()) options.log = log;
-    const bool resumed = !output.empty() && first_of_ranks() && std::filesystem::exists(log);
+  const auto stopped = resumable(options.log, [&] {
     map = swept(study, conditions, *study.sweep, options);
     if (study.qualities && first_of_ranks())
       levels = quality_layer(study, conditions, *study.sweep, map, stop);
-    if (resumed)
-      fmt::print(stderr, "tiltrim: resumed from {}: its lines were not computed again\n",
-                 log.string());
-  } catch (const SweepInterrupted& e) {
-    if (e.failed_elsewhere) return {"", bad_input, true};
-    if (!output.empty() && first_of_ranks())
-      fmt::print(
-          stderr,
-          "tiltrim: stopped; finished lines are in {}: the same command continues from there\n",
-          log.string());
-    return {"", unanswered, true};
-  }
-  if (!first_of_ranks()) return {"", answered, true};
+  });
+  if (stopped) return *stopped;
   const bool all = std::ranges::none_of(map.verdict, [](std::int8_t v) {
     return v < 0 || static_cast<Verdict>(v) == Verdict::undecided;
   });
-  Outcome outcome{"", all ? answered : unanswered, false};
   const auto text = [&] {
     return map_text(map, style) +
            (levels ? "\n" + as_text(borders_sheet(map, *levels), style) : "");
@@ -116,20 +201,23 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   const auto json = [&] {
     return levels ? with_qualities(map_json(map), map, *levels) : map_json(map);
   };
-  if (is_netcdf(output)) {
-    write_netcdf(map, output);
-    outcome.output = in_format(command.common.format, text, text, text, document);
-    outcome.written = true;
-  } else {
-    outcome.output = in_format(
-        command.common.format, json, [&] { return as_csv(map_sheet(map)); }, text, document);
-    if (!output.empty()) {
-      write_whole(output, outcome.output);
-      outcome = {"", outcome.exit_code, true};
-    }
-  }
-  if (!output.empty()) std::filesystem::remove(log);
+  const Outcome outcome = written(
+      command.common, map, text, json, [&] { return as_csv(map_sheet(map)); }, document,
+      all ? answered : unanswered);
+  if (!options.log.empty()) std::filesystem::remove(options.log);
   return outcome;
+}
+
+Outcome run(const MergeCommand& command, const TextStyle& style, const std::stop_token&) {
+  if (!is_netcdf(command.common.output))
+    throw std::invalid_argument("merge writes a map as NetCDF; expected -o MAP.nc");
+  std::vector<VerdictMap> parts;
+  std::vector<std::string> names;
+  for (const std::filesystem::path& file : command.parts) {
+    parts.push_back(read_verdict_map(file));
+    names.push_back(file.string());
+  }
+  return verdicts_written(command.common, merged(std::move(parts), names), style);
 }
 
 Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token&) {

@@ -85,16 +85,26 @@ struct AffineFamily {
   Eigen::MatrixXd A0, A1, A2;  ///< each n x n
 };
 
+/// Options of stability_map().
+struct StabilityMapOptions {
+  /// A verdict holds for every matrix whose entries differ from A(a, b) by at most this share of
+  /// |A0| + max |a| |A1| + max |b| |A2|.
+  double entry_error = 0.0;
+  bool by_modes = true;  ///< false: leaves the points that Routh's test does not decide undecided
+};
+
 /// Verdicts at every (a[i], b[j]), with index i b.size() + j: coefficients by the affine
 /// polynomial, Routh's test within error bounds, and modes() for undecided points. Throws
 /// std::invalid_argument if A1 or A2 is not of rank one (to 1e-10 of its size; the remainder counts
-/// as an error), if sizes do not match, or if a value is not finite.
+/// as an error), if sizes do not match, if a value is not finite, or for an entry_error that is
+/// negative or NaN.
 [[nodiscard]] std::vector<Verdict> stability_map(const AffineFamily& family,
                                                  const std::vector<double>& a,
-                                                 const std::vector<double>& b);
+                                                 const std::vector<double>& b,
+                                                 const StabilityMapOptions& options = {});
 /// The same, written to the caller's array of a.size() b.size() verdicts.
 void stability_map(const AffineFamily& family, std::span<const double> a, std::span<const double> b,
-                   std::span<Verdict> answer);
+                   std::span<Verdict> answer, const StabilityMapOptions& options = {});
 
 /// A value of t at which A0 + t A1 has an eigenvalue on the imaginary axis.
 struct LineCrossing {

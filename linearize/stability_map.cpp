@@ -38,9 +38,12 @@ double reach(std::span<const double> gains) {
   return most;
 }
 
-Plane plane(const AffineFamily& family, double a_most, double b_most) {
-  const MatrixXd sizes =
-      family.A0.cwiseAbs() + a_most * family.A1.cwiseAbs() + b_most * family.A2.cwiseAbs();
+MatrixXd largest_entries(const AffineFamily& family, double a_most, double b_most) {
+  return family.A0.cwiseAbs() + a_most * family.A1.cwiseAbs() + b_most * family.A2.cwiseAbs();
+}
+
+Plane plane(const AffineFamily& family, double a_most, double b_most, double entry_error) {
+  const MatrixXd sizes = largest_entries(family, a_most, b_most);
   const Frame frame(sizes);
   const RankOne one = rank_one(frame.of(family.A1), "A1"),
                 two = rank_one(frame.of(family.A2), "A2");
@@ -54,8 +57,9 @@ Plane plane(const AffineFamily& family, double a_most, double b_most) {
   const WideMatrix step = Wide(result.reach) * (one.u * one.v.transpose());
   const WideMatrix far = A0 + step;
   const Sizes rounding = 4 * wide_u * (step.cwiseAbs() + far.cwiseAbs()).cast<double>();
-  result.near = pencil(A0, Sizes::Zero(result.n, result.n), two.u, two.v);
-  result.far = pencil(far, rounding, two.u, two.v);
+  const Sizes given = inflated * entry_error * frame.of(sizes);
+  result.near = pencil(A0, given, two.u, two.v);
+  result.far = pencil(far, given + rounding, two.u, two.v);
   return result;
 }
 
@@ -86,11 +90,9 @@ Line line(const Plane& plane, double a) {
   return result;
 }
 
-Verdict by_eigenvalues(const AffineFamily& family, double a, double b) {
+Verdict by_eigenvalues(const AffineFamily& family, double a, double b, const MatrixXd& error) {
   const MatrixXd A = family.A0 + a * family.A1 + b * family.A2;
-  const MatrixXd size = family.A0.cwiseAbs() + std::abs(a) * family.A1.cwiseAbs() +
-                        std::abs(b) * family.A2.cwiseAbs();
-  return modes(A, 4 * narrow_u * size).verdict;
+  return modes(A, 4 * narrow_u * largest_entries(family, std::abs(a), std::abs(b)) + error).verdict;
 }
 
 void check_family(const AffineFamily& family) {
@@ -103,18 +105,22 @@ void check_family(const AffineFamily& family) {
 }  // namespace
 
 void stability_map(const AffineFamily& family, std::span<const double> a, std::span<const double> b,
-                   std::span<Verdict> answer) {
+                   std::span<Verdict> answer, const StabilityMapOptions& options) {
   const RoundToNearest environment;
   check_family(family);
   if (answer.size() != a.size() * b.size())
     throw std::invalid_argument(fmt::format("stability map: {} x {} points, room for {} verdicts",
                                             a.size(), b.size(), answer.size()));
+  if (!(options.entry_error >= 0))
+    throw std::invalid_argument(
+        "stability map: the error of the entries is negative or not a number");
   const double a_most = reach(a), b_most = reach(b);
   if (family.A0.rows() == 0) {
     std::ranges::fill(answer, Verdict::stable);
     return;
   }
-  const Plane all = plane(family, a_most, b_most);
+  const Plane all = plane(family, a_most, b_most, options.entry_error);
+  const MatrixXd error = options.entry_error * largest_entries(family, a_most, b_most);
   const auto kernel = chosen(&lanes_scalar::routh_of_line, &lanes_baseline::routh_of_line,
                              &lanes_avx2::routh_of_line, &lanes_avx512::routh_of_line);
   std::vector<RouthVerdict> said(b.size());
@@ -124,15 +130,17 @@ void stability_map(const AffineFamily& family, std::span<const double> a, std::s
             b.data(), b.size(), said.data()});
     Verdict* const verdict = answer.data() + i * b.size();
     for (std::size_t j = 0; j < b.size(); ++j) verdict[j] = static_cast<Verdict>(said[j]);
+    if (!options.by_modes) continue;
     for (std::size_t j = 0; j < b.size(); ++j)
-      if (verdict[j] == Verdict::undecided) verdict[j] = by_eigenvalues(family, a[i], b[j]);
+      if (verdict[j] == Verdict::undecided) verdict[j] = by_eigenvalues(family, a[i], b[j], error);
   }
 }
 
 std::vector<Verdict> stability_map(const AffineFamily& family, const std::vector<double>& a,
-                                   const std::vector<double>& b) {
+                                   const std::vector<double>& b,
+                                   const StabilityMapOptions& options) {
   std::vector<Verdict> answer(a.size() * b.size());
-  stability_map(family, a, b, answer);
+  stability_map(family, a, b, answer, options);
   return answer;
 }
 

@@ -12,6 +12,9 @@ namespace tiltrim {
 std::string verdict_name(int verdict);
 /// As in text: "°" for degrees.
 std::string unit_of(const SweepAxis::Column& column);
+/// "K_Lp from 0.05 to 5, 201 points"
+std::string axis_in_words(const SweepAxis& axis);
+nlohmann::ordered_json axes_json(const SweepMap& map);
 nlohmann::ordered_json crossing_json(const SweepMap& map, const AxisCrossing& crossing);
 
 }  // namespace tiltrim

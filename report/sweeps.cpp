@@ -43,6 +43,8 @@ std::size_t count(const SweepMap& map, std::size_t condition, int verdict) {
   return std::size_t(std::count(first, first + std::ptrdiff_t(n), std::int8_t(verdict)));
 }
 
+}  // namespace
+
 std::string axis_in_words(const SweepAxis& axis) {
   const SweepAxis::Column& own = axis.columns.front();
   std::string words = fmt::format("{} from {:.6g} to {:.6g}{}{}", own.name, own.values.front(),
@@ -51,8 +53,6 @@ std::string axis_in_words(const SweepAxis& axis) {
     words += (c == 1 ? " (with " : ", ") + axis.columns[c].name;
   return words + (axis.columns.size() > 1 ? ")" : "") + ", " + number_of(axis.size(), "point");
 }
-
-}  // namespace
 
 std::string counts_in_words(const SweepMap& map, std::size_t c) {
   std::string words =
@@ -319,6 +319,8 @@ ordered_json coordinates(const SweepMap& map, const std::vector<double>& at) {
   return object;
 }
 
+}  // namespace
+
 ordered_json axes_json(const SweepMap& map) {
   ordered_json axes = ordered_json::array();
   for (const SweepAxis& axis : map.axes) {
@@ -329,6 +331,8 @@ ordered_json axes_json(const SweepMap& map) {
   }
   return axes;
 }
+
+namespace {
 
 ordered_json point_json(const SweepMap& map, std::size_t p) {
   const std::vector<std::size_t> at = map.position(p);

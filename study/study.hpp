@@ -162,7 +162,12 @@ struct EnvelopeTable {
 struct SweepTable {
   std::vector<SweepAxis> axes;  ///< at least one
   bool crossings = true;        ///< locate crossings between grid points
+  bool verdicts = false;        ///< detail = "verdict": one byte a point
 };
+
+/// Most points of a grid with equilibria and eigenvalues (about 5 GB), and of one of verdicts alone.
+inline constexpr double most_points = 2e7, most_verdicts = 1e9;
+
 
 /// [prove]: a box of parameters.
 struct ProveTable {

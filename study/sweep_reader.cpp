@@ -13,7 +13,6 @@ namespace tiltrim::reading {
 
 namespace {
 
-constexpr double most_points = 2e7;      // of the whole grid: about 5 GB
 constexpr double most_of_an_axis = 1e6;  // points of one axis
 
 // h [m] is no variable of the tiltrotor: it sets the three commands of the corridor (16).
@@ -136,6 +135,7 @@ SweepTable read_grid(const Section& section, const std::filesystem::path& file,
   SweepTable sweep;
   if (section.find("crossings"))
     sweep.crossings = section.choice("crossings", {"locate", "skip"}) == 0;
+  if (section.find("detail")) sweep.verdicts = section.choice("detail", {"full", "verdict"}) == 1;
   const Entry& list = section.require("axis", tables + " tables");
   if (list.kind != Entry::Kind::array || list.entries.empty())
     section.refuse(list, fmt::format("{} is not a list of tables; expected {} tables",
@@ -153,9 +153,13 @@ SweepTable read_grid(const Section& section, const std::filesystem::path& file,
     points *= double(sweep.axes.back().size());
   }
   check_distinct(section, sweep.axes);
-  if (points > most_points)
-    section.refuse(list, fmt::format("the grid has {:.3g} points; expected at most {:.0f}", points,
-                                     most_points));
+  const double most = sweep.verdicts ? most_verdicts : most_points;
+  if (points > most)
+    section.refuse(
+        list, fmt::format("the grid has {:.3g} points; expected at most {:.0f}{}", points, most,
+                          path == "sweep." && points <= most_verdicts
+                              ? ", or detail = \"verdict\" in [sweep]"
+                              : ""));
   return sweep;
 }
 
@@ -185,7 +189,7 @@ ReportTable::Map read_map(const Section& section, const std::filesystem::path& f
 
 SweepTable read_sweep(const Section& section, const std::filesystem::path& file,
                       const AxisKeys& keys) {
-  section.allow_only({"axis", "crossings"});
+  section.allow_only({"axis", "crossings", "detail"});
   return read_grid(section, file, keys, "sweep.");
 }
 

@@ -55,7 +55,7 @@ std::vector<double> coordinates(const GridLine& line, double t) {
   return all;
 }
 
-AxisCrossing crossing_at(const GridLine& line, const LineEvent& event) {
+AxisCrossing located(const GridLine& line, const LineEvent& event) {
   AxisCrossing crossing;
   crossing.condition = line.condition;
   crossing.axis = int(line.axis);
@@ -67,7 +67,6 @@ AxisCrossing crossing_at(const GridLine& line, const LineEvent& event) {
   crossing.unstable_before = event.before;
   crossing.unstable_after = event.after;
   crossing.frequency = event.frequency;
-  name_mode(line, event, crossing);
   return crossing;
 }
 
@@ -224,9 +223,25 @@ LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condit
         seen.push_back(s);
       }
   LineVerdicts found;
-  for (const LineEvent& e : events) found.crossings.push_back(crossing_at(line, e));
+  for (const LineEvent& e : events) {
+    found.crossings.push_back(located(line, e));
+    name_mode(line, e, found.crossings.back());
+  }
   found.intervals = intervals(line, events, seen);
   return found;
+}
+
+std::optional<std::vector<AxisCrossing>> affine_borders(const Prepared& sweep, int condition,
+                                                        const GridPlace& place,
+                                                        const AffineLine& affine,
+                                                        std::span<const double> shares) {
+  const SweepMap no_points;
+  const GridLine line{sweep, no_points, condition, sweep.axes.size() - 1, place};
+  std::vector<LineEvent> events;
+  if (line.size() > 1 && !affine_events(line, affine, shares, false, events)) return {};
+  std::vector<AxisCrossing> borders;
+  for (const LineEvent& e : in_clusters(events)) borders.push_back(located(line, e));
+  return borders;
 }
 
 }  // namespace tiltrim

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sweep/map.hpp"
@@ -61,5 +62,12 @@ struct LineVerdicts {
 };
 LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condition,
                           std::size_t axis, const GridPlace& place);
+
+/// The crossings of a line along the last axis whose matrices are affine, from its polynomial
+/// alone, without modes; empty if rounding leaves doubt that they are all.
+std::optional<std::vector<AxisCrossing>> affine_borders(const Prepared& sweep, int condition,
+                                                        const GridPlace& place,
+                                                        const AffineLine& affine,
+                                                        std::span<const double> shares);
 
 }  // namespace tiltrim

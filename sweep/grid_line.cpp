@@ -210,50 +210,58 @@ void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
                  seen);
 }
 
-// True if φ is ascending or descending along the whole line.
-bool monotone(const GridLine& line, const Model::Affine& structure) {
-  std::optional<double> before;
-  int way = 0;
+// True if the values ascend or descend throughout.
+bool monotone(std::span<const double> values) {
+  const bool up = values.back() > values.front();
+  for (std::size_t k = 1; k < values.size(); ++k)
+    if (!(up ? values[k] > values[k - 1] : values[k] < values[k - 1])) return false;
+  return true;
+}
+
+// φ - φ(first point) at all points; empty where the structure does not hold.
+std::vector<double> shares_of(const GridLine& line, const AffineLine& affine) {
+  std::vector<double> shares;
   OperatingPoint at = numbers_at(line.sweep, line.place);
   for (std::size_t k = 0; k < line.size(); ++k) {
     move_to(line.sweep, line.axis, double(k), at);
-    const auto phi = structure.phi(at.p);
-    if (!phi) return false;
-    const int step = before ? (*phi > *before) - (*phi < *before) : 0;
-    if (before && (step == 0 || step == -way)) return false;
-    if (before) way = step;
-    before = phi;
+    const auto share = affine.share(at.p);
+    if (!share) return {};
+    shares.push_back(*share);
   }
-  return true;
+  return shares;
 }
 
 }  // namespace
 
-bool solve_events(const GridLine& line, std::vector<LineEvent>& events) {
-  const Model::Affine* structure = line.sweep.affine[line.axis];
-  if (!structure || !monotone(line, *structure)) return false;
-  for (std::size_t k = 0; k < line.size(); ++k)
-    if (!line.valid(k)) return false;
-  const auto first = settled_at(line, 0);
-  if (!first) return false;
-  const auto affine = affine_line(line.sweep, line.place, line.axis, *first);
-  if (!affine) return false;
-  const double last = *structure->phi(numbers_at(line.sweep, line.at(double(line.size() - 1))).p);
-  const AffineStretch stretch{*affine, last - affine->phi};
+bool affine_events(const GridLine& line, const AffineLine& affine, std::span<const double> shares,
+                   bool bisect, std::vector<LineEvent>& events) {
+  if (shares.empty() || !monotone(shares)) return false;
+  const AffineStretch stretch{affine, shares.back()};
   if (!roots(stretch, events)) {
     events.clear();
+    if (!bisect) return false;
     halve(stretch, events);
   }
   try {
     for (LineEvent& e : events) {
-      e.left = position_of(line, *structure, affine->phi + e.left);
-      e.right = position_of(line, *structure, affine->phi + e.right);
+      e.left = position_of(line, *affine.structure, affine.phi + e.left);
+      e.right = position_of(line, *affine.structure, affine.phi + e.right);
     }
   } catch (const std::bad_optional_access&) {  // φ does not exist between two points
     events.clear();
     return false;
   }
   return true;
+}
+
+bool solve_events(const GridLine& line, std::vector<LineEvent>& events) {
+  if (!line.sweep.affine[line.axis]) return false;
+  for (std::size_t k = 0; k < line.size(); ++k)
+    if (!line.valid(k)) return false;
+  const auto first = settled_at(line, 0);
+  if (!first) return false;
+  const auto affine = affine_line(line.sweep, line.place, line.axis, *first);
+  return affine && affine_events(line, *affine, shares_of(line, *affine), true, events);
 }
 
 }  // namespace tiltrim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "sweep/boundary.hpp"
@@ -45,5 +46,10 @@ MatrixLine matrices_of(const GridLine& line);
 void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen);
 /// The same along an axis with matrices affine in its φ. False without this structure.
 bool solve_events(const GridLine& line, std::vector<LineEvent>& events);
+
+/// The events of a line of affine matrices with these multiples of the slope at its points. False
+/// if φ is not monotone, or if rounding leaves doubt and `bisect` is false.
+bool affine_events(const GridLine& line, const AffineLine& affine, std::span<const double> shares,
+                   bool bisect, std::vector<LineEvent>& events);
 
 }  // namespace tiltrim

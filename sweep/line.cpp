@@ -144,16 +144,17 @@ void walk_forward(LineTracker& w, const LineStart& start) {
   }
 }
 
-// Stores the matrices of the points with these multiples of the line's slope.
-void keep_matrices(LineTracker& w, const AffineLine& line, const std::vector<double>& shares) {
-  for (Index i = 0; i < w.A.n; ++i)
-    for (Index j = 0; j < w.A.n; ++j) {
+// The matrices of the points with these multiples of the line's slope.
+void fill_matrices(const AffineLine& line, const std::vector<double>& shares, MatrixBatch& A) {
+  const std::size_t count = shares.size();
+  for (Index i = 0; i < A.n; ++i)
+    for (Index j = 0; j < A.n; ++j) {
       const double first = line.first(i, j), slope = line.slope(i, j);
-      double* const entries = &w.A(i, j, 0);
+      double* const entries = &A(i, j, 0);
       if (slope == 0)
-        std::fill_n(entries, w.count, first);
+        std::fill_n(entries, count, first);
       else
-        for (std::size_t k = 0; k < w.count; ++k) entries[k] = first + shares[k] * slope;
+        for (std::size_t k = 0; k < count; ++k) entries[k] = first + shares[k] * slope;
     }
 }
 
@@ -200,7 +201,7 @@ bool walk_affine(LineTracker& w, const LineStart& start, const AffineLine& line,
     if (k > 0 && !next_affine(w, line, k, e)) return false;
     keep(w, k, e);
   }
-  keep_matrices(w, line, shares);
+  fill_matrices(line, shares, w.A);
   std::ranges::fill(w.exact, char(start.first.exact));
   return true;
 }
@@ -303,6 +304,9 @@ double reach_of_differences(const MatrixXd& A) {
   return (2 * size + error) * std::pow(error / (2 * size + error), 1.0 / double(A.rows()));
 }
 
+// The matrix alone decides, however close to the axis.
+bool by_matrix(bool exact, TrimStatus status) { return exact && status != TrimStatus::singular; }
+
 // Closer to the axis than that, linearize() and its bounds decide where A is of differences, and
 // where the trim is singular: it leaves a state open and A with it.
 void judge_near_axis(LineTracker& w) {
@@ -310,7 +314,7 @@ void judge_near_axis(LineTracker& w) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
     const double reach = reach_of_differences(w.A.matrix(Index(k)));
     if (!(std::abs(w.points.spectral_abscissa[k]) <= reach)) continue;
-    if (w.exact[k] && TrimStatus(w.points.status[k]) != TrimStatus::singular) continue;
+    if (by_matrix(w.exact[k], TrimStatus(w.points.status[k]))) continue;
     const double any_rate = std::numeric_limits<double>::infinity();
     const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
     const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;
@@ -318,24 +322,122 @@ void judge_near_axis(LineTracker& w) {
   }
 }
 
-}  // namespace
-
-void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
+Room& room_of_thread() {
   static thread_local Room room;
+  return room;
+}
+
+std::optional<AffineLine> structure_of(const Prepared& sweep, const LineStart& start) {
+  if (!start.first.valid()) return {};
+  return affine_line(sweep, start.place, sweep.axes.size() - 1, start.first);
+}
+
+// The equilibria and matrices of all points.
+LineTracker track_line(const Prepared& sweep, const LineStart& start,
+                       const std::optional<AffineLine>& line, LinePoints& points, Room& room) {
   LineTracker w = begin(sweep, start, points, room);
-  std::optional<AffineLine> line;
-  if (start.first.valid()) line = affine_line(sweep, start.place, w.axis, start.first);
   const bool affine = line && walk_affine(w, start, *line, room.shares);
   if (!affine) walk_forward(w, start);
   walk_backward(w, start, affine && line->steady);
+  return w;
+}
+
+void finish_line(LineTracker& w, const LineStart& start, Room& room) {
   eigenvalues(w.A, room.eigenvalues);
   verdicts(w.A, room.verdicts);
   for (std::size_t k = 0; k < w.count; ++k) {
-    points.verdict[k] = std::int8_t(room.verdicts[k]);
+    w.points.verdict[k] = std::int8_t(room.verdicts[k]);
     if (!w.valid[k] || room.eigenvalues.status[k] >= LaneStatus::not_converged) clear(w, k);
   }
   follow_modes(w, start, room.eigenvalues);
   judge_near_axis(w);
+}
+
+// No other equilibrium is found from the line's end than the steady one of all its points.
+bool same_from_end(const Prepared& sweep, const LineStart& start) {
+  return !start.last || apart(sweep, *start.last, start.first.at) <= other_branch;
+}
+
+// Multiples of the slope at all points; false where the structure does not hold.
+bool shares_along(const Prepared& sweep, const LineStart& start, const AffineLine& line,
+                  std::vector<double>& shares) {
+  const std::size_t axis = sweep.axes.size() - 1;
+  OperatingPoint at = start.first.at;
+  shares.resize(sweep.axes[axis].size());
+  for (std::size_t k = 0; k < shares.size(); ++k) {
+    move_to(sweep, axis, double(k), at);
+    const auto share = line.share(at.p);
+    if (!share) return false;
+    shares[k] = *share;
+  }
+  return true;
+}
+
+// By one polynomial for the whole line. What it cannot decide with a margin that covers the
+// rounding of each point's matrix is decided by that matrix, as walk_line() does. False if the
+// slope is not of rank one.
+bool judge_affine(const AffineLine& line, Room& room) {
+  constexpr double margin = 0x1p-40;
+  const Index n = line.first.rows();
+  const double at_first = 0.0;
+  const std::size_t count = room.shares.size();
+  room.verdicts.resize(count);
+  try {
+    stability_map({line.first, MatrixXd::Zero(n, n), line.slope}, {&at_first, 1}, room.shares,
+                  room.verdicts, {.entry_error = margin, .by_modes = false});
+  } catch (const std::invalid_argument&) {
+    return false;
+  }
+  std::vector<std::size_t> open;
+  std::vector<double> shares;
+  for (std::size_t k = 0; k < count; ++k)
+    if (room.verdicts[k] == Verdict::undecided) {
+      open.push_back(k);
+      shares.push_back(room.shares[k]);
+    }
+  if (open.empty()) return true;
+  MatrixBatch A(n, std::ssize(open));
+  fill_matrices(line, shares, A);
+  std::vector<Verdict> decided;
+  verdicts(A, decided);
+  for (std::size_t m = 0; m < open.size(); ++m) room.verdicts[open[m]] = decided[m];
+  return true;
+}
+
+}  // namespace
+
+void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
+  Room& room = room_of_thread();
+  LineTracker w = track_line(sweep, start, structure_of(sweep, start), points, room);
+  finish_line(w, start, room);
+}
+
+JudgedLine judge_line(const Prepared& sweep, const LineStart& start,
+                      std::vector<std::int8_t>& codes) {
+  Room& room = room_of_thread();
+  static thread_local LinePoints points;
+  const std::optional<AffineLine> line = structure_of(sweep, start);
+  if (line && line->steady && by_matrix(start.first.exact, start.first.status) &&
+      same_from_end(sweep, start) && shares_along(sweep, start, *line, room.shares) &&
+      judge_affine(*line, room)) {
+    codes.resize(room.shares.size());
+    std::ranges::transform(room.verdicts, codes.begin(), [](Verdict v) { return std::int8_t(v); });
+    return {line, room.shares};
+  }
+  LineTracker w = track_line(sweep, start, line, points, room);
+  bool plain = true;
+  for (std::size_t k = 0; k < w.count; ++k)
+    plain = plain && (!w.valid[k] || by_matrix(w.exact[k], TrimStatus(points.status[k])));
+  if (!plain) {
+    finish_line(w, start, room);
+    codes = points.verdict;
+    return {};
+  }
+  verdicts(w.A, room.verdicts);
+  codes.resize(w.count);
+  for (std::size_t k = 0; k < w.count; ++k)
+    codes[k] = w.valid[k] ? std::int8_t(room.verdicts[k]) : std::int8_t(-1);
+  return {};
 }
 
 }  // namespace tiltrim

@@ -4,6 +4,7 @@
 #include <complex>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,16 @@ struct LinePoints {
 
 /// Overwrites every number of `points`; their memory is reused.
 void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points);
+
+/// How a line was judged: by one polynomial if its matrices are affine in φ and all its points have
+/// one equilibrium.
+struct JudgedLine {
+  std::optional<AffineLine> affine{};
+  std::span<const double> shares{};  ///< of each point; the memory of the thread's last line
+};
+/// The verdicts of walk_line() without its numbers: Verdict, or -1 without an equilibrium.
+JudgedLine judge_line(const Prepared& sweep, const LineStart& start,
+                      std::vector<std::int8_t>& codes);
 
 /// The eigenvalues of B in mode order, confidences (255: certain); `between` as in link().
 struct Ordered {

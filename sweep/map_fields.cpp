@@ -72,7 +72,7 @@ namespace {
 
 // Lengths of the dimensions. That of "point" is checked against an array over it, because the
 // product of forged lengths could be anything.
-std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) {
+std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l, bool verdicts) {
   double points = double(map.conditions.size());
   for (const SweepAxis& axis : map.axes) {
     if (axis.columns.empty()) wrong("axis", "has no values");
@@ -81,7 +81,7 @@ std::map<std::string, std::size_t> lengths(const SweepMap& map, const Lists& l) 
         wrong(c.name, "has a different number of values than its axis has points");
     points *= double(axis.size());
   }
-  if (points != double(map.status.size()))
+  if (!verdicts && points != double(map.status.size()))
     wrong("status", "has a different number of values than points");
   return {{"condition", map.conditions.size()},
           {"point", map.status.size()},
@@ -107,8 +107,8 @@ void check_positions(const std::string& name, const std::vector<T>& all, std::si
 
 }  // namespace
 
-void check_parts(const SweepMap& map, const Lists& l) {
-  const auto length = lengths(map, l);
+void check_parts(const SweepMap& map, const Lists& l, bool verdicts) {
+  const auto length = lengths(map, l, verdicts);
   each_field(map, l, [&](const Field& field, const auto& array) {
     std::size_t count = 1;
     for (const std::string& over : field.over) count *= length.at(over);
@@ -203,7 +203,9 @@ std::string udunits(const std::string& unit) {
 std::set<std::string> reserved_names() {
   SweepMap map;
   Lists lists;
-  std::set<std::string> names{"study", "study_length"};
+  std::set<std::string> names{"study",       "study_length", "borders_located", "part_of",
+                              "part_run",    "part_runs",    "part_line",       "part_located",
+                              "part_number", "part_numbers"};
   each_field(map, lists, [&](const Field& field, const auto&) {
     names.insert(field.over.begin(), field.over.end());
     names.insert({field.name, field.name + "_length"});

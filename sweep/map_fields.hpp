@@ -44,8 +44,9 @@ struct Lists {
 
 Lists lists_of(const SweepMap& map);
 /// Throws std::runtime_error "what is wrong" unless every array has the length of its dimensions
-/// and every index and enumerator is valid.
-void check_parts(const SweepMap& map, const Lists& lists);
+/// and every index and enumerator is valid; of a map of verdicts alone, arrays over points are
+/// empty.
+void check_parts(const SweepMap& map, const Lists& lists, bool verdicts = false);
 /// The inverse; the map must have its axes and conditions, and everything is checked.
 void put_back(const Lists& lists, SweepMap& map);
 

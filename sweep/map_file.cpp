@@ -27,13 +27,11 @@ using namespace filing;
 
 constexpr std::string_view seal = "tiltmap\n";  // then the checksum, at the end of the file
 
-// Throws unless there is memory for a copy of the map: the NetCDF and HDF5 libraries do not survive
-// running out of it.
-void check_memory(const SweepMap& map, const std::filesystem::path& file) {
+// Throws unless there is memory for a copy of the map of this size: the NetCDF and HDF5 libraries
+// do not survive running out of it.
+void check_memory(std::size_t bytes, const std::filesystem::path& file) {
   constexpr std::size_t others = std::size_t(16) << 20;  // caches, data not per point
-  std::size_t bytes = others;
-  each_over_points(
-      map, [&](const Field&, const auto& array) { bytes += array.size() * sizeof(array[0]); });
+  bytes += others;
   bytes += bytes / 8;
   void* room = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (room == MAP_FAILED) refuse(file, errno);
@@ -57,17 +55,16 @@ std::span<std::byte> unsealed(std::vector<std::byte>& bytes, const std::filesyst
   return std::span(bytes).first(size);
 }
 
-SweepMap read_map(const std::filesystem::path& file) {
-  std::vector<std::byte> bytes = read_whole(file);
-  return map_in(unsealed(bytes, file), file);
+Contents read_contents(const std::filesystem::path& file) {
+  try {
+    std::vector<std::byte> bytes = read_whole(file);
+    return checked_contents_in(unsealed(bytes, file), file);
+  } catch (const std::bad_alloc&) {
+    refuse(file, ENOMEM);
+  }
 }
 
-}  // namespace
-
-void write_netcdf(const SweepMap& map, const std::filesystem::path& file) {
-  check_memory(map, file);
-  const auto [image, size] = image_of(map, file);
-  const std::span<const std::byte> content(image.get(), size);
+void write_sealed(std::span<const std::byte> content, const std::filesystem::path& file) {
   std::array<std::byte, seal.size() + sizeof(std::uint64_t)> behind{};
   std::memcpy(behind.data(), seal.data(), seal.size());
   const std::uint64_t sum = checksum(std::span(behind).first(seal.size()), checksum(content));
@@ -75,12 +72,42 @@ void write_netcdf(const SweepMap& map, const std::filesystem::path& file) {
   write_whole(file, {content, behind});
 }
 
-SweepMap read_netcdf(const std::filesystem::path& file) {
-  try {
-    return read_map(file);
-  } catch (const std::bad_alloc&) {
-    refuse(file, ENOMEM);
-  }
+}  // namespace
+
+void write_netcdf(const SweepMap& map, const std::filesystem::path& file) {
+  std::size_t size_of_points = 0;
+  each_over_points(map, [&](const Field&, const auto& array) {
+    size_of_points += array.size() * sizeof(array[0]);
+  });
+  check_memory(size_of_points, file);
+  const auto [image, size] = image_of(map, file);
+  write_sealed({image.get(), size}, file);
 }
+
+void write_netcdf(const VerdictMap& map, const std::filesystem::path& file) {
+  check_memory(2 * map.runs.size(), file);
+  const auto [image, size] = image_of(map, file);
+  write_sealed({image.get(), size}, file);
+}
+
+SweepMap read_netcdf(const std::filesystem::path& file) {
+  Contents contents = read_contents(file);
+  if (contents.verdicts)
+    refuse(file,
+           "is a map of verdicts alone, without equilibria and eigenvalues; expected a map of a "
+           "study without detail = \"verdict\"");
+  return std::move(contents.map.grid);
+}
+
+VerdictMap read_verdict_map(const std::filesystem::path& file) {
+  Contents contents = read_contents(file);
+  if (!contents.verdicts)
+    refuse(file,
+           "is a map with equilibria and eigenvalues; expected one of a study with detail = "
+           "\"verdict\"");
+  return std::move(contents.map);
+}
+
+bool has_verdicts_alone(const std::filesystem::path& file) { return read_contents(file).verdicts; }
 
 }  // namespace tiltrim

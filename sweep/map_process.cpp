@@ -38,13 +38,21 @@ std::size_t memory_for(std::size_t file_size) {
 unsigned time_for(std::size_t file_size) { return 1 + 10 * unsigned(file_size >> 20); }
 
 // visit(part) for everything sent through the pipe.
-template <class Map, class L, class Visit>
-void each_part(Map& map, L& lists, Visit& visit) {
+template <class C, class Visit>
+void each_part(C& contents, Visit& visit) {
+  auto& verdicts = contents.map;
+  auto& map = verdicts.grid;
+  visit(contents.verdicts);
+  visit(verdicts.work);
+  visit(verdicts.part.number);
+  visit(verdicts.part.of);
+  visit(verdicts.runs);
+  visit(verdicts.located);
   visit(map.program);
   visit(map.instruction_set);
   visit(map.study);
   visit(map.axes);
-  each_field(map, lists, [&](const Field&, auto& array) { visit(array); });
+  each_field(map, contents.lists, [&](const Field&, auto& array) { visit(array); });
 }
 
 template <class Column, class Visit>
@@ -62,6 +70,9 @@ struct Sink {
   void bytes(const void* from, std::size_t size) const {
     if (write_all(fd, {static_cast<const std::byte*>(from), size}) != 0) ::_exit(1);
   }
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void operator()(const T& number) const { bytes(&number, sizeof number); }
   void operator()(const std::string& text) const {
     const std::size_t size = text.size();
     bytes(&size, sizeof size);
@@ -102,6 +113,14 @@ struct Source {
     bytes(&size, sizeof size);
     if (size > left / each) throw std::bad_alloc();
     return size;
+  }
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  void operator()(T& number) { bytes(&number, sizeof number); }
+  void operator()(bool& is) {
+    char byte = 0;
+    bytes(&byte, sizeof byte);
+    is = byte != 0;
   }
   void operator()(std::string& text) {
     text.resize(size_of_list(1));
@@ -161,17 +180,16 @@ void limit_child(std::size_t file_size) {
                                 Sink sink) {
   limit_child(content.size());
   std::string why;
-  SweepMap map;
-  Lists lists;
+  Contents contents;
   try {
-    parts_in(content, file, map, lists);
+    contents = contents_in(content, file);
   } catch (const std::bad_alloc&) {
     why = fmt::format("{}: {}", file.string(), std::strerror(ENOMEM));
   } catch (const std::exception& e) {
     why = e.what();
   }
   sink(why);
-  if (why.empty()) each_part(map, lists, sink);
+  if (why.empty()) each_part(contents, sink);
   ::_exit(0);
 }
 
@@ -191,40 +209,41 @@ std::string end_of(pid_t child) {
 
 }  // namespace
 
-std::optional<SweepMap> map_from(int pipe, std::size_t most, const std::filesystem::path& file) {
+std::optional<Contents> contents_from(int pipe, std::size_t most,
+                                      const std::filesystem::path& file) {
   std::string why;
-  SweepMap map;
-  Lists lists;
+  Contents contents;
   try {
     Source source{pipe, most};
     source(why);
     if (!why.empty()) throw std::runtime_error(why);
-    each_part(map, lists, source);
+    each_part(contents, source);
   } catch (const CutOff&) {
     return {};
   } catch (const std::bad_alloc&) {
     refuse(file, ENOMEM);
   }
   try {
-    check_parts(map, lists);
+    check_parts(contents.map.grid, contents.lists, contents.verdicts);
+    if (contents.verdicts) check_verdicts(contents.map);
   } catch (const std::runtime_error& e) {
     refuse(file, e.what());
   }
-  put_back(lists, map);
-  return map;
+  put_back(contents.lists, contents.map.grid);
+  return contents;
 }
 
-SweepMap map_in(std::span<std::byte> content, const std::filesystem::path& file) {
+Contents checked_contents_in(std::span<std::byte> content, const std::filesystem::path& file) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) refuse(file, errno);
   const pid_t child = ::fork();
   if (child == 0) read_in_child(content, file, {pipe[1]});
   const int error = errno;
   ::close(pipe[1]);
-  std::optional<SweepMap> map;
+  std::optional<Contents> contents;
   std::exception_ptr failure;
   try {
-    if (child > 0) map = map_from(pipe[0], memory_for(content.size()), file);
+    if (child > 0) contents = contents_from(pipe[0], memory_for(content.size()), file);
   } catch (...) {
     failure = std::current_exception();
   }
@@ -232,8 +251,9 @@ SweepMap map_in(std::span<std::byte> content, const std::filesystem::path& file)
   if (child < 0) refuse(file, error);
   const std::string end = end_of(child);
   if (failure) std::rethrow_exception(failure);
-  if (!map) refuse(file, fmt::format("is damaged: the NetCDF library {} when reading it", end));
-  return *std::move(map);
+  if (!contents)
+    refuse(file, fmt::format("is damaged: the NetCDF library {} when reading it", end));
+  return *std::move(contents);
 }
 
 }  // namespace tiltrim::filing

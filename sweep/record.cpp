@@ -6,6 +6,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "sweep/verdict_runs.hpp"
+
 namespace tiltrim {
 
 namespace {
@@ -31,6 +33,8 @@ void visit(AxisInterval& i, auto&& field) {
 }
 
 void visit(LineVerdicts& v, auto&& field) { field(v.crossings), field(v.intervals); }
+
+void visit(VerdictLines& v, auto&& field) { field(v.runs), field(v.located), field(v.borders); }
 
 struct Writer {
   Bytes bytes;
@@ -148,12 +152,23 @@ void check_place(const auto& one, const LineSizes& sizes) {
   check_that(one.at.size() == sizes.axes);
 }
 
+void check(const AxisCrossing& c, const LineSizes& sizes) {
+  check_place(c, sizes);
+  check_within(std::array{int(c.kind)}, 0, std::size_t(CrossingKind::end) + 1);
+  check_within(std::array{c.mode}, -1, sizes.states);
+}
+
+void check(const VerdictLines& lines, const LineSizes& sizes) {
+  std::size_t at = 0;
+  for (std::size_t l = 0; l < lines.located.size(); ++l)
+    each_run(lines.runs, at, sizes.points, [](std::int8_t, std::size_t) {});
+  check_that(at == lines.runs.size());
+  check_within(lines.located, 0, 2);
+  for (const AxisCrossing& c : lines.borders) check(c, sizes);
+}
+
 void check(const LineVerdicts& line, const LineSizes& sizes) {
-  for (const AxisCrossing& c : line.crossings) {
-    check_place(c, sizes);
-    check_within(std::array{int(c.kind)}, 0, std::size_t(CrossingKind::end) + 1);
-    check_within(std::array{c.mode}, -1, sizes.states);
-  }
+  for (const AxisCrossing& c : line.crossings) check(c, sizes);
   for (const AxisInterval& i : line.intervals) {
     check_place(i, sizes);
     check_within(std::array{int(i.verdict)}, 0, std::size_t(IntervalVerdict::undecided) + 1);
@@ -171,11 +186,16 @@ T checked(const Bytes& bytes, const LineSizes& sizes) {
 
 Bytes as_bytes(const LinePoints& line) { return written(line); }
 Bytes as_bytes(const LineVerdicts& line) { return written(line); }
+Bytes as_bytes(const VerdictLines& lines) { return written(lines); }
 LinePoints points_from(const Bytes& bytes, const LineSizes& sizes) {
   return checked<LinePoints>(bytes, sizes);
 }
 LineVerdicts verdicts_from(const Bytes& bytes, const LineSizes& sizes) {
   return checked<LineVerdicts>(bytes, sizes);
+}
+
+VerdictLines verdict_lines_from(const Bytes& bytes, const LineSizes& sizes) {
+  return checked<VerdictLines>(bytes, sizes);
 }
 
 }  // namespace tiltrim

@@ -7,8 +7,16 @@
 
 namespace tiltrim {
 
+/// Verdicts of consecutive lines, as in VerdictMap.
+struct VerdictLines {
+  std::vector<std::uint8_t> runs;
+  std::vector<std::int8_t> located;
+  std::vector<AxisCrossing> borders;
+};
+
 Bytes as_bytes(const LinePoints& line);
 Bytes as_bytes(const LineVerdicts& line);
+Bytes as_bytes(const VerdictLines& lines);
 
 /// The sizes common to all lines of a sweep.
 struct LineSizes {
@@ -18,5 +26,6 @@ struct LineSizes {
 /// must be in range, and lists have the required length.
 LinePoints points_from(const Bytes& bytes, const LineSizes& sizes);
 LineVerdicts verdicts_from(const Bytes& bytes, const LineSizes& sizes);
+VerdictLines verdict_lines_from(const Bytes& bytes, const LineSizes& sizes);
 
 }  // namespace tiltrim

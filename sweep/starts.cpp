@@ -50,6 +50,28 @@ Eigenvalues foreseen(const Lines& lines, const std::vector<LineStart>& starts, s
 
 }  // namespace
 
+GridTrim first_point(const Prepared& sweep, const GridPlace& place,
+                     std::optional<OperatingPoint>& known) {
+  std::optional<GridTrim> e;
+  if (known) e = settle(sweep, place, *known);
+  if (!e) e = from_nothing(sweep, place);
+  if (e->valid()) known = e->at;
+  return *e;
+}
+
+std::optional<OperatingPoint> last_point(const Prepared& sweep, GridPlace place,
+                                         const std::optional<OperatingPoint>& after) {
+  place.back() = double(sweep.axes.back().size() - 1);
+  if (!after) {
+    const GridTrim own = from_nothing(sweep, place);
+    return own.valid() ? std::optional(own.at) : std::nullopt;
+  }
+  if (const auto e = settle(sweep, place, *after)) return e->at;
+  OperatingPoint at = numbers_at(sweep, place);  // parameters of this line, unknowns of the other
+  for (const Index j : sweep.problem.unknowns) set_value(at, j, value_of(*after, j));
+  return at;
+}
+
 void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,
                         std::vector<std::string>& mode_names) {
   const std::size_t n = std::size_t(sweep.states());
@@ -62,11 +84,8 @@ void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<L
       last[l] = last[*before];
       s.reference = starts[*before].reference;
     }
-    std::optional<GridTrim> e;
-    if (last[l]) e = settle(sweep, s.place, *last[l]);
-    s.first = e ? *e : from_nothing(sweep, s.place);
+    s.first = first_point(sweep, s.place, last[l]);
     if (!s.first.valid()) continue;
-    last[l] = s.first.at;
     const Eigen::MatrixXd A = s.first.A(sweep);
     const Eigenvalues lambda = eigenvalues_of(A);
     if (lambda.size() != n) continue;
@@ -89,23 +108,8 @@ void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<L
 
 void start_last_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts) {
   for (std::size_t l = starts.size(); l-- > 0;) {
-    GridPlace place = starts[l].place;
-    place.back() = double(sweep.axes.back().size() - 1);
     const auto after = lines.next_to(l, false);
-    std::optional<GridTrim> e;
-    if (after && starts[*after].last) {
-      e = settle(sweep, place, *starts[*after].last);
-    } else if (GridTrim own = from_nothing(sweep, place); own.valid()) {
-      e = own;
-    }
-    if (e) {
-      starts[l].last = e->at;
-    } else if (after && starts[*after].last) {  // parameters of this line, unknowns of the other
-      OperatingPoint at = numbers_at(sweep, place);
-      for (const Index j : sweep.problem.unknowns)
-        set_value(at, j, value_of(*starts[*after].last, j));
-      starts[l].last = at;
-    }
+    starts[l].last = last_point(sweep, starts[l].place, after ? starts[*after].last : std::nullopt);
   }
 }
 

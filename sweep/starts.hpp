@@ -37,6 +37,14 @@ struct Lines {
   }
 };
 
+/// The equilibrium at the first point of a line from the last one known along the slower axes,
+/// which it replaces.
+GridTrim first_point(const Prepared& sweep, const GridPlace& place,
+                     std::optional<OperatingPoint>& known);
+/// The start at the last point of a line from that of the next line; empty if there is none.
+std::optional<OperatingPoint> last_point(const Prepared& sweep, GridPlace place,
+                                         const std::optional<OperatingPoint>& after);
+
 /// The first points of all lines, each from the previous line; and the names of the modes, from the
 /// first equilibrium.
 void start_first_points(const Prepared& sweep, const Lines& lines, std::vector<LineStart>& starts,

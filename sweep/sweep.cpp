@@ -1,6 +1,5 @@
 #include "sweep/sweep.hpp"
 
-#include <fmt/ranges.h>
 #ifdef __linux__
 #include <sys/mman.h>
 #endif
@@ -22,32 +21,6 @@ using Eigen::Index;
 
 namespace {
 
-// Identity of the work that the log's lines belong to.
-std::string identity_of(const SweepOptions& options,
-                        const std::vector<std::unique_ptr<Prepared>>& conditions,
-                        const std::vector<SweepAxis>& axes) {
-  std::string identity = options.identity + "\n" + rounding();
-  for (const auto& c : conditions)
-    identity += fmt::format("\ncondition {}: {}", c->request.name,
-                            fmt::join(names(c->model().states), " "));
-  for (const SweepAxis& axis : axes)
-    for (const SweepAxis::Column& column : axis.columns) {
-      identity += fmt::format("\naxis {}, {}:", axis.name, column.name);
-      for (const double value : column.si) identity += fmt::format(" {:a}", value);
-    }
-  return identity;
-}
-
-void check_alike(const std::vector<std::unique_ptr<Prepared>>& conditions) {
-  const Prepared& first = *conditions.front();
-  for (const auto& c : conditions)
-    if (names(c->model().states) != names(first.model().states))
-      throw std::invalid_argument(
-          fmt::format("the states of condition '{}' differ from those of '{}'; expected conditions "
-                      "of one formulation",
-                      c->request.name, first.request.name));
-}
-
 // Hundreds of megabytes that the system clears page by page: uses large pages if available.
 void resize(std::vector<double>& numbers, std::size_t size) {
   numbers.reserve(size);
@@ -60,8 +33,7 @@ void resize(std::vector<double>& numbers, std::size_t size) {
   numbers.resize(size);
 }
 
-SweepMap empty_map(const std::vector<std::unique_ptr<Prepared>>& conditions,
-                   const std::vector<SweepAxis>& axes) {
+SweepMap empty_map(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes) {
   SweepMap map;
   map.axes = axes;
   const Prepared& first = *conditions.front();
@@ -178,15 +150,6 @@ std::vector<AxisLine> lines_along_axes(std::size_t conditions, const std::vector
   return all;
 }
 
-// Reads a line from the log; errors name the log.
-auto in_log(const Work& work, const auto& line_from, const Bytes& bytes, const LineSizes& sizes) {
-  try {
-    return line_from(bytes, sizes);
-  } catch (const std::runtime_error& e) {
-    throw LogError(fmt::format("{}: {}", work.options.log.string(), e.what()));
-  }
-}
-
 // Points of lines that were placed, perhaps, but not appended.
 void clear_from(std::size_t first, SweepMap& map) {
   const auto clear = [&](auto& values, std::size_t each, auto value) {
@@ -205,8 +168,8 @@ void clear_from(std::size_t first, SweepMap& map) {
   clear(map.input, m, nan);
 }
 
-void compute(const std::vector<std::unique_ptr<Prepared>>& conditions,
-             const std::vector<SweepAxis>& axes, Work& work, SweepMap& map) {
+void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes, Work& work,
+             SweepMap& map) {
   const Lines lines{axes};
   const std::size_t per_condition = lines.count(), length = axes.back().size();
   std::vector<std::vector<LineStart>> starts(conditions.size(),
@@ -260,8 +223,8 @@ void compute(const std::vector<std::unique_ptr<Prepared>>& conditions,
       });
 }
 
-SweepMap swept(const std::vector<std::unique_ptr<Prepared>>& conditions,
-               const std::vector<SweepAxis>& axes, Work& work) {
+SweepMap swept(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes,
+               Work& work) {
   SweepMap map = empty_map(conditions, axes);
   try {
     compute(conditions, axes, work, map);
@@ -280,24 +243,9 @@ bool first_of_ranks() { return rank() == 0; }
 SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
                const SweepOptions& options) {
   const RoundToNearest environment;
-  if (requests.empty()) throw std::invalid_argument("no condition to sweep over");
-  if (axes.empty()) throw std::invalid_argument("no axis to sweep along");
-  std::vector<std::unique_ptr<Prepared>> conditions;
-  for (const SweepRequest& r : requests)
-    conditions.push_back(std::make_unique<Prepared>(r, axes, options.trimming));
-  check_alike(conditions);
-  std::unique_ptr<Log> log;
+  const PreparedConditions conditions = prepare(requests, axes, options);
   Work work{options, nullptr};
-  if (!options.log.empty() && rank() == 0) {
-    try {
-      log = std::make_unique<Log>(options.log, identity_of(options, conditions, axes));
-    } catch (const LogError&) {
-      work.failure = std::current_exception();
-    }
-    work.log = log.get();
-  }
-  agree(work);
-  recover(work);
+  const std::unique_ptr<Log> log = open_log(work, identity_of(options, conditions, axes));
   SweepMap map;
   with_threads(options.threads, [&] { map = swept(conditions, axes, work); });
   return map;

@@ -1,7 +1,11 @@
 #include "sweep/work.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cstring>
+
+#include "linearize/batch.hpp"
 
 namespace tiltrim {
 
@@ -10,6 +14,16 @@ double seconds_since(Clock::time_point then) {
 }
 
 namespace {
+
+void check_alike(const PreparedConditions& conditions) {
+  const Prepared& first = *conditions.front();
+  for (const auto& c : conditions)
+    if (names(c->model().states) != names(first.model().states))
+      throw std::invalid_argument(
+          fmt::format("the states of condition '{}' differ from those of '{}'; expected conditions "
+                      "of one formulation",
+                      c->request.name, first.request.name));
+}
 
 // Numbers and bytes of finished units, to send to ranks that do not have them.
 Bytes packed(const std::vector<std::pair<std::uint64_t, Bytes>>& units) {
@@ -39,6 +53,46 @@ void unpack(const Bytes& all, const auto& take) {
 }
 
 }  // namespace
+
+std::string identity_of(const SweepOptions& options, const PreparedConditions& conditions,
+                        const std::vector<SweepAxis>& axes) {
+  std::string identity = options.identity + "\n" + rounding();
+  for (const auto& c : conditions)
+    identity += fmt::format("\ncondition {}: {}", c->request.name,
+                            fmt::join(names(c->model().states), " "));
+  for (const SweepAxis& axis : axes)
+    for (const SweepAxis::Column& column : axis.columns) {
+      identity += fmt::format("\naxis {}, {}:", axis.name, column.name);
+      for (const double value : column.si) identity += fmt::format(" {:a}", value);
+    }
+  return identity;
+}
+
+PreparedConditions prepare(const std::vector<SweepRequest>& requests,
+                           const std::vector<SweepAxis>& axes, const SweepOptions& options) {
+  if (requests.empty()) throw std::invalid_argument("no condition to sweep over");
+  if (axes.empty()) throw std::invalid_argument("no axis to sweep along");
+  PreparedConditions conditions;
+  for (const SweepRequest& r : requests)
+    conditions.push_back(std::make_unique<Prepared>(r, axes, options.trimming));
+  check_alike(conditions);
+  return conditions;
+}
+
+std::unique_ptr<Log> open_log(Work& work, const std::string& identity) {
+  std::unique_ptr<Log> log;
+  if (!work.options.log.empty() && rank() == 0) {
+    try {
+      log = std::make_unique<Log>(work.options.log, identity);
+    } catch (const LogError&) {
+      work.failure = std::current_exception();
+    }
+    work.log = log.get();
+  }
+  agree(work);
+  recover(work);
+  return log;
+}
 
 void recover(Work& work) {
   std::vector<std::pair<std::uint64_t, Bytes>> found;

@@ -6,12 +6,16 @@
 #include <cstdint>
 #include <exception>
 #include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "runtime/log.hpp"
 #include "runtime/ranks.hpp"
 #include "runtime/threads.hpp"
+#include "sweep/prepared.hpp"
 #include "sweep/record.hpp"
 #include "sweep/sweep.hpp"
 
@@ -34,6 +38,17 @@ struct Work {
   bool known(std::uint64_t unit) const { return recovered.contains(unit); }
 };
 
+using PreparedConditions = std::vector<std::unique_ptr<Prepared>>;
+/// Throws std::invalid_argument for no condition, no axis, or conditions of different states.
+PreparedConditions prepare(const std::vector<SweepRequest>& requests,
+                           const std::vector<SweepAxis>& axes, const SweepOptions& options);
+/// Identity of the work that the log's units belong to.
+std::string identity_of(const SweepOptions& options, const PreparedConditions& conditions,
+                        const std::vector<SweepAxis>& axes);
+/// The log of the options on rank 0, and the units that are in it; empty without one. An unusable
+/// log throws on all ranks.
+std::unique_ptr<Log> open_log(Work& work, const std::string& identity);
+
 /// Reads the units that an earlier run left in rank 0's log.
 void recover(Work& work);
 /// Writes finished units to the log. A full disk is reported on all ranks by agree().
@@ -43,6 +58,15 @@ void write(Work& work);
 void agree(Work& work, bool last = false);
 /// Receives the units from `from` on that other ranks have computed.
 void exchange(std::size_t from, std::vector<Bytes>& bytes);
+
+/// Reads a unit from the log; errors name the log.
+auto in_log(const Work& work, const auto& unit_from, const Bytes& bytes, const LineSizes& sizes) {
+  try {
+    return unit_from(bytes, sizes);
+  } catch (const std::runtime_error& e) {
+    throw LogError(work.options.log.string() + ": " + e.what());
+  }
+}
 
 /// This rank's units from `from` on, computed by its threads; `bytes` stay empty for those of
 /// another rank.
