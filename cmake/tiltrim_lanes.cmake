@@ -3,14 +3,16 @@ string(COMPARE EQUAL "${CMAKE_CXX_COMPILER_ID}" GNU x86_kernels)
 option(TILTRIM_X86_KERNELS "On x86-64, kernels for AVX2 and AVX-512 too; without, what other architectures have" ${x86_kernels})
 
 # tiltrim_lanes(<folder> <source>...): compiles the sources of a module once for each instruction
-# set, in namespace lanes_<set>; dispatch by the processor is the module's own.
-function(tiltrim_lanes module)
-  list(TRANSFORM ARGN PREPEND ${module}/ OUTPUT_VARIABLE sources)
+# set, in namespace lanes_<set>; the module selects by runtime/instruction_set.hpp.
+function(tiltrim_lanes folder)
+  cmake_path(GET folder FILENAME module)
+  list(TRANSFORM ARGN PREPEND ${folder}/ OUTPUT_VARIABLE sources)
   set(sets scalar baseline)
   if(TILTRIM_X86_KERNELS AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
     list(APPEND sets avx2 avx512)
     set(x86 TILTRIM_X86)
     target_compile_definitions(tiltrim_${module} PRIVATE ${x86})
+    target_compile_definitions(tiltrim_runtime PRIVATE ${x86})
   endif()
   set(flags_avx2 -mavx2 -mfma)
   # g++ 12 takes its own headers' "undefined" registers for a mistake.
@@ -24,6 +26,7 @@ function(tiltrim_lanes module)
       target_compile_definitions(tiltrim_${module}_${set} PRIVATE TILTRIM_LANES_SCALAR)
     endif()
     target_include_directories(tiltrim_${module}_${set} PRIVATE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(tiltrim_${module}_${set} PRIVATE Eigen3::Eigen)
     tiltrim_compile_options(tiltrim_${module}_${set})
     target_compile_options(tiltrim_${module}_${set} PRIVATE ${flags_${set}} $<$<CONFIG:Release>:-O3>)
     # clang need not unroll all that g++ does.

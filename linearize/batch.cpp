@@ -1,14 +1,11 @@
 #include "linearize/batch.hpp"
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <complex>
-#include <cstdlib>
 #include <limits>
 #include <stdexcept>
-#include <string_view>
 
 #include "linearize/dispatch.hpp"
 #include "runtime/rounding.hpp"
@@ -31,36 +28,7 @@ std::string to_string(LaneStatus status) {
   return "unknown";
 }
 
-namespace {
-
-constexpr std::string_view set_names[] = {"scalar", "baseline", "avx2", "avx512"};
-
-// The instruction sets supported by this processor, the best one last.
-std::vector<std::string_view> available() {
-  std::vector<std::string_view> sets = {"scalar", "baseline"};
-#ifdef TILTRIM_X86
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  if (avx2) sets.push_back("avx2");
-  if (avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw"))
-    sets.push_back("avx512");
-#endif
-  return sets;
-}
-
-}  // namespace
-
-InstructionSet chosen() {
-  static const std::vector<std::string_view> sets = available();
-  const char* asked = std::getenv("TILTRIM_SIMD");
-  const std::string_view name = asked && *asked ? std::string_view(asked) : sets.back();
-  if (std::ranges::find(sets, name) == sets.end())
-    throw std::invalid_argument(
-        fmt::format("TILTRIM_SIMD is '{}'; this processor has: {}", name, fmt::join(sets, ", ")));
-  return static_cast<InstructionSet>(std::ranges::find(set_names, name) - set_names);
-}
-
-std::string instruction_set() { return std::string(set_names[static_cast<std::size_t>(chosen())]); }
+std::string instruction_set() { return name_of(chosen()); }
 
 std::string rounding() {
 #ifdef __x86_64__

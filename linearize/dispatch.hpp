@@ -1,23 +1,12 @@
-/// The SIMD kernels, compiled once for each instruction set, and their selection at run time.
+/// The SIMD kernels, compiled once for each instruction set.
 /// Internal to linearize/.
 #pragma once
 
 #include <cstddef>
 
+#include "runtime/instruction_set.hpp"
+
 namespace tiltrim {
-
-enum class InstructionSet { scalar, baseline, avx2, avx512 };
-
-/// The best instruction set of the processor, or that of the environment variable TILTRIM_SIMD.
-/// Throws std::invalid_argument if that names an unknown or unsupported one.
-InstructionSet chosen();
-
-/// Selects the version of a kernel to run.
-template <class Kernel>
-Kernel* chosen(Kernel* scalar, Kernel* baseline, Kernel* avx2, Kernel* avx512) {
-  Kernel* const kernels[] = {scalar, baseline, avx2, avx512};
-  return kernels[static_cast<std::size_t>(chosen())];
-}
 
 /// Eigenvalues of matrices first .. last - 1 of a batch: entries, re and im as in MatrixBatch and
 /// BatchEigenvalues.

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "linearize/lanes.hpp"
+#include "runtime/lanes.hpp"
 
 namespace tiltrim::TILTRIM_LANES {
 

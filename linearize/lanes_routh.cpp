@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "linearize/lanes.hpp"
+#include "runtime/lanes.hpp"
 #include "linearize/routh.hpp"
 
 namespace tiltrim::TILTRIM_LANES {

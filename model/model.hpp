@@ -24,6 +24,9 @@ struct Signal {
   double nominal = 1.0;  ///< a significant change: the scale of steps, norms and rank tests; > 0
 };
 
+/// Number of points that Model::lanes evaluates together.
+inline constexpr std::size_t model_lanes = 8;
+
 struct Jet;                           // a range with derivatives: model/jet.hpp
 using Signals = std::vector<Signal>;  ///< the signals of one vector, in order
 
@@ -124,6 +127,16 @@ struct Model {
   std::vector<Affine> affine;  ///< empty if not known
 
   ModeNames mode_names{};  ///< for its linear models
+
+  /// Optional, for sweeps: [f; h] at `model_lanes` points at once in SIMD lanes, and its
+  /// derivatives with respect to states or inputs. Variable j of point k is z[j * model_lanes + k];
+  /// row i of point k goes to values[i * model_lanes + k] and its derivative with respect to
+  /// variables[c] to slopes[(c * rows + i) * model_lanes + k], unless slopes is null. The numbers
+  /// are those of f, h and derivatives to rounding; those of a point depend on that point only, not
+  /// on the instruction set, and are NaN where f or h throws. Must not throw.
+  std::function<void(const double* z, const std::vector<Eigen::Index>& variables, double* values,
+                     double* slopes)>
+      lanes{};
 };
 
 /// An error in the caller's arguments, as opposed to an exception thrown by the model.

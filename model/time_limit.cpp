@@ -35,6 +35,7 @@ TimedModel timed(const Model& model, double seconds) {
   if (model.h) limited.h = in_time(model.h);
   if (model.derivatives) limited.derivatives = in_time(model.derivatives);
   if (model.enclosure) limited.enclosure = in_time(model.enclosure);
+  if (model.lanes) limited.lanes = in_time(model.lanes);
   return {limited, over};
 }
 

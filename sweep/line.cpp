@@ -6,6 +6,7 @@
 
 #include "linearize/batch.hpp"
 #include "sweep/line_modes.hpp"
+#include "sweep/side_by_side.hpp"
 
 namespace tiltrim {
 
@@ -133,15 +134,15 @@ GridTrim next_forward(const LineTracker& w, std::size_t k) {
   return e;
 }
 
-void walk_forward(LineTracker& w, const LineStart& start) {
-  for (std::size_t k = 0; k < w.count; ++k) {
-    const GridTrim e = k == 0 ? start.first : next_forward(w, k);
-    keep(w, k, e);
-    if (e.valid())
-      keep_matrix(w, k, e);
-    else
-      keep_no_matrix(w, k);
-  }
+// Finds and stores the trim at a point, from the preceding equilibria.
+GridTrim step_forward(LineTracker& w, const LineStart& start, std::size_t k) {
+  GridTrim e = k == 0 ? start.first : next_forward(w, k);
+  keep(w, k, e);
+  if (e.valid())
+    keep_matrix(w, k, e);
+  else
+    keep_no_matrix(w, k);
+  return e;
 }
 
 // The matrices of the points with these multiples of the line's slope.
@@ -312,9 +313,9 @@ bool by_matrix(bool exact, TrimStatus status) { return exact && status != TrimSt
 void judge_near_axis(LineTracker& w) {
   for (std::size_t k = 0; k < w.count; ++k) {
     if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
+    if (by_matrix(w.exact[k], TrimStatus(w.points.status[k]))) continue;
     const double reach = reach_of_differences(w.A.matrix(Index(k)));
     if (!(std::abs(w.points.spectral_abscissa[k]) <= reach)) continue;
-    if (by_matrix(w.exact[k], TrimStatus(w.points.status[k]))) continue;
     const double any_rate = std::numeric_limits<double>::infinity();
     const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
     const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;
@@ -337,7 +338,7 @@ LineTracker track_line(const Prepared& sweep, const LineStart& start,
                        const std::optional<AffineLine>& line, LinePoints& points, Room& room) {
   LineTracker w = begin(sweep, start, points, room);
   const bool affine = line && walk_affine(w, start, *line, room.shares);
-  if (!affine) walk_forward(w, start);
+  for (std::size_t k = 0; !affine && k < w.count; ++k) (void)step_forward(w, start, k);
   walk_backward(w, start, affine && line->steady);
   return w;
 }
@@ -374,7 +375,7 @@ bool shares_along(const Prepared& sweep, const LineStart& start, const AffineLin
 }
 
 // By one polynomial for the whole line. What it cannot decide with a margin that covers the
-// rounding of each point's matrix is decided by that matrix, as walk_line() does. False if the
+// rounding of each point's matrix is decided by that matrix, as walk_lines() does. False if the
 // slope is not of rank one.
 bool judge_affine(const AffineLine& line, Room& room) {
   constexpr double margin = 0x1p-40;
@@ -406,10 +407,38 @@ bool judge_affine(const AffineLine& line, Room& room) {
 
 }  // namespace
 
-void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points) {
-  Room& room = room_of_thread();
-  LineTracker w = track_line(sweep, start, structure_of(sweep, start), points, room);
-  finish_line(w, start, room);
+std::size_t lines_together(const Prepared& sweep) { return has_lanes(sweep) ? model_lanes : 1; }
+
+void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& starts,
+                const std::vector<LinePoints*>& points) {
+  static thread_local std::vector<Room> rooms(model_lanes);
+  std::vector<LineTracker> lines;
+  std::vector<LineTracker*> unaided;  // not along an affine axis
+  std::vector<std::size_t> numbers;
+  std::vector<char> steady(starts.size(), 0);
+  lines.reserve(starts.size());
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const LineStart& start = *starts[i];
+    LineTracker& w = lines.emplace_back(begin(sweep, start, *points[i], rooms.at(i)));
+    const std::optional<AffineLine> line = structure_of(sweep, start);
+    const bool affine = line && walk_affine(w, start, *line, rooms[i].shares);
+    steady[i] = affine && line->steady;
+    if (affine) continue;
+    unaided.push_back(&w);
+    numbers.push_back(i);
+  }
+  const auto alone = [&](std::size_t l, std::size_t k) {
+    return step_forward(*unaided[l], *starts[numbers[l]], k);
+  };
+  if (has_lanes(sweep) && !unaided.empty())
+    walk_side_by_side(unaided, alone);
+  else
+    for (std::size_t l = 0; l < unaided.size(); ++l)
+      for (std::size_t k = 0; k < unaided[l]->count; ++k) (void)alone(l, k);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    walk_backward(lines[i], *starts[i], steady[i] != 0);
+    finish_line(lines[i], *starts[i], rooms[i]);
+  }
 }
 
 JudgedLine judge_line(const Prepared& sweep, const LineStart& start,

@@ -44,8 +44,12 @@ struct LinePoints {
   std::vector<std::int8_t> second_verdict;
 };
 
-/// Overwrites every number of `points`; their memory is reused.
-void walk_line(const Prepared& sweep, const LineStart& start, LinePoints& points);
+/// Number of lines that are best walked together: model_lanes, or 1 without Model::lanes.
+std::size_t lines_together(const Prepared& sweep);
+
+/// Walks up to model_lanes lines. Overwrites every number of `points`; their memory is reused.
+void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& starts,
+                const std::vector<LinePoints*>& points);
 
 /// How a line was judged: by one polynomial if its matrices are affine in φ and all its points have
 /// one equilibrium.

@@ -20,7 +20,6 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr int max_steps = 40;       // of Newton: quadratic convergence except near a fold
-constexpr double at_rest = 1e-12;   // of a step, scaled: at round-off
 constexpr double diverging = 1e6;   // nominal sizes: the integral of a small gain may be large
 constexpr double same_trim = 1e-6;  // scaled: unknowns that differ by less are one equilibrium
 

@@ -9,6 +9,9 @@
 
 namespace tiltrim {
 
+/// A Newton step at round-off, in nominal sizes.
+inline constexpr double at_rest = 1e-12;
+
 /// A verified equilibrium, or the reason why there is none.
 struct GridTrim {
   TrimStatus status = TrimStatus::not_found;

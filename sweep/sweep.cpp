@@ -188,11 +188,19 @@ void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>&
   const std::size_t count = conditions.size() * per_condition;
   work.progress = {"points", 0, count * length};
   const LineSizes sizes{conditions.size(), axes.size(), length, map.modes(), map.inputs.size()};
+  std::size_t together = 1;
+  for (const auto& c : conditions) together = std::max(together, lines_together(*c));
   run<LinePoints>(
-      work, 0, count,
-      [&](std::size_t i, LinePoints& line) {
-        walk_line(*conditions[i / per_condition], starts[i / per_condition][i % per_condition],
-                  line);
+      work, 0, count, together,
+      [&](const std::vector<std::size_t>& units, const std::vector<LinePoints*>& all) {
+        for (std::size_t from = 0, to = 0; from < units.size(); from = to) {
+          const std::size_t c = units[from] / per_condition;  // those of one condition
+          std::vector<const LineStart*> first;
+          for (; to < units.size() && units[to] / per_condition == c; ++to)
+            first.push_back(&starts[c][units[to] % per_condition]);
+          walk_lines(*conditions[c], first,
+                     {all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to)});
+        }
       },
       [&](const Bytes& bytes) { return in_log(work, points_from, bytes, sizes); },
       [&](std::size_t i, const LinePoints& line) { place(line, i * length, map); },
@@ -208,10 +216,10 @@ void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>&
   work.progress.done = 0;
   work.progress.total = between.size();
   run<LineVerdicts>(
-      work, count, between.size(),
-      [&](std::size_t i, LineVerdicts& line) {
-        const AxisLine& l = between[i];
-        line =
+      work, count, between.size(), 1,
+      [&](const std::vector<std::size_t>& units, const std::vector<LineVerdicts*>& all) {
+        const AxisLine& l = between[units.front()];
+        *all.front() =
             look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis, l.place);
       },
       [&](const Bytes& bytes) { return in_log(work, verdicts_from, bytes, sizes); },

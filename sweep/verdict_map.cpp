@@ -96,10 +96,10 @@ void judge_units(const Prepared& condition, const Units& units, std::size_t from
     for (std::size_t unit = begin; unit < end; ++unit)
       for (std::size_t l = 0; l < units.size(unit); ++l) starts.push_back(chain.next());
     run<VerdictLines>(
-        work, begin, end - begin,
-        [&](std::size_t i, VerdictLines& lines) {
-          const std::size_t unit = begin + i;
-          lines = judge_lines(
+        work, begin, end - begin, 1,
+        [&](const std::vector<std::size_t>& one, const std::vector<VerdictLines*>& lines) {
+          const std::size_t unit = begin + one.front();
+          *lines.front() = judge_lines(
               condition, int(number),
               std::span(starts).subspan(units.first_line(unit) - first, units.size(unit)),
               work.options.crossings);

@@ -2,6 +2,7 @@
 /// Internal to sweep/.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -68,38 +69,51 @@ auto in_log(const Work& work, const auto& unit_from, const Bytes& bytes, const L
   }
 }
 
-/// This rank's units from `from` on, computed by its threads; `bytes` stay empty for those of
-/// another rank.
+/// This rank's units from `from` on, computed by its threads, up to `together` at a time; `bytes`
+/// stay empty for those of another rank.
 template <class Result>
-void compute_block(const Work& work, std::uint64_t first, std::size_t from, const auto& compute,
-                   const auto& store, std::vector<Result>& results, std::vector<Bytes>& bytes) {
+void compute_block(const Work& work, std::uint64_t first, std::size_t from, std::size_t together,
+                   const auto& compute, const auto& store, std::vector<Result>& results,
+                   std::vector<Bytes>& bytes) {
   const bool bytes_needed = work.log || ranks() > 1;
-  in_parallel(results.size(), [&](std::size_t k) {
-    const std::size_t unit = from + k;
-    const bool mine = unit % std::size_t(ranks()) == std::size_t(rank());
-    if (!mine || work.known(first + unit) || work.options.stop.stop_requested()) return;
-    compute(unit, results[k]);
-    if (bytes_needed) bytes[k] = as_bytes(results[k]);
-    store(unit, results[k]);
+  std::vector<std::size_t> mine;
+  for (std::size_t k = 0; k < results.size(); ++k)
+    if ((from + k) % std::size_t(ranks()) == std::size_t(rank()) && !work.known(first + from + k))
+      mine.push_back(k);
+  in_parallel((mine.size() + together - 1) / together, [&](std::size_t group) {
+    if (work.options.stop.stop_requested()) return;
+    std::vector<std::size_t> units;
+    std::vector<Result*> answers;
+    const std::size_t end = std::min(mine.size(), (group + 1) * together);
+    for (std::size_t i = group * together; i < end; ++i) {
+      units.push_back(from + mine[i]);
+      answers.push_back(&results[mine[i]]);
+    }
+    compute(units, answers);
+    for (std::size_t i = 0; i < units.size(); ++i) {
+      if (bytes_needed) bytes[units[i] - from] = as_bytes(*answers[i]);
+      store(units[i], *answers[i]);
+    }
   });
 }
 
 /// Computes units first .. first + count - 1 in blocks that grow until one takes long enough to be
-/// distributed: compute(i, result) and store(i, result) run on ranks and threads; append(i, result)
-/// runs in the order of the units. The memory of a result is reused by the next block.
+/// distributed: compute(units, results), of up to `together` units, and store(i, result) run on
+/// ranks and threads; append(i, result) runs in the order of the units. The memory of a result is
+/// reused by the next block.
 template <class Result>
-void run(Work& work, std::uint64_t first, std::size_t count, const auto& compute,
-         const auto& as_result, const auto& store, const auto& append) {
+void run(Work& work, std::uint64_t first, std::size_t count, std::size_t together,
+         const auto& compute, const auto& as_result, const auto& store, const auto& append) {
   constexpr double long_enough = 0.02;         // s
   constexpr std::size_t most_of_a_rank = 256;  // units: exchanged between ranks at once
-  std::size_t block = 1;
+  std::size_t block = together;
   std::vector<Result> results;
   for (std::size_t from = 0; from < count;) {
     const std::size_t size = std::min(count - from, block);
     const Clock::time_point begun = Clock::now();
     results.resize(size);
     std::vector<Bytes> bytes(size);
-    compute_block(work, first, from, compute, store, results, bytes);
+    compute_block(work, first, from, together, compute, store, results, bytes);
     agree(work);
     exchange(from, bytes);
     in_parallel(size, [&](std::size_t k) {

@@ -21,6 +21,7 @@ namespace {
 // The model with its rates as additional outputs "V'", so that rates can be bounded or minimized.
 Model with_rates(const Model& model) {
   Model wider = model;
+  wider.lanes = nullptr;
   const Index nx = std::ssize(model.states);
   for (Index i = 0; i < nx; ++i)
     wider.outputs.push_back(

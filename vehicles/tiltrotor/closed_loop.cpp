@@ -2,15 +2,33 @@
 #include "vehicles/tiltrotor/closed_loop.hpp"
 
 #include <cmath>
+#include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "model/differentiable.hpp"
+#include "runtime/instruction_set.hpp"
 #include "vehicles/mode_names.hpp"
+#include "vehicles/tiltrotor/lanes.hpp"
 #include "vehicles/tiltrotor/parameters.hpp"
 #include "vehicles/tiltrotor/physics.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {
+
+// A polar's pieces in the order of PolarTable.
+struct physics::PolarRows {
+  std::vector<double> rows;
+  PolarTable table;
+
+  explicit PolarRows(const Polar& polar) {
+    for (const Polar::Piece& piece : polar.pieces_) {
+      for (const Polar::Cubic& c : piece.c) rows.insert(rows.end(), {c.c0, c.c1, c.c2, c.c3});
+      rows.insert(rows.end(), {piece.start, piece.start - polar.first_, 0.0, 0.0});
+    }
+    table = {rows.data(), polar.pieces_.size(), polar.first_, polar.per_radian_};
+  }
+};
 
 namespace {
 
@@ -64,6 +82,24 @@ std::vector<Model::Affine> affine_gains(const Vehicle& vehicle, const Model& mod
   return affine;
 }
 
+// The kernel of the instruction set; none if TILTRIM_SIMD names one that does not exist, which the
+// kernels that need one report.
+void set_lanes(Model& model, const Vehicle& vehicle) {
+  decltype(&lanes_scalar::wind_loop) kernel = nullptr;
+  try {
+    kernel = chosen(&lanes_scalar::wind_loop, &lanes_baseline::wind_loop, &lanes_avx2::wind_loop,
+                    &lanes_avx512::wind_loop);
+  } catch (const std::invalid_argument&) {
+    return;
+  }
+  const auto polar = std::make_shared<const PolarRows>(*vehicle.polar);
+  const bool printed = vehicle.equations == Equations::printed;
+  model.lanes = [kernel, polar, printed](const double* z, const std::vector<Index>& variables,
+                                         double* values, double* slopes) {
+    kernel({z, variables.data(), variables.size(), values, slopes, &polar->table, printed});
+  };
+}
+
 template <LoopInputs added>
 Model model_of(const Vehicle& vehicle, Axes axes) {
   if (!vehicle.polar) throw std::invalid_argument("the vehicle has no polar");
@@ -91,7 +127,10 @@ Model model_of(const Vehicle& vehicle, Axes axes) {
   if (wind) {
     const WindLoop<added> physics{vehicle.polar, vehicle.equations};
     add(physics);
-    if constexpr (added == LoopInputs::nothing) set_jets(model, physics);
+    if constexpr (added == LoopInputs::nothing) {
+      set_jets(model, physics);
+      set_lanes(model, vehicle);
+    }
   } else {
     add(BodyLoop<added>{vehicle.polar});
   }

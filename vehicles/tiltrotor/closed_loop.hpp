@@ -58,11 +58,11 @@ void write_outputs(S* outputs, const RotorCommand<S>& rotor, const S& delta_e, c
   outputs[5] = alpha;
 }
 
-template <LoopInputs added = LoopInputs::nothing>
+template <LoopInputs added = LoopInputs::nothing, class PolarPointer = std::shared_ptr<const Polar>>
 struct WindLoop {
   static constexpr Sizes sizes = closed_loop_sizes(added);
 
-  std::shared_ptr<const Polar> polar;
+  PolarPointer polar;
   Equations equations;
 
   template <class S, class P>

@@ -15,6 +15,10 @@
 
 namespace tiltrim {
 
+namespace physics {
+struct PolarRows;  // reads the pieces for the kernels in SIMD lanes
+}
+
 /// Lift, drag and pitching-moment coefficients.
 struct Coefficients {
   double CL, CD, CM;  ///< CL up, CM nose up
@@ -52,6 +56,8 @@ class Polar {
   const std::vector<Coefficients>& rows() const { return rows_; }  ///< at the knots
 
  private:
+  friend struct physics::PolarRows;
+
   // Coefficients of the exact spline on one piece, over t = alpha - start.
   struct Enclosed {
     std::array<std::array<Interval, 4>, 3> c;

@@ -1,7 +1,7 @@
 /// Lanes: as many doubles as a register holds, processed together. A source that includes this is
 /// compiled once for each instruction set, with everything in namespace TILTRIM_LANES; it must not
 /// include inline functions that the linker could merge into the rest of the program.
-/// Internal to linearize/.
+/// Internal to tiltrim.
 #pragma once
 
 #include <experimental/simd>
@@ -10,7 +10,7 @@
 #endif
 
 #ifndef TILTRIM_LANES
-#error "compiled once for each instruction set: see tiltrim_lanes() in CMakeLists.txt"
+#error "compiled once for each instruction set: see cmake/tiltrim_lanes.cmake"
 #endif
 
 namespace tiltrim::TILTRIM_LANES {
