@@ -21,12 +21,17 @@ using std::chrono::steady_clock;
 
 static double seconds(steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
-std::size_t terminal_width(std::size_t otherwise) {
+static std::size_t width_of(int terminal, std::size_t otherwise) {
   constexpr std::size_t least = 40, most = 160;  // columns; longer lines are hard to read
   winsize size{};
-  if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return otherwise;
+  if (ioctl(terminal, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return otherwise;
   return std::clamp<std::size_t>(size.ws_col, least, most);
 }
+
+std::size_t terminal_width(std::size_t otherwise) { return width_of(STDOUT_FILENO, otherwise); }
+
+// In the last column some terminals begin a new line.
+std::size_t Progress::columns() { return width_of(STDERR_FILENO, 80) - 1; }
 
 Progress::Progress(std::size_t total, std::string what)
     : total_(total),
@@ -48,8 +53,9 @@ bool Progress::due() {
   return true;
 }
 
+// The next line replaces this one only if it fits into one row.
 void Progress::show(const std::string& line) {
-  fmt::print(stderr, "\r\033[K{}", line);
+  fmt::print(stderr, "\r\033[K{:.{}}", line, columns());
   std::fflush(stderr);
   shown_ = true;
 }
@@ -71,10 +77,10 @@ void Progress::say(const std::string& where, double share) {
   show(fmt::format("{} of {} {}; {}{}", done_, total_, what_, where, left));
 }
 
-void Progress::tell(const std::string& line, double share) {
+void Progress::tell(const std::string& line, double share, const std::string& most) {
   if (!(share > 0 && share < 1) || !due()) return;
   const double spent = seconds(steady_clock::now() - start_);
-  show(fmt::format("{}, {:.0f} s left", line, spent / share * (1 - share)));
+  show(fmt::format("{}, {}{:.0f} s left", line, most, spent / share * (1 - share)));
 }
 
 namespace {

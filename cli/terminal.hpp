@@ -15,7 +15,7 @@ namespace tiltrim::cli {
 std::size_t terminal_width(std::size_t otherwise);
 
 /// "3 of 40 conditions, 12 s left" on standard error, if it is a terminal and the work takes more
-/// than a second.
+/// than a second. One line of the terminal.
 class Progress {
  public:
   explicit Progress(std::size_t total, std::string what = "conditions");
@@ -25,8 +25,11 @@ class Progress {
   void advance();
   /// Displays the current work, at most ten times a second; `share` is the fraction done, if known.
   void say(const std::string& where, double share = 0.0);
-  /// The same with a line composed by the caller.
-  void tell(const std::string& line, double share);
+  /// The same with a line composed by the caller; before the time left, `most` if it is a bound.
+  void tell(const std::string& line, double share, const std::string& most = "");
+  /// Columns of such a line, what is longer is cut; of them tell() itself needs `own`.
+  static std::size_t columns();
+  static constexpr std::size_t own = 14;
 
  private:
   bool due();

@@ -14,20 +14,31 @@ namespace tiltrim::cli {
 
 namespace {
 
-// "decay 0.3371 1/s, limited by damping at climb, stationary to 0.002; 3 starts, 1234 of 100000,
-// 850/s", short enough for one line.
-std::string in_words(const TuneTable& tune, const TuneProgress& at) {
+// "decay 0.3371 1/s (damping at climb), stationarity 0.002, 3 starts": the best so far, what is
+// active, or before that "no answer yet (missing damping at climb), 3 starts". What is active is
+// cut where the line would be longer than `columns`.
+std::string in_words(const TuneTable& tune, const TuneProgress& at, std::size_t columns) {
   TuneProblem goals;
   goals.goal = tune.goal;
   goals.goals = tune.goals;
   const std::string_view in = goal_unit(goals);
-  const std::string where = at.decides.substr(0, at.decides.find(','));
+  const std::string best = at.feasible ? fmt::format("{} {:.4g}{}{}", goal_name(goals), at.best,
+                                                     in.empty() ? "" : " ", in)
+                                       : "no answer yet";
   const std::string stationary =
-      std::isnan(at.stationarity) ? "" : fmt::format(", stationary to {:.1g}", at.stationarity);
-  return fmt::format("{} {:.4g}{}{}, {} {}{}; {} starts, {} of {}, {:.0f}/s", goal_name(goals),
-                     at.best, in.empty() ? "" : " ", in, at.feasible ? "limited by" : "missing",
-                     where, stationary, at.starts, at.evaluations, at.of,
-                     double(at.evaluations) / std::max(at.seconds, 1e-3));
+      std::isnan(at.stationarity) ? "" : fmt::format(", stationarity {:.1g}", at.stationarity);
+  const std::string starts = fmt::format(", {} start{}", at.starts, at.starts == 1 ? "" : "s");
+  std::string active = (at.feasible ? "" : "missing ") + at.decides.substr(0, at.decides.find(','));
+  const std::size_t others = best.size() + stationary.size() + starts.size() + 3;
+  const std::size_t room = columns > others ? columns - others : 0;
+  if (active.size() > room)
+    active = fmt::format("{:.{}}…", active, std::max<std::size_t>(room, 6) - 1);
+  return fmt::format("{} ({}){}{}", best, active, stationary, starts);
+}
+
+std::string samples_in_words(const TuneProgress& at) {
+  return fmt::format("robustness: {} of {} samples, {}", at.evaluations, at.of,
+                     at.feasible ? "all meet the limits" : "missing " + at.decides);
 }
 
 // Each search and the samples have their own progress.
@@ -40,12 +51,16 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
   if (command.seed) options.seed = *command.seed;
   std::optional<Progress> progress;
   std::string shown;
+  const std::string first = to_string(options.global);
   return tune_study(study, options, [&](const std::string& what, const TuneProgress& at) {
     if (what != shown) progress.emplace(1);
     shown = what;
     const double share = double(at.evaluations) / double(std::max(at.of, 1L));
     const double of_time = options.seconds > 0 ? at.seconds / options.seconds : 0.0;
-    progress->tell(what + ": " + in_words(*study.tune, at), std::max(share, of_time));
+    if (what == "robustness") return progress->tell(samples_in_words(at), share);
+    const std::string which = what == first ? "" : what + ": ";
+    const std::size_t columns = Progress::columns() - Progress::own - which.size();
+    progress->tell(which + in_words(*study.tune, at, columns), std::max(share, of_time), "< ");
   });
 }
 

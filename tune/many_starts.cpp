@@ -28,15 +28,21 @@ namespace {
 constexpr double settled = 1e-7;  // relative change of the goal
 constexpr int local_steps = 60;
 
-// Local searches from the start's best, with and without coalescing eigenvalues kept together,
-// until there is no further gain.
+// Local searches from the start's best, with and without coalescing eigenvalues kept together.
+void polish_once(Search& search) {
+  constexpr int steps = 100;
+  for (const double radius : {0.2, 0.02})
+    for (const double within : {0.02, 0.1}) search_coalesced(search, within, radius, steps);
+  search_locally(search, search.own.y, LocalSearch::slsqp, 0.1, steps);
+}
+
+constexpr int polishings = 12;  // of a start, at most
+
+// Until there is no further gain.
 void polish(Search& search) {
-  constexpr int rounds = 12, steps = 100;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < polishings; ++round) {
     const double before = search.own.merit.value();
-    for (const double radius : {0.2, 0.02})
-      for (const double within : {0.02, 0.1}) search_coalesced(search, within, radius, steps);
-    search_locally(search, search.own.y, LocalSearch::slsqp, 0.1, steps);
+    polish_once(search);
     if (search.own.merit.value() <= before + settled) return;
   }
 }
@@ -46,11 +52,13 @@ LocalSearch smooth(LocalSearch local) {
   return local == LocalSearch::bfgs ? LocalSearch::slsqp : local;
 }
 
-// A local search from y.
+// A local search from y, and another from its end: with many tuned values the first often stalls at
+// a kink.
 Search::Seen quick_search(Search& search, const VectorXd& y) {
   search.own = search.last = {};
   search.evaluate(y);
-  search_locally(search, y, smooth(search.options.local), 1.0, local_steps);
+  for (int i = 0; i < 2; ++i)
+    search_locally(search, search.own.y, smooth(search.options.local), 1.0, local_steps);
   return search.own;
 }
 
@@ -139,6 +147,35 @@ void completed(Search& search, Ends& ends, double weight) {
   search.stationary = stationarity_at_best(search, weight);
 }
 
+// Each round goes to the best of the starts whose last round has clearly bettered them, so that
+// none spends the others' candidates on its last digits. Then the best end until there is no
+// further gain.
+void polish_by_rounds(Search& search, std::vector<Search::Seen>& found, Ends& ends) {
+  struct Running {
+    Search::Seen seen;
+    int rounds = 0;
+  };
+  std::vector<Running> running;
+  for (const Search::Seen& start : found) running.push_back({start});
+  found.clear();
+  while (!running.empty()) {
+    const auto best = std::ranges::max_element(running, std::less<>(),
+                                               [](const Running& r) { return r.seen.merit; });
+    search.own = best->seen;
+    const Merit before = search.own.merit;
+    polish_once(search);
+    best->seen = search.own;
+    if (clearly_better(search.own.merit, before) && ++best->rounds < polishings) continue;
+    completed(search, ends, 0.0);
+    found.push_back(search.own);
+    running.erase(best);
+  }
+  best_first(found);
+  search.own = found.front();
+  polish(search);
+  found.front() = search.own;
+}
+
 }  // namespace
 
 double stationarity_at_best(Search& search, double weight) {
@@ -171,14 +208,7 @@ void from_many_starts(Search& search, Ends& ends) {
   for (std::size_t k = 0; k < quick; ++k)
     found.push_back(
         quick_search(search, k < starts.size() ? starts[k] : random_start(search, random)));
-  best_first(found);
-  for (Search::Seen& start : found) {
-    search.own = start;
-    polish(search);
-    start = search.own;
-    completed(search, ends, 0.0);
-  }
-  best_first(found);
+  polish_by_rounds(search, found, ends);
   // Deeper from the best end, the best that differs from it, and so on: then from further starts.
   int done = 0;
   for (std::size_t k = 0; done < deep || ends.agreeing(search.best.merit) < search.options.agreeing;
