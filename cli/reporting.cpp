@@ -12,6 +12,7 @@
 #include "cli/terminal.hpp"
 #include "report/study_report.hpp"
 #include "study/axes.hpp"
+#include "study/section.hpp"
 #include "sweep/map.hpp"
 #include "tables/tables.hpp"
 
@@ -29,11 +30,6 @@ bool has_closed_loop(const Study& study) {
   return !study.user_model && study.vehicle.equations == Equations::consistent &&
          std::ranges::any_of(study.conditions,
                              [](const Condition& c) { return bool(c.command()); });
-}
-
-bool asks_for_maps(const Study& study) {
-  return (study.report && !study.report->maps.empty()) ||
-         (study.sweep && study.sweep->axes.size() <= 2);
 }
 
 // Default maps: the corridor, and a gain over the corridor.
@@ -135,34 +131,56 @@ std::string in_words(const ReportTable::Map& map) {
   return "the map over " + axes;
 }
 
-// The heights and, where an eigenvalue moves by more than a share of itself from one to the next,
-// the middle between the two.
-std::vector<double> with_middles(const SweepMap& map) {
+// Does an eigenvalue of any condition move by more than a share of itself between points i, i + 1?
+bool moves(const SweepMap& map, std::size_t i) {
   constexpr double share = 0.03;
-  const std::vector<double>& heights = map.axes[0].columns.front().values;
-  const std::size_t n = map.modes();
-  std::vector<double> all;
-  for (std::size_t i = 0; i < heights.size(); ++i) {
-    all.push_back(heights[i]);
-    if (i + 1 == heights.size()) break;
-    for (std::size_t k = i * n; k < (i + 1) * n; ++k) {
+  const std::size_t n = map.modes(), points = map.axes[0].size();
+  for (std::size_t c = 0; c < map.conditions.size(); ++c)
+    for (std::size_t k = (c * points + i) * n; k < (c * points + i + 1) * n; ++k) {
       const std::complex<double> from(map.eigenvalue_re[k], map.eigenvalue_im[k]),
           to(map.eigenvalue_re[k + n], map.eigenvalue_im[k + n]);
-      if (!(std::abs(to - from) > share * std::abs(from))) continue;
-      all.push_back(0.5 * (heights[i] + heights[i + 1]));
-      break;
+      if (std::abs(to - from) > share * std::abs(from)) return true;
+    }
+  return false;
+}
+
+// The axis and, where an eigenvalue moves, the middle between two of its points.
+SweepAxis with_middles(const SweepMap& map, const SweepAxis& axis) {
+  SweepAxis all = axis;
+  for (SweepAxis::Column& c : all.columns) c.values.clear(), c.si.clear();
+  for (std::size_t i = 0; i < axis.size(); ++i) {
+    for (std::size_t c = 0; c < axis.columns.size(); ++c) {
+      all.columns[c].values.push_back(axis.columns[c].values[i]);
+      all.columns[c].si.push_back(axis.columns[c].si[i]);
+    }
+    if (i + 1 == axis.size() || !moves(map, i)) continue;
+    std::vector<double> middle;
+    for (const SweepAxis::Column& c : axis.columns) middle.push_back(0.5 * (c.si[i] + c.si[i + 1]));
+    if (axis.between) axis.between(middle);
+    for (std::size_t c = 0; c < middle.size(); ++c) {
+      all.columns[c].si.push_back(middle[c]);
+      all.columns[c].values.push_back(
+          c == 0 ? 0.5 * (axis.columns[c].values[i] + axis.columns[c].values[i + 1])
+                 : middle[c] / reading::in_si(1.0, all.columns[c].unit));
     }
   }
   return all;
 }
 
-// The default line of a report has more points where the eigenvalues move quickly.
+// A line of a report has more points where the eigenvalues move quickly, unless it is logarithmic
+// or has many.
 SweepMap swept_line(const Study& study, const std::vector<Condition>& conditions,
                     const SweepTable& grid, const SweepOptions& options) {
   constexpr int rounds = 2;
+  constexpr std::size_t most = 10'000;  // points
   SweepMap map = swept(study, conditions, grid, options);
-  for (int k = 0; k < rounds; ++k)
-    map = swept(study, conditions, {{corridor_axis(with_middles(map), study.schedule)}}, options);
+  SweepAxis axis = grid.axes.front();
+  const std::vector<double>& v = axis.columns.front().values;
+  const bool even = v.size() > 2 && std::abs(v[2] - 2 * v[1] + v[0]) < 1e-6 * std::abs(v[1] - v[0]);
+  for (int k = 0; k < rounds && even && axis.size() <= most; ++k) {
+    axis = with_middles(map, axis);
+    map = swept(study, conditions, {{axis}}, options);
+  }
   return map;
 }
 
@@ -184,7 +202,7 @@ void add_maps(const ReportCommand& command, const std::stop_token& stop, StudyRe
     options.threads = command.threads;
     options.stop = stop;
     try {
-      const bool line = !asks_for_maps(study) && map.grid.axes.size() == 1;
+      const bool line = map.grid.axes.size() == 1;
       report.maps.push_back({line ? swept_line(study, conditions, map.grid, options)
                                   : swept(study, conditions, map.grid, options),
                              ""});

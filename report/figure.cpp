@@ -149,6 +149,7 @@ std::string panel_of(const Figure& figure, std::size_t k, Device device) {
   const auto [width, height] = figure_size(figure, device);
   const double across = (at.right - at.left) * width, up = (at.bottom - at.top) * height;
   script += axis_of("x", panel.x, across, x_room) + axis_of("y", panel.y, up, y_room);
+  script += panel.map.empty() ? "set tics back\n" : "set tics front\n";  // not under the shades
   const KeyGrid key = key_grid(panel, device);
   const double row = key_row(device) / height;
   const double key_left = std::clamp(1 - key.width / width, 0.0, at.left);

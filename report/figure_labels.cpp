@@ -71,7 +71,7 @@ std::vector<Segment> obstacles(const Paper& paper) {
 }
 
 LabelBox box_of(const PlacedLabel& label) {
-  constexpr double apart = 0.3;  // from the next label
+  constexpr double apart = 0.8;  // from the next label
   const double width = text_width(label.text) + apart;
   return {label.x - (label.right ? width : 0), label.x + (label.right ? 0 : width), label.y - 0.6,
           label.y + 0.6};

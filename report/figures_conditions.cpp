@@ -38,9 +38,9 @@ Figure participation_figure(const ConditionReport& c, const std::string& id) {
     const Mode& m = *shown[i];
     const double y = double(n - i);
     panel.y.ticks.emplace_back(
-        y,
-        fmt::format("{:.3g}{}", m.eigenvalue.real(),
-                    m.eigenvalue.imag() > 0 ? fmt::format(" ± {:.3g}i", m.eigenvalue.imag()) : ""));
+        y, fmt::format(
+               "{:#.3g}{}", m.eigenvalue.real(),
+               m.eigenvalue.imag() > 0 ? fmt::format(" ± {:#.3g}i", m.eigenvalue.imag()) : ""));
     double from = 0.0;
     for (Index k = 0; k < m.participation.size(); ++k) {
       panel.boxes[std::size_t(k)].corners.push_back(
@@ -198,8 +198,9 @@ Figure disk_figure(const LoopsAnswer& c, const std::string& id) {
   panel.y.range = around(ys, 0.1);
   panel.curves.push_back(level_line(panel.x.range, 0));
   return {"disk_" + id,
-          fmt::format("Gain and phase that each loop bears together, by its disk margin: {}",
-                      c.trimmed.condition.name),
+          fmt::format(
+              "Changes of gain and phase that each loop tolerates together, by its disk margin: {}",
+              c.trimmed.condition.name),
           fmt::format("Disk margins of {}: {}.", c.trimmed.condition.name, words),
           "",
           {panel}};

@@ -13,7 +13,11 @@ namespace {
 Track flight_track(const FlightReport& flight) {
   Track track{"flight", "the flight", {}, {}};
   for (const FlightColumn& c : flight.table.columns)
-    track.columns.push_back({c.name == "time" ? "parameter" : c.name, c.name, c.unit, c.values});
+    track.columns.push_back({c.name == "time" ? "parameter" : c.name,
+                             c.unit == "degrees" && c.name.ends_with("_deg")
+                                 ? c.name.substr(0, c.name.size() - 4)
+                                 : c.name,
+                             c.unit, c.values});
   return track;
 }
 
@@ -60,11 +64,15 @@ void add_hand_overs(const FlightReport& flight, Panel& panel) {
   }
 }
 
-void add_limits(const Range& limits, double factor, Panel& panel) {
+void add_limits(const Range& limits, double factor, const std::string& of, Panel& panel) {
   for (const double limit : {limits.lower * factor, limits.upper * factor})
     if (std::isfinite(limit)) {
-      panel.y.range = {std::min(panel.y.range.lower, limit), std::max(panel.y.range.upper, limit)};
+      constexpr double room = 1.15;  // for the line and its label
+      panel.y.range = {std::min(panel.y.range.lower, limit < 0 ? room * limit : limit),
+                       std::max(panel.y.range.upper, room * limit)};
       panel.curves.push_back(level_line(panel.x.range, limit));
+      panel.labels.push_back(
+          {{{panel.x.range.upper, limit}, {panel.x.range.lower, limit}}, "limit of " + of});
     }
 }
 
@@ -89,10 +97,10 @@ void add_flight(const FlightReport& flight, const Vehicle& vehicle, ReportFigure
   };
   Panel collective = over_time("collective", {{"theta0", "θ₀"}});
   collective.x.label.clear();
-  add_limits(vehicle.limits.theta0, 1.0, collective);
+  add_limits(vehicle.limits.theta0, 1.0, "θ₀", collective);
   Panel pitch = over_time("[°]", {{"a1s_deg", "cyclic a1s"}, {"delta_e_deg", "elevator δe"}});
-  add_limits(vehicle.limits.a1s, degrees, pitch);
-  add_limits(vehicle.limits.delta_e, degrees, pitch);
+  add_limits(vehicle.limits.a1s, degrees, "a1s", pitch);
+  add_limits(vehicle.limits.delta_e, degrees, "δe", pitch);
   add("flight_angles", "Pitch, flight path, tilt",
       {over_time("[°]", {{"theta_deg", "pitch θ"},
                          {"gamma_deg", "path γ"},

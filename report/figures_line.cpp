@@ -168,12 +168,10 @@ struct Shown {
 
 Shown shown_signals(const Line& line, const Track& track, bool tiltrotor) {
   Shown shown;
-  const Track::Column* first = nullptr;
   const auto add = [&](const Signal& s) {
     const double unit = s.unit == "rad" ? degrees : 1.0;
     const Track::Column* c = column(track, s.name + (unit == degrees ? "_deg" : ""));
     if (!c || s.name == line.map.axes[0].columns.front().signal) return;
-    if (!first) first = c;
     double size = s.nominal * unit, lower = std::numeric_limits<double>::infinity(), upper = -lower;
     for (const double v : c->values)
       if (std::isfinite(v)) lower = std::min(lower, v), upper = std::max(upper, v);
@@ -190,19 +188,18 @@ Shown shown_signals(const Line& line, const Track& track, bool tiltrotor) {
     if (!tiltrotor || s.name == "theta") add(s);
   for (const Signal& s : line.map.inputs)
     if (!tiltrotor || s.name != "eta") add(s);
-  if (shown.columns.empty() && first) shown.columns.push_back(first);
   constexpr std::size_t most = 8;
   if (shown.columns.size() > most) shown.columns.resize(most);
   return shown;
 }
 
-Figure trim_figure(const Line& line, const Track& track, const LineLimits& limits) {
+Figure trim_figure(const Line& line, const Track& track, const Shown& shown,
+                   const LineLimits& limits) {
   Figure figure{"trim_" + line.id,
                 "Trim over " + range_in_words(line),
                 "Trim curves over " + range_in_words(line) + ": ",
                 track.name,
                 {}};
-  const Shown shown = shown_signals(line, track, limits.tiltrotor);
   bool limited = false;
   for (const Track::Column* c : shown.columns) {
     const auto limit = limits.of.find(c->key);
@@ -227,7 +224,12 @@ void add_line(const SweepMap& map, std::size_t condition, const std::string& id,
     return;  // without a trim there is nothing to draw
   const Track track = track_of(line);
   line.after = breaks(line, track);
-  all.figures.push_back(trim_figure(line, track, limits));
+  const Shown shown = shown_signals(line, track, limits.tiltrotor);
+  if (shown.columns.empty())
+    all.constant["trim_" + id] =
+        "The same trim over " + range_in_words(line) + ": " + shown.constant;
+  else
+    all.figures.push_back(trim_figure(line, track, shown, limits));
   add_loci(line, track, all);
   all.tracks.push_back(track);
 }

@@ -137,11 +137,13 @@ struct Window {
 // Around the slower half of the eigenvalues at each point, including the imaginary axis.
 Window slow_window(const Line& line) {
   const std::size_t n = line.map.modes();
-  double reach = 0.0;
+  double reach = 0.0, rightmost = 0.0;
   for (std::size_t i = 0; i < line.points(); ++i) {
     std::vector<double> sizes;
     for (std::size_t m = 0; m < n; ++m) {
       const std::size_t at = (line.first() + i) * n + m;
+      if (std::isfinite(line.map.eigenvalue_re[at]))
+        rightmost = std::max(rightmost, line.map.eigenvalue_re[at]);
       sizes.push_back(std::hypot(line.map.eigenvalue_re[at], line.map.eigenvalue_im[at]));
     }
     if (!std::isfinite(sizes.front())) continue;
@@ -149,7 +151,7 @@ Window slow_window(const Line& line) {
     reach = std::max(reach, sizes[(n - 1) / 2]);
   }
   reach = std::max(reach, 1e-3);
-  return {{-1.1 * reach, 0.45 * reach}, 1.1 * reach};
+  return {{-1.1 * reach, std::clamp(1.3 * rightmost, 0.1 * reach, 0.45 * reach)}, 1.1 * reach};
 }
 
 Window whole_window(const Line& line, const Track& track) {
@@ -294,7 +296,7 @@ Figure locus_figure(const Eigenvalues& of, bool slow) {
               ""};
   if (w.re.upper > 0)
     panel.boxes.push_back(
-        {"right of the axis", colour::unstable, false, {{0, w.re.upper, 0, w.im}}});
+        {"unstable: Re λ > 0", colour::unstable, false, {{0, w.re.upper, 0, w.im}}});
   const std::vector<Entry> entries = entries_of(of);
   for (std::size_t k = 0; k < entries.size(); ++k)
     for (const std::size_t m : entries[k].modes) {

@@ -157,6 +157,8 @@ std::vector<Boxes> cells(const MapGrid& grid, const Shades& shades, bool log_x, 
     }
   }
   std::erase_if(boxes, [](const Boxes& b) { return b.corners.empty(); });
+  if (!boxes.empty() && boxes[0].colour < colour::undecided && !boxes[0].title.starts_with("Re"))
+    boxes[0].title = "Re λ " + boxes[0].title;
   return boxes;
 }
 

@@ -273,13 +273,18 @@ std::string flight_text(const FlightReport& report, const TextStyle& style) {
   return text + facts_text(report.facts, style);
 }
 
-// The lines of a paragraph joined.
+static std::string capital(std::string sentence) {
+  if (!sentence.empty() && sentence[0] >= 'a' && sentence[0] <= 'z') sentence[0] += 'A' - 'a';
+  return sentence;
+}
+
+// The lines of a paragraph joined as sentences.
 static std::string joined(const std::string& lines) {
   std::istringstream in(lines);
   std::string words;
   for (std::string line; std::getline(in, line);) {
     line.erase(0, line.find_first_not_of(' '));
-    if (!line.empty()) words += (words.empty() ? "" : ". ") + line;
+    if (!line.empty()) words += words.empty() ? line : ". " + capital(line);
   }
   return words + ".";
 }
@@ -288,11 +293,12 @@ std::vector<std::string> flight_words(const FlightReport& report) {
   constexpr TextStyle unbroken{false, std::size_t(1) << 30};
   std::vector<std::string> words{joined(verdict(report, unbroken))};
   for (const HandOverCheck& c : report.hand_over)
-    words.push_back(joined(hand_over_text(c, unbroken)));
+    words.push_back(capital(joined(hand_over_text(c, unbroken))));
   if (!report.flown) return words;
-  words.push_back(joined(limits_touched(*report.flown)));
-  words.push_back(joined(balance_text(report)));
-  if (const std::string error = error_text(report); !error.empty()) words.push_back(joined(error));
+  words.push_back(capital(joined(limits_touched(*report.flown))));
+  words.push_back(capital(joined(balance_text(report))));
+  if (const std::string error = error_text(report); !error.empty())
+    words.push_back(capital(joined(error)));
   return words;
 }
 

@@ -233,6 +233,9 @@ std::string lines_part(Parts& parts) {
                     (m.map.intervals.empty() ? "." : "; " + line_in_words(m.map, c, 0) + "."));
       if (!m.file.empty()) body += paragraph("Read from " + m.file + ".");
       body += table(parts, "intervals_" + id) + controls(parts, "along_" + id);
+      if (const auto same = parts.figures.constant.find("trim_" + id);
+          same != parts.figures.constant.end())
+        body += paragraph(same->second + ".");
       for (const char* what : {"trim_", "locus_", "locus_slow_", "modes_"})
         body += figure(parts, what + id);
       all += section(parts, "along-" + id,
@@ -303,12 +306,14 @@ std::string paper_part(Parts& parts) {
   body += tables(parts, "paper_");
   std::string slips;
   for (const Slip& slip : t.slips) {
-    slips += fmt::format("<li><strong>{}</strong> ({}). Printed: {}. Consistent: {}. {}<ul>",
+    slips += fmt::format("<li><strong>{}</strong> ({}). Printed: {}. Consistent: {}. Why: {}<ul>",
                          html_escaped(slip.where), slip.confirmed() ? "confirmed" : "not confirmed",
                          html_escaped(slip.printed), html_escaped(slip.consistent),
                          html_escaped(slip.why));
+    constexpr double rounding = 1e-14;  // of differences between numbers near 1
     for (const Evidence& e : slip.evidence)
-      slips += fmt::format("<li>{}: {:.6g}{}</li>", html_escaped(e.what), e.value,
+      slips += fmt::format("<li>{}: {:.6g}{}</li>", html_escaped(e.what),
+                           std::abs(e.value) < rounding ? 0 : e.value,
                            html_escaped(e.unit.empty() ? "" : " " + e.unit));
     slips += "</ul></li>\n";
   }

@@ -96,7 +96,8 @@ std::string attribute(const char* name, const std::string& value) {
 }
 
 std::string html_head(const SheetColumn& column, bool number) {
-  const std::string words = heading(column, html_escaped, "<span class=\"unit\">[", "]</span>");
+  std::string words = heading(column, html_escaped, "<span class=\"unit\">[", "]</span>");
+  if (words.starts_with("± ")) words.replace(0, std::string("± ").size(), "±&nbsp;");
   return fmt::format("<th scope=\"col\"{}{}>{}</th>", attribute("data-key", column.key),
                      attribute("class", number ? "number" : ""), words);
 }
@@ -105,7 +106,9 @@ std::string html_cell(const SheetCell& cell, const SheetColumn& column, bool num
   std::string classes = number ? "number" : "";
   if (cell.tone != Tone::plain)
     classes += (classes.empty() ? "" : " ") + std::string(tone_class(cell.tone));
-  const std::string words = is_nothing(cell) ? "–" : html_escaped(trimmed(cell_text(cell, column)));
+  std::string words;
+  for (const char c : is_nothing(cell) ? "–" : html_escaped(trimmed(cell_text(cell, column))))
+    words += c == '_' ? "_<wbr>" : std::string(1, c);  // long names may break there
   return fmt::format("<{}{}>{}</{}>", heads ? "th scope=\"row\"" : "td",
                      attribute("class", classes), words, heads ? "th" : "td");
 }
@@ -116,7 +119,7 @@ std::string html_table(const Sheet& sheet) {
   for (std::size_t k = 0; k < n; ++k) number[k] = is_numeric(sheet, k);
   std::string html = "<table>\n";
   if (!sheet.title.empty())
-    html += fmt::format("<caption>{}</caption>\n", html_escaped(trimmed(sheet.title)));
+    html += fmt::format("<caption><span>{}</span></caption>\n", html_escaped(trimmed(sheet.title)));
   html += "<thead>\n<tr>";
   for (std::size_t k = 0; k < n; ++k) html += html_head(sheet.columns[k], number[k]);
   html += "</tr>\n</thead>\n<tbody>\n";

@@ -1,6 +1,7 @@
 /// A whole study in one report: tables, figures and summary. Computes nothing.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -82,6 +83,7 @@ struct ReportFigures {
   std::vector<Figure> figures;  ///< in order
   std::vector<Track> tracks;
   std::vector<MapGrid> grids;
+  std::map<std::string, std::string> constant;  ///< trims that do not vary, in place of a figure
 };
 /// Figures of the first `most_drawn` conditions, and of everything else.
 ReportFigures report_figures(const StudyReport& report);

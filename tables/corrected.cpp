@@ -64,10 +64,11 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
   struct Wide {
     const char* input;
     Range range, limit;
+    const char* unit;
   };
-  const Wide wide[] = {{"theta0", {-5.0, 5.0}, vehicle.limits.theta0},
-                       {"a1s", {-pi / 2, pi / 2}, vehicle.limits.a1s},
-                       {"delta_e", {-pi / 2, pi / 2}, vehicle.limits.delta_e}};
+  const Wide wide[] = {{"theta0", {-5.0, 5.0}, vehicle.limits.theta0, ""},
+                       {"a1s", {-pi / 2, pi / 2}, vehicle.limits.a1s, " rad"},
+                       {"delta_e", {-pi / 2, pi / 2}, vehicle.limits.delta_e, " rad"}};
   std::vector<std::string> stops;
   for (const auto& [state, rate] : problem.spec.rates) {
     TrimSpec spec = problem.spec;
@@ -80,9 +81,9 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
     spec.bounds[w.input] = w.range;
     const TrimResult freed = without_proof(problem, spec);
     if (freed)
-      stops.push_back(fmt::format("the limits of {}, [{:g}, {:g}]: it would need {:.4f}", w.input,
-                                  w.limit.lower, w.limit.upper,
-                                  signal(problem.model.inputs, freed.point.u, w.input)));
+      stops.push_back(fmt::format("the limits of {}, [{:g}, {:g}]{}: it would need {:.4f}{}",
+                                  w.input, w.limit.lower, w.limit.upper, w.unit,
+                                  signal(problem.model.inputs, freed.point.u, w.input), w.unit));
   }
   return stops;
 }

@@ -315,10 +315,10 @@ TrimResult no_answer(Search& s) {
     r.message = fmt::format(
         "{}; the closest point leaves {}, {}",
         proof.shown
-            ? fmt::format("no point within the limits is an equilibrium (proved over {} boxes)",
-                          proof.boxes)
+            ? fmt::format("no point within the limits is an equilibrium (proved over {} box{})",
+                          proof.boxes, proof.boxes == 1 ? "" : "es")
             : "no equilibrium found in " + counted(s.starts, "start"),
-        left_over(p, p.equations, r), limits_in_words(r));
+        left_over(p, p.equations, r), limits_in_words(p.model, r));
     if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
   }
   return r;

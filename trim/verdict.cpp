@@ -144,12 +144,18 @@ std::string not_finite_in_words(const Problem& p, const VectorXd& rates, const V
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-std::string limits_in_words(const TrimResult& r) {
+std::string limits_in_words(const Model& model, const TrimResult& r) {
   if (r.limits_active.empty()) return "no limit is reached there";
+  const auto unit_of = [&](const std::string& name) {
+    for (const Signals& signals : {model.states, model.inputs, model.parameters})
+      if (const Index k = find(signals, name); k >= 0 && !signals[std::size_t(k)].unit.empty())
+        return " " + signals[std::size_t(k)].unit;
+    return std::string();
+  };
   std::vector<std::string> words;
   for (const ActiveLimit& a : r.limits_active)
-    words.push_back(
-        fmt::format("{} at its {} limit {:.4g}", a.signal, a.upper ? "upper" : "lower", a.value));
+    words.push_back(fmt::format("{} at its {} limit {:.4g}{}", a.signal,
+                                a.upper ? "upper" : "lower", a.value, unit_of(a.signal)));
   return fmt::format("with {}", fmt::join(words, ", "));
 }
 

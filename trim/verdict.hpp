@@ -24,6 +24,6 @@ std::string left_over(const Problem& problem, const std::vector<Eigen::Index>& r
 std::string not_finite_in_words(const Problem& problem, const Eigen::VectorXd& rates,
                                 const Eigen::VectorXd& outputs);
 /// "with theta0 at its upper limit 1", or that no limit is reached.
-std::string limits_in_words(const TrimResult& at);
+std::string limits_in_words(const Model& model, const TrimResult& at);
 
 }  // namespace tiltrim
