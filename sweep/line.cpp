@@ -362,16 +362,12 @@ bool same_from_end(const Prepared& sweep, const LineStart& start) {
 // Multiples of the slope at all points; false where the structure does not hold.
 bool shares_along(const Prepared& sweep, const LineStart& start, const AffineLine& line,
                   std::vector<double>& shares) {
-  const std::size_t axis = sweep.axes.size() - 1;
-  OperatingPoint at = start.first.at;
-  shares.resize(sweep.axes[axis].size());
-  for (std::size_t k = 0; k < shares.size(); ++k) {
-    move_to(sweep, axis, double(k), at);
-    const auto share = line.share(at.p);
-    if (!share) return false;
-    shares[k] = *share;
-  }
-  return true;
+  const std::vector<double> own =
+      start.phi ? std::vector<double>() : phi_along(sweep, start.first.at);
+  const std::vector<double>& phi = start.phi ? *start.phi : own;
+  shares.resize(phi.size());
+  for (std::size_t k = 0; k < phi.size(); ++k) shares[k] = phi[k] - line.phi;
+  return !phi.empty();
 }
 
 // By one polynomial for the whole line. What it cannot decide with a margin that covers the
@@ -406,6 +402,19 @@ bool judge_affine(const AffineLine& line, Room& room) {
 }
 
 }  // namespace
+
+std::vector<double> phi_along(const Prepared& sweep, OperatingPoint at) {
+  const std::size_t axis = sweep.axes.size() - 1;
+  const Model::Affine* structure = sweep.affine[axis];
+  std::vector<double> phi(structure ? sweep.axes[axis].size() : 0);
+  for (std::size_t k = 0; k < phi.size(); ++k) {
+    move_to(sweep, axis, double(k), at);
+    const auto there = structure->phi(at.p);
+    if (!there) return {};
+    phi[k] = *there;
+  }
+  return phi;
+}
 
 std::size_t lines_together(const Prepared& sweep) { return has_lanes(sweep) ? model_lanes : 1; }
 

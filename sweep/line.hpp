@@ -3,6 +3,7 @@
 
 #include <complex>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,6 +30,8 @@ struct LineStart {
   std::optional<OperatingPoint> last;
   std::optional<Reference> reference;    ///< the line's first point in mode order
   std::vector<std::uint8_t> confidence;  ///< confidence of that order
+  /// φ of the last axis at all points, if it is known to be that of the line before.
+  std::shared_ptr<const std::vector<double>> phi{};
 };
 
 /// The points of a line in order, as in SweepMap.
@@ -43,6 +46,10 @@ struct LinePoints {
   std::vector<double> second_state, second_input, second_re, second_im;
   std::vector<std::int8_t> second_verdict;
 };
+
+/// φ of the last axis at all points of a line with these other parameters; empty where the
+/// structure does not hold.
+std::vector<double> phi_along(const Prepared& sweep, OperatingPoint at);
 
 /// Number of lines that are best walked together: model_lanes, or 1 without Model::lanes.
 std::size_t lines_together(const Prepared& sweep);

@@ -73,12 +73,39 @@ std::optional<OperatingPoint> LineChain::end(std::size_t axis, GridPlace place) 
   return at;
 }
 
+// φ at all points is that of the line before if it has the same values, bit for bit, at points
+// spread over the line. It is computed for the second line of those: one on its own computes it
+// itself.
+std::shared_ptr<const std::vector<double>> LineChain::phi_of(const LineStart& start) {
+  constexpr std::size_t spread = 16;  // pieces of the line
+  const Model::Affine* structure = sweep_.affine.back();
+  if (!structure || !start.first.valid()) return {};
+  const std::size_t axis = sweep_.axes.size() - 1, last = sweep_.axes[axis].size() - 1;
+  std::vector<std::optional<double>> some;
+  OperatingPoint at = start.first.at;
+  for (std::size_t i = 0; i <= spread; ++i) {
+    move_to(sweep_, axis, double(last * i / spread), at);
+    some.push_back(structure->phi(at.p));
+  }
+  if (some != some_phi_) {
+    some_phi_ = some;
+    phi_ = {};
+    return {};
+  }
+  if (!phi_) {
+    std::vector<double> phi = phi_along(sweep_, start.first.at);
+    if (!phi.empty()) phi_ = std::make_shared<const std::vector<double>>(std::move(phi));
+  }
+  return phi_;
+}
+
 LineStart LineChain::next() {
   const std::size_t slower = sweep_.axes.size() - 1;
   LineStart start;
   start.place = lines_.place(line_);
   start.first = first(line_);
   start.last = slower > 0 ? end(slower - 1, start.place) : last_point(sweep_, start.place, {});
+  start.phi = phi_of(start);
   ++line_;
   if (line_ >= lines_.count()) return start;
   const GridPlace place = lines_.place(line_);  // rows that begin with the next line

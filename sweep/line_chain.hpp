@@ -2,6 +2,7 @@
 /// compute them, with memory for one row of lines along each slower axis. Internal to sweep/.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -29,7 +30,10 @@ class LineChain {
   std::size_t line_;
   std::vector<std::optional<OperatingPoint>> firsts_;  ///< [axis]: the last known along it
   std::vector<Ends> ends_;                             ///< [axis]
+  std::vector<std::optional<double>> some_phi_;        ///< of the line before, at some points
+  std::shared_ptr<const std::vector<double>> phi_;     ///< as long as those stay
 
+  std::shared_ptr<const std::vector<double>> phi_of(const LineStart& start);
   GridTrim first(std::size_t line);
   void fill_ends(std::size_t axis, GridPlace place);
   std::optional<OperatingPoint> end(std::size_t axis, GridPlace place) const;
