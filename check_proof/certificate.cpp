@@ -171,6 +171,10 @@ Statement statement_of(const json& header) {
       throw std::runtime_error(fmt::format("the number '{}' is missing", one.name));
     s.numbers.*(one.member) = Affine(number_of(numbers.at(std::string(one.name))));
   }
+  const auto blend = std::ranges::find(s.parameters, &Numbers::cyclic_blend, &Parameter::member);
+  if (s.numbers.cyclic_blend.value.is_negative() ||
+      (blend != s.parameters.end() && blend->domain.lower < 0))
+    throw std::runtime_error("'aircraft.cyclic_blend' is negative");
   if (numbers.size() != names().size())
     throw std::runtime_error("'numbers' has a name that is none of the loop's");
   if (header.contains("schedule")) read_schedule(header.at("schedule"), s);
@@ -222,7 +226,7 @@ Exclusion exclusion_of(const json& side) {
     Node node;
     if (entry.contains("split")) {
       expect_keys(entry, {"split", "at"});
-      node.split = integer_of(entry.at("split"), 2, "split");
+      node.split = integer_of(entry.at("split"), 3, "split");
       node.at = number_of(entry.at("at"));
     } else {
       expect_keys(entry, {"y"});

@@ -164,7 +164,8 @@ std::optional<std::string> tree_refuted(const Statement& s, const Side& side, st
         theta.lower, theta.upper, theta0.lower, theta0.upper, side.cyclic ? "a1s" : "delta_e",
         c.lower, c.upper);
   }
-  const auto k = std::size_t(node.split);
+  if (node.split == (side.cyclic ? 3 : 2)) return "a split of an actuator that is not used";
+  const auto k = std::min<std::size_t>(std::size_t(node.split), 2);
   if (!(region[k].lower < node.at && node.at < region[k].upper))
     return "a split of the exclusion lies outside its region";
   Region low = region, high = region;

@@ -46,7 +46,7 @@ struct Record {
 
 /// Evidence for no equilibrium: a tree over theta, theta0 and the actuator, in preorder.
 struct Node {
-  int split = -1;                   ///< -1: a leaf
+  int split = -1;                   ///< of theta, theta0, a1s, delta_e; -1: a leaf
   double at = 0;                    ///< of the split
   std::array<double, 3> weights{};  ///< of the leaf
 };

@@ -2,12 +2,14 @@
 #include <fmt/core.h>
 #include <fmt/std.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <optional>
 
 #include "check_proof/check_proof.hpp"
 #include "cli/commands.hpp"
@@ -19,8 +21,11 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string proof_json(const std::string& file, const ProofCheck& check) {
+std::string proof_json(const std::string& file, const ProofCheck& check,
+                       const std::optional<Study>& study) {
   ordered_json all{{"file", file}, {"verified", check.status == CertificateStatus::verified}};
+  all["study"] = study ? ordered_json(study->file.string()) : ordered_json(nullptr);
+  all["box_compared"] = study && study->prove;
   all["theorems"] = ordered_json::array();
   for (const CheckedTheorem& t : check.theorems) {
     ordered_json numbers = ordered_json::array();
@@ -83,8 +88,11 @@ void read_nodes(const Study& study, ProofSubject& subject) {
   }
 }
 
-std::map<std::string, ProofSubject> subjects(const std::filesystem::path& file) {
-  const Study study = read_study(file);
+std::map<std::string, ProofSubject> subjects(const Study& study) {
+  const std::filesystem::path& file = study.file;
+  if (study.vehicle.equations == Equations::printed)
+    throw StudyError(file.string() +
+                     ": certificates are about equations = \"consistent\", not \"printed\"");
   std::map<std::string, ProofSubject> all;
   for (const Condition& condition : study.conditions) {
     if (!condition.command()) continue;
@@ -106,9 +114,31 @@ std::map<std::string, ProofSubject> subjects(const std::filesystem::path& file) 
                       {"a1s", both(limits.a1s)},
                       {"delta_e", both(limits.delta_e)},
                       {"theta", both(limits.theta)}};
+    if (!study.prove) continue;
+    subject.margin = study.prove->margin;
+    for (const ProveTable::Parameter& one : study.prove->parameters)
+      subject.domain[one.key.name] = {one.from, one.to};
   }
   if (all.empty()) throw StudyError(file.string() + ": no condition with a closed loop");
   return all;
+}
+
+// What of the study a verified certificate has been compared with, and what of it is missing there.
+std::string compared(const Study& study, const ProofCheck& check) {
+  std::string text =
+      fmt::format("compared with {}: numbers, gains, limits, polar", study.file.string());
+  text += study.prove ? ", box, margin" : "; it has no [prove], so box and margin are the file's";
+  const auto is_height = [](const ProveTable::Parameter& one) { return one.key.name == "h"; };
+  const bool over_h = study.prove && std::ranges::any_of(study.prove->parameters, is_height);
+  std::string missing;
+  for (const Condition& condition : study.conditions) {
+    if (!condition.command()) continue;
+    if (std::ranges::find(check.theorems, condition.name, &CheckedTheorem::condition) ==
+        check.theorems.end())
+      missing += " " + condition.name;
+    if (over_h) break;  // which sets the commands of all: the first stands for them
+  }
+  return text + "\n" + (missing.empty() ? "" : "not in the certificate:" + missing + "\n");
 }
 
 }  // namespace
@@ -116,7 +146,11 @@ std::map<std::string, ProofSubject> subjects(const std::filesystem::path& file) 
 Outcome run(const CheckProofCommand& command, const TextStyle& style, const std::stop_token&) {
   const std::string file = command.common.study.string();
   CheckProofOptions options{command.threads};
-  if (!command.about.empty()) options.about = subjects(command.about);
+  std::optional<Study> study;
+  if (!command.about.empty()) {
+    study = read_study(command.about);
+    options.about = subjects(*study);
+  }
   const ProofCheck check = check_proof(command.common.study, options);
   if (check.status == CertificateStatus::unreadable)
     throw std::runtime_error(fmt::format("{}: {}", file, check.reason));
@@ -126,6 +160,7 @@ Outcome run(const CheckProofCommand& command, const TextStyle& style, const std:
   const auto text = [&] {
     if (!verified) return refusal(file, check);
     std::string all = file + ": " + toned("verified", Tone::good, style) + "\n";
+    if (study) all += compared(*study, check);
     for (const Sheet& sheet : sheets) all += "\n" + as_text(sheet, style);
     return all;
   };
@@ -146,7 +181,8 @@ Outcome run(const CheckProofCommand& command, const TextStyle& style, const std:
     return verified ? sheets : std::vector{paragraph_sheet(refusal(file, check))};
   };
   return {in_format(
-              command.common.format, [&] { return proof_json(file, check); }, csv, text, document),
+              command.common.format, [&] { return proof_json(file, check, study); }, csv, text,
+              document),
           verified ? answered : unanswered};
 }
 

@@ -64,7 +64,7 @@ struct JudgedLine {
   std::optional<AffineLine> affine{};
   std::span<const double> shares{};  ///< of each point; the memory of the thread's last line
 };
-/// The verdicts of walk_line() without its numbers: Verdict, or -1 without an equilibrium.
+/// The verdicts of walk_lines() without its numbers: Verdict, or -1 without an equilibrium.
 JudgedLine judge_line(const Prepared& sweep, const LineStart& start,
                       std::vector<std::int8_t>& codes);
 

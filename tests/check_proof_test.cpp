@@ -218,18 +218,7 @@ TEST_CASE("both sides of the handover are needed") {
 
 TEST_CASE("a certificate must be about the study") {
   const Statement s = statement_of(corridor_of("scheduled.toml", 0, 120));
-  ProofSubject subject;
-  for (const Named& one : names())
-    subject.numbers[std::string(one.name)] = mid((s.numbers.*(one.member)).value);
-  subject.tilts = s.tilts;
-  for (const auto& set : s.gains) subject.gains.emplace_back(set.begin(), set.end());
-  subject.alpha = s.alpha;
-  subject.polar = s.coefficients;
-  const auto both = [](const checking::Bounds& b) { return std::array{b.lower, b.upper}; };
-  subject.limits = {{"theta0", both(s.theta0)},
-                    {"a1s", both(s.a1s)},
-                    {"delta_e", both(s.delta_e)},
-                    {"theta", both(s.theta)}};
+  const ProofSubject subject = subject_of(s);
   const auto reason = [&](const ProofSubject& about) {
     return check_proof_text(proof(), {.about = {{"corridor", about}}}).reason;
   };

@@ -39,7 +39,10 @@ COMMANDS = [
     ("simulate", [studies / "paper.toml", "--response", "gamma_deg=1", "--only", "level"], 0, "differ"),
     ("simulate", [studies / "levitation.toml"], 0, "t"),
     ("prove", ["short.toml", "--certificate", "short.proof"], 0, "proved_stable"),
-    ("check-proof", ["short.proof", "--study", "short.toml"], 0, "100.000000"),
+    ("check-proof", ["short.proof", "--study", "short.toml"], 0, "box, margin"),
+    ("check-proof", ["short.proof", "--study", "longer.toml"], 1, "the range of 'h' is not that of the study"),
+    ("check-proof", ["short.proof", "--study", "margin.toml"], 1, "the margin is less than that of the study"),
+    ("check-proof", ["short.proof", "--study", studies / "scheduled.toml"], 0, "it has no [prove]"),
     ("report", ["brief.toml", "-o", "brief.html"], None, ""),
     ("tables", [], 0, "Table 3"),
     ("completion", ["bash"], 0, "complete -o"),
@@ -61,8 +64,9 @@ assert SHORT != whole
 BRIEF = (studies / "paper.toml").read_text() + '[report]\naudit = "skip"\nflight = "skip"\n'
 
 with tempfile.TemporaryDirectory() as folder:
-    pathlib.Path(folder, "short.toml").write_text(SHORT)
-    pathlib.Path(folder, "brief.toml").write_text(BRIEF)
+    for short, text in (("short", SHORT), ("longer", SHORT.replace("to = 62", "to = 63")),
+                        ("margin", SHORT.replace("margin = 0.0", "margin = 0.1")), ("brief", BRIEF)):
+        pathlib.Path(folder, f"{short}.toml").write_text(text)
     for name, arguments, code, word in COMMANDS:
         run = subprocess.run([program, name, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
         print(f"{name}: exit code {run.returncode}, {len(run.stdout)} characters")

@@ -6,6 +6,7 @@
 #include <random>
 #include <sstream>
 
+#include "check_proof/certificate.hpp"
 #include "check_proof/check_proof.hpp"
 #include "tests/check.hpp"
 #include "tests/proof_writer.hpp"
@@ -299,4 +300,90 @@ TEST_CASE("a certificate with a flipped bit is refused, or proves the same") {
     CHECK(own.stable == real.stable);
   }
   MESSAGE(count, " flipped bits, ", harmless, " without effect on what is proved");
+}
+
+namespace {
+
+// Every number of a header: its text is in quotes.
+std::vector<ordered_json*> numbers_of(ordered_json& value) {
+  std::vector<ordered_json*> all;
+  if (value.is_string() && value.get<std::string>().find("0x") != std::string::npos)
+    all.push_back(&value);
+  if (value.is_structured())
+    for (ordered_json& part : value)
+      for (ordered_json* one : numbers_of(part)) all.push_back(one);
+  return all;
+}
+
+}  // namespace
+
+// With --study a statement that differs in the last bit of any number is refused, although its
+// evidence may still prove it.
+TEST_CASE("a certificate about other numbers is never taken for one about the study") {
+  Forger forger;
+  const ProofToWrite of = asked();
+  forger.original = split(written_proof(of));
+  ProofSubject subject =
+      subject_of(checking::read_certificate(joined(forger.original)).front().statement);
+  for (const auto& [key, range] : of.parameters) subject.domain[key] = {range.lower, range.upper};
+  const CheckProofOptions options{.threads = 1, .about = {{"corridor", subject}}};
+  REQUIRE(check_proof_text(joined(forger.original), options).status == CertificateStatus::verified);
+  int count = trials(1000);
+  int accepted = 0, replaced = 0;
+  for (int i = 0; i < count; ++i) {
+    std::string which;
+    const std::string text = forger.header([&](ordered_json& header) {
+      const std::vector<ordered_json*> all = numbers_of(header);
+      ordered_json& one = *all[forger.below(all.size())];
+      const double x = number(one), up = forger.below(2) == 0 ? 1e300 : -1e300;
+      const double to = forger.below(2) == 0 ? std::nextafter(x, up) : x * (1 + forger.share()) + 1;
+      one = hex(to);
+      // Numbers that a parameter or the schedule replaces say nothing.
+      for (const auto& [name, value] : header["numbers"].items())
+        if (&value == &one) which = name;
+    });
+    const bool unused = which == "V" || which == "gamma" || which == "eta" ||
+                        which == "aircraft.mass" || which.starts_with("gains.");
+    replaced += unused;
+    if (unused) continue;
+    const ProofCheck check = check_proof_text(text, options);
+    const bool more = check.status == CertificateStatus::verified &&
+                      check.theorems.front().margin > 0;  // proves more than is asked
+    accepted += check.status == CertificateStatus::verified && !more;
+    CHECK_MESSAGE((check.status != CertificateStatus::verified || more), check.reason);
+  }
+  CHECK(accepted == 0);
+  CHECK(replaced < count / 5);
+}
+
+// Evidence changed a little: it proves the same, or is refused.
+TEST_CASE("evidence altered a little is refused, or proves the same") {
+  Forger forger;
+  const std::string genuine = written_proof(asked());
+  const ProofCheck truth = check_proof_text(genuine);
+  forger.original = split(genuine);
+  int count = trials(50);
+  int same = 0;
+  for (int i = 0; i < count; ++i) {
+    const std::size_t line = 1 + forger.below(forger.original.size() - 1);
+    const double by = std::pow(10.0, -16 * forger.share()) * (forger.below(2) == 0 ? 1 : -1);
+    const std::string text = forger.edited(line, [&](ordered_json& object) {
+      const std::vector<ordered_json*> all = numbers_of(object);
+      if (all.empty()) return;
+      ordered_json& one = *all[forger.below(all.size())];
+      one = hex(number(one) * (1 + by) + by * 1e-3);
+    });
+    const ProofCheck check = check_proof_text(text);
+    if (check.status != CertificateStatus::verified) continue;
+    ++same;
+    REQUIRE(check.theorems.size() == 1);
+    const CheckedTheorem &own = check.theorems[0], &real = truth.theorems[0];
+    CHECK(own.leaves == real.leaves);
+    CHECK(own.stable == real.stable);
+    for (std::size_t k = 0; k < own.numbers.size(); ++k) {
+      CHECK(own.numbers[k].from == real.numbers[k].from);
+      CHECK(own.numbers[k].to == real.numbers[k].to);
+    }
+  }
+  CHECK(same < count);
 }

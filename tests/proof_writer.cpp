@@ -144,7 +144,7 @@ class Writer {
     for (std::size_t i = 1; i < 3; ++i)
       if (region[i].upper - region[i].lower > region[k].upper - region[k].lower) k = i;
     const double at = (region[k].lower + region[k].upper) / 2;
-    tree.push_back({int(k), at, {}});
+    tree.push_back({k == 2 && !side.cyclic ? 3 : int(k), at, {}});
     Region low = region, high = region;
     low[k].upper = high[k].lower = at;
     return exclude(side, n, low, depth - 1, tree) && exclude(side, n, high, depth - 1, tree);
@@ -256,4 +256,20 @@ std::string written_proof(const ProofToWrite& asked) {
   ordered_json head = header(asked);
   head["boxes"] = leaves;
   return head.dump() + "\n" + lines;
+}
+
+ProofSubject subject_of(const Statement& s) {
+  ProofSubject subject;
+  for (const Named& one : names())
+    subject.numbers[std::string(one.name)] = mid((s.numbers.*(one.member)).value);
+  subject.tilts = s.tilts;
+  for (const auto& set : s.gains) subject.gains.emplace_back(set.begin(), set.end());
+  subject.alpha = s.alpha;
+  subject.polar = s.coefficients;
+  const auto both = [](const checking::Bounds& b) { return std::array{b.lower, b.upper}; };
+  subject.limits = {{"theta0", both(s.theta0)},
+                    {"a1s", both(s.a1s)},
+                    {"delta_e", both(s.delta_e)},
+                    {"theta", both(s.theta)}};
+  return subject;
 }

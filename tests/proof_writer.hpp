@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "check_proof/check_proof.hpp"
 #include "check_proof/leaf.hpp"
 #include "study/study.hpp"
 
@@ -18,3 +19,5 @@ struct ProofToWrite {
 /// The certificate's text, and its statement.
 std::string written_proof(const ProofToWrite& asked);
 tiltrim::checking::Statement statement_of(const ProofToWrite& asked);
+/// What a checker must find in it, of everything but the box and the margin.
+tiltrim::ProofSubject subject_of(const tiltrim::checking::Statement& statement);
