@@ -18,6 +18,7 @@
 #include "trim/problem.hpp"
 #include "vehicles/tiltrotor/closed_loop.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/xv15/xv15.hpp"
 
 using namespace tiltrim;
 
@@ -104,6 +105,14 @@ void trim_newton_cold(benchmark::State& state) {
     benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess, options));
 }
 
+// The same from its own answer: what the verification costs.
+void trim_newton_warm(benchmark::State& state) {
+  const Case c = prepared(state);
+  const TrimOptions options{.method = TrimMethod::newton, .starts = 0};
+  for (auto _ : state)
+    benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.trimmed, options));
+}
+
 // As in the program: Ipopt, then 32 starts for other equilibria.
 void trim_all_starts(benchmark::State& state) {
   const Case c = prepared(state);
@@ -166,6 +175,46 @@ void sensitivities_to_all_parameters(benchmark::State& state) {
     benchmark::DoNotOptimize(sensitivities(c.problem.model, c.problem.spec, c.trimmed));
 }
 
+// The XV-15 in level flight at 40, 60, 80 and 100 kt, blade elements at every evaluation.
+TrimProblem xv15_problem(const benchmark::State& state) {
+  const Study study = load_study(data_directory().parent_path() / "studies/xv15.toml");
+  return problem_of(study.vehicle, study.conditions.at(std::size_t(state.range(0))));
+}
+
+void xv15_trim(benchmark::State& state, TrimMethod method) {
+  const TrimProblem p = xv15_problem(state);
+  for (auto _ : state) {
+    const TrimResult r = trim(p.model, p.spec, p.guess, {.method = method, .starts = 0});
+    if (!r) throw std::runtime_error(r.message);
+  }
+}
+void xv15_trim_newton_cold(benchmark::State& state) { xv15_trim(state, TrimMethod::newton); }
+void xv15_trim_ipopt_cold(benchmark::State& state) { xv15_trim(state, TrimMethod::ipopt); }
+
+// The start of a trim by closed forms.
+void xv15_start(benchmark::State& state) {
+  const TrimProblem p = xv15_problem(state);
+  const auto data = xv15::load(data_directory() / "xv15", xv15::Variant::report_1988);
+  constexpr double knot = 0.514444;
+  const double V = (40 + 20 * double(state.range(0))) * knot;
+  for (auto _ : state) benchmark::DoNotOptimize(xv15::start_of(*data, p.guess, V, 0.0));
+}
+
+// Its conversion corridor, airspeed over mast angle.
+void xv15_envelope_12_by_12(benchmark::State& state) {
+  constexpr int count = 12;
+  const Study study = load_study(data_directory().parent_path() / "studies/xv15_corridor.toml");
+  const EnvelopeTable table = envelope_table(study, {}, count);
+  for (auto _ : state)
+    if (envelope(study.vehicle, study.conditions.at(0), table).parts.size() != 1)
+      throw std::runtime_error("an envelope of a user's model has one part");
+  state.counters["points"] = count * count;
+}
+
+BENCHMARK(xv15_start)->DenseRange(0, 3)->ArgName("condition");
+BENCHMARK(xv15_trim_newton_cold)->DenseRange(0, 3)->ArgName("condition");
+BENCHMARK(xv15_trim_ipopt_cold)->DenseRange(0, 3)->ArgName("condition");
+BENCHMARK(xv15_envelope_12_by_12)->Unit(benchmark::kMillisecond);
 BENCHMARK(newton_step)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(follow_level_branch)->Unit(benchmark::kMillisecond);
 BENCHMARK(envelope_100_by_100)->Unit(benchmark::kMillisecond);
@@ -176,6 +225,7 @@ BENCHMARK(jacobian_exact)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(jacobian_differences_with_errors)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(modes_with_bounds)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_newton_cold)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(trim_newton_warm)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_ipopt_cold)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_all_starts)->DenseRange(0, 2)->ArgName("condition");
 
@@ -200,25 +250,37 @@ class Ratios final : public benchmark::ConsoleReporter {
   }
 
   void print() const {
+    print_over("xv15_trim_ipopt_cold", "one cold Ipopt trim of the XV-15");
     const auto ipopt = seconds_.find("trim_ipopt_cold");
     if (ipopt == seconds_.end()) return;
-    fmt::print("\nCPU time of one cold Ipopt trim over that of:\n");
+    print_over("trim_ipopt_cold", "one cold Ipopt trim");
+    fmt::print("\nCPU time of Ipopt, cold, at each point over that of the whole:\n");
+    for (const auto& [name, whole] : whole_) {
+      const auto own = name.starts_with("xv15_") ? seconds_.find("xv15_trim_ipopt_cold") : ipopt;
+      if (own == seconds_.end()) continue;
+      const double level = own->second.rbegin()->second;  // the airplane, or the fastest
+      fmt::print("  {:34} {:10.4g}   ({:.0f} points, {:.4g} µs each)\n", name,
+                 whole.points * level / whole.seconds, whole.points,
+                 1e6 * whole.seconds / whole.points);
+    }
+  }
+
+ private:
+  // The XV-15's benchmarks over its own trim, the others over the closed loop's.
+  void print_over(const std::string& base, const char* what) const {
+    const auto ipopt = seconds_.find(base);
+    if (ipopt == seconds_.end()) return;
+    fmt::print("\nCPU time of {} over that of:\n", what);
     for (const auto& [name, by_condition] : seconds_) {
+      if (name.starts_with("xv15_") != base.starts_with("xv15_")) continue;
       std::string ratios;  // empty for benchmarks without a condition
       for (const auto& [condition, time] : by_condition)
         if (const auto at = ipopt->second.find(condition); at != ipopt->second.end())
           ratios += fmt::format(" {:10.4g}", at->second / time);
       if (!ratios.empty()) fmt::print("  {:34}{}\n", name, ratios);
     }
-    const double level = ipopt->second.rbegin()->second;  // the airplane
-    fmt::print("\nCPU time of Ipopt, cold, at each point over that of the whole:\n");
-    for (const auto& [name, whole] : whole_)
-      fmt::print("  {:34} {:10.4g}   ({:.0f} points, {:.4g} µs each)\n", name,
-                 whole.points * level / whole.seconds, whole.points,
-                 1e6 * whole.seconds / whole.points);
   }
 
- private:
   struct Whole {
     double seconds, points;
   };

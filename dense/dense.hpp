@@ -51,6 +51,8 @@ template <class Right>
 typename Right::PlainObject solve(const Eigen::MatrixXcd& A, const Eigen::MatrixBase<Right>& b) {
   return solve(lu(A), b);
 }
+/// The same for at most small_size equations, without allocation.
+SmallVector small_solve(const SmallMatrix& A, const SmallVector& b);
 double determinant(const LU<Eigen::MatrixXd>& lu);
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& A);
 

@@ -30,6 +30,10 @@ void substitute(const LU<MatrixXcd>& lu, VectorXcd& x) { substitute_in(lu.factor
 void substitute(const LU<MatrixXcd>& lu, MatrixXcd& x) { substitute_in(lu.factors, x); }
 void substitute(const LU<SmallMatrix>& lu, SmallVector& x) { substitute_in(lu.factors, x); }
 
+SmallVector small_solve(const SmallMatrix& A, const SmallVector& b) {
+  return Eigen::PartialPivLU<SmallMatrix>(A).solve(b);
+}
+
 double determinant(const LU<MatrixXd>& lu) {
   return double(lu.P.determinant()) * lu.pivots().prod();
 }

@@ -129,9 +129,8 @@ ModelNames checked_names(const Model& model) {
           fmt::format("{} signals in one vector of the model; these methods use dense matrices and "
                       "support at most {}",
                       signals->size(), largest_model));
-  ModelNames names{
-      NameTable(model.states.size() + model.inputs.size() + model.parameters.size()),
-      NameTable(model.outputs.size())};
+  ModelNames names{NameTable(model.states.size() + model.inputs.size() + model.parameters.size()),
+                   NameTable(model.outputs.size())};
   const auto check_all = [](const Signals& signals, NameTable& seen) {
     for (const Signal& s : signals) {
       if (!seen.insert(s.name))

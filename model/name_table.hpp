@@ -3,7 +3,7 @@
 
 #include <bit>
 #include <cstdint>
-#include <functional>
+#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,10 +33,30 @@ class NameTable {
 
  private:
   static constexpr std::int32_t empty = -1;
+  template <class Word>
+  static std::uint64_t word_at(const char* bytes) {
+    Word word;
+    std::memcpy(&word, bytes, sizeof word);
+    return word;
+  }
+  // Of length, first and last bytes; names that share them meet, and are compared.
+  static std::size_t hash_of(std::string_view name) {
+    constexpr std::uint64_t odd = 0x9e3779b97f4a7c15;
+    const std::size_t n = name.size();
+    const char* const at = name.data();
+    std::uint64_t first = 0, last = 0;
+    if (n >= 8)
+      first = word_at<std::uint64_t>(at), last = word_at<std::uint64_t>(at + n - 8);
+    else if (n >= 4)
+      first = word_at<std::uint32_t>(at), last = word_at<std::uint32_t>(at + n - 4);
+    else if (n > 0)
+      first = word_at<std::uint8_t>(at), last = word_at<std::uint8_t>(at + n - 1);
+    return std::size_t(((first ^ (last * odd)) + n) * odd >> 32);
+  }
   // Of the name, or of the empty slot where it belongs.
   std::size_t place_of(std::string_view name) const {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t at = std::hash<std::string_view>{}(name)&mask;
+    std::size_t at = hash_of(name) & mask;
     while (slots_[at] != empty && *names_[std::size_t(slots_[at])] != name) at = (at + 1) & mask;
     return at;
   }

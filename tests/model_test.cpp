@@ -11,6 +11,7 @@
 #include <numeric>
 #include <random>
 
+#include "model/name_table.hpp"
 #include "model/scalar.hpp"
 #include "tests/check.hpp"
 #include "vehicles/tiltrotor/coefficients.hpp"
@@ -930,6 +931,18 @@ TEST_CASE("check: models and points that cannot be used") {
   SUBCASE("a name twice") {
     m.parameters.push_back({"angle", "rad", 1.0});
     CHECK_CONTAINS(message(m), "'angle' is used twice");
+  }
+  SUBCASE("names that differ in the middle alone are two names; the last of many twice") {
+    constexpr int many = 300;
+    for (int k = 0; k < many; ++k)
+      m.parameters.push_back({"beginning" + std::to_string(1000 + k) + "the end", "", 1.0});
+    CHECK(message(m).empty());
+    const ModelNames found = checked_names(m);
+    for (const Signal& s : m.parameters) CHECK(found.variables.find(s.name) == variable(m, s.name));
+    CHECK(found.variables.find("beginning999the end") == -1);
+    CHECK(found.variables.find("") == -1);
+    m.parameters.push_back(m.parameters.back());
+    CHECK_CONTAINS(message(m), "'beginning1299the end' is used twice");
   }
   SUBCASE("an output may be a state") {
     m.outputs[0].name = "angle";

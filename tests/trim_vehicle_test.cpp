@@ -6,6 +6,7 @@
 #include <numbers>
 #include <random>
 
+#include "model/in_place.hpp"
 #include "tests/check.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
@@ -432,6 +433,74 @@ TEST_CASE("trimming a trimmed point changes nothing; the same input gives the sa
     for (int i = 0; i < 6; ++i)  // rounding of the last Newton step
       CHECK_NEAR(again.point.x[i], once.point.x[i], 1e-12 * (1 + std::abs(once.point.x[i])));
   }
+}
+
+static TrimResult newton_alone(const TrimProblem& problem) {
+  return trim(problem.model, problem.spec, problem.guess,
+              {.method = TrimMethod::newton, .starts = 0});
+}
+
+TEST_CASE("f and h in one call: the same bits, and never those of a function that was replaced") {
+  const TrimProblem problem = closed_loop_problem(reference(), {6.0, pi / 4, pi / 4});
+  REQUIRE(in_place(problem.model));
+  const TrimResult own = newton_alone(problem);
+  REQUIRE(own);
+  TrimProblem other = problem;
+  SUBCASE("the same f: the same point, rates and outputs") {
+    other.model.f = [f = problem.model.f](const auto& x, const auto& u, const auto& p) -> VectorXd {
+      return f(x, u, p);
+    };
+    REQUIRE(!in_place(other.model));
+    const TrimResult r = newton_alone(other);
+    REQUIRE(r);
+    CHECK(r.point.x == own.point.x);
+    CHECK(r.rates == own.rates);
+    CHECK(r.outputs == own.outputs);
+    CHECK(r.rcond == own.rcond);
+    CHECK(r.evaluations == own.evaluations);
+  }
+  SUBCASE("another f: its trim") {
+    constexpr double pitching = 0.05;  // rad/s²
+    other.model.f = [f = problem.model.f](const auto& x, const auto& u, const auto& p) -> VectorXd {
+      VectorXd rates = f(x, u, p);
+      rates[3] += pitching;
+      return rates;
+    };
+    REQUIRE(!in_place(other.model));
+    const TrimResult r = newton_alone(other);
+    REQUIRE(r);
+    const VectorXd before = problem.model.f(r.point.x, r.point.u, r.point.p);
+    CHECK_NEAR(before[3], -pitching, 2 * TrimOptions{}.tolerance);
+  }
+  SUBCASE("another h: its outputs, and its limits") {
+    other.model.h = [h = problem.model.h](const auto& x, const auto& u, const auto& p) -> VectorXd {
+      VectorXd outputs = h(x, u, p);
+      outputs[0] += 5;
+      return outputs;
+    };
+    REQUIRE(!in_place(other.model));
+    const TrimResult r = newton_alone(other);
+    CHECK(r.status == TrimStatus::not_found);  // theta0 is beyond its limit
+    CHECK(r.outputs[0] > 5);
+  }
+}
+
+TEST_CASE("f and h in one call: a model that is not repeatable is refused") {
+  const auto calls = std::make_shared<int>(0);
+  const auto both = std::make_shared<const InPlace>(InPlace{
+      1, 1, [calls](const double* x, const double*, const double*, double* rates, double* outputs) {
+        if (rates) *rates = *x - 1 + 1e-14 * ++*calls;
+        if (outputs) *outputs = *x;
+      }});
+  Model model;
+  model.states = {{"x", "", 1.0}};
+  model.outputs = {{"y", "", 1.0}};
+  model.f = InPlaceFunction<false>{both};
+  model.h = InPlaceFunction<true>{both};
+  REQUIRE(in_place(model));
+  const OperatingPoint guess{VectorXd::Zero(1), VectorXd(0), VectorXd(0)};
+  const TrimSpec spec{.free = {"x"}, .steady = {"x"}};
+  CHECK(newton_alone({model, spec, guess}).status == TrimStatus::not_repeatable);
 }
 
 // ---- at rest ----

@@ -15,7 +15,7 @@ using Eigen::VectorXd;
 static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
   if (J.rows() == J.cols()) {
     if (J.rows() > 0 && J.rows() <= dense::small_size)
-      dz = dense::solve(dense::lu<dense::SmallMatrix>(J), dense::SmallVector(-r));
+      dz = dense::small_solve(J, -r);
     else
       dz = dense::solve(J, -r);
     if (dz.allFinite()) return;
@@ -26,18 +26,18 @@ static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
 NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {
   constexpr double shortest = 1e-8;
   constexpr double rounding = 1e-14;  // a shorter step changes no more than rounding does
-  Values at = values(problem, z);
+  Values &at = problem.memory.here, &next = problem.memory.next;
+  Jacobians& slope = problem.memory.slopes;
+  evaluate(problem, z, at);
   NewtonResult result{z, std::numeric_limits<double>::infinity(),
                       std::numeric_limits<double>::infinity(), 0};
   if (!at.finite) return result;
   result.residual = at.residual.size() > 0 ? at.residual.lpNorm<Eigen::Infinity>() : 0.0;
-  Jacobians slope;
   VectorXd dz, trial;
-  Values next;
   for (; result.iterations < options.max_iterations; ++result.iterations) {
     if (options.observe) options.observe(point_of(problem, z));
     if (options.stop.stop_requested()) return result;
-    differentiate(problem, z, slope);
+    differentiate(problem, z, at, slope);
     if (!slope.finite) return result;
     solve(slope.residual, at.residual, dz);
     if (!dz.allFinite()) return result;

@@ -14,7 +14,15 @@ namespace tiltrim {
 /// A problem's functions at a point. `finite` is false if the model returns NaN or Inf, or throws.
 struct Values {
   Eigen::VectorXd rates, residual, limited;
+  Eigen::VectorXd outputs;  // if the problem needs them
   double effort = 0.0;
+  bool finite = false;
+};
+
+/// The Jacobians of the problem's functions.
+struct Jacobians {
+  Eigen::MatrixXd residual, limited;
+  Eigen::VectorXd effort;
   bool finite = false;
 };
 
@@ -61,8 +69,17 @@ struct Problem {
   mutable Nearest nearest{};  // with the smallest residual
 
   const InPlace* in_place = nullptr;  // f and h in one call, if the model has it
-  mutable OperatingPoint at{};        // memory of the evaluations: no allocation in any but the first
-  mutable Eigen::VectorXd y{};
+
+  bool notes_nearest = false;
+
+  // Memory of the evaluations and of one solver at a time: only the first of them allocates.
+  struct Memory {
+    OperatingPoint at;
+    Eigen::VectorXd y;
+    Values here, next;
+    Jacobians slopes;
+  };
+  mutable Memory memory{};
 
   bool over() const { return out_of_time && *out_of_time; }
 
@@ -71,20 +88,17 @@ struct Problem {
   bool square() const { return n() == m(); }
 };
 
-/// Builds the problem; throws std::invalid_argument on invalid arguments.
-Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess);
+/// Builds the problem; `timed`: notes the point with the smallest residual. Throws
+/// std::invalid_argument on invalid arguments.
+Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                     bool timed = false);
 
-/// The Jacobians of the problem's functions.
-struct Jacobians {
-  Eigen::MatrixXd residual, limited;
-  Eigen::VectorXd effort;
-  bool finite = false;
-};
 Values values(const Problem& problem, const Eigen::VectorXd& z);
 Jacobians jacobians(const Problem& problem, const Eigen::VectorXd& z);
-/// The same in memory that is used again.
+/// The same in memory that is used again; `at`: values at the same z, which must be finite.
 void evaluate(const Problem& problem, const Eigen::VectorXd& z, Values& values);
-void differentiate(const Problem& problem, const Eigen::VectorXd& z, Jacobians& jacobians);
+void differentiate(const Problem& problem, const Eigen::VectorXd& z, const Values& at,
+                   Jacobians& jacobians);
 
 /// All outputs at a point; NaN if the model throws or has no h.
 Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);

@@ -345,7 +345,8 @@ TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& 
   const RoundToNearest environment;
   std::optional<TimedModel> limited;
   if (options.time_limit != unlimited) limited = timed(model, options.time_limit);
-  Problem problem = make_problem(limited ? limited->model : model, spec, guess);
+  Problem problem =
+      make_problem(limited ? limited->model : model, spec, guess, limited.has_value());
   if (limited) problem.out_of_time = limited->over;
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(

@@ -105,7 +105,8 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
     r.rcond = 1.0;
     return;
   }
-  const Jacobians s = jacobians(p, z);
+  Jacobians& s = p.memory.slopes;
+  differentiate(p, z, v, s);
   if (!s.finite) return;  // rcond stays 0: unknown
   if (p.n() <= dense::small_size)
     note_conditioning(p, z, v, dense::SmallMatrix(s.residual), dense::SmallVector(v.residual), r,
@@ -188,8 +189,9 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   TrimResult r;
   r.point = point_of(p, z);
   r.residual = std::numeric_limits<double>::infinity();
-  const Values v = values(p, z);
-  const Values again = values(p, z);
+  Values &v = p.memory.here, &again = p.memory.next;
+  evaluate(p, z, v);
+  evaluate(p, z, again);
   if (!v.finite) {
     r.status = TrimStatus::not_finite;
     return r;
