@@ -53,7 +53,7 @@ struct Open {
 
 struct Answer {
   ProofVerdict verdict = ProofVerdict::undecided;
-  Failure failure{"stopped", -1};
+  Failure failure{"stopped", -1, {}, {}};
   std::vector<Record> sides;
   VectorXd z;
   Eigen::MatrixXd S;
@@ -126,8 +126,10 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
     answer.sides.push_back(std::move(absent));
     return ProofVerdict::no_trim;
   }
-  if (limits != 1) return ProofVerdict::undecided;
-  if (!count_roots(s, tube, margin, answer.failure)) return ProofVerdict::undecided;
+  if (limits != 1 || !count_roots(s, tube, margin, answer.failure)) {
+    answer.failure.cut = worst(s, cell, tube.record, sides, answer.failure);
+    return ProofVerdict::undecided;
+  }
   answer.sides.push_back(std::move(tube.record));
   return answer.sides.back().roots == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
 }
