@@ -145,6 +145,20 @@ int widest(const Setup& s, const std::vector<Range>& box) {
   return int(k);
 }
 
+// A parameter that takes the box across a switch on its own and is wide; -1: none.
+int across(const Setup& s, const Cell& cell, const VectorXd& z) {
+  constexpr double wide = 1.0 / 32;  // of its range: narrower boxes are proved on both sides
+  for (std::size_t k = 0; k < s.k(); ++k) {
+    const ProveParameter& p = s.problem.parameters[k];
+    if (cell.box[k].upper - cell.box[k].lower <= wide * (p.to - p.from)) continue;
+    Cell alone = cell;
+    for (std::size_t j = 0; j < s.k(); ++j)
+      if (j != k) alone.r[j] = 0;
+    if (all_sides(s, alone, z).size() != 1) return int(k);
+  }
+  return -1;
+}
+
 Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start,
                double margin) {
   const RoundToNearest environment;
@@ -154,7 +168,13 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
   answer.z = answer.trimmed ? first_start(s, cell) : start;
   const std::vector<Branches> all = all_sides(s, cell, answer.z);
   ProofVerdict verdict = ProofVerdict::undecided;
-  if (all.empty()) answer.failure.cause = "switch";
+  if (all.size() != 1) {
+    answer.failure = {"switch", across(s, cell, answer.z), {}, {}};
+    if (all.empty() || answer.failure.cut >= 0) {
+      if (answer.failure.cut < 0) answer.failure.cut = widest(s, box);
+      return answer;
+    }
+  }
   for (const Branches& sides : all) {
     const ProofVerdict side = one_side(s, cell, sides, margin, answer);
     const bool other = &sides != &all.front() && side != verdict;

@@ -248,6 +248,16 @@ std::array<Polar::Fit, 3> Polar::fits(const Interval& alpha, double c, bool slop
   std::array<Fit, 3> all;
   all.fill({{}, {}, {}, infinite});
   if (!(alpha.lower() >= knots_.front() && alpha.upper() <= knots_.back())) return all;
+  const std::size_t first = piece_below(alpha.lower()), last = piece_below(alpha.upper());
+  constexpr std::size_t many = 24;  // over so many pieces no parabola is near
+  if (last - first > many) {
+    const auto over = ranges(alpha);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Interval& of = slope ? over[k].slope : over[k].value;
+      all[k] = {middle(of), {}, {}, radius(of)};
+    }
+    return all;
+  }
   // Through the Chebyshev nodes of the range.
   const double m = middle(alpha), node = 0.5 * std::sqrt(3.0) * std::max(radius(alpha), 1e-6);
   std::array<std::array<double, 3>, 3> q;
@@ -263,7 +273,6 @@ std::array<Polar::Fit, 3> Polar::fits(const Interval& alpha, double c, bool slop
     all[k] = {q[k][0] + off * (q[k][1] + off * Interval(q[k][2])),
               q[k][1] + off * Interval(2 * q[k][2]), 2.0 * Interval(q[k][2]), 0.0};
   }
-  const std::size_t first = piece_below(alpha.lower()), last = piece_below(alpha.upper());
   const std::size_t parts = last - first > 1 ? 1 : 4;
   for (std::size_t i = first; i <= last; ++i) {
     const double from = std::max(alpha.lower(), enclosed_[i].start);
