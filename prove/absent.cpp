@@ -11,7 +11,9 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr std::size_t most_parts = 2000;
+constexpr std::size_t most_parts = 1000;
+// A part this small, in shares of the limits, that is not excluded is close to a trim.
+constexpr double smallest_part = 0.002;
 
 using Part = std::vector<Interval>;  // of the unknowns
 
@@ -110,7 +112,7 @@ bool prove_absent(const Setup& s, const Cell& cell, const Branches& branches, Re
       size[Index(j)] = radius(part[j]) / (range.upper - range.lower);
     }
     Index cut = 0;
-    if (!(size.maxCoeff(&cut) > 1e-7)) return false;
+    if (!(size.maxCoeff(&cut) > smallest_part)) return false;
     const double at = middle(part[std::size_t(cut)]);
     record.absent.push_back({int(cut), at, {}});
     Part low = part, high = part;

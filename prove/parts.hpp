@@ -51,9 +51,17 @@ Jets evaluate(const Setup& setup, const Known& known, const Jets& unknowns, Alon
 
 /// A failure: its cause and the parameter to cut, or -1: the widest.
 struct Failure {
-  std::string cause;
+  std::string cause{};
   int cut = -1;
+  // What each parameter adds to the failing quantity; and what a remainder of an entry of [f; h],
+  // or of the matrix ∂f/∂x, adds to it: one column, or one per state.
+  Eigen::VectorXd share{};
+  Eigen::MatrixXd weight{};
 };
+
+/// The parameter that adds most to a failure, remainders included.
+int worst(const Setup& setup, const Cell& cell, const Record& tube, const Branches& sides,
+          const Failure& failure);
 
 struct Tube {
   Record record;
@@ -66,6 +74,8 @@ struct Tube {
 /// A tube of equilibria; `sides` has the outcomes of open comparisons.
 Tube find_tube(const Setup& setup, const Cell& cell, const Eigen::VectorXd& start, Branches sides);
 
+/// What number k of the box adds to it.
+double share_of(const Quadratic& of, std::size_t k);
 /// The parameter that moves it most.
 int widest_share(const Quadratic& of);
 

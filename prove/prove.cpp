@@ -53,7 +53,7 @@ struct Open {
 
 struct Answer {
   ProofVerdict verdict = ProofVerdict::undecided;
-  Failure failure{"stopped", -1};
+  Failure failure{"stopped", -1, {}, {}};
   std::vector<Record> sides;
   VectorXd z;
   Eigen::MatrixXd S;
@@ -126,8 +126,10 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
     answer.sides.push_back(std::move(absent));
     return ProofVerdict::no_trim;
   }
-  if (limits != 1) return ProofVerdict::undecided;
-  if (!count_roots(s, tube, margin, answer.failure)) return ProofVerdict::undecided;
+  if (limits != 1 || !count_roots(s, tube, margin, answer.failure)) {
+    answer.failure.cut = worst(s, cell, tube.record, sides, answer.failure);
+    return ProofVerdict::undecided;
+  }
   answer.sides.push_back(std::move(tube.record));
   return answer.sides.back().roots == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
 }
@@ -143,6 +145,20 @@ int widest(const Setup& s, const std::vector<Range>& box) {
   return int(k);
 }
 
+// A parameter that takes the box across a switch on its own and is wide; -1: none.
+int across(const Setup& s, const Cell& cell, const VectorXd& z) {
+  constexpr double wide = 1.0 / 32;  // of its range: narrower boxes are proved on both sides
+  for (std::size_t k = 0; k < s.k(); ++k) {
+    const ProveParameter& p = s.problem.parameters[k];
+    if (cell.box[k].upper - cell.box[k].lower <= wide * (p.to - p.from)) continue;
+    Cell alone = cell;
+    for (std::size_t j = 0; j < s.k(); ++j)
+      if (j != k) alone.r[j] = 0;
+    if (all_sides(s, alone, z).size() != 1) return int(k);
+  }
+  return -1;
+}
+
 Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start,
                double margin) {
   const RoundToNearest environment;
@@ -152,7 +168,13 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
   answer.z = answer.trimmed ? first_start(s, cell) : start;
   const std::vector<Branches> all = all_sides(s, cell, answer.z);
   ProofVerdict verdict = ProofVerdict::undecided;
-  if (all.empty()) answer.failure.cause = "switch";
+  if (all.size() != 1) {
+    answer.failure = {"switch", across(s, cell, answer.z), {}, {}};
+    if (all.empty() || answer.failure.cut >= 0) {
+      if (answer.failure.cut < 0) answer.failure.cut = widest(s, box);
+      return answer;
+    }
+  }
   for (const Branches& sides : all) {
     const ProofVerdict side = one_side(s, cell, sides, margin, answer);
     const bool other = &sides != &all.front() && side != verdict;

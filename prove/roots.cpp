@@ -159,6 +159,7 @@ struct Value {
   double rest = 0;
   double total = 0;
   std::vector<double> share;  // of each parameter
+  Small weight;               // of R
   double floor(Complex v) const;
 };
 
@@ -221,7 +222,8 @@ Value value_at(const Family& f, double from, double to) {
   rho.array() += rounding;
   // tr(G W R T) = Σ (T G W)_ji R_ij
   const SmallC TGW = f.T.cast<Complex>() * G * f.W.cast<Complex>();
-  double trace = (TGW.cwiseAbs().transpose().array() * f.radius.array()).sum() * (1 + 1e-9) +
+  value.weight = TGW.cwiseAbs().transpose();
+  double trace = (value.weight.array() * f.radius.array()).sum() * (1 + 1e-9) +
                  (Ga * rest).trace() + inverse.trace() + double(n) * rounding * 2;
   trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ga * f.W.cwiseAbs()).maxCoeff() *
            f.radius.sum();
@@ -304,8 +306,9 @@ int roots_of(const MatrixXd& B, const MatrixXd& radius) {
 
 bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   Family f = family(s, tube, margin);
-  const auto refuse = [&](const char* cause, const std::vector<double>& share) {
-    failure = {cause, int(std::ranges::max_element(share) - share.begin())};
+  const auto refuse = [&](const char* cause, const std::vector<double>& share,
+                          const Small& weight = {}) {
+    failure = {cause, -1, Eigen::Map<const VectorXd>(share.data(), std::ssize(share)), weight};
     return false;
   };
   std::vector<double> widths;
@@ -338,15 +341,15 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
       r.w.push_back(from + step);
       r.v.push_back(direction.v);
       step *= direction.floor > 0.4 ? 3 : 1.5;
-      if (r.v.size() > 2000) return refuse("width", value.share);
+      if (r.v.size() > 2000) return refuse("width", value.share, value.weight);
       continue;
     }
     Value still = value_at(plain, from, from);
     if (best(still).floor < 1.2 * slack) still = value_at(f, from, from);
-    if (best(still).floor < 1.2 * slack) return refuse("crossing", still.share);
+    if (best(still).floor < 1.2 * slack) return refuse("crossing", still.share, still.weight);
     step *= 0.4;
-    if (step < 1e-9 * end && step < 1e-6 * from) return refuse("crossing", still.share);
-    if (step < 1e-14 * end) return refuse("crossing", still.share);
+    if (step < 1e-9 * end && step < 1e-6 * from) return refuse("crossing", still.share, still.weight);
+    if (step < 1e-14 * end) return refuse("crossing", still.share, still.weight);
   }
   return true;
 }

@@ -203,15 +203,19 @@ Jet product(const Jets& row, const Jets& column) {
   return sum;
 }
 
-// |I - C(d) G_z(d)|; NaN where it cannot be told.
-MatrixXd contraction(const std::vector<Jets>& C, const Equations& at) {
+// |I - C(d) G_z(d)|, and what each number of the box adds to it.
+MatrixXd contraction(const std::vector<Jets>& C, const Equations& at,
+                     std::vector<MatrixXd>& shares) {
   MatrixXd K(std::ssize(C), std::ssize(C));
+  for (MatrixXd& share : shares) share = K;
   for (Index j = 0; j < K.cols(); ++j) {
     Jets column;
     for (const Jets& row : at.slopes) column.push_back(row[std::size_t(j)]);
-    for (Index i = 0; i < K.rows(); ++i)
-      K(i, j) = magnitude(
-          (product(C[std::size_t(i)], column) - (i == j ? 1.0 : 0.0)).range());
+    for (Index i = 0; i < K.rows(); ++i) {
+      const Jet left = product(C[std::size_t(i)], column) - (i == j ? 1.0 : 0.0);
+      K(i, j) = magnitude(left.range());
+      for (std::size_t k = 0; k < shares.size(); ++k) shares[k](i, j) = share_of(left.value(), k);
+    }
   }
   return K;
 }
@@ -234,23 +238,22 @@ VectorXd radii(const MatrixXd& kappa, const VectorXd& rho) {
   return dense::solve(left, VectorXd(1.05 * rho));
 }
 
-// The parameter along which the equations bend most, in shares of what the tube can bear.
-int bent(const Setup& s, const MatrixXd& C, const Equations& on_line, const Jets& g,
-         const VectorXd& rho) {
-  VectorXd share = VectorXd::Zero(Index(s.k()));
-  for (std::size_t k = 0; k < s.k(); ++k) {
-    const MatrixXd turned = (C * on_line.slopes_along(k)).cwiseAbs();
-    double& own = share[Index(k)];
-    for (Index i = 0; i < rho.size(); ++i) {
-      const Quadratic row = g[std::size_t(i)].value();
-      for (std::size_t l = 0; l < s.k(); ++l)
-        own += std::abs(l <= k ? row.bend(k, l) : row.bend(l, k)) / rho[i];
-      own += turned.row(i).dot(rho) / rho[i];
-    }
+// A tube that is not proved: what adds to it, in shares of its radii.
+Failure fold(const Setup& s, const MatrixXd& C, const Jets& g, const std::vector<MatrixXd>& kappa,
+             const VectorXd& rho) {
+  Failure failure{"fold", -1, {}, {}};
+  failure.share = VectorXd::Zero(std::ssize(kappa));
+  for (std::size_t k = 0; k < kappa.size(); ++k) {
+    const VectorXd turned = kappa[k] * rho;
+    for (Index i = 0; i < rho.size(); ++i)
+      failure.share[Index(k)] +=
+          (0.1 * share_of(g[std::size_t(i)].value(), k) + turned[i]) / rho[i];
   }
-  Index most = -1;
-  if (share.allFinite()) share.maxCoeff(&most);
-  return int(most);
+  failure.weight = MatrixXd::Zero(Index(s.states), 1);
+  for (Index j = 0; j < C.cols(); ++j)
+    failure.weight(s.equations[std::size_t(j)], 0) =
+        (C.col(j).cwiseAbs().array() / rho.array()).sum();
+  return failure;
 }
 
 }  // namespace
@@ -263,8 +266,9 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   sides.blocked = false;
   const Known numbers = known(s, cell);
   r.z = start;
-  const auto refuse = [&](const char* cause, int cut = -1) {
-    tube.failed = Failure{cause, cut};
+  const auto refuse = [&](const char* cause, Failure failure = {}) {
+    failure.cause = cause;
+    tube.failed = std::move(failure);
     return tube;
   };
   if (!newton(s, numbers, r.z)) return refuse("fold");
@@ -294,21 +298,22 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   for (Index i = 0; i < n; ++i)
     rho[i] +=
         1e-13 * (std::abs(r.z[i]) + signal_of(s.problem.model, s.unknowns[std::size_t(i)]).nominal);
-  const int cut = bent(s, r.C, on_line, bends, rho);
-  MatrixXd kappa = contraction(C, on_line);
-  if (!rho.allFinite() || !kappa.allFinite()) return refuse("fold", cut);
+  std::vector<MatrixXd> shares(s.k());
+  MatrixXd kappa = contraction(C, on_line, shares);
+  const Failure failure = fold(s, r.C, bends, shares, rho);
+  if (!rho.allFinite() || !kappa.allFinite()) return refuse("fold", failure);
   r.Z = radii(kappa, rho);
   for (int attempt = 0; attempt < 4; ++attempt) {
-    if (!r.Z.allFinite() || !(r.Z.minCoeff() > 0)) return refuse("fold", cut);
+    if (!r.Z.allFinite() || !(r.Z.minCoeff() > 0)) return refuse("fold", failure);
     Jets wide = line(r.z, r.S);
     for (Index i = 0; i < n; ++i) wide[std::size_t(i)] = wide[std::size_t(i)].widened(r.Z[i]);
     sides.blocked = false;
     const Equations at(s, evaluate(s, numbers, wide, Along::unknowns));
-    if (sides.blocked) return refuse("switch", cut);
-    kappa = contraction(C, at);
+    if (sides.blocked) return refuse("switch", failure);
+    kappa = contraction(C, at, shares);
     const VectorXd K = (rho + kappa * r.Z) * (1 + 1e-12);
     if ((K.array() <= 0.9 * r.Z.array()).all()) break;
-    if (attempt == 3 || !K.allFinite()) return refuse("fold", cut);
+    if (attempt == 3 || !K.allFinite()) return refuse("fold", failure);
     r.Z = radii(kappa, rho);
   }
   // x(d) in z + S d - C(d) G(d) + (I - C(d) G_z) [-Z, Z]
@@ -318,7 +323,7 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
     tube.unknowns[std::size_t(i)] = (tube.unknowns[std::size_t(i)] - g[std::size_t(i)]).widened(left[i]);
   sides.blocked = false;
   tube.over = evaluate(s, numbers, tube.unknowns, Along::states);
-  if (sides.blocked) return refuse("switch", cut);
+  if (sides.blocked) return refuse("switch", failure);
   return tube;
 }
 
@@ -336,9 +341,38 @@ int within_limits(const Setup& s, const Tube& tube, Failure& failure) {
       continue;
     if (at.upper() < limit.range.lower - slack || at.lower() > limit.range.upper + slack) return -1;
     answer = 0;
-    failure = {"limit", widest_share(quantity.value())};
+    failure = {"limit", widest_share(quantity.value()), {}, {}};
   }
   return answer;
+}
+
+int worst(const Setup& s, const Cell& cell, const Record& r, const Branches& branches,
+          const Failure& failure) {
+  if (s.k() == 1) return 0;
+  if (failure.cut >= 0 || failure.share.size() == 0) return failure.cut;
+  VectorXd share = failure.share;
+  Branches sides = branches;
+  const Watched watched(sides);
+  for (std::size_t k = 0; k < s.k() && failure.weight.size() > 0; ++k) {
+    Cell alone = cell;
+    for (std::size_t j = 0; j < s.k(); ++j)
+      if (j != k) alone.r[j] = 0;
+    MatrixXd S = MatrixXd::Zero(r.S.rows(), r.S.cols());
+    S.col(Index(k)) = r.S.col(Index(k));
+    sides.next = 0;
+    const Known numbers = known(s, alone);
+    const bool slopes = failure.weight.cols() > 1;
+    const Jets all = evaluate(s, numbers, line(r.z, S), slopes ? Along::states : Along::nothing);
+    for (Index i = 0; i < failure.weight.rows(); ++i)
+      for (Index j = 0; j < failure.weight.cols(); ++j) {
+        const Jet& row = all[std::size_t(i)];
+        const double rest = slopes ? row.slope(std::size_t(j)).rest() : row.value().rest();
+        share[Index(k)] += failure.weight(i, j) * rest;
+      }
+  }
+  Index most = -1;
+  if (share.allFinite()) share.maxCoeff(&most);
+  return int(most);
 }
 
 bool middle_within_limits(const Setup& s, const Tube& tube) {
@@ -350,14 +384,18 @@ bool middle_within_limits(const Setup& s, const Tube& tube) {
   });
 }
 
+double share_of(const Quadratic& of, std::size_t k) {
+  double share = std::abs(of.slope(k));
+  for (std::size_t l = 0; l < of.numbers(); ++l)
+    share += std::abs(l <= k ? of.bend(k, l) : of.bend(l, k));
+  return share;
+}
+
 int widest_share(const Quadratic& of) {
   int most = -1;
   double largest = 0;
   for (std::size_t k = 0; k < of.numbers(); ++k) {
-    double share = std::abs(of.slope(k));
-    for (std::size_t l = 0; l < of.numbers(); ++l)
-      share += std::abs(l <= k ? of.bend(k, l) : of.bend(l, k));
-    if (share > largest) {
+    if (const double share = share_of(of, k); share > largest) {
       largest = share;
       most = int(k);
     }

@@ -30,17 +30,15 @@ inline CoefficientsOf<Interval> coefficients(const Polar& polar, const Interval&
 }
 
 inline CoefficientsOf<Jet> coefficients(const Polar& polar, const Jet& alpha) {
-  const auto over = polar.ranges(alpha.range());
-  const auto centre = polar.ranges(alpha.value().centre());
-  // The third derivative jumps at a knot: it bounds the slopes of the second.
-  const auto of = [&](std::size_t k) {
-    const Polar::Ranges& c = centre[k];
-    const Jet::Derivatives here{c.value, c.slope, c.curvature, Interval(), Interval()};
-    const Jet::Derivatives around{Interval(), Interval(), Interval(), over[k].third, Interval()};
-    return along(alpha, composed(alpha, here, around, 0),
-                 composed(alpha, c.slope, c.curvature, over[k].third));
+  const double c = alpha.value().centre();
+  const auto values = polar.fits(alpha.range(), c, false);
+  const auto slopes = polar.fits(alpha.range(), c, true);
+  const auto form = [&](const Polar::Fit& fit) {
+    return composed(alpha, fit.g, fit.g1, fit.g2).widened(fit.error);
   };
-  return {of(0), of(1), of(2)};
+  return {along(alpha, form(values[0]), form(slopes[0])),
+          along(alpha, form(values[1]), form(slopes[1])),
+          along(alpha, form(values[2]), form(slopes[2]))};
 }
 
 }  // namespace tiltrim::physics

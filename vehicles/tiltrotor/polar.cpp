@@ -191,7 +191,7 @@ std::array<Polar::Ranges, 3> Polar::Enclosed::over(const Interval& t) const {
     const Interval slope = c1 + m * (2.0 * c2 + m * (3.0 * c3));
     const Interval half = c2 + 3.0 * c3 * m;
     all[k] = {value + d * slope + square(d) * half + square(d) * d * c3,
-              slope + d * (2.0 * half) + square(d) * (3.0 * c3), 2.0 * half + 6.0 * c3 * d, 6.0 * c3};
+              slope + d * (2.0 * half) + square(d) * (3.0 * c3), 2.0 * half + 6.0 * c3 * d};
   }
   return all;
 }
@@ -199,8 +199,7 @@ std::array<Polar::Ranges, 3> Polar::Enclosed::over(const Interval& t) const {
 std::array<Polar::Ranges, 3> Polar::ranges(const Interval& alpha) const {
   std::array<Ranges, 3> all;
   if (!alpha.finite()) {
-    const Interval none = Interval::unknown();
-    all.fill({none, none, none, none});
+    all.fill({Interval::unknown(), Interval::unknown(), Interval::unknown()});
     return all;
   }
   // Beyond the table, which wraps around, any piece may hold.
@@ -217,10 +216,73 @@ std::array<Polar::Ranges, 3> Polar::ranges(const Interval& alpha) const {
         piece.over({std::max(0.0, low.lower()), std::min(piece.width, high.upper())});
     for (std::size_t k = 0; k < 3; ++k)
       all[k] = any ? Ranges{hull(all[k].value, here[k].value), hull(all[k].slope, here[k].slope),
-                            hull(all[k].curvature, here[k].curvature),
-                            hull(all[k].third, here[k].third)}
+                            hull(all[k].curvature, here[k].curvature)}
                    : here[k];
     any = true;
+  }
+  return all;
+}
+
+// A bound of |cubic - parabola| on [from, to] within the piece, by Taylor's form about the middle;
+// the parabola is about m.
+double Polar::Enclosed::distance(std::size_t k, bool slope, const std::array<double, 3>& parabola,
+                                 double m, double from, double to) const {
+  const double at = 0.5 * (from + to);
+  const Interval t = Interval(at) - start, off = Interval(at) - m;
+  const double h = radius(Interval(from, to));
+  const auto& [c0, c1, c2, c3] = c[k];
+  const auto& [q0, q1, q2] = parabola;
+  const Interval value = slope ? c1 + t * (2.0 * c2 + t * (3.0 * c3))
+                               : c0 + t * (c1 + t * (c2 + t * c3));
+  const Interval first = slope ? 2.0 * c2 + t * (6.0 * c3) : c1 + t * (2.0 * c2 + t * (3.0 * c3));
+  const Interval half = slope ? 3.0 * c3 : c2 + t * (3.0 * c3);
+  const double third = slope ? 0.0 : magnitude(c3);
+  const double sum = magnitude(value - (q0 + off * (q1 + off * Interval(q2)))) +
+                     h * (magnitude(first - (q1 + off * Interval(2 * q2))) +
+                          h * (magnitude(half - Interval(q2)) + h * third));
+  return std::isfinite(sum) ? sum * (1 + 1e-12) : std::numeric_limits<double>::infinity();
+}
+
+std::array<Polar::Fit, 3> Polar::fits(const Interval& alpha, double c, bool slope) const {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  std::array<Fit, 3> all;
+  all.fill({{}, {}, {}, infinite});
+  if (!(alpha.lower() >= knots_.front() && alpha.upper() <= knots_.back())) return all;
+  const std::size_t first = piece_below(alpha.lower()), last = piece_below(alpha.upper());
+  constexpr std::size_t many = 24;  // over so many pieces no parabola is near
+  if (last - first > many) {
+    const auto over = ranges(alpha);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Interval& of = slope ? over[k].slope : over[k].value;
+      all[k] = {middle(of), {}, {}, radius(of)};
+    }
+    return all;
+  }
+  // Through the Chebyshev nodes of the range.
+  const double m = middle(alpha), node = 0.5 * std::sqrt(3.0) * std::max(radius(alpha), 1e-6);
+  std::array<std::array<double, 3>, 3> q;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto value = [&](double x) {
+      const auto [v, s] = slope_at(x);
+      const Coefficients& own = slope ? s : v;
+      return std::array{own.CL, own.CD, own.CM}[k];
+    };
+    const double low = value(m - node), here = value(m), high = value(m + node);
+    q[k] = {here, (high - low) / (2 * node), 0.5 * ((high - here) - (here - low)) / (node * node)};
+    const Interval off = Interval(c) - m;
+    all[k] = {q[k][0] + off * (q[k][1] + off * Interval(q[k][2])),
+              q[k][1] + off * Interval(2 * q[k][2]), 2.0 * Interval(q[k][2]), 0.0};
+  }
+  const std::size_t parts = last - first > 1 ? 1 : 4;
+  for (std::size_t i = first; i <= last; ++i) {
+    const double from = std::max(alpha.lower(), enclosed_[i].start);
+    const double to = i == last ? alpha.upper() : enclosed_[i + 1].start;
+    for (std::size_t j = 0; j < parts; ++j) {
+      const double a = std::lerp(from, to, double(j) / double(parts));
+      const double b = std::lerp(from, to, double(j + 1) / double(parts));
+      for (std::size_t k = 0; k < 3; ++k)
+        all[k].error = std::max(all[k].error, enclosed_[i].distance(k, slope, q[k], m, a, b));
+    }
   }
   return all;
 }

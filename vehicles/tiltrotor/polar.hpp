@@ -47,9 +47,17 @@ class Polar {
 
   /// Of the exact spline through the table, over alpha: rounded outward.
   struct Ranges {
-    Interval value, slope, curvature, third;  ///< derivatives per rad, rad², rad³
+    Interval value, slope, curvature;  ///< per rad, per rad²
   };
   std::array<Ranges, 3> ranges(const Interval& alpha) const;  ///< of CL, CD, CM
+
+  /// A parabola near the exact spline, or near its slope: g + g1 (α - c) + ½ g2 (α - c)² ± error.
+  struct Fit {
+    Interval g, g1, g2;  ///< about c
+    double error;        ///< a bound over the range; infinite beyond the table
+  };
+  /// Of CL, CD, CM over alpha, about c; of their slopes if `slope`.
+  std::array<Fit, 3> fits(const Interval& alpha, double c, bool slope) const;
 
   /// The table.
   const std::vector<double>& knots() const { return knots_; }      ///< alpha, rad
@@ -63,6 +71,8 @@ class Polar {
     std::array<std::array<Interval, 4>, 3> c;
     double start, width;
     std::array<Ranges, 3> over(const Interval& t) const;
+    double distance(std::size_t k, bool slope, const std::array<double, 3>& parabola, double m,
+                    double from, double to) const;
   };
   // c0 + c1 t + c2 t² + c3 t³
   struct Cubic {
