@@ -74,7 +74,7 @@ std::string published(const json& p) {
   }
   return text + condition +
          fmt::format(
-             "[tune]\nevaluations = 2000\ngoal = {{measure = \"peak_gain\", input = {}, "
+             "[tune]\nevaluations = 4500\ngoal = {{measure = \"peak_gain\", input = {}, "
              "output = {}}}\n",
              numbered("w", nw), numbered("z", nz)) +
          tail;
