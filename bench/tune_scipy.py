@@ -2,7 +2,7 @@
 """Gains with the fastest decay: tiltrim tune, from the program and from Python, and
 scipy.optimize.differential_evolution on the same problem.
 
-  tune_scipy.py [--seeds 10] [--generations 600] [--program build/bin/tiltrim]
+  tune_scipy.py [--first 1] [--seeds 10] [--generations 600] [--program build/bin/tiltrim]
 
 The three studies of bench/tuning/ limit damping and frequency. Their trim does not move with the
 gains, and the system matrix is affine in each gain or its reciprocal: the parts come from
@@ -111,6 +111,7 @@ def cpu():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--first", type=int, default=1, help="seed")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--generations", type=int, default=600)
     parser.add_argument("--program", default=str(HERE.parent / "build/bin/tiltrim"))
@@ -123,7 +124,7 @@ def main():
             "differential_evolution": lambda seed: by_scipy(bare, seed, arguments.generations),
         }
         goals, seconds = {name: [] for name in searches}, dict.fromkeys(searches, 0.0)
-        for seed in range(1, arguments.seeds + 1):
+        for seed in range(arguments.first, arguments.first + arguments.seeds):
             for name, search in searches.items():  # in turn: a busy machine is as slow for each
                 begun = cpu()
                 goals[name].append(search(seed))

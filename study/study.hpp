@@ -47,6 +47,7 @@ struct TuneTable {
   long evaluations = 100000;             ///< largest number of candidates
   double seconds = 0.0;                  ///< 0: no limit
   std::vector<double> regulator_starts;  ///< efforts of the regulators that give further starts
+  std::vector<double> placed_starts;     ///< decays of the placed poles that do, 1/s
   long robustness = 10'000;              ///< random samples for the robustness test
   /// The optimal goal as a function of one limit.
   struct Front {

@@ -137,7 +137,8 @@ void add_own(const Study& study, TuneProblem& problem) {
   problem.disturbance = table.disturbance;
   if (study.qualities)
     problem.figures = quality_figures(study, problem.points.front(), conditions_of(study).front());
-  if (!asks(table, is_margin) && table.regulator_starts.empty()) return;
+  if (!asks(table, is_margin) && table.regulator_starts.empty() && table.placed_starts.empty())
+    return;
   if (study.user_model->loops.empty())
     throw std::invalid_argument(
         "margins or regulators of a model without [[model.loop]], so no loop can be broken; "

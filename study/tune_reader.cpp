@@ -180,6 +180,8 @@ void read_search(const Section& section, TuneTable& tune) {
   read_whole(section, "robustness", {0, 1e7}, tune.robustness);
   if (const Entry* efforts = section.find("regulator_starts"))
     tune.regulator_starts = section.numbers(*efforts, {1e-12, 1e12});
+  if (const Entry* decays = section.find("placed_starts"))
+    tune.placed_starts = section.numbers(*decays, {1e-12, 1e12, "1/s"});
 }
 
 // Free variables, disturbance, requirements and search options.
@@ -247,9 +249,26 @@ void check_divisors(const Section& section, const std::vector<std::string>& list
 
 TuneTable read_tune(const Section& section, const path& file, const Vehicle& vehicle,
                     const std::vector<Condition>& conditions) {
-  section.allow_only({"conditions", "corridor", "schedule_eta_deg", "goal", "corners", "samples",
-                      "global", "local", "second", "seed", "evaluations", "seconds", "robustness",
-                      "regulator_starts", "disturbance", "gain", "uncertain", "limit", "front"});
+  section.allow_only({"conditions",
+                      "corridor",
+                      "schedule_eta_deg",
+                      "goal",
+                      "corners",
+                      "samples",
+                      "global",
+                      "local",
+                      "second",
+                      "seed",
+                      "evaluations",
+                      "seconds",
+                      "robustness",
+                      "regulator_starts",
+                      "placed_starts",
+                      "disturbance",
+                      "gain",
+                      "uncertain",
+                      "limit",
+                      "front"});
   TuneTable tune;
   tune.conditions = read_places(section, conditions);
   tune.heights = read_heights(section, file);
@@ -273,7 +292,7 @@ TuneTable read_user_tune(const Section& section, const path& file, const UserMod
                          const std::vector<std::string>& figures) {
   section.allow_only({"conditions", "goal", "corners", "samples", "global", "local", "second",
                       "seed", "evaluations", "seconds", "robustness", "regulator_starts",
-                      "disturbance", "gain", "uncertain", "limit", "front"});
+                      "placed_starts", "disturbance", "gain", "uncertain", "limit", "front"});
   TuneTable tune;
   tune.conditions = read_places(section, conditions);
   const Signals& parameters = own.model.parameters;

@@ -99,6 +99,10 @@ TuningReport tune_study(const Study& study, const TuneOptions& options, const Ob
   if (!table.regulator_starts.empty())
     report.options.starts = regulator_starts(report.problem, report.options.start,
                                              table.regulator_starts, report.options.trimming);
+  if (!table.placed_starts.empty())
+    for (Eigen::VectorXd& start : placed_starts(report.problem, report.options.start,
+                                                table.placed_starts, report.options.trimming))
+      report.options.starts.push_back(std::move(start));
   search_twice(report, table.second, observe);
   if (table.front) {
     search_front(report, *table.front, observe);

@@ -74,7 +74,7 @@ std::string published(const json& p) {
   }
   return text + condition +
          fmt::format(
-             "[tune]\nevaluations = 20000\ngoal = {{measure = \"peak_gain\", input = {}, "
+             "[tune]\nevaluations = 4500\ngoal = {{measure = \"peak_gain\", input = {}, "
              "output = {}}}\n",
              numbered("w", nw), numbered("z", nz)) +
          tail;
@@ -428,6 +428,15 @@ TEST_CASE("a regulator's gains are a start where the law is state feedback") {
   closed.loops.clear();
   CHECK_THROWS_AS((void)regulator_starts(closed, starts[0], {1.0}), std::invalid_argument);
   CHECK_THROWS_AS((void)regulator_starts(problem, VectorXd::Ones(3), {1.0}), std::invalid_argument);
+  // s² + kd s + kp with the poles -a and -2 a
+  const std::vector<VectorXd> placed = placed_starts(problem, starts[0], {0.5, 3});
+  REQUIRE(placed.size() == 2);
+  CHECK_NEAR(placed[0][0], 0.5, 1e-9);
+  CHECK_NEAR(placed[0][1], 1.5, 1e-9);
+  CHECK_NEAR(placed[1][0], 18, 1e-7);
+  CHECK_NEAR(placed[1][1], 9, 1e-7);
+  CHECK_THROWS_AS((void)placed_starts(problem, starts[0], {0.0}), std::invalid_argument);
+  CHECK_THROWS_AS((void)placed_starts(closed, starts[0], {1.0}), std::invalid_argument);
   // The quadratic cost of the regulator's own weights is least at its gains.
   TuneProblem quadratic = problem;
   quadratic.goal = {.measure = Measure::quadratic_cost};

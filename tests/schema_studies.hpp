@@ -161,6 +161,7 @@ count = 7
 )",
     level + R"([tune]
 regulator_starts = [1]
+placed_starts = [1]
 [[tune.goal]]
 measure = "pole_region"
 decay = 0.1
@@ -317,6 +318,7 @@ output = "y"
 name = "held"
 [tune]
 regulator_starts = [1]
+placed_starts = [1]
 disturbance = {x = 1}
 gain = [{key = "a", from = 1, to = 2}]
 )";

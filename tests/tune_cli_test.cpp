@@ -279,6 +279,39 @@ TEST_CASE("Ctrl-C in the second search is said too") {
   says(ran.out, "interrupted");
 }
 
+TEST_CASE("on a terminal of 80 columns each line of progress fits, with all that it tells") {
+  const Scratch scratch("tune");
+  // Thirteen heights without scatter would take longer than these 3 s.
+  std::string text = slurp(TILTRIM_SOURCE_DIR "/studies/tune_corridor.toml");
+  const std::size_t scatter = text.find("[[tune.uncertain]]");
+  text.erase(scatter, text.find("[[tune.gain]]") - scatter);
+  scratch.write("s.toml", text);
+  const Ran ran =
+      run(scratch, "",
+          {.program = "script -qec 'stty cols 80; " TILTRIM_PROGRAM
+                      " tune s.toml --evaluations 100000 --seconds 3 -o s.json' /dev/null"});
+  int lines = 0;
+  for (std::size_t at = ran.out.find("\r\033[K"); at != std::string::npos;) {
+    at += 4;
+    const std::size_t next = ran.out.find("\r\033[K", at);
+    const std::string line = ran.out.substr(at, next - at);
+    at = next;
+    if (next == std::string::npos) break;
+    if (line.empty()) continue;  // the end of a search clears the line
+    const auto first = [](char c) { return (c & 0xC0) != 0x80; };  // byte of a character
+    CHECK(std::ranges::count_if(line, first) < 80);
+    CAPTURE(line);
+    const bool found =
+        line.find("decay ") != std::string::npos && line.find(" 1/s (decay") != std::string::npos;
+    CHECK((found || line.find("no answer yet (missing ") != std::string::npos));
+    CHECK(line.find(" start") != std::string::npos);
+    CHECK(line.find(", < ") != std::string::npos);
+    CHECK(line.ends_with(" s left"));
+    ++lines;
+  }
+  CHECK(lines > 3);
+}
+
 TEST_CASE("--seconds ends each search in time") {
   const Scratch scratch("tune");
   scratch.write("s.toml", lasting("second = \"none\"\n"));

@@ -262,11 +262,12 @@ TEST_CASE("margins and uses may be of one actuator, half_time is of a mode, the 
 
 TEST_CASE("a region of poles, several goals with targets, efforts of regulators") {
   const TuneTable tune = tuned(
-      study("regulator_starts = [0.1, 10]\n",
+      study("regulator_starts = [0.1, 10]\nplaced_starts = [2]\n",
             "[[tune.goal]]\nmeasure = 'pole_region'\ndecay = 0.1\nfrequency = 20\nat_least = 1\n"
             "[[tune.goal]]\nmeasure = 'peak_sensitivity'\nof = 'a1s'\nat_most = 2\n"
             "weight = {numerator = [1, 2], denominator = [1, 3]}\n"));
   CHECK(tune.regulator_starts == std::vector<double>{0.1, 10});
+  CHECK(tune.placed_starts == std::vector<double>{2});
   REQUIRE(tune.goals.size() == 2);
   CHECK(tune.goals[0].measure == Measure::pole_region);
   CHECK(tune.goals[0].decay == 0.1);
@@ -697,7 +698,8 @@ TEST_CASE("the manual names every key of [tune], every measure and its unit") {
                           "weight",
                           "weights",
                           "band",
-                          "regulator_starts"}) {
+                          "regulator_starts",
+                          "placed_starts"}) {
     CAPTURE(key);
     CHECK(manual.find(fmt::format("`{}`", key)) != manual.npos);
   }

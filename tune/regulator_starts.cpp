@@ -2,6 +2,8 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <stdexcept>
 #include <vector>
 
@@ -94,14 +96,7 @@ VectorXd within_bounds(const TuneProblem& problem, VectorXd values) {
   return values;
 }
 
-}  // namespace
-
-std::vector<VectorXd> regulator_starts(const TuneProblem& problem, const VectorXd& at,
-                                       const std::vector<double>& efforts,
-                                       const TrimOptions& trimming) {
-  const RoundToNearest environment;
-  constexpr int steps =
-      5;  // of Gauss and Newton; one suffices for a law that is linear in its gains
+void check_loops_and_start(const TuneProblem& problem, const VectorXd& at) {
   if (problem.loops.size() != problem.points.size())
     throw std::invalid_argument(
         "regulator starts for models whose loops cannot be opened; expected for each point a model "
@@ -109,32 +104,78 @@ std::vector<VectorXd> regulator_starts(const TuneProblem& problem, const VectorX
   if (at.size() != Index(problem.variables()))
     throw std::invalid_argument(
         fmt::format("{} numbers for a problem that has {}", at.size(), problem.variables()));
+}
+
+// The tuned values nearest to the state feedback u = -K x that `feedback` has for each point; empty
+// K: the point does not count. No values if none counts.
+std::optional<VectorXd> nearest_to(
+    Candidates& candidates, VectorXd values,
+    const std::function<MatrixXd(const MatrixXd& A, const MatrixXd& B)>& feedback) {
+  constexpr int steps =
+      5;  // of Gauss and Newton; one suffices for a law that is linear in its gains
+  bool found = false;
+  for (int step = 0; step < steps; ++step) {
+    const std::vector<PlaceModes> modes = candidates.at(values, false);
+    Fit fit;
+    for (std::size_t p = 0; p < modes.size(); ++p) {
+      if (!modes[p].valid()) continue;
+      const Place& place = candidates.places()[p];
+      const Opened open = opened_at(place, modes[p].at);
+      if (!open.A.allFinite() || !open.B.allFinite()) continue;
+      if (const MatrixXd K = feedback(open.A, open.B); K.size() > 0) append(fit, place, open, K);
+    }
+    if (fit.left.size() == 0 || !fit.J.allFinite()) break;
+    found = true;
+    values = within_bounds(candidates.problem(), values + dense::least_squares(fit.J, fit.left));
+  }
+  if (!found) return {};
+  return values;
+}
+
+}  // namespace
+
+std::vector<VectorXd> regulator_starts(const TuneProblem& problem, const VectorXd& at,
+                                       const std::vector<double>& efforts,
+                                       const TrimOptions& trimming) {
+  const RoundToNearest environment;
+  check_loops_and_start(problem, at);
   Candidates candidates(problem, trimming);
   std::vector<VectorXd> starts;
   for (const double effort : efforts) {
     if (!(effort > 0) || !std::isfinite(effort))
       throw std::invalid_argument(
           fmt::format("a regulator with an effort of {}; expected a positive number", effort));
-    VectorXd values = within_bounds(problem, at);
-    bool found = false;
-    for (int step = 0; step < steps; ++step) {
-      const std::vector<PlaceModes> modes = candidates.at(values, false);
-      Fit fit;
-      for (std::size_t p = 0; p < modes.size(); ++p) {
-        if (!modes[p].valid()) continue;
-        const Place& place = candidates.places()[p];
-        const Opened open = opened_at(place, modes[p].at);
-        const Index n = open.A.rows(), m = open.B.cols();
-        if (!open.A.allFinite() || !open.B.allFinite()) continue;
-        const Regulator regulator =
-            lqr(open.A, open.B, MatrixXd::Identity(n, n), effort * MatrixXd::Identity(m, m));
-        if (regulator) append(fit, place, open, regulator.K);
-      }
-      if (fit.left.size() == 0 || !fit.J.allFinite()) break;
-      found = true;
-      values = within_bounds(problem, values + dense::least_squares(fit.J, fit.left));
-    }
-    if (found) starts.push_back(values);
+    const auto start = nearest_to(
+        candidates, within_bounds(problem, at), [&](const MatrixXd& A, const MatrixXd& B) {
+          const Index n = A.rows(), m = B.cols();
+          const Regulator regulator =
+              lqr(A, B, MatrixXd::Identity(n, n), effort * MatrixXd::Identity(m, m));
+          return regulator ? regulator.K : MatrixXd();
+        });
+    if (start) starts.push_back(*start);
+  }
+  return starts;
+}
+
+std::vector<VectorXd> placed_starts(const TuneProblem& problem, const VectorXd& at,
+                                    const std::vector<double>& decays,
+                                    const TrimOptions& trimming) {
+  const RoundToNearest environment;
+  check_loops_and_start(problem, at);
+  Candidates candidates(problem, trimming);
+  std::vector<VectorXd> starts;
+  for (const double decay : decays) {
+    if (!(decay > 0) || !std::isfinite(decay))
+      throw std::invalid_argument(
+          fmt::format("poles placed at a decay of {}; expected a positive number", decay));
+    const auto start = nearest_to(
+        candidates, within_bounds(problem, at), [&](const MatrixXd& A, const MatrixXd& B) {
+          const Index n = A.rows();
+          const Eigen::VectorXcd poles = -VectorXd::LinSpaced(n, decay, 2 * decay);
+          const Placement placement = place(A, B, poles);
+          return placement ? placement.K : MatrixXd();
+        });
+    if (start) starts.push_back(*start);
   }
   return starts;
 }

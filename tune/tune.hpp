@@ -272,6 +272,14 @@ struct TuneResult {
                                                             const std::vector<double>& efforts,
                                                             const TrimOptions& trimming = {});
 
+/// The same from state feedback that places the poles of each opened loop at -decay to -2 decay
+/// [1/s], evenly spaced: one start for each decay. Points where place() does not find it do not
+/// count. Throws std::invalid_argument without loops, and for decays that are not positive.
+[[nodiscard]] std::vector<Eigen::VectorXd> placed_starts(const TuneProblem& problem,
+                                                         const Eigen::VectorXd& at,
+                                                         const std::vector<double>& decays,
+                                                         const TrimOptions& trimming = {});
+
 /// Robustness of gains to random parameters between the corners.
 struct Robustness {
   long samples = 0, met = 0;        ///< met: all points are trimmed and stable, and all limits met

@@ -150,8 +150,12 @@ py::dict in_dict(const Robustness& r) {
 
 py::dict tuned(const HeldStudy& held, const py::dict& fields, const py::object& listener) {
   refuse_stop_within("tune");
-  const Study& study = *held.study;
+  Study study = *held.study;
   TuneOptions options = tune_options_of(fields, tune_options(study), false);
+  if (fields.contains("regulator_starts"))
+    study.tune->regulator_starts = fields["regulator_starts"].cast<std::vector<double>>();
+  if (fields.contains("placed_starts"))
+    study.tune->placed_starts = fields["placed_starts"].cast<std::vector<double>>();
   Progress progress(listener);
   options.trimming.stop = progress.abandoned();
   TuneProblem asked;
@@ -206,6 +210,7 @@ py::dict tuned_conditions(const std::vector<HeldCondition>& conditions, const py
   TuneOptions defaults;
   defaults.trimming.time_limit = conditions.front().study->time_limit;
   TuneOptions options = tune_options_of(fields, defaults, false);
+  add_starts(options, problem, fields);
   Progress progress(listener);
   options.trimming.stop = progress.abandoned();
   observe(options, problem, progress);

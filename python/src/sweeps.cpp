@@ -147,6 +147,7 @@ py::dict tuned(const std::vector<ProblemTuple>& problems, const py::dict& asked,
   bool callables = false;
   const TuneProblem problem = tune_problem_of(requests_of(problems, callables), asked);
   TuneOptions options = tune_options_of(fields, {}, callables);
+  add_starts(options, problem, fields);
   Progress progress(listener);
   options.trimming.stop = progress.abandoned();  // a stopped search still verifies its best
   observe(options, problem, progress);
@@ -229,10 +230,31 @@ TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool ca
       options.global = global_search(value.cast<std::string>());
     else if (name == "local_search")
       options.local = local_search(value.cast<std::string>());
-    else
+    else if (name == "starts")
+      options.starts = value.cast<std::vector<VectorXd>>();
+    else if (name != "regulator_starts" && name != "placed_starts")
       throw std::invalid_argument(fmt::format("tune has no option '{}'", name));
   }
   return options;
+}
+
+void add_starts(TuneOptions& options, const TuneProblem& problem, const py::dict& fields) {
+  const SweepRequest& first = problem.points.front();
+  const std::size_t each = problem.variables() / problem.gains.size();
+  const auto add = [&](const char* name, auto starts) {
+    if (!fields.contains(name)) return;
+    VectorXd at = options.start;
+    if (at.size() == 0) {
+      at.resize(Eigen::Index(problem.variables()));
+      for (Eigen::Index i = 0; i < at.size(); ++i)
+        at[i] = value_of(first.model, first.guess, problem.gains[std::size_t(i) / each].name);
+    }
+    const auto values = fields[name].cast<std::vector<double>>();
+    for (VectorXd& start : starts(problem, at, values, options.trimming))
+      options.starts.push_back(std::move(start));
+  };
+  add("regulator_starts", &regulator_starts);
+  add("placed_starts", &placed_starts);
 }
 
 TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked) {

@@ -31,8 +31,10 @@ void tell(Progress& progress, const TuneProblem& problem, const std::string& wha
 /// The problem at these points: gains, uncertain, corners, samples, schedule, goal, limits.
 TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::dict& asked);
 py::dict dict_of(const TuneProblem& problem, const TuneResult& result);
-/// evaluations, seconds, seed, threads, global_search, local_search; omitted fields keep their
-/// defaults.
+/// evaluations, seconds, seed, threads, global_search, local_search, starts; omitted fields keep
+/// their defaults.
 TuneOptions tune_options_of(const py::dict& fields, TuneOptions defaults, bool callables);
+/// Adds those of regulator_starts and placed_starts, if the fields contain them.
+void add_starts(TuneOptions& options, const TuneProblem& problem, const py::dict& fields);
 
 }  // namespace tiltrim::python

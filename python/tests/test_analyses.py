@@ -253,6 +253,28 @@ def test_a_study_is_tuned_by_its_second_algorithm_too(program, paper, tmp_path):
     assert own.second.goal == pytest.approx(own.goal, rel=1e-5) and own.second.second is None
 
 
+def test_starts_are_keywords_too(paper):
+    def study(keys):
+        gains = "".join(
+            f'[[tune.gain]]\nkey = "gains.{name}"\nfrom = 0.1\nto = 5.0\n'
+            for name in ("K_Lp", "K_Li", "k_V")
+        )
+        few = f'\n[tune]\nsecond = "none"\nevaluations = 60\n{keys}'
+        return tiltrim.parse_study(paper.read_text() + few + gains, "starts.toml")
+
+    keyed = tiltrim.tune(study("regulator_starts = [0.1]\nplaced_starts = [0.5]\n"))
+    own = tiltrim.tune(study(""), regulator_starts=[0.1], placed_starts=[0.5])
+    assert own.numbers.tobytes() == keyed.numbers.tobytes()
+    bounds = {name: (0.1, 5.0) for name in own.names}
+    conditions = list(tiltrim.read_study(paper).conditions.values())
+    best = tiltrim.tune(conditions, gains=bounds, evaluations=2, starts=[own.numbers])
+    assert best.goal >= own.goal * (1 - 1e-12)
+    assert tiltrim.tune(conditions, gains=bounds, evaluations=9, regulator_starts=[1.0])
+    for wrong in ({"regulator_starts": [-1]}, {"placed_starts": [0]}, {"starts": [[1, 2]]}):
+        with pytest.raises(ValueError):
+            tiltrim.tune(conditions, gains=bounds, **wrong)
+
+
 # ---- Report -------------------------------------------------------------------------------------
 
 

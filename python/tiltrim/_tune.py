@@ -183,6 +183,9 @@ def tune(
     linear: Sequence[str] = (),
     spec: Optional[TrimSpec] = None,
     start: Optional[Sequence[float]] = None,
+    starts: Optional[Sequence[Sequence[float]]] = None,
+    regulator_starts: Optional[Sequence[float]] = None,
+    placed_starts: Optional[Sequence[float]] = None,
     evaluations: Optional[int] = None,
     seconds: Optional[float] = None,
     seed: Optional[int] = None,
@@ -211,8 +214,11 @@ def tune(
     uncertain: {parameter: (from, to)}: each point again at all of their corners (unless corners is
                False) and at `samples` random places between
     schedule : gains linear between their values at these, rising, of the parameter schedule_over
-    start    : numbers tried first; evaluations, seconds, seed, threads, global_search,
-               local_search: budget and algorithms, defaults as of the library or the study
+    start    : numbers tried first; starts: further ones, a sequence each
+    regulator_starts, placed_starts : further starts, nearest to linear-quadratic regulators with
+               these efforts, to state feedback with poles of these decays (1/s); of conditions of
+               the tiltrotor and of studies whose loops can be opened
+    evaluations, seconds, seed, threads, global_search, local_search : budget and algorithms, defaults as of the library or the study
     time_limit : of each trim from nothing, s of wall clock
     progress : True, or progress(done, total, text): returning False stops with the best so far
 
@@ -223,6 +229,9 @@ def tune(
         name: value
         for name, value in (
             ("start", start),
+            ("starts", starts),
+            ("regulator_starts", regulator_starts),
+            ("placed_starts", placed_starts),
             ("evaluations", evaluations),
             ("seconds", seconds),
             ("seed", seed),
