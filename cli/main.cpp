@@ -65,8 +65,8 @@ std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std
   if (first.empty()) return "no command; " + all + "; see 'tiltrim --help'";
   if (first.front() == '-') return fmt::format("{}; see 'tiltrim --help'", error.what());
   const std::string near = nearest_name(first, commands);
-  return fmt::format("no command '{}'{}; {}", first,
-                     near.empty() ? "" : fmt::format("; did you mean '{}'?", near), all);
+  return fmt::format("no command '{}'; {}{}", first,
+                     near.empty() ? "" : fmt::format("did you mean '{}'? ", near), all);
 }
 
 // A subcommand and the function that runs it.

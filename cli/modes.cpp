@@ -53,6 +53,7 @@ Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop
   const std::filesystem::path& file = command.common.study;
   if (file == "-" && command.error == "-")
     refuse("--error", "standard input is already the matrix", "a file");
+  if (file.extension() == ".toml") refuse(file.string(), "is a study", "a matrix; see linearize");
   const MatrixFile A = read_matrix(file, command.variable);
   const std::string name = file == "-" ? "standard input" : file.string();
   const Signals states = states_of(command, A, name);

@@ -27,8 +27,14 @@ CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, con
                         const std::string& help) {
   std::string names;
   for (const auto& [name, choice] : map) names += (names.empty() ? "" : "|") + name;
+  const auto convert = [map, names](std::string& word) {
+    const auto found = map.find(CLI::detail::to_lower(word));
+    if (found == map.end()) return fmt::format("no '{}'; expected {}", word, names);
+    word = std::to_string(static_cast<int>(found->second));  // as CLI11 reads an enumerator
+    return std::string();
+  };
   return app->add_option(flag, value, help)
-      ->transform(CLI::CheckedTransformer(map, CLI::ignore_case).description(""))
+      ->transform(CLI::Validator(convert, "", "choice"))
       ->type_name(names);
 }
 

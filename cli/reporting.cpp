@@ -167,8 +167,8 @@ SweepAxis with_middles(const SweepMap& map, const SweepAxis& axis) {
   return all;
 }
 
-// A line of a report has more points where the eigenvalues move quickly, unless it is logarithmic
-// or has many.
+// A line of a report has more points where the eigenvalues move quickly, unless it is logarithmic,
+// has many, or a tenth of it has no trim.
 SweepMap swept_line(const Study& study, const std::vector<Condition>& conditions,
                     const SweepTable& grid, const SweepOptions& options) {
   constexpr int rounds = 2;
@@ -177,7 +177,10 @@ SweepMap swept_line(const Study& study, const std::vector<Condition>& conditions
   SweepAxis axis = grid.axes.front();
   const std::vector<double>& v = axis.columns.front().values;
   const bool even = v.size() > 2 && std::abs(v[2] - 2 * v[1] + v[0]) < 1e-6 * std::abs(v[1] - v[0]);
-  for (int k = 0; k < rounds && even && axis.size() <= most; ++k) {
+  // A point without a trim takes as long as a hundred others.
+  const auto holes = std::ranges::count_if(map.verdict, [](auto verdict) { return verdict < 0; });
+  const bool trimmed = 10 * std::size_t(holes) <= map.verdict.size();
+  for (int k = 0; k < rounds && even && trimmed && axis.size() <= most; ++k) {
     axis = with_middles(map, axis);
     map = swept(study, conditions, {{axis}}, options);
   }

@@ -162,7 +162,9 @@ void check_writable(const std::filesystem::path& file) {
                     "use > {} instead",
                     file.string(), file.string()));
   const std::filesystem::path folder = folder_of(target_of(file));
-  if (!std::filesystem::is_directory(folder, ignored)) refuse(folder, ENOENT);
+  if (!std::filesystem::is_directory(folder, ignored))
+    refuse(folder, std::generic_category().message(ENOENT) + "; make this folder before " +
+                       file.filename().string() + " is written to it");
   if (::access(folder.c_str(), W_OK | X_OK) != 0) refuse(folder, errno);
 }
 

@@ -39,6 +39,14 @@ static std::size_t edit_distance(std::string_view a, std::string_view b) {
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
   constexpr std::size_t longest_name = 64;  // a longer name is not a typing error
   if (candidates.empty() || name.size() > longest_name) return {};
+  const auto letters = [](std::string_view word) {  // "K_Lp" and "klp" are one name
+    std::string kept;
+    for (const char c : word)
+      if (c != '_') kept += c >= 'A' && c <= 'Z' ? char(c + ('a' - 'A')) : c;
+    return kept;
+  };
+  const auto same = std::ranges::find(candidates, letters(name), letters);
+  if (same != candidates.end()) return *same;
   const auto distance = [&](const std::string& c) { return edit_distance(name, c); };
   const std::string& best = *std::ranges::min_element(candidates, {}, distance);
   return distance(best) <= std::max(name.size(), best.size()) / 2 ? best : std::string{};

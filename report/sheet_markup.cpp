@@ -106,9 +106,13 @@ std::string html_cell(const SheetCell& cell, const SheetColumn& column, bool num
   std::string classes = number ? "number" : "";
   if (cell.tone != Tone::plain)
     classes += (classes.empty() ? "" : " ") + std::string(tone_class(cell.tone));
-  std::string words;
-  for (const char c : is_nothing(cell) ? "–" : html_escaped(trimmed(cell_text(cell, column))))
-    words += c == '_' ? "_<wbr>" : std::string(1, c);  // long names may break there
+  std::string words = is_nothing(cell) ? "–" : html_escaped(trimmed(cell_text(cell, column)));
+  // A name may break before its last part, if that is a word.
+  constexpr std::size_t least = 5;  // letters
+  for (std::size_t at = words.find('_'); at != words.npos; at = words.find('_', at + 1)) {
+    const std::size_t end = words.find_first_not_of("abcdefghijklmnopqrstuvwxyz", at + 1);
+    if (std::min(end, words.size()) - at > least) words.insert(at + 1, "<wbr>");
+  }
   return fmt::format("<{}{}>{}</{}>", heads ? "th scope=\"row\"" : "td",
                      attribute("class", classes), words, heads ? "th" : "td");
 }

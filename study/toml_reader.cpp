@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <filesystem>
 #include <fstream>
 #include <system_error>
 
@@ -58,6 +59,21 @@ std::string describe(const Entry& entry) {
   return entry.text;
 }
 
+// "; did you mean 'paper.toml'?", if a file next to a missing one has nearly its name.
+static std::string near(const std::filesystem::path& missing) {
+  constexpr std::size_t most = 1000;  // files of a folder
+  std::vector<std::string> names;
+  std::error_code ignored;
+  const std::filesystem::path folder = missing.has_parent_path() ? missing.parent_path() : ".";
+  for (std::filesystem::directory_iterator file(folder, ignored), end;
+       file != end && names.size() < most; file.increment(ignored))
+    if (file->path().extension() == missing.extension())
+      names.push_back(file->path().filename().string());
+  std::ranges::sort(names);
+  const std::string name = nearest_name(missing.filename().string(), names);
+  return name.empty() || name == missing.filename() ? "" : "; did you mean '" + name + "'?";
+}
+
 std::string read_text(const std::filesystem::path& file, std::size_t limit) {
   const auto unreadable = [&](std::string_view why) {
     throw StudyError(fmt::format("{}: cannot be read: {}", file.string(), why));
@@ -66,7 +82,7 @@ std::string read_text(const std::filesystem::path& file, std::size_t limit) {
   if (std::filesystem::is_directory(file, ignored)) unreadable("is a directory");
   errno = 0;
   std::ifstream in(file, std::ios::binary);
-  if (!in) unreadable(std::generic_category().message(errno != 0 ? errno : ENOENT));
+  if (!in) unreadable(std::generic_category().message(errno != 0 ? errno : ENOENT) + near(file));
   // Limits the bytes read, not the file size: pipes have none.
   std::string text(limit + 1, '\0');
   in.read(text.data(), static_cast<std::streamsize>(text.size()));

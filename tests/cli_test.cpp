@@ -550,7 +550,9 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("trim " + good + " -o " + scratch.path.string(), "directory");
   refused("trim " + good + " -o " + scratch.path.string() + "/none/out", "none");
   refused("trim " + good + " --only b", "there are: a");
-  refused("trim " + good + " --format xml", "text");
+  refused("trim " + good + " --format xml", "--format: no 'xml'; expected csv|json|latex");
+  refused("trim " + scratch.path.string() + "/god.toml", "did you mean 'good.toml'?");
+  refused("modes " + good, "is a study; expected a matrix");
   refused("linearize " + good + " --inputs Vv", "Vv");
   refused("trimm " + good, "did you mean 'trim'");
   refused("", "no command");
@@ -561,6 +563,8 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("follow " + good, "no [follow] table");
   refused("follow " + stall + "--only lvel", "nearest: 'level'");
   refused("follow " + stall + "--parameter Vv --to 3", "did you mean 'V'?");
+  refused("follow " + stall + "--parameter v --to 3", "did you mean 'V'?");
+  refused("sensitivities " + good + " --parameters gains.Klp", "did you mean 'gains.K_Lp'?");
   refused("follow " + stall + "--parameter gamma --to 3", "did you mean 'gamma_deg'?");
   refused("follow " + stall + "--parameter V --to -3", "expected V from 0 to");
   refused("follow " + stall + "--parameter V --to nan", "--to");

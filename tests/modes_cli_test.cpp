@@ -421,7 +421,8 @@ TEST_CASE("--models that cannot be are refused before any work") {
   check_refused(scratch, begin + "a.csv --models ./a.csv", "./a.csv: --models and another",
                 "expected two files");
   check_refused(scratch, begin + "a.csv -o a.csv", "a.csv: --models and -o", "expected two files");
-  check_refused(scratch, begin + "none/a.mat", "none: No such file", "directory");
+  check_refused(scratch, begin + "none/a.mat", "none: No such file or directory",
+                "before a.mat is written to it");
   fs::create_symlink("study.toml", scratch.path / "study.csv");
   check_refused(scratch, begin + "study.csv", "study.csv: --models and the study",
                 "expected two files");

@@ -19,6 +19,7 @@ from typing import (
     Union,
 )
 
+from . import _tiltrim
 from ._models import Effort, Model, Point, point_table
 from ._show import Page, Shown
 
@@ -116,7 +117,10 @@ def _listed(effort: Any) -> Tuple[Any, ...]:
 
 
 def _range(bound: Bound) -> Tuple[float, float]:
-    lower, upper = bound
+    try:
+        lower, upper = bound
+    except (TypeError, ValueError):
+        raise _tiltrim.InvalidArgument(f"bounds: expected (lower, upper), got {bound!r}") from None
     return (
         -math.inf if lower is None else float(lower),
         math.inf if upper is None else float(upper),
