@@ -186,12 +186,12 @@ TEST_CASE("borders: the detailed map's crossings along the last axis") {
 
 namespace {
 
-using Function = std::function<VectorXd(const VectorXd& x, const VectorXd& p)>;
+using Rates = std::function<VectorXd(const VectorXd& x, const VectorXd& p)>;
 using Jacobian = std::function<MatrixXd(const VectorXd& x, const VectorXd& p)>;
 using Phi = std::function<std::optional<double>(const VectorXd& p)>;
 
 // Parameters s and p; φ is claimed for p. Without derivatives they are differences.
-Grid claimed(Index n, const Function& f, const Jacobian& A, const Phi& phi,
+Grid claimed(Index n, const Rates& f, const Jacobian& A, const Phi& phi,
              const std::vector<double>& s, const std::vector<double>& p) {
   Model m;
   m.name = "claimed";
@@ -271,7 +271,7 @@ TEST_CASE("a claim that does not hold: the verdicts are those of each point") {
         own(), spaced(0, 1, 2), spaced(-1, 1, 41)));
   }
   SUBCASE("derivatives by differences: near the axis linearize decides") {
-    const Function f = [](const VectorXd& x, const VectorXd& p) -> VectorXd {
+    const Rates f = [](const VectorXd& x, const VectorXd& p) -> VectorXd {
       return Eigen::Vector2d(-x[0], p[1] * std::sin(x[1]));
     };
     const VerdictCounts c = check_same(
