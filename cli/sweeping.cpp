@@ -158,6 +158,13 @@ Outcome swept_verdicts(const SweepCommand& command, const Study& study, const Te
 
 SweepMap swept(const Study& study, const std::vector<Condition>& conditions, const SweepTable& grid,
                SweepOptions options) {
+  double points = 1;
+  for (const SweepAxis& axis : grid.axes) points *= double(axis.size());
+  if (points > most_points)
+    throw StudyError(
+        fmt::format("{}: a map with eigenvalues over {:.3g} points; expected at most "
+                    "{:.0f}",
+                    study.file.string(), points, most_points));
   SweepMap map = observed(study, conditions, grid, std::move(options),
                           [](const auto&... arguments) { return sweep(arguments...); });
   sign(study, map);

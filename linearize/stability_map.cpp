@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "linearize/batch.hpp"
@@ -130,7 +131,8 @@ void stability_map(const AffineFamily& family, std::span<const double> a, std::s
             b.data(), b.size(), said.data()});
     Verdict* const verdict = answer.data() + i * b.size();
     for (std::size_t j = 0; j < b.size(); ++j) verdict[j] = static_cast<Verdict>(said[j]);
-    if (!options.by_modes) continue;
+    const bool decided = !std::memchr(said.data(), int(RouthVerdict::undecided), said.size());
+    if (decided || !options.by_modes) continue;
     for (std::size_t j = 0; j < b.size(); ++j)
       if (verdict[j] == Verdict::undecided) verdict[j] = by_eigenvalues(family, a[i], b[j], error);
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "linearize/batch.hpp"
+#include "sweep/line_affine.hpp"
 #include "sweep/line_modes.hpp"
 #include "sweep/side_by_side.hpp"
 
@@ -143,20 +144,6 @@ GridTrim step_forward(LineTracker& w, const LineStart& start, std::size_t k) {
   else
     keep_no_matrix(w, k);
   return e;
-}
-
-// The matrices of the points with these multiples of the line's slope.
-void fill_matrices(const AffineLine& line, const std::vector<double>& shares, MatrixBatch& A) {
-  const std::size_t count = shares.size();
-  for (Index i = 0; i < A.n; ++i)
-    for (Index j = 0; j < A.n; ++j) {
-      const double first = line.first(i, j), slope = line.slope(i, j);
-      double* const entries = &A(i, j, 0);
-      if (slope == 0)
-        std::fill_n(entries, count, first);
-      else
-        for (std::size_t k = 0; k < count; ++k) entries[k] = first + shares[k] * slope;
-    }
 }
 
 // On a steady line every point equals the first.
@@ -359,62 +346,7 @@ bool same_from_end(const Prepared& sweep, const LineStart& start) {
   return !start.last || apart(sweep, *start.last, start.first.at) <= other_branch;
 }
 
-// Multiples of the slope at all points; false where the structure does not hold.
-bool shares_along(const Prepared& sweep, const LineStart& start, const AffineLine& line,
-                  std::vector<double>& shares) {
-  const std::vector<double> own =
-      start.phi ? std::vector<double>() : phi_along(sweep, start.first.at);
-  const std::vector<double>& phi = start.phi ? *start.phi : own;
-  shares.resize(phi.size());
-  for (std::size_t k = 0; k < phi.size(); ++k) shares[k] = phi[k] - line.phi;
-  return !phi.empty();
-}
-
-// By one polynomial for the whole line. What it cannot decide with a margin that covers the
-// rounding of each point's matrix is decided by that matrix, as walk_lines() does. False if the
-// slope is not of rank one.
-bool judge_affine(const AffineLine& line, Room& room) {
-  constexpr double margin = 0x1p-40;
-  const Index n = line.first.rows();
-  const double at_first = 0.0;
-  const std::size_t count = room.shares.size();
-  room.verdicts.resize(count);
-  try {
-    stability_map({line.first, MatrixXd::Zero(n, n), line.slope}, {&at_first, 1}, room.shares,
-                  room.verdicts, {.entry_error = margin, .by_modes = false});
-  } catch (const std::invalid_argument&) {
-    return false;
-  }
-  std::vector<std::size_t> open;
-  std::vector<double> shares;
-  for (std::size_t k = 0; k < count; ++k)
-    if (room.verdicts[k] == Verdict::undecided) {
-      open.push_back(k);
-      shares.push_back(room.shares[k]);
-    }
-  if (open.empty()) return true;
-  MatrixBatch A(n, std::ssize(open));
-  fill_matrices(line, shares, A);
-  std::vector<Verdict> decided;
-  verdicts(A, decided);
-  for (std::size_t m = 0; m < open.size(); ++m) room.verdicts[open[m]] = decided[m];
-  return true;
-}
-
 }  // namespace
-
-std::vector<double> phi_along(const Prepared& sweep, OperatingPoint at) {
-  const std::size_t axis = sweep.axes.size() - 1;
-  const Model::Affine* structure = sweep.affine[axis];
-  std::vector<double> phi(structure ? sweep.axes[axis].size() : 0);
-  for (std::size_t k = 0; k < phi.size(); ++k) {
-    move_to(sweep, axis, double(k), at);
-    const auto there = structure->phi(at.p);
-    if (!there) return {};
-    phi[k] = *there;
-  }
-  return phi;
-}
 
 std::size_t lines_together(const Prepared& sweep) { return has_lanes(sweep) ? model_lanes : 1; }
 
@@ -456,11 +388,14 @@ JudgedLine judge_line(const Prepared& sweep, const LineStart& start,
   static thread_local LinePoints points;
   const std::optional<AffineLine> line = structure_of(sweep, start);
   if (line && line->steady && by_matrix(start.first.exact, start.first.status) &&
-      same_from_end(sweep, start) && shares_along(sweep, start, *line, room.shares) &&
-      judge_affine(*line, room)) {
-    codes.resize(room.shares.size());
-    std::ranges::transform(room.verdicts, codes.begin(), [](Verdict v) { return std::int8_t(v); });
-    return {line, room.shares};
+      same_from_end(sweep, start)) {
+    room.shares = shares_along(sweep, start, *line);
+    if (!room.shares.empty() && judge_by_polynomial(*line, room.shares, room.verdicts)) {
+      codes.resize(room.shares.size());
+      std::ranges::transform(room.verdicts, codes.begin(),
+                             [](Verdict v) { return std::int8_t(v); });
+      return {line, room.shares};
+    }
   }
   LineTracker w = track_line(sweep, start, line, points, room);
   bool plain = true;

@@ -59,7 +59,8 @@ std::pair<Image, std::size_t> finished(Dataset& set) {
   return {Image(static_cast<std::byte*>(memory.memory), &std::free), memory.size};
 }
 
-void put_text(const Dataset& set, int variable, const std::string& name, const std::string& text) {
+static void put_text(const Dataset& set, int variable, const std::string& name,
+                     const std::string& text) {
   set.check(nc_put_att_text(set.id, variable, name.c_str(), text.size(), text.data()), name);
 }
 
@@ -78,11 +79,9 @@ void add_dimension(Dataset& set, const std::string& name, std::size_t size) {
   set.dimensions[name] = {{id}, {size}};
 }
 
-namespace {
-
 template <class T>
-void choose_storage(const Dataset& set, int variable, const Shape& shape, const Field& field,
-                    const std::vector<T>& array) {
+static void choose_storage(const Dataset& set, int variable, const Shape& shape, const Field& field,
+                           const std::vector<T>& array) {
   constexpr std::size_t small = 1 << 14, cache = 1 << 20;  // bytes
   const bool rows = field.over.size() > 1;
   if (array.size() * sizeof(T) < small || !repeats(array, rows ? shape.sizes.back() : 1)) {
@@ -95,7 +94,7 @@ void choose_storage(const Dataset& set, int variable, const Shape& shape, const 
   set.check(nc_set_var_chunk_cache(set.id, variable, cache, 101, 1.0F), field.name);
 }
 
-void describe(const Dataset& set, int variable, const Field& field) {
+static void describe(const Dataset& set, int variable, const Field& field) {
   put_text(set, variable, "long_name", field.long_name);
   if (!field.units.empty()) put_text(set, variable, "units", field.units);
   if (field.nothing)
@@ -118,7 +117,8 @@ void describe(const Dataset& set, int variable, const Field& field) {
 }
 
 template <class T>
-int define(Dataset& set, const Field& field, const Shape& shape, const std::vector<T>& array) {
+static int define(Dataset& set, const Field& field, const Shape& shape,
+                  const std::vector<T>& array) {
   int variable = -1;
   set.check(nc_def_var(set.id, field.name.c_str(), type_of<T>(), int(shape.ids.size()),
                        shape.ids.data(), &variable),
@@ -128,7 +128,7 @@ int define(Dataset& set, const Field& field, const Shape& shape, const std::vect
   return variable;
 }
 
-int define(Dataset& set, const Field& field, Shape shape, const Strings& texts) {
+static int define(Dataset& set, const Field& field, Shape shape, const Strings& texts) {
   std::size_t longest = 1;
   for (const std::string& text : texts) longest = std::max(longest, text.size());
   int length = -1, variable = -1;
@@ -144,11 +144,11 @@ int define(Dataset& set, const Field& field, Shape shape, const Strings& texts) 
 }
 
 template <class T>
-void put(const Dataset& set, int variable, const Field& field, const std::vector<T>& array) {
+static void put(const Dataset& set, int variable, const Field& field, const std::vector<T>& array) {
   set.check(nc_put_var(set.id, variable, array.data()), field.name);
 }
 
-void put(const Dataset& set, int variable, const Field& field, const Strings& texts) {
+static void put(const Dataset& set, int variable, const Field& field, const Strings& texts) {
   std::size_t longest = 1;
   for (const std::string& text : texts) longest = std::max(longest, text.size());
   std::string padded;
@@ -158,8 +158,6 @@ void put(const Dataset& set, int variable, const Field& field, const Strings& te
   }
   set.check(nc_put_var(set.id, variable, padded.data()), field.name);
 }
-
-}  // namespace
 
 template <class T>
 int add(Dataset& set, Puts& puts, const Field& field, const std::vector<T>& array) {
@@ -218,12 +216,8 @@ void add_axis(Dataset& set, Puts& puts, const SweepAxis& axis,
   }
 }
 
-namespace {
-
 // HDF5 attributes are limited to 64 KiB: a longer study is stored as a variable.
-constexpr std::size_t longest_attribute = 60'000;
-
-}  // namespace
+static constexpr std::size_t longest_attribute = 60'000;
 
 void add_study(const Dataset& set, Puts& puts, const std::string& study) {
   if (study.size() <= longest_attribute) return put_text(set, NC_GLOBAL, "study", study);
@@ -244,17 +238,13 @@ void open(Dataset& set, std::span<std::byte> content) {
             "contents");
 }
 
-namespace {
-
-std::string attribute(const Dataset& set, int variable, const char* name) {
+static std::string attribute(const Dataset& set, int variable, const char* name) {
   std::size_t size = 0;
   set.check(nc_inq_attlen(set.id, variable, name, &size), name);
   std::string text(size, '\0');
   set.check(nc_get_att_text(set.id, variable, name, text.data()), name);
   return text;
 }
-
-}  // namespace
 
 std::string get_text(const Dataset& set, const std::string& name) {
   return attribute(set, NC_GLOBAL, name.c_str());
@@ -283,21 +273,17 @@ std::string get_study(const Dataset& set) {
   return study;
 }
 
-namespace {
-
-std::string dimension_name(const Dataset& set, int dimension) {
+static std::string dimension_name(const Dataset& set, int dimension) {
   std::array<char, NC_MAX_NAME + 1> name{};
   set.check(nc_inq_dimname(set.id, dimension, name.data()), "a dimension");
   return name.data();
 }
 
-Shape dimension(const Dataset& set, int id) {
+static Shape dimension(const Dataset& set, int id) {
   std::size_t size = 0;
   set.check(nc_inq_dimlen(set.id, id, &size), "a dimension");
   return {{id}, {size}};
 }
-
-}  // namespace
 
 Strings find_dimensions(Dataset& set, const std::string& over) {
   for (const std::string& name : reserved_names())
@@ -321,11 +307,9 @@ Strings find_dimensions(Dataset& set, const std::string& over) {
   return axes;
 }
 
-namespace {
-
 // The variable, if it has the expected type and dimensions.
-int find_variable(const Dataset& set, const Field& field, nc_type type, const Shape& shape,
-                  Shape& text) {
+static int find_variable(const Dataset& set, const Field& field, nc_type type, const Shape& shape,
+                         Shape& text) {
   int id = -1, count = 0;
   nc_type found = NC_NAT;
   set.check(nc_inq_varid(set.id, field.name.c_str(), &id), field.name);
@@ -340,8 +324,6 @@ int find_variable(const Dataset& set, const Field& field, nc_type type, const Sh
     refuse(set.name, fmt::format("{}: has another type or other dimensions", field.name));
   return id;
 }
-
-}  // namespace
 
 template <class T>
 void get(const Dataset& set, const Field& field, std::vector<T>& array) {

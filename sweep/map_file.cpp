@@ -93,9 +93,12 @@ void write_netcdf(const VerdictMap& map, const std::filesystem::path& file) {
 SweepMap read_netcdf(const std::filesystem::path& file) {
   Contents contents = read_contents(file);
   if (contents.verdicts)
-    refuse(file,
-           "is a map of verdicts alone, without equilibria and eigenvalues; expected a map of a "
-           "study without detail = \"verdict\"");
+    refuse(
+        file,
+        contents.map.part.of > 1
+            ? "is a part of a map of verdicts, for tiltrim merge; expected a whole map"
+            : "is a map of verdicts alone, without equilibria and eigenvalues; expected a map of "
+              "a study without detail = \"verdict\"");
   return std::move(contents.map.grid);
 }
 
@@ -107,7 +110,5 @@ VerdictMap read_verdict_map(const std::filesystem::path& file) {
            "\"verdict\"");
   return std::move(contents.map);
 }
-
-bool has_verdicts_alone(const std::filesystem::path& file) { return read_contents(file).verdicts; }
 
 }  // namespace tiltrim

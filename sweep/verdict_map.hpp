@@ -58,8 +58,4 @@ void write_netcdf(const VerdictMap& map, const std::filesystem::path& file);
 /// reason" for any other file.
 [[nodiscard]] VerdictMap read_verdict_map(const std::filesystem::path& file);
 
-/// True for a file that read_verdict_map() reads, false for one of read_netcdf(). Throws as they
-/// do.
-[[nodiscard]] bool has_verdicts_alone(const std::filesystem::path& file);
-
 }  // namespace tiltrim

@@ -115,6 +115,11 @@ py::dict swept(const HeldStudy& held, const std::vector<std::string>& only, cons
         fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "
                     "to and count, or values",
                     study.file.string()));
+  if (study.sweep->verdicts)
+    throw StudyError(
+        fmt::format("{}: detail = \"verdict\" is for `tiltrim sweep`, whose map xarray "
+                    "opens; expected a study without it",
+                    study.file.string()));
   SweepOptions options = sweep_options_of(fields, false, study.time_limit);
   options.crossings = options.crossings && study.sweep->crossings;
   const std::vector<SweepAxis>& axes = study.sweep->axes;
