@@ -23,6 +23,7 @@ using Lane = std::array<double, L>;
 constexpr std::size_t most_known = 4;  // points that the extrapolation uses
 constexpr double fast = 1e-2;          // ratio of two steps with one Jacobian
 constexpr double far = 1.0;            // nominal sizes: a step that only the scalar path takes
+constexpr double foreseen = 1e-14;     // nominal sizes: a next step that need not be taken
 
 // The lines, and the numbers of their current points: of lane l at [... * L + l].
 struct Group {
@@ -165,7 +166,7 @@ void approach(Group& g) {
       if (!moving[l]) continue;
       const double ratio = i > 0 ? g.size[l] / g.before[l] : fast * fast;
       g.before[l] = g.size[l];
-      moving[l] = g.size[l] * ratio > at_rest;
+      moving[l] = g.size[l] * ratio > foreseen;
     }
   }
 }
