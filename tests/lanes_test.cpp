@@ -4,9 +4,14 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <numbers>
 #include <optional>
 
+// The scalars of the kernels, here one lane at a time.
+#define TILTRIM_LANES lanes_in_test
+#define TILTRIM_LANES_SCALAR
 #include "linearize/batch.hpp"
+#include "model/lane_scalars.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
@@ -131,6 +136,26 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "sine and cosine in lanes: within a unit in the last place of the C library's in long double") {
+  Random random(23);
+  double worst = 0.0;
+  const auto compare = [&](double x) {
+    const auto [sin, cos] = lanes_in_test::sine_cosine(x);
+    const auto miss = [](double value, long double exact) {
+      const double here = std::abs(double(exact));
+      const double unit = std::nextafter(here, std::numeric_limits<double>::infinity()) - here;
+      return double(std::abs((long double)(value)-exact)) / unit;
+    };
+    worst = std::max({worst, miss(sin.of[0][0], std::sin((long double)(x))),
+                      miss(cos.of[0][0], std::cos((long double)(x)))});
+  };
+  for (const double reach : {1e-3, 1.0, 10.0, 1e5})
+    for (int i = 0; i < trials(20000); ++i) compare(uniform(random, -reach, reach));
+  for (int i = -1000; i <= 1000; ++i) compare(i * (std::numbers::pi / 4));
+  CHECK(worst <= 1.0);
+}
 
 TEST_CASE("the closed loop in lanes is f, h and the derivatives, the same bits by every set") {
   constexpr double rounding = 64 * std::numeric_limits<double>::epsilon();  // of long sums
