@@ -410,6 +410,16 @@ TEST_CASE("lanes: a Jacobian that is singular, a derivative that is not finite, 
       [](double, double) { return -1.0; });
   CHECK(refused(toy_map(with_lanes(noisy), x_and_w())) > 0);
   check_as_alone(noisy, x_and_w());
+  const Model flat_noise = two_states(  // residuals within the tolerance, steps of 5e-8
+      [&](double x, double p) {
+        return late(p) ? 1e-3 * (p - x) + std::copysign(5e-11, p - x) : p - x;
+      },
+      [&](double, double p) { return late(p) ? -1e-3 : -1.0; });
+  check_as_alone(flat_noise, x_and_w());
+  const Model steep = two_states(  // steps at round-off, residuals of 1e-8
+      [&](double x, double p) { return (late(p) ? 1e8 : 1.0) * (p - x - x * x * x / 3); },
+      [&](double x, double p) { return (late(p) ? -1e8 : -1.0) * (1 + x * x); });
+  check_as_alone(steep, x_and_w());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   check_as_alone(curved(), x_and_w(), [&](std::vector<double>&, MatrixXd& J, double p) {
     if (late(p) && J.cols() > 0) J(1, 1) = nan;
