@@ -4,10 +4,13 @@
 #include <malloc.h>
 #endif
 
+#include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <limits>
 #include <string>
 
+#include "linearize/batch.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/sweep.hpp"
@@ -50,12 +53,14 @@ void keep_memory() {
 #endif
 }
 
-std::size_t run(const Study& study, int threads) {
+std::size_t run(const Study& study, int threads, bool lanes = true) {
   SweepOptions options;
   options.threads = threads;
   options.crossings = false;
-  const SweepMap map =
-      sweep(sweep_requests(study, study.conditions, study.sweep->axes), study.sweep->axes, options);
+  auto requests = sweep_requests(study, study.conditions, study.sweep->axes);
+  for (SweepRequest& r : requests)
+    if (!lanes) r.model.lanes = nullptr;
+  const SweepMap map = sweep(requests, study.sweep->axes, options);
   benchmark::DoNotOptimize(map.spectral_abscissa.data());
   return map.points();
 }
@@ -80,6 +85,25 @@ void sweep_trimmed_at_every_point(benchmark::State& state) {
   count_points(state, points);
 }
 
+// CPU time of the lines alone over that of eight side by side, the least of each in alternation.
+void sweep_lines_alone_over_side_by_side(benchmark::State& state) {
+  keep_memory();
+  const Study study = gain_over_corridor();
+  const auto seconds = [&](bool lanes) {
+    const std::clock_t begun = std::clock();
+    (void)run(study, 1, lanes);
+    return double(std::clock() - begun) / CLOCKS_PER_SEC;
+  };
+  (void)seconds(false);
+  double alone = std::numeric_limits<double>::infinity(), together = alone;
+  for (auto _ : state) {
+    alone = std::min(alone, seconds(false));
+    together = std::min(together, seconds(true));
+  }
+  state.counters["ratio"] = alone / together;
+  state.SetLabel(instruction_set());
+}
+
 // Wall time of one thread over that of two, in alternation.
 void sweep_two_cores_over_one(benchmark::State& state) {
   using clock = std::chrono::steady_clock;
@@ -100,6 +124,7 @@ void sweep_two_cores_over_one(benchmark::State& state) {
 
 BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(sweep_lines_alone_over_side_by_side)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 
 }  // namespace

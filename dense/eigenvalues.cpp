@@ -21,10 +21,11 @@ Schur schur(const MatrixXd& A, Index max_iterations) {
 
 // Replaces solver.eigenvectors(), which returns the real and imaginary parts as two real vectors
 // if the imaginary part of a pair is below ε times its real part.
-static MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
-  const VectorXcd& lambda = solver.eigenvalues();
-  const MatrixXd P = solver.pseudoEigenvectors();
-  MatrixXcd V = P.cast<std::complex<double>>();
+template <class Solver>
+static MatrixXcd eigenvectors(const Solver& solver) {
+  const auto& lambda = solver.eigenvalues();
+  const auto P = solver.pseudoEigenvectors();
+  MatrixXcd V = P.template cast<std::complex<double>>();
   for (Index j = 0; j + 1 < V.cols(); ++j) {
     if (!(lambda[j].imag() > 0)) continue;
     V.col(j).imag() = P.col(j + 1);
@@ -34,14 +35,16 @@ static MatrixXcd eigenvectors(const Eigen::EigenSolver<MatrixXd>& solver) {
   return V;
 }
 
-static Eigensystem solved(const MatrixXd& A, Index max_iterations, bool vectors) {
-  Eigen::EigenSolver<MatrixXd> solver(A.rows());
+template <class Matrix>
+static Eigensystem solved(const Matrix& A, Index max_iterations, bool vectors) {
+  Eigen::EigenSolver<Matrix> solver(A.rows());
   solver.setMaxIterations(max_iterations * A.rows()).compute(A, vectors);
   if (solver.info() != Eigen::Success) return {};
   return {true, solver.eigenvalues(), vectors ? eigenvectors(solver) : MatrixXcd()};
 }
 
 Eigensystem eigensystem(const MatrixXd& A, Index max_iterations) {
+  if (A.rows() <= small_size) return solved(SmallMatrix(A), max_iterations, true);
   return solved(A, max_iterations, true);
 }
 

@@ -38,7 +38,12 @@ double determinant(const LU<MatrixXd>& lu) {
   return double(lu.P.determinant()) * lu.pivots().prod();
 }
 
-MatrixXcd inverse(const MatrixXcd& A) { return A.partialPivLu().inverse(); }
+MatrixXcd inverse(const MatrixXcd& A) {
+  using Small = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, small_size,
+                              small_size>;  // without allocations
+  if (A.rows() <= small_size) return Small(A).partialPivLu().inverse();
+  return A.partialPivLu().inverse();
+}
 
 std::optional<MatrixXd> cholesky(const MatrixXd& S) {
   const Eigen::LLT<MatrixXd> llt(S);

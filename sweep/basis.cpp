@@ -95,7 +95,7 @@ Basis basis(const MatrixXd& balanced, Spectrum lambda) {
     if (lambda.empty()) b.lambda.assign(found.begin(), found.end());
     MatrixXd miss(n, n);
     for (Index i = 0; i < n; ++i)
-      for (Index j = 0; j < n; ++j) miss(i, j) = std::abs(b.lambda[i] - found[j]);
+      for (Index j = 0; j < n; ++j) miss(i, j) = std::sqrt(distance2(b.lambda[i], found[j]));
     b.V = solved.V(Eigen::all, assign(miss));
     b.W = dense::inverse(b.V);
   }
@@ -121,7 +121,8 @@ std::vector<double> gaps(const Basis& a) {
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < n; ++k)
       if (k != i && k != a.kind.partner[i])
-        gap[i] = std::min(gap[i], std::abs(a.lambda[i] - a.lambda[k]));
+        gap[i] = std::min(gap[i], distance2(a.lambda[i], a.lambda[k]));
+  for (double& g : gap) g = std::sqrt(g);
   return gap;
 }
 
@@ -151,7 +152,7 @@ MatrixXd costs(const MatrixXcd& M, const Basis& a, Spectrum predicted, const Bas
       if (i2 != i) trace += M(i2, j);
       if (j2 != j) trace += M(i, j2);
       if (i2 != i && j2 != j) trace = 0.5 * (trace + M(i2, j2));
-      const double d = std::abs(predicted[i] - b.lambda[j]);
+      const double d = std::sqrt(distance2(predicted[i], b.lambda[j]));
       const double way = d > 0 ? 1 / (1 + gap[i] / d) : 0.0;
       cost(i, j) = 1 - std::clamp(trace.real(), 0.0, 1.0) + way;
     }

@@ -88,23 +88,36 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
           p,     room.valid,  room.exact, room.unknowns, room.A};
 }
 
-// Extrapolates the unknowns at point k from up to four adjacent points by a polynomial.
+// The polynomial through up to four adjacent points, at point k.
+struct Extrapolation {
+  const LineTracker& w;
+  std::array<std::size_t, 4> near;
+  std::size_t count;
+  std::array<double, 4> weight{};
+
+  Extrapolation(const LineTracker& walk, std::size_t k, std::array<std::size_t, 4> points,
+                int known)
+      : w(walk), near(points), count(std::size_t(known)) {
+    const std::vector<double>& v = w.coordinates();
+    for (std::size_t a = 0; a < count; ++a) {
+      weight[a] = 1.0;
+      for (std::size_t b = 0; b < count; ++b)
+        if (b != a) weight[a] *= (v[k] - v[near[b]]) / (v[near[a]] - v[near[b]]);
+    }
+  }
+  double unknown(std::size_t i) const {
+    double value = 0.0;
+    for (std::size_t a = 0; a < count; ++a)
+      value += weight[a] * w.unknowns[near[a] * w.n_unknowns() + i];
+    return value;
+  }
+};
+
 void extrapolate(const LineTracker& w, std::size_t k, std::array<std::size_t, 4> near, int count,
                  OperatingPoint& at) {
-  const std::vector<double>& v = w.coordinates();
-  std::array<double, 4> weight{};
-  for (std::size_t a = 0; a < std::size_t(count); ++a) {
-    weight[a] = 1.0;
-    for (std::size_t b = 0; b < std::size_t(count); ++b)
-      if (b != a) weight[a] *= (v[k] - v[near[b]]) / (v[near[a]] - v[near[b]]);
-  }
-  const std::size_t n = w.n_unknowns();
-  for (std::size_t i = 0; i < n; ++i) {
-    double value = 0.0;
-    for (std::size_t a = 0; a < std::size_t(count); ++a)
-      value += weight[a] * w.unknowns[near[a] * n + i];
-    set_value(at, w.sweep.problem.unknowns[i], value);
-  }
+  const Extrapolation curve(w, k, near, count);
+  for (std::size_t i = 0; i < w.n_unknowns(); ++i)
+    set_value(at, w.sweep.problem.unknowns[i], curve.unknown(i));
 }
 
 // The equilibria next to k on the side already tracked (-1: before it), nearest first.
@@ -212,11 +225,10 @@ void add_second(LineTracker& w, std::size_t k, const OperatingPoint& at) {
   p.second_verdict.push_back(std::int8_t(modes(A).verdict));
 }
 
-bool near_point(const LineTracker& w, std::size_t k, const OperatingPoint& at, double within) {
-  const Problem& p = w.sweep.problem;
+bool near_point(const LineTracker& w, std::size_t k, const Extrapolation& curve, double within) {
   for (std::size_t i = 0; i < w.n_unknowns(); ++i) {
     const double here = w.unknowns[k * w.n_unknowns() + i];
-    if (!(std::abs(value_of(at, p.unknowns[i]) - here) <= within * p.nominal[Index(i)]))
+    if (!(std::abs(curve.unknown(i) - here) <= within * w.sweep.problem.nominal[Index(i)]))
       return false;
   }
   return true;
@@ -253,10 +265,11 @@ void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
     } else {
       const int known = known_beside(w, k, +1, near);
       if (known == 0) continue;
+      const Extrapolation curve(w, k, near, std::min(known, 2));
+      if (w.valid[k] && near_point(w, k, curve, near_enough)) continue;
       e.at = w.base;
       move_to(w.sweep, w.axis, double(k), e.at);
       extrapolate(w, k, near, std::min(known, 2), e.at);
-      if (w.valid[k] && near_point(w, k, e.at, near_enough)) continue;
     }
     if (!settle(w.sweep, e)) {
       last.reset();

@@ -140,7 +140,7 @@ bool newton(const Prepared& s, GridTrim& e) {
     }
     const double size = dz.template lpNorm<Eigen::Infinity>();
     const bool small = e.residual <= s.trimming.tolerance && size <= s.trimming.step_tolerance;
-    if (small && (size <= at_rest || size >= 0.5 * before)) {
+    if (small && (size <= step_at_rest || size >= 0.5 * before)) {
       e.status = TrimStatus::converged;
       if (!here) e.slopes = jacobian(m, e.at, s.along, &e.exact);
       e.outputs = outputs_of(m, e.at);
@@ -346,7 +346,8 @@ std::optional<AffineLine> affine_line(const Prepared& s, const GridPlace& place,
   line.inverse = margin * std::max(inverse_size(s, A), inverse_size(s, A_end));
   line.residual = std::max({start.residual, middle->residual, end->residual});
   line.steady = line.residual * line.inverse <= s.trimming.step_tolerance &&
-                apart(s, start.at, middle->at) <= at_rest && apart(s, start.at, end->at) <= at_rest;
+                apart(s, start.at, middle->at) <= step_at_rest &&
+                apart(s, start.at, end->at) <= step_at_rest;
   if (!predicted(s, line, *middle)) return {};
   return line;
 }

@@ -10,7 +10,7 @@
 namespace tiltrim {
 
 /// A Newton step at round-off, in nominal sizes.
-inline constexpr double at_rest = 1e-12;
+inline constexpr double step_at_rest = 1e-12;
 
 /// A verified equilibrium, or the reason why there is none.
 struct GridTrim {

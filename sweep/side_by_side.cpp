@@ -23,6 +23,7 @@ using Lane = std::array<double, L>;
 constexpr std::size_t most_known = 4;  // points that the extrapolation uses
 constexpr double fast = 1e-2;          // ratio of two steps with one Jacobian
 constexpr double far = 1.0;            // nominal sizes: a step that only the scalar path takes
+constexpr double foreseen = 1e-14;     // nominal sizes: a next step that need not be taken
 
 // The lines, and the numbers of their current points: of lane l at [... * L + l].
 struct Group {
@@ -165,7 +166,7 @@ void approach(Group& g) {
       if (!moving[l]) continue;
       const double ratio = i > 0 ? g.size[l] / g.before[l] : fast * fast;
       g.before[l] = g.size[l];
-      moving[l] = g.size[l] * ratio > at_rest;
+      moving[l] = g.size[l] * ratio > foreseen;
     }
   }
 }
@@ -184,8 +185,8 @@ void verify(Group& g) {
       if (!moving[l]) continue;
       const bool small =
           g.residual[l] <= g.s.trimming.tolerance && g.size[l] <= g.s.trimming.step_tolerance;
-      g.found[l] =
-          small && g.regular[l] != 0 && (g.size[l] <= at_rest || g.size[l] >= 0.5 * g.before[l]);
+      g.found[l] = small && g.regular[l] != 0 &&
+                   (g.size[l] <= step_at_rest || g.size[l] >= 0.5 * g.before[l]);
       moving[l] = !g.found[l] && g.size[l] < far;
       g.before[l] = g.size[l];
     }
@@ -194,12 +195,17 @@ void verify(Group& g) {
   }
 }
 
-// All values finite, limits satisfied, implied rates zero.
+// Zero in the lanes in which all values and derivatives are finite, otherwise NaN.
+Lane not_finite(const Group& g) {
+  Lane sum{};
+  for (const std::vector<double>* numbers : {&g.y, &g.slopes})
+    for (std::size_t e = 0; e < numbers->size(); e += L)
+      for (std::size_t l = 0; l < L; ++l) sum[l] += 0.0 * (*numbers)[e + l];
+  return sum;
+}
+
+// Limits satisfied, implied rates zero.
 bool keeps_limits(const Group& g, std::size_t l) {
-  for (std::size_t i = 0; i < g.rows; ++i)
-    if (!std::isfinite(g.y[i * L + l])) return false;
-  for (std::size_t e = l; e < g.slopes.size(); e += L)
-    if (!std::isfinite(g.slopes[e])) return false;
   for (std::size_t i = 0; i < g.n; ++i) {
     const double z = g.z[std::size_t(g.p.unknowns[i]) * L + l] / g.p.nominal[Index(i)];
     if (!(z >= g.p.lower[Index(i)] - bound_slack && z <= g.p.upper[Index(i)] + bound_slack))
@@ -233,10 +239,18 @@ void keep(const Group& g, std::size_t l, std::size_t k) {
     const std::size_t at = std::size_t(g.s.inputs[i]);
     points.input[k * m + i] = at < nu ? g.z[(g.nx + at) * L + l] : g.y[(g.nx + at - nu) * L + l];
   }
-  double* const entries = w.A.entries.data() + k;
+}
+
+// Stores the matrices of all lanes; the scalar path overwrites those of lanes that fail.
+void keep_all_matrices(const Group& g, std::size_t k) {
+  std::array<double*, L> to{};
+  for (std::size_t l = 0; l < g.lines.size(); ++l) to[l] = g.lines[l]->A.entries.data() + k;
   for (std::size_t i = 0; i < g.nx; ++i)
-    for (std::size_t j = 0; j < g.nx; ++j)
-      entries[(i * g.nx + j) * w.count] = g.slopes[(j * g.rows + i) * L + l];
+    for (std::size_t j = 0; j < g.nx; ++j) {
+      const double* const from = &g.slopes[(j * g.rows + i) * L];
+      const std::size_t entry = (i * g.nx + j) * g.lines.front()->count;
+      for (std::size_t l = 0; l < g.lines.size(); ++l) to[l][entry] = from[l];
+    }
 }
 
 // True if the lanes give what f, h and the derivatives give at the equilibrium, to rounding.
@@ -289,16 +303,19 @@ void walk_side_by_side(const std::vector<LineTracker*>& lines,
   Group g(lines);
   for (std::size_t k = 0; k < lines.front()->count; ++k) {
     for (std::size_t l = 0; l < lines.size(); ++l) g.walks[l] = g.known[l] > 0;
+    Lane invalid{};
     if (any(g.walks)) {
       go_to(g, k);
       foresee(g, k);
       approach(g);
       verify(g);
+      invalid = not_finite(g);
+      keep_all_matrices(g, k);
       std::swap(g.last, g.before_last);
       std::swap(g.last, g.J);
     }
     for (std::size_t l = 0; l < lines.size(); ++l) {
-      if (g.walks[l] && g.found[l] && keeps_limits(g, l)) {
+      if (g.walks[l] && g.found[l] && invalid[l] == 0 && keeps_limits(g, l)) {
         keep(g, l, k);
         g.known[l] = std::min(g.known[l] + 1, most_known);
         g.primed[l] = std::min<std::size_t>(g.primed[l] + 1, 2);

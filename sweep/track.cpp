@@ -70,8 +70,9 @@ struct Judge {
     for (std::size_t i = 0; i < to.size(); ++i) {
       double s = infinity;
       for (std::size_t k = 0; k < to.size(); ++k)
-        if (group[k] != group[i]) s = std::min(s, std::abs(from[i] - b.lambda[to[k]]));
-      const double d = std::abs(from[i] - b.lambda[to[i]]);
+        if (group[k] != group[i]) s = std::min(s, distance2(from[i], b.lambda[to[k]]));
+      s = std::sqrt(s);
+      const double d = std::sqrt(distance2(from[i], b.lambda[to[i]]));
       worst = std::min(worst, s > 0 ? 1 - nearer * d / s : 0.0);
     }
     return worst;
