@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "cli/terminal.hpp"
+#include "prove/prove.hpp"
 #include "report/branches.hpp"
 #include "report/conditions.hpp"
 #include "report/flights.hpp"
@@ -226,6 +227,11 @@ ConditionReport linearized(const Study& study, const Condition& condition,
 /// The same with flying qualities, whether the study has [qualities] or not.
 ConditionReport judged(const Study& study, const Condition& condition, const TrimOptions& trimming,
                        const LinearizeOptions& options = {});
+/// theorems before this one, of how many, share of the volume proved, boxes
+using ProofProgress = std::function<void(std::size_t, std::size_t, double, std::size_t)>;
+/// What [prove] of a study that has been read asks for.
+std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
+                              const std::stop_token& stop, const ProofProgress& observe);
 /// The report of a study that has been read; the command's path names it.
 Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,
                  const std::stop_token& stop);

@@ -25,7 +25,7 @@ ProveProblem problem_of(const Study& study, const Condition& condition) {
 }
 
 // The closed-loop conditions; of a box over h, which sets their commands, the first.
-std::vector<Condition> to_prove(const Study& study, const ProveCommand& command) {
+std::vector<Condition> to_prove(const Study& study, const std::vector<std::string>& only) {
   if (!study.prove)
     throw StudyError(
         fmt::format("{}: no [prove] table; expected [[prove.parameter]], one or more, "
@@ -35,7 +35,7 @@ std::vector<Condition> to_prove(const Study& study, const ProveCommand& command)
     throw StudyError(
         fmt::format("{}: prove needs equations = \"consistent\"", study.file.string()));
   std::vector<Condition> conditions;
-  for (const Condition& condition : chosen(study, command.common.only))
+  for (const Condition& condition : chosen(study, only))
     if (condition.command()) conditions.push_back(condition);
   if (conditions.empty())
     throw StudyError(fmt::format("{}: prove needs a closed-loop condition", study.file.string()));
@@ -47,36 +47,44 @@ std::vector<Condition> to_prove(const Study& study, const ProveCommand& command)
 
 }  // namespace
 
-Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
-  const std::vector<Condition> conditions = to_prove(study, command);
-  check_apart(command.certificate, "--certificate", command.common.study, "the study");
-  if (!command.certificate.empty()) check_writable(command.certificate);
-  Progress progress(conditions.size());
+std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
+                              const std::stop_token& stop, const ProofProgress& observe) {
+  const std::vector<Condition> conditions = to_prove(study, command.common.only);
   ProveOptions options;
   options.margin = command.margin.value_or(study.prove->margin);
   options.max_boxes = command.boxes.value_or(study.prove->boxes);
   options.undecided = study.prove->undecided;
   options.stop = stop;
+  std::vector<Theorem> all;
   options.observe = [&](double proved, std::size_t boxes) {
-    progress.tell(fmt::format("{:.6f} of the volume proved, {} boxes", proved, boxes), proved);
+    observe(all.size(), conditions.size(), proved, boxes);
   };
-  std::vector<Theorem> theorems;
   with_threads(command.threads, [&] {
     for (const Condition& condition : conditions)
-      theorems.push_back(prove(problem_of(study, condition), options));
+      all.push_back(prove(problem_of(study, condition), options));
   });
-  if (!command.certificate.empty())
-    write_whole(command.certificate, certificate_of(study, theorems));
-  const bool all = std::ranges::all_of(
-      theorems, [](const Theorem& t) { return t.status() == ProofStatus::proved; });
-  const auto text = [&] { return theorems_text(study, theorems); };
+  return all;
+}
+
+Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
+  const Study study = read_study(command.common.study);
+  Progress progress(to_prove(study, command.common.only).size());
+  check_apart(command.certificate, "--certificate", command.common.study, "the study");
+  if (!command.certificate.empty()) check_writable(command.certificate);
+  const std::vector<Theorem> all = theorems(
+      study, command, stop, [&](std::size_t, std::size_t, double proved, std::size_t boxes) {
+        progress.tell(fmt::format("{:.6f} of the volume proved, {} boxes", proved, boxes), proved);
+      });
+  if (!command.certificate.empty()) write_whole(command.certificate, certificate_of(study, all));
+  const int code =
+      std::ranges::all_of(all, [](const Theorem& t) { return t.status() == ProofStatus::proved; })
+          ? answered
+          : unanswered;
   if (command.common.format == Format::json)
-    return {theorems_json(study, theorems, command.certificate.string()),
-            all ? answered : unanswered};
+    return {theorems_json(study, all, command.certificate.string()), code};
   if (command.common.format != Format::text)
     throw std::invalid_argument("prove writes text and json");
-  return {text(), all ? answered : unanswered};
+  return {theorems_text(study, all), code};
 }
 
 }  // namespace tiltrim::cli

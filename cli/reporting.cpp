@@ -256,6 +256,17 @@ StudyReport computed(const Study& study, const ReportCommand& command,
                  "the margins of '" + c.name + "'"))
       report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
   });
+  const bool provable = study.prove && has_closed_loop(study) &&
+                        std::ranges::any_of(chosen(study, command.common.only),
+                                            [](const Condition& c) { return bool(c.command()); });
+  if (examined(provable, "the proofs")) {
+    constexpr std::size_t most_boxes = 3000;  // `prove` takes as many as the study asks for
+    ProveCommand proving;
+    proving.common.only = command.common.only;
+    proving.threads = command.threads;
+    proving.boxes = std::min(study.prove->boxes, most_boxes);
+    report.theorems = theorems(study, proving, stop, [](auto...) {});
+  }
   add_maps(command, stop, report);
   if (examined(wants_flight(study), "the flight")) report.flight = flown(study, {}, stop);
   if (examined(study.user_motion && (!study.report || study.report->flight.value_or(true)),

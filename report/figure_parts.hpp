@@ -39,6 +39,9 @@ void add_map(const SweepMap& map, std::size_t condition, const std::string& id, 
 void add_participation(const ConditionReport& condition, const std::string& id, ReportFigures& all);
 /// Bode plots and disk margins.
 void add_loops(const LoopsAnswer& loops, const std::string& id, ReportFigures& all);
+/// What is proved along the first parameter of a theorem.
+void add_proof(const Theorem& theorem, const ProveTable& table, const std::string& id,
+               ReportFigures& all);
 void add_flight(const FlightReport& flight, const Vehicle& vehicle, ReportFigures& all);
 
 }  // namespace tiltrim::figures

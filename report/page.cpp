@@ -281,6 +281,19 @@ std::string margins_part(Parts& parts) {
   return section(parts, "margins", "Margins", body);
 }
 
+std::string proofs_part(Parts& parts) {
+  std::string body;
+  for (std::size_t i = 0; i < parts.report.theorems.size(); ++i) {
+    const Theorem& t = parts.report.theorems[i];
+    body += paragraph(fmt::format(
+        "{}: for shares of {:.9g} stable, {:.9g} unstable, {:.9g} without trim of the box this is "
+        "proved; {:.3g} is undecided. Stable: every eigenvalue has a real part below {:.6g} 1/s.",
+        t.name, t.stable, t.unstable, t.no_trim, t.undecided, t.margin == 0 ? 0.0 : -t.margin));
+    body += figure(parts, "proof_" + file_name_of("", i, t.name));
+  }
+  return section(parts, "proofs", "What is proved", body);
+}
+
 std::string flight_part(Parts& parts) {
   if (parts.report.motion)
     return section(parts, "flight", "The motion",
@@ -367,8 +380,8 @@ std::string report_page(const StudyReport& report, const ReportFigures& figures,
   // Analyses without an answer come first, if any.
   const bool open = !unanswered(report).empty();
   std::string body = open ? unanswered_part(parts) : "";
-  for (const auto part :
-       {conditions_part, lines_part, maps_part, modes_part, margins_part, flight_part, paper_part})
+  for (const auto part : {conditions_part, proofs_part, lines_part, maps_part, modes_part,
+                          margins_part, flight_part, paper_part})
     body += part(parts);
   if (!open) body += unanswered_part(parts);
   body += study_part(parts);

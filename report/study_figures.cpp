@@ -155,6 +155,9 @@ ReportFigures report_figures(const StudyReport& report) {
   }
   for (std::size_t i = 0; i < first(report.loops); ++i)
     add_loops(report.loops[i], file_name_of("", i, report.loops[i].trimmed.condition.name), all);
+  for (std::size_t i = 0; i < first(report.theorems); ++i)
+    add_proof(report.theorems[i], *report.study.prove, file_name_of("", i, report.theorems[i].name),
+              all);
   if (report.motion && report.motion->motion && !report.motion->motion->t.empty())
     all.figures.push_back(motion_figure(*report.motion));
   if (report.flight) add_flight(*report.flight, report.study.vehicle, all);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "prove/prove.hpp"
 #include "report/conditions.hpp"
 #include "report/figure.hpp"
 #include "report/flights.hpp"
@@ -31,6 +32,7 @@ struct StudyReport {
   std::optional<FlightReport> flight;
   std::optional<MotionAnswer> motion{};  ///< for a study with [model] and [simulate]
   std::optional<PaperTables> paper;
+  std::vector<Theorem> theorems{};  ///< for a study with [prove]
   std::vector<std::string>
       not_examined{};  ///< after an interrupt: "condition 'climb'", "the flight"
 };

@@ -106,6 +106,24 @@ TEST_CASE("a stop keeps what is proved, and a bound on boxes ends the search") {
   CHECK(prove(windowed(0.4, 0.2), one).boxes == 1);
 }
 
+TEST_CASE(
+    "the polar's extremes that a proof of infeasibility uses are within 1e-13 of the spline's") {
+  const Study study = corridor_study("prove_corridor.toml");
+  const Polar& polar = *study.vehicle.polar;
+  std::mt19937_64 draw(5);
+  std::uniform_real_distribution<double> angle(-3.1, 3.1);
+  for (int i = 0; i < trials(3000); ++i) {
+    const double alpha = angle(draw);
+    const auto ordinary = polar.range(alpha, alpha);
+    const auto rigorous = polar.ranges(Interval(alpha));
+    for (std::size_t k = 0; k < 3; ++k) {
+      CHECK(ordinary[k].lower > rigorous[k].value.lower() - 1e-13);
+      CHECK(ordinary[k].upper < rigorous[k].value.upper() + 1e-13);
+      CHECK(rigorous[k].value.upper() - rigorous[k].value.lower() < 1e-12);
+    }
+  }
+}
+
 TEST_CASE("a model without ranges is refused") {
   ProveProblem problem = windowed(0.3, none);
   problem.model.jets = nullptr;

@@ -3,14 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/interval.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;
 
 namespace {
 
-// Enclosures are not rounded outward: a row is excluded only by at least this much of its nominal
-// size, about 10⁵ times the rounding error.
+// A row is excluded only by at least this much of its nominal size: ten times the tolerance of a
+// trim, and far more than what an enclosure may leave to ordinary rounding (docs/trim.md).
 constexpr double margin = 1e-9;
 // A box this small (in nominal sizes) that cannot be excluded contains a solution or nearly one.
 constexpr double smallest = 1e-3;
@@ -38,7 +40,7 @@ bool excluded(const Problem& p, const Part& part) {
   return false;
 }
 
-bool can_be_shown(const Problem& p) {
+bool can_be_proved(const Problem& p) {
   const Index moving = std::ssize(p.model.states) + std::ssize(p.model.inputs);
   const bool enclosed = std::ranges::all_of(p.unknowns, [&](Index j) { return j < moving; });
   return p.model.enclosure && enclosed && p.lower.allFinite() && p.upper.allFinite();
@@ -50,16 +52,16 @@ Part whole(const Problem& p) {
       std::ssize(p.model.states) + std::ssize(p.model.inputs) + std::ssize(p.model.parameters);
   for (Index j = 0; j < all; ++j) part.box.push_back({value_of(p.base, j), value_of(p.base, j)});
   for (Index k = 0; k < p.n(); ++k)
-    part.box[std::size_t(p.unknowns[std::size_t(k)])] = {p.lower[k] * p.nominal[k],
-                                                         p.upper[k] * p.nominal[k]};
+    part.box[std::size_t(p.unknowns[std::size_t(k)])] = {Interval::down(p.lower[k] * p.nominal[k]),
+                                                         Interval::up(p.upper[k] * p.nominal[k])};
   return part;
 }
 
 }  // namespace
 
-Proof show_no_solution(const Problem& p, const TrimOptions& options) {
+Proof prove_no_solution(const Problem& p, const TrimOptions& options) {
   Proof proof;
-  if (options.max_boxes <= 0 || !can_be_shown(p)) return proof;
+  if (options.max_boxes <= 0 || !can_be_proved(p)) return proof;
   std::vector<Part> open{whole(p)};
   while (!open.empty()) {
     if (++proof.boxes > options.max_boxes || options.stop.stop_requested()) return proof;
@@ -83,7 +85,7 @@ Proof show_no_solution(const Problem& p, const TrimOptions& options) {
     open.push_back(std::move(low));
     open.push_back(std::move(high));
   }
-  proof.shown = true;
+  proof.proved = true;
   return proof;
 }
 

@@ -6,14 +6,14 @@
 namespace tiltrim {
 
 struct Proof {
-  bool shown = false;  ///< no point within the bounds satisfies the equations
-  int boxes = 0;       ///< examined
+  bool proved = false;  ///< no point within the bounds satisfies the equations
+  int boxes = 0;        ///< examined
 };
 
 /// Branch and bound: the box of the bounded unknowns is bisected until in every part the range of
 /// some equation excludes its held value, or some limited output lies outside its bounds. Needs the
 /// model's enclosure and finite bounds on every unknown; gives up (no proof) at a small box that
-/// cannot be excluded, or at options.max_boxes.
-Proof show_no_solution(const Problem& problem, const TrimOptions& options);
+/// cannot be excluded, or at options.max_boxes. What it assumes: docs/prove.md.
+Proof prove_no_solution(const Problem& problem, const TrimOptions& options);
 
 }  // namespace tiltrim

@@ -309,12 +309,12 @@ TrimResult no_answer(Search& s) {
   } else if (s.output_not_finite) {
     r = *s.output_not_finite;
   } else {
-    const Proof proof = show_no_solution(p, s.options);
+    const Proof proof = prove_no_solution(p, s.options);
     if (p.over()) return out_of_time(s);
-    r.status = proof.shown ? TrimStatus::infeasible : TrimStatus::not_found;
+    r.status = proof.proved ? TrimStatus::infeasible : TrimStatus::not_found;
     r.message = fmt::format(
         "{}; the closest point leaves {}, {}",
-        proof.shown
+        proof.proved
             ? fmt::format("no point within the limits is an equilibrium (proved over {} box{})",
                           proof.boxes, proof.boxes == 1 ? "" : "es")
             : "no equilibrium found in " + counted(s.starts, "start"),

@@ -44,6 +44,7 @@ PYBIND11_MODULE(_tiltrim, module) {
   python::add_analyses(module);
   python::add_design(module);
   python::add_qualities(module);
+  python::add_proving(module);
   python::add_envelopes(module);
   python::add_report(module);
   python::add_motion(module);

@@ -17,6 +17,7 @@ void add_studies(py::module_& module);     ///< studies and their conditions
 void add_analyses(py::module_& module);    ///< what else is of conditions
 void add_design(py::module_& module);      ///< lqr, place, norms, lyapunov
 void add_qualities(py::module_& module);   ///< levels of flying qualities
+void add_proving(py::module_& module);     ///< prove
 void add_envelopes(py::module_& module);   ///< envelope, all_equilibria
 void add_report(py::module_& module);      ///< a study's page
 void add_motion(py::module_& module);      ///< simulate, flights

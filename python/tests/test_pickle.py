@@ -67,6 +67,9 @@ EVERYTHING = {
     "Sensitivities": lambda: tiltrim.sensitivities(held(), parameters=["k"]),
     "Margins": lambda: tiltrim.margins(tiltrim.tiltrotor()),
     "Qualities": lambda: tiltrim.qualities(tiltrim.tiltrotor(formulation="airframe")),
+    "Theorem": lambda: tiltrim.prove(
+        STUDIES / "prove_corridor.toml", condition="corridor", boxes=1
+    ),
     "Envelope": lambda: tiltrim.envelope(
         held(), along=("k", 1, 2), over=("angle", 0.1, 0.5), count=5
     ),

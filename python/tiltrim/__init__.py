@@ -31,6 +31,7 @@ from ._models import Effort, Model, Point, Signal, close_loop, feedback
 from ._monte_carlo import MonteCarlo, ScatteredFlight, monte_carlo
 from ._plot import plot
 from ._problems import Problem, TrimSpec
+from ._prove import ProvedRegion, Theorem, prove
 from ._qualities import Criterion, Qualities, qualities
 from ._report import Report, report
 from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
@@ -74,6 +75,7 @@ __all__ = [
     "Placement",
     "Point",
     "Problem",
+    "ProvedRegion",
     "Qualities",
     "Regulator",
     "Report",
@@ -84,6 +86,7 @@ __all__ = [
     "Study",
     "StudyError",
     "SwitchEvent",
+    "Theorem",
     "Trajectory",
     "TrimResult",
     "TrimSpec",
@@ -108,6 +111,7 @@ __all__ = [
     "parse_study",
     "place",
     "plot",
+    "prove",
     "qualities",
     "read_study",
     "report",
