@@ -64,7 +64,9 @@ Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token
   std::vector<Theorem> theorems;
   with_threads(command.threads, [&] {
     for (const Condition& condition : conditions)
-      theorems.push_back(prove(problem_of(study, condition), options));
+      theorems.push_back(command.largest
+                             ? prove_largest_margin(problem_of(study, condition), options)
+                             : prove(problem_of(study, condition), options));
   });
   if (!command.certificate.empty())
     write_whole(command.certificate, certificate_of(study, theorems));
