@@ -286,6 +286,8 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
   prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
       ->check(CLI::Range(0.0, 1e3))
       ->type_name("SIGMA");
+  prove->add_flag("--largest-margin", command.largest,
+                  "search the largest decay rate that can be proved");
   prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
       ->check(CLI::Range(1.0, 1e8))
       ->type_name("N");

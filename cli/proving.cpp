@@ -61,7 +61,8 @@ std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
   };
   with_threads(command.threads, [&] {
     for (const Condition& condition : conditions)
-      all.push_back(prove(problem_of(study, condition), options));
+      all.push_back(command.largest ? prove_largest_margin(problem_of(study, condition), options)
+                                    : prove(problem_of(study, condition), options));
   });
   return all;
 }

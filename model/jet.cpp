@@ -49,7 +49,8 @@ void multiply(const double* a, const Size& A, const double* b, const Size& B, do
     ++at;
   }
   const double rest = (A.linear + A.quadratic) * B.quadratic + A.quadratic * B.linear +
-                      A.rest * (B.all + B.rest) + A.all * B.rest + coefficient_error * A.all * B.all;
+                      A.rest * (B.all + B.rest) + A.all * B.rest +
+                      coefficient_error * A.all * B.all;
   put(out[last], rest * upward + underflow);
 }
 
@@ -284,10 +285,10 @@ static std::vector<double> expanded(const double* a, std::size_t n, const Interv
     out[at++] += h * (a[k] * a[k]);
   }
   // δ² = (linear part)² + what is below
-  const double square_rest = (2 * A.linear + A.quadratic) * A.quadratic +
-                             (2 * small + A.rest) * A.rest;
-  out[last] = radius(g) + magnitude(g1) * A.rest + radius(g1) * small +
-              std::abs(h) * square_rest + 0.5 * radius(g2) * D * D + third * D * D * D / 6 +
+  const double square_rest =
+      (2 * A.linear + A.quadratic) * A.quadratic + (2 * small + A.rest) * A.rest;
+  out[last] = radius(g) + magnitude(g1) * A.rest + radius(g1) * small + std::abs(h) * square_rest +
+              0.5 * radius(g2) * D * D + third * D * D * D / 6 +
               coefficient_error * (std::abs(s) * small + 2 * std::abs(h) * small * small);
   out[last] = out[last] * upward + underflow;
   return out;

@@ -21,7 +21,7 @@ struct Branches {
   std::vector<char> open{};   ///< whether each of `taken` was open: both outcomes are possible
   bool blocked = false;       ///< a comparison of unknowns was open, or one contradicts `taken`
   bool replay = false;        ///< `taken` is complete: a further open comparison blocks
-  bool values = false;  ///< no derivatives are wanted: |a| of a range across zero is a range
+  bool values = false;        ///< no derivatives are wanted: |a| of a range across zero is a range
 };
 
 /// The sides of this thread; null: an open comparison gives NaN.
@@ -40,9 +40,9 @@ class Watched {
 /// c, a, b (row by row of the lower triangle), r. With n = 0 a constant.
 class Quadratic {
  public:
-  Quadratic(const double* at, std::size_t n) : at_(at), n_(n) {}  ///< a view
-  double centre() const { return at_[0]; }                       ///< c
-  std::size_t numbers() const { return n_; }                     ///< n
+  Quadratic(const double* at, std::size_t n) : at_(at), n_(n) {}           ///< a view
+  double centre() const { return at_[0]; }                                 ///< c
+  std::size_t numbers() const { return n_; }                               ///< n
   double slope(std::size_t k) const { return k < n_ ? at_[1 + k] : 0.0; }  ///< a_k
   /// b_kl, l <= k
   double bend(std::size_t k, std::size_t l) const {

@@ -98,7 +98,8 @@ bool prove_absent(const Setup& s, const Cell& cell, const Branches& branches, Re
       MatrixXd weights(n + J.cols(), n);
       weights.topRows(n).setIdentity();
       const dense::SVD svd = dense::svd(J);
-      for (Index i = 0; i < n; ++i) weights.col(i).tail(J.cols()) = dense::solve(svd, VectorXd::Unit(n, i));
+      for (Index i = 0; i < n; ++i)
+        weights.col(i).tail(J.cols()) = dense::solve(svd, VectorXd::Unit(n, i));
       for (Index i = 0; i < weights.rows() && !excluded; ++i) {
         if (!weights.row(i).allFinite()) continue;
         excluded = nonzero(weights.row(i).transpose(), over);

@@ -20,8 +20,8 @@ struct Setup {
     Range range;
   };
   std::vector<Limit> limits;
-  std::vector<Eigen::Index> placed;        // variable of each parameter, without `numbers`
-  std::size_t states, moving;              // moving: states and unknown inputs
+  std::vector<Eigen::Index> placed;  // variable of each parameter, without `numbers`
+  std::size_t states, moving;        // moving: states and unknown inputs
 
   explicit Setup(const ProveProblem& p);
   std::size_t nz() const { return unknowns.size(); }

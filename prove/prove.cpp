@@ -102,7 +102,7 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
                       Answer& answer) {
   Tube tube;
   int limits = 0;
-  bool near = false;            // an equilibrium at the middle, within the limits as far as seen
+  bool near = false;  // an equilibrium at the middle, within the limits as far as seen
   for (const bool again : {false, true}) {  // the parent's equilibrium may be another one
     if (again) answer.z = first_start(s, cell);
     tube = find_tube(s, cell, answer.z, sides);
@@ -225,6 +225,7 @@ class Search {
   Theorem run() {
     while (!level_.empty() && !options_.stop.stop_requested()) {
       if (theorem_.undecided <= options_.undecided) break;
+      if (options_.refuted_is_enough && theorem_.unstable > 0) break;
       const std::size_t left = options_.max_boxes - std::min(options_.max_boxes, theorem_.boxes);
       if (left == 0) break;
       level_.resize(std::min(left, level_.size()));
@@ -334,6 +335,31 @@ Theorem prove(const ProveProblem& problem, const ProveOptions& options) {
   merge(theorem, 0, theorem.regions);
   if (problem.parameters.size() == 1) join(theorem.regions);
   return theorem;
+}
+
+Theorem prove_largest_margin(const ProveProblem& problem, const ProveOptions& options) {
+  ProveOptions at = options;
+  Theorem best = prove(problem, at);
+  if (best.status() != ProofStatus::proved) return best;
+  // A box that is unstable, or needs as many boxes again as the first proof took, ends a trial.
+  constexpr double least = 1e-4, largest = 1e3, accuracy = 0.01;  // 1/s
+  constexpr std::size_t effort = 20;
+  at.max_boxes = std::min(options.max_boxes, effort * best.boxes + 1000);
+  at.refuted_is_enough = true;
+  double above = std::max(2 * options.margin, least);
+  const auto proved = [&](double margin) {
+    at.margin = margin;
+    Theorem theorem = prove(problem, at);
+    const bool holds = theorem.status() == ProofStatus::proved;
+    if (holds) best = std::move(theorem);
+    return holds;
+  };
+  while (above < largest && proved(above)) above *= 4;
+  while (above - best.margin > accuracy * above && above > least && !at.stop.stop_requested()) {
+    const double middle = best.margin > 0 ? std::sqrt(best.margin * above) : 0.1 * above;
+    if (!proved(middle)) above = middle;
+  }
+  return best;
 }
 
 }  // namespace tiltrim

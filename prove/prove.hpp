@@ -115,11 +115,12 @@ struct Theorem {
 
 /// Options of prove().
 struct ProveOptions {
-  double margin = 0.0;            ///< σ: all eigenvalues have a real part below -σ [1/s]
-  std::size_t max_boxes = 20000;  ///< examined at most
-  double smallest = 1e-10;        ///< share of a parameter's range that is not cut further
-  double undecided = 0.0;         ///< stop once the undecided volume is at most this share
-  std::stop_token stop{};         ///< what is proved until then is kept
+  double margin = 0.0;             ///< σ: all eigenvalues have a real part below -σ [1/s]
+  std::size_t max_boxes = 20000;   ///< examined at most
+  double smallest = 1e-10;         ///< share of a parameter's range that is not cut further
+  double undecided = 0.0;          ///< stop once the undecided volume is at most this share
+  bool refuted_is_enough = false;  ///< stop at the first box that is unstable
+  std::stop_token stop{};          ///< what is proved until then is kept
   std::function<void(double proved, std::size_t boxes)> observe{};  ///< progress
 };
 
@@ -128,5 +129,11 @@ struct ProveOptions {
 /// -margin; or that an eigenvalue has one above; or that there is no equilibrium within the limits.
 /// Throws CallerMistake if the model has no jets or a name is unknown.
 [[nodiscard]] Theorem prove(const ProveProblem& problem, const ProveOptions& options = {});
+
+/// The same for the largest margin of at least options.margin that it can prove, to within 1 % of
+/// itself, by bisection; the search ends where a proof needs more than options.max_boxes. If that
+/// of options.margin is not proved, its theorem.
+[[nodiscard]] Theorem prove_largest_margin(const ProveProblem& problem,
+                                           const ProveOptions& options = {});
 
 }  // namespace tiltrim

@@ -23,8 +23,8 @@ constexpr double largest = 100.0;  // sum of all moduli for which `slack` covers
 
 // At most 16 rows, without allocation.
 using Small = dense::SmallMatrix;
-using SmallC = Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, dense::small_size,
-                             dense::small_size>;
+using SmallC =
+    Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, dense::small_size, dense::small_size>;
 
 // B(d) = B_0 + Σ d_k A_k + Σ d_k d_l A_kl + R with R within `radius`, and W B T, W T for a basis T.
 struct Family {
@@ -32,11 +32,11 @@ struct Family {
   std::vector<Small> A, bends;  // bends: A_kl, row by row of the lower triangle
   Small radius;
   Small T, W;
-  Small E0, P;                  // middles of W B_0 T and W T
+  Small E0, P;                   // middles of W B_0 T and W T
   std::vector<Small> E, curved;  // of W A_k T, W A_kl T
-  Small spread;                 // radius of all of W B T, without R's
-  Small bend_moduli;            // Σ |W A_kl T|
-  Small R;                      // |W| radius |T|
+  Small spread;                  // radius of all of W B T, without R's
+  Small bend_moduli;             // Σ |W A_kl T|
+  Small R;                       // |W| radius |T|
   double P_radius = 0;
 };
 
@@ -212,8 +212,8 @@ Value value_at(const Family& f, double from, double to) {
   if (half > 0) F.push_back(Complex(0, -half) * (G * f.P.cast<Complex>()));
   const Small Ga = G.cwiseAbs();
   // Rounding of the products above, and of the residual.
-  double moduli = f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff() +
-                  f.bend_moduli.maxCoeff();
+  double moduli =
+      f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff() + f.bend_moduli.maxCoeff();
   for (const Small& E : f.E) moduli += E.cwiseAbs().maxCoeff();
   const double rounding = 64 * double(n * n) * unit * Ga.maxCoeff() * moduli;
   const Small rest = f.spread.array() + to * f.P_radius;
@@ -248,8 +248,7 @@ Value value_at(const Family& f, double from, double to) {
   const Small small = rho + Ga * f.bend_moduli;  // of second order and beyond
   const Small phi = linear + small;
   value.total = phi.sum();
-  const double higher =
-      permanent(phi + Small::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
+  const double higher = permanent(phi + Small::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
   value.rest = higher + second_sum(phi) - second_sum(linear) + trace;
   if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();
   return value;
@@ -348,7 +347,8 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
     if (best(still).floor < 1.2 * slack) still = value_at(f, from, from);
     if (best(still).floor < 1.2 * slack) return refuse("crossing", still.share, still.weight);
     step *= 0.4;
-    if (step < 1e-9 * end && step < 1e-6 * from) return refuse("crossing", still.share, still.weight);
+    if (step < 1e-9 * end && step < 1e-6 * from)
+      return refuse("crossing", still.share, still.weight);
     if (step < 1e-14 * end) return refuse("crossing", still.share, still.weight);
   }
   return true;

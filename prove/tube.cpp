@@ -46,7 +46,8 @@ Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) 
   if (k() > most_parameters)
     throw CallerMistake(fmt::format("{} parameters; at most {}", k(), most_parameters));
   if (moving > most_moving)
-    throw CallerMistake(fmt::format("{} states and unknown inputs; at most {}", moving, most_moving));
+    throw CallerMistake(
+        fmt::format("{} states and unknown inputs; at most {}", moving, most_moving));
 }
 
 std::size_t Setup::direction(std::size_t unknown) const {
@@ -143,8 +144,8 @@ struct Equations {
   }
   // Of G, or of the slopes, along a number of the box.
   VectorXd along(std::size_t k) const {
-    return VectorXd::NullaryExpr(
-        std::ssize(G), [&](Index i) { return G[std::size_t(i)].value().slope(k); });
+    return VectorXd::NullaryExpr(std::ssize(G),
+                                 [&](Index i) { return G[std::size_t(i)].value().slope(k); });
   }
   MatrixXd slopes_along(std::size_t k) const {
     return MatrixXd::NullaryExpr(std::ssize(G), std::ssize(G), [&](Index i, Index j) {
@@ -227,9 +228,8 @@ Jets steps(const std::vector<Jets>& C, const Jets& G) {
 }
 
 VectorXd magnitudes(const Jets& all) {
-  return VectorXd::NullaryExpr(std::ssize(all), [&](Index i) {
-    return magnitude(all[std::size_t(i)].range());
-  });
+  return VectorXd::NullaryExpr(std::ssize(all),
+                               [&](Index i) { return magnitude(all[std::size_t(i)].range()); });
 }
 
 // Z with rho + kappa Z a little below 0.9 Z.
@@ -320,7 +320,8 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   const VectorXd left = kappa * r.Z * (1 + 1e-12);
   tube.unknowns = line(r.z, r.S);
   for (Index i = 0; i < n; ++i)
-    tube.unknowns[std::size_t(i)] = (tube.unknowns[std::size_t(i)] - g[std::size_t(i)]).widened(left[i]);
+    tube.unknowns[std::size_t(i)] =
+        (tube.unknowns[std::size_t(i)] - g[std::size_t(i)]).widened(left[i]);
   sides.blocked = false;
   tube.over = evaluate(s, numbers, tube.unknowns, Along::states);
   if (sides.blocked) return refuse("switch", failure);
@@ -377,9 +378,8 @@ int worst(const Setup& s, const Cell& cell, const Record& r, const Branches& bra
 
 bool middle_within_limits(const Setup& s, const Tube& tube) {
   return std::ranges::all_of(s.limits, [&](const Setup::Limit& limit) {
-    const double at = limit.unknown >= 0
-                          ? tube.record.z[limit.unknown]
-                          : tube.line[std::size_t(limit.row)].value().centre();
+    const double at = limit.unknown >= 0 ? tube.record.z[limit.unknown]
+                                         : tube.line[std::size_t(limit.row)].value().centre();
     return at >= limit.range.lower && at <= limit.range.upper;
   });
 }

@@ -8,6 +8,7 @@
 
 #include "flight/closed_loop_proof.hpp"
 #include "linearize/linearize.hpp"
+#include "model/jet.hpp"
 #include "model/provable.hpp"
 #include "runtime/threads.hpp"
 #include "study/study.hpp"
@@ -122,6 +123,62 @@ TEST_CASE(
       CHECK(rigorous[k].value.upper() - rigorous[k].value.lower() < 1e-12);
     }
   }
+}
+
+TEST_CASE("the largest margin is the slowest decay rate, from below") {
+  const Theorem t = prove_largest_margin(planted(Plant::nothing, 0.3, 0.1), few());
+  CHECK(t.status() == ProofStatus::proved);
+  CHECK(t.margin < 1.0);  // of x' = 2 p - x, y' = -y, z' = -2 z
+  CHECK(t.margin > 0.97);
+  const Theorem none = prove_largest_margin(planted(Plant::window, 0.4, 0.2), few());
+  CHECK(none.status() != ProofStatus::proved);
+  CHECK(none.margin == 0);
+}
+
+TEST_CASE("where the trim lies beyond a limit, its absence is proved") {
+  ProveProblem problem = planted(Plant::nothing, 0.3, 0.1);
+  problem.limits = {{"x", {-1, 0.8}}};  // x = 2 p: within the limit up to p = 0.4
+  NecessarySystem system{problem.model, {"x"}, {{"x", {-1, 0.8}}}, {}};
+  system.at = [](const Jets& c) { return NecessarySystem::Values{Jets(3), {}, {c[0]}, {}}; };
+  problem.necessary = system;
+  const Theorem t = prove(problem, few());
+  CHECK(t.status() == ProofStatus::partly);
+  CHECK(t.undecided < 1e-6);
+  CHECK(std::abs(t.stable - 0.4) < 1e-6);  // the undecided share
+  CHECK(std::abs(t.no_trim - 0.6) < 1e-6);
+  for (const ProofRegion& r : t.regions) {
+    if (r.verdict == ProofVerdict::stable) CHECK(r.box[0].upper < 0.4);
+    if (r.verdict == ProofVerdict::no_trim) CHECK(r.box[0].lower > 0.4);
+  }
+}
+
+TEST_CASE("quadratic forms contain what they stand for") {
+  std::mt19937_64 draw(5);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const auto on = [](const auto& a, const auto& b) {
+    const auto s = sqrt(2.0 + a * b) / (3.0 - a);
+    return sin(s + a) * exp(b * a) - cos(b) * atan(s) + tanh(a) * (b / (2.0 + s));
+  };
+  for (int i = 0; i < 2000; ++i) {
+    const double m = any(draw), n = any(draw), r = 0.3 * std::abs(any(draw)), s = 0.3 * r;
+    const Jet form = on(Jet::number(m, r, 0, 2), Jet::number(n, s, 1, 2));
+    const double d = any(draw), e = any(draw);
+    const Quadratic q = form.value();
+    const double stored = q.centre() + q.slope(0) * d + q.slope(1) * e + q.bend(0, 0) * d * d +
+                          q.bend(1, 0) * d * e + q.bend(1, 1) * e * e;
+    const double exact = on(Plain(m + r * d), Plain(n + s * e)).value;
+    REQUIRE(std::abs(exact - stored) <= q.rest() + 1e-14);
+    REQUIRE(form.range().lower() <= exact + 1e-14);
+    REQUIRE(exact - 1e-14 <= form.range().upper());
+  }
+}
+
+TEST_CASE("what a quadratic form leaves out is of third order") {
+  const auto rest = [](double r) {
+    const Jet a = Jet::number(0.4, r, 0, 1);
+    return (sin(a) * sqrt(1.0 + a) / (2.0 + a)).value().rest();
+  };
+  CHECK(std::abs(std::log2(rest(2e-2) / rest(1e-2)) - 3) < 0.05);
 }
 
 TEST_CASE("a model without ranges is refused") {

@@ -232,8 +232,8 @@ double Polar::Enclosed::distance(std::size_t k, bool slope, const std::array<dou
   const double h = radius(Interval(from, to));
   const auto& [c0, c1, c2, c3] = c[k];
   const auto& [q0, q1, q2] = parabola;
-  const Interval value = slope ? c1 + t * (2.0 * c2 + t * (3.0 * c3))
-                               : c0 + t * (c1 + t * (c2 + t * c3));
+  const Interval value =
+      slope ? c1 + t * (2.0 * c2 + t * (3.0 * c3)) : c0 + t * (c1 + t * (c2 + t * c3));
   const Interval first = slope ? 2.0 * c2 + t * (6.0 * c3) : c1 + t * (2.0 * c2 + t * (3.0 * c3));
   const Interval half = slope ? 3.0 * c3 : c2 + t * (3.0 * c3);
   const double third = slope ? 0.0 : magnitude(c3);
