@@ -903,20 +903,29 @@ Scanned scanned(const LinearModel& cut) {
   return s;
 }
 
-// The largest |y - middle|/half of an actuator for x' = A x from x0, y = y0 + c x, by Runge-Kutta.
-double integrated_use(const MatrixXd& A, const Eigen::RowVectorXd& c, double y0, const Range& range,
-                      VectorXd x) {
+// The largest |y - middle|/half of each actuator for x' = A x from x0, y = y0 + C x, by
+// Runge-Kutta.
+std::array<double, 3> integrated_uses(const LinearModel& linear, const VectorXd& y0,
+                                      const std::array<Range, 3>& limits, const VectorXd& x) {
+  const MatrixXd& A = linear.A;
   const VectorXcd lambda = eigenvalues(A);
-  const double dt = 0.02 / lambda.cwiseAbs().maxCoeff();
+  const double dt = 0.05 / lambda.cwiseAbs().maxCoeff();
   const double end = 12 / -lambda.real().maxCoeff();
-  const double middle = 0.5 * (range.lower + range.upper), half = 0.5 * (range.upper - range.lower);
+  Eigen::Vector3d middle, half, largest = Eigen::Vector3d::Zero();
+  for (std::size_t j = 0; j < 3; ++j) {
+    middle[Index(j)] = 0.5 * (limits.at(j).lower + limits.at(j).upper);
+    half[Index(j)] = 0.5 * (limits.at(j).upper - limits.at(j).lower);
+  }
+  const Eigen::Matrix<double, 3, 6> C = linear.C.topRows(3);
+  const Eigen::Vector3d from_middle = y0.head(3) - middle;
   // Of a linear system the four stages are one matrix.
   const MatrixXd Z = dt * A, I = MatrixXd::Identity(6, 6);
-  const MatrixXd step = I + Z * (I + Z / 2 * (I + Z / 3 * (I + Z / 4)));
-  double largest = 0;
-  for (double t = 0; t < end; t += dt, x = step * x)
-    largest = std::max(largest, std::abs(y0 + c.dot(x) - middle));
-  return largest / half;
+  const Eigen::Matrix<double, 6, 6> step = I + Z * (I + Z / 2 * (I + Z / 3 * (I + Z / 4)));
+  Eigen::Matrix<double, 6, 1> now = x;
+  for (double t = 0; t < end; t += dt, now = step * now)
+    largest = largest.cwiseMax((from_middle + C * now).cwiseAbs());
+  largest = largest.cwiseQuotient(half);
+  return {largest[0], largest[1], largest[2]};
 }
 
 const std::array<const char*, 3> actuator_names{"theta0", "a1s", "delta_e"};
@@ -993,6 +1002,7 @@ void check_uses(const Study& study, const TrimResult& trimmed, const LinearModel
   const auto limits = ranges(study.vehicle.limits);
   VectorXd x0 = VectorXd::Zero(6);
   x0[0] = 0.5, x0[1] = -0.05, x0[3] = 0.1;
+  const std::array<double, 3> after_all = integrated_uses(linear, trimmed.outputs, limits, x0);
   double most = 0, most_after = 0;
   std::vector<Requirement> asked;
   std::vector<double> expected;
@@ -1000,7 +1010,7 @@ void check_uses(const Study& study, const TrimResult& trimmed, const LinearModel
     const Range& range = limits.at(std::size_t(j));
     const double middle = 0.5 * (range.lower + range.upper);
     const double use = std::abs(trimmed.outputs[j] - middle) / (0.5 * (range.upper - range.lower));
-    const double after = integrated_use(linear.A, linear.C.row(j), trimmed.outputs[j], range, x0);
+    const double after = after_all.at(std::size_t(j));
     asked.push_back({Measure::use, 1.0, actuator_names.at(std::size_t(j))});
     asked.push_back({Measure::response_use, 1.0, actuator_names.at(std::size_t(j))});
     expected.insert(expected.end(), {use, after});

@@ -218,7 +218,8 @@ def tune(
     regulator_starts, placed_starts : further starts, nearest to linear-quadratic regulators with
                these efforts, to state feedback with poles of these decays (1/s); of conditions of
                the tiltrotor and of studies whose loops can be opened
-    evaluations, seconds, seed, threads, global_search, local_search : budget and algorithms, defaults as of the library or the study
+    evaluations, seconds, seed, threads, global_search, local_search : budget and algorithms,
+               defaults as of the library or the study
     time_limit : of each trim from nothing, s of wall clock
     progress : True, or progress(done, total, text): returning False stops with the best so far
 
