@@ -170,7 +170,6 @@ inline constexpr double most_points = 2e7;
 /// Most points of a grid of verdicts alone.
 inline constexpr double most_verdicts = 1e9;
 
-
 /// [prove]: a box of parameters.
 struct ProveTable {
   /// [[prove.parameter]]
