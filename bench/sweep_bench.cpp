@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <filesystem>
 #include <limits>
 #include <string>
 
@@ -14,6 +15,7 @@
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 using namespace tiltrim;
 
@@ -78,6 +80,33 @@ void sweep_two_gains_fixed_trim(benchmark::State& state) {
   count_points(state, points);
 }
 
+// Verdicts alone with borders, file written, as the program does: points over CPU time, and how
+// many times less a point takes than in the detailed map of the same grid, in alternation.
+void verdicts_two_gains_written(benchmark::State& state) {
+  const auto cpu = [] { return double(std::clock()) / CLOCKS_PER_SEC; };
+  keep_memory();
+  const Study small = two_gains();
+  const Study large = study_of(airplane, axis("gains.K_Lp", 0.02, 10, 4000, "log") +
+                                             axis("gains.k_de", 0.05, 20, 4000, "log"));
+  const auto requests = sweep_requests(large, large.conditions, large.sweep->axes);
+  const auto file = std::filesystem::temp_directory_path() / "tiltrim_verdicts_bench.nc";
+  double detailed = 0, alone = 0, points = 0;
+  for (auto _ : state) {
+    const double begin = cpu();
+    const double of_detailed = double(run(small, 1));
+    const double middle = cpu();
+    const VerdictMap map = sweep_verdicts(requests, large.sweep->axes, {.threads = 1});
+    write_netcdf(map, file);
+    const double end = cpu();
+    points = double(map.grid.points());
+    detailed += (middle - begin) / of_detailed;
+    alone += (end - middle) / points;
+  }
+  std::filesystem::remove(file);
+  state.counters["points_per_s"] = double(state.iterations()) / alone;
+  state.counters["detailed_over_verdict"] = detailed / alone;
+}
+
 void sweep_trimmed_at_every_point(benchmark::State& state) {
   const Study study = gain_over_corridor();
   std::size_t points = 0;
@@ -123,6 +152,7 @@ void sweep_two_cores_over_one(benchmark::State& state) {
 }
 
 BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(verdicts_two_gains_written)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_lines_alone_over_side_by_side)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);

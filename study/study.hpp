@@ -166,9 +166,10 @@ struct SweepTable {
   bool verdicts = false;        ///< detail = "verdict": one byte a point
 };
 
-/// Most points of a grid with equilibria and eigenvalues (about 5 GB), and of one of verdicts alone.
-inline constexpr double most_points = 2e7, most_verdicts = 1e9;
-
+/// Most points of a grid with equilibria and eigenvalues: about 5 GB.
+inline constexpr double most_points = 2e7;
+/// Most points of a grid of verdicts alone.
+inline constexpr double most_verdicts = 1e9;
 
 /// [prove]: a box of parameters.
 struct ProveTable {

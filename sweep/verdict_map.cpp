@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 
 #include "linearize/batch.hpp"
 #include "runtime/checksum.hpp"
@@ -162,10 +163,13 @@ std::vector<VerdictCounts> counts_of(const VerdictMap& map) {
   const Units units = units_of(axes, map.grid.conditions.size());
   std::size_t line = lines_before(units, units.before(map.part.number - 1, map.part.of));
   std::vector<VerdictCounts> counts(units.conditions, VerdictCounts{});
-  for (std::size_t at = 0; at < map.runs.size(); ++line)
+  for (std::size_t at = 0; at < map.runs.size(); ++line) {
+    if (line >= units.conditions * units.lines)
+      throw std::runtime_error("a part has lines beyond the end of its map");
     each_run(map.runs, at, axes.back().size(), [&](std::int8_t code, std::size_t length) {
-      counts.at(line / units.lines)[code < 0 ? 3 : std::size_t(code)] += length;
+      counts[line / units.lines][code < 0 ? 3 : std::size_t(code)] += length;
     });
+  }
   return counts;
 }
 
