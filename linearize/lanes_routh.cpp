@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "runtime/lanes.hpp"
 #include "linearize/routh.hpp"
+#include "runtime/lanes.hpp"
 
 namespace tiltrim::TILTRIM_LANES {
 namespace {

@@ -1514,8 +1514,9 @@ TEST_CASE("the tiltrotor's gains: the map with the claim is the map without") {
         const Study s =
             study(flight_text(flight) + axis_text(name, low * middle, high * middle, 13));
         const std::vector<SweepAxis>& axes = s.sweep->axes;
-        const SweepRequest r = sweep_requests(s, s.conditions, axes).at(0);
+        SweepRequest r = sweep_requests(s, s.conditions, axes).at(0);
         check_claim(r, axes, {});
+        r.model.lanes = nullptr;  // which differentiate uncounted
         saved += derivatives_of(unclaimed(r), axes, {}) - derivatives_of(r, axes, {});
         const SweepMap map = sweep({r}, axes, {.crossings = false});
         double change = 0.0;
