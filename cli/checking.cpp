@@ -138,7 +138,7 @@ std::string compared(const Study& study, const ProofCheck& check) {
       missing += " " + condition.name;
     if (over_h) break;  // which sets the commands of all: the first stands for them
   }
-  return text + "\n" + (missing.empty() ? "" : "not in the certificate:" + missing + "\n");
+  return text + (missing.empty() ? "" : "; not in the certificate:" + missing);
 }
 
 }  // namespace
@@ -160,7 +160,7 @@ Outcome run(const CheckProofCommand& command, const TextStyle& style, const std:
   const auto text = [&] {
     if (!verified) return refusal(file, check);
     std::string all = file + ": " + toned("verified", Tone::good, style) + "\n";
-    if (study) all += compared(*study, check);
+    if (study) all += wrapped(compared(*study, check), 0, style.width);
     for (const Sheet& sheet : sheets) all += "\n" + as_text(sheet, style);
     return all;
   };

@@ -9,7 +9,7 @@ import pathlib
 import sys
 
 source, output = map(pathlib.Path, sys.argv[1:])
-# File, expression, the same with a fault.
+# File, expression, the same with a fault; of several lines for one fault, that which the source has.
 FAULTS = [
     # Ranges rounded to nearest instead of outward.
     ("model/interval.hpp", "c - (outward * std::abs(c) + smallest)",
@@ -17,9 +17,11 @@ FAULTS = [
     ("model/interval.hpp", "c + (outward * std::abs(c) + smallest)",
      'mutant("nearest") ? c : c + (outward * std::abs(c) + smallest)'),
     # The remainder of the linearized loop dropped: what a function linear in the parameters leaves out.
-    ("prove/roots.cpp", "= rest * (1 + 1e-12);", '= mutant("no_remainder") ? 0.0 : rest * (1 + 1e-12);'),
+    ("prove/roots.cpp", "= rest * (1 + 1e-12);", '= mutant("no_remainder") ? 0.0 : rest * (1 + 1e-12);',
+     "= (entry.rest() +", '= (mutant("no_remainder") ? 0.0 : 1.0) * (entry.rest() +'),
     # The equations' curvature along the tube dropped.
-    ("prove/tube.cpp", "const VectorXd H =\n", 'const VectorXd H = (mutant("no_curvature") ? 0.0 : 1.0) *\n'),
+    ("prove/tube.cpp", "const VectorXd H =\n", 'const VectorXd H = (mutant("no_curvature") ? 0.0 : 1.0) *\n',
+     "VectorXd rho = magnitudes(g);", 'VectorXd rho = (mutant("no_curvature") ? 0.01 : 1.0) * magnitudes(g);'),
     # One side of a switch is enough.
     ("prove/prove.cpp", "if (sides.taken.empty()) return all;",
      'if (mutant("one_side") || sides.taken.empty()) return all;'),
@@ -34,8 +36,10 @@ FAULTS = [
 ]
 
 texts = {}
-for file, text, faulty in FAULTS:
+for file, *choices in FAULTS:
     whole = texts.setdefault(file, (source / file).read_text())
+    pairs = list(zip(choices[::2], choices[1::2]))
+    text, faulty = next(((t, f) for t, f in pairs if t in whole), pairs[0])
     if whole.count(text) != 1:
         sys.exit(f"{file}: `{text}` occurs {whole.count(text)} times; its fault in {sys.argv[0]} must follow the source")
     texts[file] = whole.replace(text, faulty)
