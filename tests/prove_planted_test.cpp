@@ -131,7 +131,8 @@ std::pair<double, double> distances(const Planted& planted, const std::vector<Ra
 const char* wrong(const Planted& planted, const ProofNode& leaf) {
   constexpr double edge = 1e-3;
   const auto [least, most] = distances(planted, leaf.box);
-  const bool touches = least<planted.w*(1 - edge), leaves = most> planted.w * (1 + edge);
+  const bool touches = least < planted.w * (1 - edge);
+  const bool leaves = planted.w * (1 + edge) < most;
   const bool second = planted.plant == Plant::second;
   const double rounding = 1e-12;
   const bool below = second && leaf.box[0].lower < planted.first - rounding;
@@ -140,7 +141,9 @@ const char* wrong(const Planted& planted, const ProofNode& leaf) {
     case ProofVerdict::stable:
       return touches || below ? "proved stable" : nullptr;
     case ProofVerdict::unstable:
-      if (planted.plant == Plant::fold || planted.plant == Plant::limit) return "proved unstable";
+      if (planted.plant == Plant::limit) return "proved unstable";
+      if (planted.plant == Plant::fold)  // of its two branches one is unstable
+        return touches ? "proved unstable" : nullptr;
       return leaves && (!second || beyond) ? "proved unstable" : nullptr;
     case ProofVerdict::no_trim:
       return "proved to have no trim";
