@@ -14,9 +14,9 @@ using namespace tiltrim;
 
 namespace {
 
-enum class Plant { window, pair, margin, second, switched, fold, limit };
+enum class Plant { window, pair, margin, second, switched, fold, limit, rim };
 constexpr std::array all_plants{Plant::window,   Plant::pair, Plant::margin, Plant::second,
-                                Plant::switched, Plant::fold, Plant::limit};
+                                Plant::switched, Plant::fold, Plant::limit,  Plant::rim};
 
 struct Planted {
   Plant plant;
@@ -39,21 +39,25 @@ Planted draw_planted(Random& draw, int i) {
             std::pow(10.0, uniform(draw, -9, -1)),
             0.3 * place()};
   p.through_state = p.through_state && p.plant != Plant::fold;
+  if (p.plant == Plant::rim) p.c = {0.5, 0.5};
   return p;
 }
 
-// Positive within w of the middle.
+// Positive within w of the middle; of `rim` beyond the root of w, from the middle of the box, where
+// it equals its quadratic part but for the fourth order.
 template <class S, class X, class P>
 S bump(const Planted& planted, const X& x, const P& p) {
   const double per_unit = 1 / planted.w, ln2 = std::log(2.0);
   S square = 0.0;
+  const bool bell = planted.bell && planted.plant != Plant::rim;
   for (int k = 0; k < planted.parameters; ++k) {
     const S at = planted.through_state && k == 0 ? S(0.5 * x[0]) : S(p[std::size_t(k)]);
-    const S d = (at - planted.c[std::size_t(k)]) * (planted.bell ? per_unit : 1.0);
+    const S d = (at - planted.c[std::size_t(k)]) * (bell ? per_unit : 1.0);
     square = square + d * d;
   }
   using std::exp;
-  if (planted.bell) return 2.0 * exp(-ln2 * square) - 1.0;
+  if (planted.plant == Plant::rim) return square * square - planted.w * planted.w;
+  if (bell) return 2.0 * exp(-ln2 * square) - 1.0;
   return planted.w * planted.w - square;
 }
 
@@ -66,6 +70,7 @@ void rates_of(const Planted& planted, const X& x, const P& p, const R& rates) {
   rates[2] = -2.0 * x[2];
   switch (planted.plant) {
     case Plant::window:
+    case Plant::rim:
       rates[1] = b * x[1];
       break;
     case Plant::pair:
@@ -131,6 +136,13 @@ std::pair<double, double> distances(const Planted& planted, const std::vector<Ra
 const char* wrong(const Planted& planted, const ProofNode& leaf) {
   constexpr double edge = 1e-3;
   const auto [least, most] = distances(planted, leaf.box);
+  if (planted.plant == Plant::rim) {
+    const double rim = std::sqrt(planted.w);
+    const bool beyond = most > rim * (1 + edge), within = least < rim * (1 - edge);
+    if (leaf.verdict == ProofVerdict::stable && beyond) return "proved stable";
+    if (leaf.verdict == ProofVerdict::unstable && within) return "proved unstable";
+    return leaf.verdict == ProofVerdict::no_trim ? "proved to have no trim" : nullptr;
+  }
   const bool touches = least < planted.w * (1 - edge);
   const bool leaves = planted.w * (1 + edge) < most;
   const bool second = planted.plant == Plant::second;
