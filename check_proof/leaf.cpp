@@ -71,20 +71,39 @@ std::array<S, 3> balance(const Loop<S>& loop) {
   return {S(0.0) - loop.rates.V, S(0.0) - loop.rates.gamma, loop.rates.q};
 }
 
+using Matrix = std::array<std::array<Affine, 3>, 3>;
+
+// 2 C - (C G_z) C with the linear part of C G_z: near the inverse of G_z over the box, not only in
+// its middle. Any matrix for each number of the box serves.
+Matrix preconditioner(const Record& r, const std::array<Dual, 3>& slopes) {
+  Matrix all;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j) {
+      Affine turned;
+      for (std::size_t m = 0; m < 3; ++m)
+        turned += Affine(r.C[i][m]) * slopes[m].slopes[unknown_state[j]];
+      turned.value = midpoint(turned.value);
+      for (std::size_t k = 0; k < turned.n; ++k) turned.slopes[k] = midpoint(turned.slopes[k]);
+      const Affine left = Affine(i == j ? 2.0 : 0.0) - turned;
+      for (std::size_t m = 0; m < 3; ++m) all[i][m] += left * Affine(r.C[j][m]);
+    }
+  return all;
+}
+
 // K = -C G + (I - C G_z) ζ lies strictly inside the radii: then G has exactly one zero in the tube
 // for each number of the box, and C is regular [101].
 std::optional<std::string> krawczyk(const Record& r, const Loop<Affine>& centre,
                                     const Loop<Dual>& over) {
   const std::array<Affine, 3> G = balance(centre);
   const std::array<Dual, 3> slopes = balance(over);
+  const Matrix C = preconditioner(r, slopes);
   for (std::size_t i = 0; i < 3; ++i) {
     Affine step;
-    for (std::size_t j = 0; j < 3; ++j) step += Affine(r.C[i][j]) * G[j];
+    for (std::size_t j = 0; j < 3; ++j) step += C[i][j] * G[j];
     Ball image = magnitude(range(step));
     for (std::size_t j = 0; j < 3; ++j) {
       Affine left(i == j ? 1.0 : 0.0);
-      for (std::size_t m = 0; m < 3; ++m)
-        left -= Affine(r.C[i][m]) * slopes[m].slopes[unknown_state[j]];
+      for (std::size_t m = 0; m < 3; ++m) left -= C[i][m] * slopes[m].slopes[unknown_state[j]];
       image += magnitude(range(left)) * Ball(r.Z[j]);
     }
     if (!less(image, Ball(r.Z[i])))
