@@ -1,6 +1,4 @@
 // The tube of equilibria over a box of parameters, by a parametric Krawczyk test.
-#include <fmt/core.h>
-
 #include <Eigen/Core>
 #include <utility>
 
@@ -13,82 +11,6 @@ namespace tiltrim::proving {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) {
-  if (!p.model.jets)
-    throw CallerMistake(fmt::format("{}: the model has no ranges with derivatives", p.model.name));
-  if (p.unknowns.size() != p.equations.size() || p.unknowns.empty())
-    throw CallerMistake(
-        fmt::format("{} unknowns for {} equations", p.unknowns.size(), p.equations.size()));
-  if (p.parameters.empty()) throw CallerMistake("a proof needs at least one parameter");
-  const Index inputs = std::ssize(p.model.inputs);
-  moving = states;
-  for (const std::string& name : p.unknowns) {
-    unknowns.push_back(variable(p.model, name));
-    if (unknowns.back() >= Index(states) + inputs)
-      throw CallerMistake(fmt::format("the unknown '{}' is a parameter", name));
-    if (unknowns.back() >= Index(states)) ++moving;
-  }
-  for (const std::string& name : p.equations)
-    equations.push_back(index_of(p.model.states, name, "state"));
-  for (const auto& [name, range] : p.limits) {
-    const auto own = std::ranges::find(p.unknowns, name);
-    if (own != p.unknowns.end())
-      limits.push_back({own - p.unknowns.begin(), -1, range});
-    else
-      limits.push_back({-1, Index(states) + index_of(p.model.outputs, name, "output"), range});
-  }
-  for (const ProveParameter& parameter : p.parameters) {
-    if (!(parameter.from < parameter.to))
-      throw CallerMistake(fmt::format("{}: expected from < to", parameter.key));
-    if (!p.numbers) placed.push_back(variable(p.model, parameter.key));
-  }
-  if (k() > most_parameters)
-    throw CallerMistake(fmt::format("{} parameters; at most {}", k(), most_parameters));
-  if (moving > most_moving)
-    throw CallerMistake(
-        fmt::format("{} states and unknown inputs; at most {}", moving, most_moving));
-}
-
-std::size_t Setup::direction(std::size_t unknown) const {
-  const std::size_t own = std::size_t(unknowns[unknown]);
-  if (own < states) return own;
-  std::size_t at = states;
-  for (std::size_t j = 0; j < unknown; ++j) at += std::size_t(unknowns[j]) >= states;
-  return at;
-}
-
-Cell::Cell(std::vector<Range> b) : box(std::move(b)) {
-  for (const Range& range : box) {
-    m.push_back(0.5 * (range.lower + range.upper));
-    r.push_back(Interval::up(
-        std::max(Interval::up(range.upper - m.back()), Interval::up(m.back() - range.lower))));
-  }
-}
-
-Jets Cell::numbers() const {
-  Jets c;
-  for (std::size_t k = 0; k < m.size(); ++k) c.push_back(Jet::number(m[k], r[k], k, m.size()));
-  return c;
-}
-
-Known known(const Setup& s, const Cell& cell) {
-  const OperatingPoint& guess = s.problem.guess;
-  const Jets c = cell.numbers();
-  Known at;
-  at.u.assign(guess.u.begin(), guess.u.end());
-  if (s.problem.numbers) {
-    at.p = s.problem.numbers(c);
-  } else {
-    at.p.assign(guess.p.begin(), guess.p.end());
-    for (std::size_t k = 0; k < s.k(); ++k) {
-      const std::size_t own = std::size_t(s.placed[k]), first = s.states + at.u.size();
-      (own < first ? at.u[own - s.states] : at.p[own - first]) = c[k];
-    }
-  }
-  if (current_branches) at.next = current_branches->next;
-  return at;
-}
 
 namespace {
 
@@ -256,6 +178,40 @@ Failure fold(const Setup& s, const MatrixXd& C, const Jets& g, const std::vector
   return failure;
 }
 
+// C and S; false where they are not finite.
+bool linearize_middle(const Setup& s, const Known& numbers, Record& r) {
+  const Index n = r.z.size();
+  const MatrixXd flat = MatrixXd::Zero(n, Index(s.k()));
+  const Equations at(s, evaluate(s, numbers, line(r.z, flat), Along::unknowns));
+  r.C = dense::solve(at.middle_slopes(), MatrixXd::Identity(n, n));
+  r.S = flat;
+  for (std::size_t k = 0; k < s.k(); ++k) r.S.col(Index(k)) = -r.C * at.along(k);
+  return r.S.allFinite() && r.C.allFinite();
+}
+
+// Widens the tube about its line until it contains its image by 0.9, with the contraction on it in
+// `kappa`; otherwise the cause.
+const char* widen(const Setup& s, const Known& numbers, const std::vector<Jets>& C,
+                  const VectorXd& rho, Branches& sides, Record& r, MatrixXd& kappa,
+                  std::vector<MatrixXd>& shares) {
+  constexpr int most_attempts = 4;
+  for (int attempt = 0; attempt < most_attempts; ++attempt) {
+    r.Z = radii(kappa, rho);
+    if (!r.Z.allFinite() || !(r.Z.minCoeff() > 0)) return "fold";
+    Jets wide = line(r.z, r.S);
+    for (Index i = 0; i < r.z.size(); ++i)
+      wide[std::size_t(i)] = wide[std::size_t(i)].widened(r.Z[i]);
+    sides.blocked = false;
+    const Equations at(s, evaluate(s, numbers, wide, Along::unknowns));
+    if (sides.blocked) return "switch";
+    kappa = contraction(C, at, shares);
+    const VectorXd K = (rho + kappa * r.Z) * (1 + 1e-12);
+    if ((K.array() <= 0.9 * r.Z.array()).all()) return nullptr;
+    if (!K.allFinite()) return "fold";
+  }
+  return "fold";
+}
+
 }  // namespace
 
 Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches sides) {
@@ -273,15 +229,7 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   };
   if (!newton(s, numbers, r.z)) return refuse("fold");
   const Index n = r.z.size();
-  MatrixXd flat = MatrixXd::Zero(n, Index(s.k()));
-  {
-    const Equations at(s, evaluate(s, numbers, line(r.z, flat), Along::unknowns));
-    const MatrixXd slopes = at.middle_slopes();
-    r.C = dense::solve(slopes, MatrixXd::Identity(n, n));
-    r.S = flat;
-    for (std::size_t k = 0; k < s.k(); ++k) r.S.col(Index(k)) = -r.C * at.along(k);
-  }
-  if (!r.S.allFinite() || !r.C.allFinite()) return refuse("fold");
+  if (!linearize_middle(s, numbers, r)) return refuse("fold");
   tube.trimmed = true;
   tube.line = evaluate(s, numbers, line(r.z, r.S), Along::nothing);
   sides.blocked = false;
@@ -302,20 +250,8 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   MatrixXd kappa = contraction(C, on_line, shares);
   const Failure failure = fold(s, r.C, bends, shares, rho);
   if (!rho.allFinite() || !kappa.allFinite()) return refuse("fold", failure);
-  r.Z = radii(kappa, rho);
-  for (int attempt = 0; attempt < 4; ++attempt) {
-    if (!r.Z.allFinite() || !(r.Z.minCoeff() > 0)) return refuse("fold", failure);
-    Jets wide = line(r.z, r.S);
-    for (Index i = 0; i < n; ++i) wide[std::size_t(i)] = wide[std::size_t(i)].widened(r.Z[i]);
-    sides.blocked = false;
-    const Equations at(s, evaluate(s, numbers, wide, Along::unknowns));
-    if (sides.blocked) return refuse("switch", failure);
-    kappa = contraction(C, at, shares);
-    const VectorXd K = (rho + kappa * r.Z) * (1 + 1e-12);
-    if ((K.array() <= 0.9 * r.Z.array()).all()) break;
-    if (attempt == 3 || !K.allFinite()) return refuse("fold", failure);
-    r.Z = radii(kappa, rho);
-  }
+  if (const char* const cause = widen(s, numbers, C, rho, sides, r, kappa, shares))
+    return refuse(cause, failure);
   // x(d) in z + S d - C(d) G(d) + (I - C(d) G_z) [-Z, Z]
   const VectorXd left = kappa * r.Z * (1 + 1e-12);
   tube.unknowns = line(r.z, r.S);
