@@ -22,8 +22,11 @@ namespace tiltrim::cli {
 namespace {
 
 std::string in_words(const SweepProgress& p) {
-  return fmt::format("{} of {} {}: {} stable, {} unstable, {} undecided, {} without trim", p.done,
-                     p.total, p.what, p.stable, p.unstable, p.undecided, p.no_trim);
+  std::string words = fmt::format("{} of {} {}: {} stable, {} unstable", p.done, p.total, p.what,
+                                  p.stable, p.unstable);
+  if (p.undecided > 0) words += fmt::format(", {} undecided", p.undecided);
+  if (p.no_trim > 0) words += fmt::format(", {} without trim", p.no_trim);
+  return words;
 }
 
 bool is_netcdf(const std::filesystem::path& file) { return file.extension() == ".nc"; }

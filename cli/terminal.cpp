@@ -53,9 +53,9 @@ bool Progress::due() {
   return true;
 }
 
-// The next line replaces this one only if it fits into one row.
-void Progress::show(const std::string& line) {
-  fmt::print(stderr, "\r\033[K{:.{}}", line, columns());
+// The next line replaces this one only if it fits into one row; the time left is always there.
+void Progress::show(const std::string& line, const std::string& left) {
+  fmt::print(stderr, "\r\033[K{:.{}}{}", line, columns() - std::min(left.size(), columns()), left);
   std::fflush(stderr);
   shown_ = true;
 }
@@ -65,7 +65,7 @@ void Progress::advance() {
   if (done_ == total_ || !due()) return;
   const double spent = seconds(steady_clock::now() - start_);
   const double left = spent / double(done_) * double(total_ - done_);
-  show(fmt::format("{} of {} {}, {:.0f} s left", done_, total_, what_, left));
+  show(fmt::format("{} of {} {}", done_, total_, what_), fmt::format(", {:.0f} s left", left));
 }
 
 void Progress::say(const std::string& where, double share) {
@@ -74,13 +74,13 @@ void Progress::say(const std::string& where, double share) {
   const double all = (double(done_) + share) / double(total_);
   const std::string left =
       share > 0 ? fmt::format(", {:.0f} s left", spent / all * (1 - all)) : std::string();
-  show(fmt::format("{} of {} {}; {}{}", done_, total_, what_, where, left));
+  show(fmt::format("{} of {} {}; {}", done_, total_, what_, where), left);
 }
 
 void Progress::tell(const std::string& line, double share, const std::string& most) {
   if (!(share > 0 && share < 1) || !due()) return;
   const double spent = seconds(steady_clock::now() - start_);
-  show(fmt::format("{}, {}{:.0f} s left", line, most, spent / share * (1 - share)));
+  show(line, fmt::format(", {}{:.0f} s left", most, spent / share * (1 - share)));
 }
 
 namespace {

@@ -33,7 +33,7 @@ class Progress {
 
  private:
   bool due();
-  void show(const std::string& line);
+  void show(const std::string& line, const std::string& left);
 
   std::size_t total_, done_ = 0;
   std::string what_;

@@ -61,8 +61,7 @@ class Quadratic {
 /// A scalar for proofs: a Quadratic of the box with its derivatives along m directions, which are
 /// Quadratics as well. Constants have none. Functions are those of DualOf that are smooth, and min,
 /// max, abs where one side holds.
-class Jet {
- public:
+struct Jet {
   Jet() = default;                                ///< 0
   Jet(double x) : constant_{x, 0.0} {}            ///< a constant
   Jet(const Interval& x);                         ///< a constant that is known to a range

@@ -4,6 +4,7 @@
     cluster.py <program for MPI> <source tree> [points along each of two gains]
 """
 
+import contextlib
 import os
 import pathlib
 import re
@@ -52,6 +53,10 @@ with tempfile.TemporaryDirectory() as folder:
     while killed.poll() is None and not (log.is_file() and log.stat().st_size > 1000):
         time.sleep(0.01)
     os.killpg(killed.pid, signal.SIGKILL)
+    for command in pathlib.Path("/proc").glob("[0-9]*/cmdline"):  # ranks in sessions of their own
+        with contextlib.suppress(OSError):
+            if str(broken).encode() in command.read_bytes():
+                os.kill(int(command.parent.name), signal.SIGKILL)
     killed.communicate()
     assert not broken.is_file(), "the map was finished before it was killed"
     for _ in range(60):  # ranks outlive the mpirun that was killed by a moment, and with them the lock

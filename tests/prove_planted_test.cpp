@@ -70,10 +70,10 @@ void rates_of(const Planted& planted, const X& x, const P& p, const R& rates) {
   rates[2] = -2.0 * x[2];
   switch (planted.plant) {
     case Plant::window:
-    case Plant::rim:
       rates[1] = b * x[1];
       break;
     case Plant::pair:
+    case Plant::rim:
       rates[1] = b * x[1] + x[2];
       rates[2] = b * x[2] - x[1];
       break;

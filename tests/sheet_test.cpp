@@ -418,7 +418,7 @@ TEST_CASE("HTML: rows have heads, tones are classes, nothing is styled") {
                      {"c", 2.0, SheetCell("undecided", Tone::doubtful)}},
                     {"- a note"}};
   CHECK(as_html(sheet) ==
-        "<table>\n<caption>modes</caption>\n<thead>\n<tr>"
+        "<table>\n<caption><span>modes</span></caption>\n<thead>\n<tr>"
         "<th scope=\"col\" data-key=\"name\">name</th>"
         "<th scope=\"col\" data-key=\"x\" class=\"number\">x</th>"
         "<th scope=\"col\" data-key=\"verdict\">verdict</th></tr>\n</thead>\n<tbody>\n"
