@@ -112,9 +112,11 @@ TEST_CASE("the numbers of a line are those of sweep, to ten digits") {
 
 TEST_CASE("--sweep: a map that is there is taken over, and the page says from where") {
   const Scratch scratch("report");
+  // Unevenly spaced: evenly spaced points are drawn with others between them.
+  const std::string axis = "key = \"gains.K_Lp\"\nvalues = [0.5, 0.6, 0.75, 0.9, 1.0]\n";
+  const std::string small = bare + "[[report.map]]\n[[report.map.axis]]\n" + axis + level;
   const std::string computed = page_of(scratch, small);
-  scratch.write("sweep.toml",
-                "[[sweep.axis]]\nkey = \"gains.K_Lp\"\nfrom = 0.5\nto = 1.0\ncount = 5\n" + level);
+  scratch.write("sweep.toml", "[[sweep.axis]]\n" + axis + level);
   REQUIRE(run(scratch, "sweep sweep.toml -o map.nc").exit_code == 0);
   const std::string reused = page_of(scratch, small, "--sweep map.nc");
   CHECK(data_of(reused) == data_of(computed));
@@ -168,8 +170,8 @@ TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
   CHECK(says(page, "<dt>Trim of steep</dt><dd>infeasible: "));
   CHECK(says(page, "data-figure=\"participation_2_level\""));
   CHECK(says(page, "<dt>3 of 3 points over K_Lp (steep)</dt>"));
-  CHECK(says(page, "data-figure=\"trim_2_level\""));
-  CHECK_FALSE(says(page, "data-figure=\"trim_1_steep\""));  // no point to draw
+  CHECK(says(page, "data-figure=\"locus_2_level\""));
+  CHECK_FALSE(says(page, "data-figure=\"locus_1_steep\""));  // no point to draw
 }
 
 TEST_CASE("--figures and --tables: every one, in every form") {
