@@ -32,7 +32,7 @@ std::vector<double> ends_of(const Theorem& t) {
     ends.push_back(r.box.front().upper);
   }
   std::ranges::sort(ends);
-  ends.erase(std::ranges::unique(ends).begin(), ends.end());
+  ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
   if (ends.size() <= most_columns + 1) return ends;
   std::vector<double> even;
   for (std::size_t i = 0; i <= most_columns; ++i)

@@ -84,7 +84,8 @@ std::shared_ptr<const std::vector<double>> LineChain::phi_of(const LineStart& st
   std::vector<std::optional<double>> some;
   OperatingPoint at = start.first.at;
   for (std::size_t i = 0; i <= spread; ++i) {
-    move_to(sweep_, axis, double(last * i / spread), at);
+    const std::size_t point = last * i / spread;
+    move_to(sweep_, axis, double(point), at);
     some.push_back(structure->phi(at.p));
   }
   if (some != some_phi_) {
