@@ -168,6 +168,12 @@ void clear_from(std::size_t first, SweepMap& map) {
   clear(map.input, m, nan);
 }
 
+std::size_t lines_together(const PreparedConditions& conditions) {
+  std::size_t most = 1;
+  for (const auto& c : conditions) most = std::max(most, lines_together(*c));
+  return most;
+}
+
 void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes, Work& work,
              SweepMap& map) {
   const Lines lines{axes};
@@ -188,10 +194,8 @@ void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>&
   const std::size_t count = conditions.size() * per_condition;
   work.progress = {"points", 0, count * length};
   const LineSizes sizes{conditions.size(), axes.size(), length, map.modes(), map.inputs.size()};
-  std::size_t together = 1;
-  for (const auto& c : conditions) together = std::max(together, lines_together(*c));
   run<LinePoints>(
-      work, 0, count, together,
+      work, 0, count, lines_together(conditions),
       [&](const std::vector<std::size_t>& units, const std::vector<LinePoints*>& all) {
         for (std::size_t from = 0, to = 0; from < units.size(); from = to) {
           const std::size_t c = units[from] / per_condition;  // those of one condition
