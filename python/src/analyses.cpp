@@ -23,8 +23,8 @@ Key key_of(const Study& study, const std::string& name) {
   return found != keys.end() ? *found : key_among(keys, name);
 }
 
-py::dict sensitive(const HeldCondition& held, const std::vector<std::string>& parameters,
-                   const py::dict& fields) {
+py::dict sensitive_condition(const HeldCondition& held, const std::vector<std::string>& parameters,
+                             const py::dict& fields) {
   refuse_within_callable("sensitivities", no_ipopt);
   std::vector<Key> keys;
   for (const std::string& name : parameters) keys.push_back(key_of(*held.study, name));
@@ -129,7 +129,7 @@ py::dict margins_of_loop(const std::string& name, const Eigen::MatrixXd& A,
 
 void add_analyses(py::module_& module) {
   using py::arg;
-  module.def("sensitivities_condition", &sensitive, arg("condition"), arg("parameters"),
+  module.def("sensitivities_condition", &sensitive_condition, arg("condition"), arg("parameters"),
              arg("trimming"));
   module.def("margins_condition", &margins_of, arg("condition"), arg("loops"), arg("lowest"),
              arg("highest"), arg("points"), arg("trimming"));

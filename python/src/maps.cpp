@@ -95,7 +95,7 @@ auto with_file(const Work& work) {
   }
 }
 
-py::dict opened(const std::string& file) {
+py::dict opened_map(const std::string& file) {
   return dict_of(with_file([&](const std::stop_token&) { return read_netcdf(file); }));
 }
 
@@ -131,7 +131,7 @@ py::dict dict_of(const SweepMap& map) {
 
 void add_map_files(py::module_& module) {
   module.def("map_fields", [] { return fields_of({}); });
-  module.def("open_map", &opened, py::arg("file"));
+  module.def("open_map", &opened_map, py::arg("file"));
   module.def("save_map", &saved, py::arg("map"), py::arg("file"));
 }
 

@@ -55,7 +55,7 @@ py::dict in_dict(const Answer& answer) {
   return d;
 }
 
-py::dict trimmed(const HeldCondition& held, const py::dict& fields) {
+py::dict trimmed_condition(const HeldCondition& held, const py::dict& fields) {
   refuse_stop_within("trim");
   TrimOptions options = trim_options_of(fields, {.time_limit = held.study->time_limit});
   const Answer answer = run(false, [&](const std::stop_token& stop) {
@@ -65,8 +65,8 @@ py::dict trimmed(const HeldCondition& held, const py::dict& fields) {
   return in_dict(answer);
 }
 
-py::dict followed(const HeldCondition& held, const std::string& parameter, double to,
-                  const py::dict& fields, const py::dict& trimming) {
+py::dict followed_condition(const HeldCondition& held, const std::string& parameter, double to,
+                            const py::dict& fields, const py::dict& trimming) {
   refuse_stop_within("follow");
   const Key key = key_among(keys_of(*held.study), parameter);
   if (key.signal == "eta" && !held.study->schedule.eta.empty())
@@ -106,8 +106,8 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
   return conditions;
 }
 
-py::dict swept(const HeldStudy& held, const std::vector<std::string>& only, const py::dict& fields,
-               const py::object& listener) {
+py::dict swept_study(const HeldStudy& held, const std::vector<std::string>& only,
+                     const py::dict& fields, const py::object& listener) {
   refuse_stop_within("sweep");
   const Study& study = *held.study;
   if (!study.sweep)
@@ -153,7 +153,7 @@ py::dict in_dict(const Robustness& r) {
   return d;
 }
 
-py::dict tuned(const HeldStudy& held, const py::dict& fields, const py::object& listener) {
+py::dict tuned_study(const HeldStudy& held, const py::dict& fields, const py::object& listener) {
   refuse_stop_within("tune");
   Study study = *held.study;
   TuneOptions options = tune_options_of(fields, tune_options(study), false);
@@ -365,11 +365,12 @@ void add_studies(py::module_& module) {
   module.def("parse_study", &parsed, arg("text"), arg("name"));
   module.def(
       "angle_remarks", [](const HeldStudy& s) { return angle_remarks(*s.study); }, arg("study"));
-  module.def("trim_condition", &trimmed, arg("condition"), arg("options"));
-  module.def("follow_condition", &followed, arg("condition"), arg("parameter"), arg("to"),
+  module.def("trim_condition", &trimmed_condition, arg("condition"), arg("options"));
+  module.def("follow_condition", &followed_condition, arg("condition"), arg("parameter"), arg("to"),
              arg("options"), arg("trimming"));
-  module.def("sweep_study", &swept, arg("study"), arg("only"), arg("options"), arg("progress"));
-  module.def("tune_study", &tuned, arg("study"), arg("options"), arg("progress"));
+  module.def("sweep_study", &swept_study, arg("study"), arg("only"), arg("options"),
+             arg("progress"));
+  module.def("tune_study", &tuned_study, arg("study"), arg("options"), arg("progress"));
   module.def("tune_conditions", &tuned_conditions, arg("conditions"), arg("asked"), arg("options"),
              arg("progress"));
   module.def("fly_study", &flown_or_moved, arg("study"), arg("number"));
