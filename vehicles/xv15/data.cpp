@@ -204,34 +204,10 @@ void blade_elements(Data& d, const Rows& blade) {
                          {0.55, 0.8, 1, three},
                          {0.8, 0.95, 2, three},
                          {0.95, 1.0, 3, three}});
-  d.strips = strips_of(d.elements);
-  d.few_strips =
-      strips_of(elements({{0.0875, 0.55, 0, two}, {0.55, 0.8, 1, one}, {0.8, 1.0, 2, one}}));
+  d.few_elements = elements({{0.0875, 0.55, 0, two}, {0.55, 0.8, 1, one}, {0.8, 1.0, 2, one}});
 }
 
 }  // namespace
-
-std::vector<Strip> strips_of(const std::vector<Element>& elements) {
-  std::vector<Strip> all;
-  for (const Element& e : elements) {
-    if (all.empty() || all.back().count == Strip::size) {
-      Strip empty;
-      empty.r.setConstant(e.r);
-      empty.r2 = empty.r.square();
-      empty.area.setZero();
-      empty.twist.setZero();
-      all.push_back(empty);
-    }
-    Strip& strip = all.back();
-    const Eigen::Index k = strip.count++;
-    strip.r[k] = e.r;
-    strip.r2[k] = e.r * e.r;
-    strip.area[k] = e.chord * e.dr;
-    strip.twist[k] = e.twist;
-    strip.section[std::size_t(k)] = e.section;
-  }
-  return all;
-}
 
 Data read_data(const std::filesystem::path& folder, Variant variant) {
   Data d{};

@@ -18,22 +18,6 @@ struct Point {
   double station, waterline;
 };
 
-/// Blade elements: positions and weights of Gauss' rule between the borders of the sections.
-struct Element {
-  double r, dr, chord, twist;  ///< m, m, m, rad
-  std::size_t section;         ///< of Data::airfoils
-};
-
-/// Eight elements, evaluated together; those from `count` on are empty.
-struct Strip {
-  static constexpr int size = 8;
-  using Values = Eigen::Array<double, size, 1>;
-  Values r, r2, area, twist;  ///< m, m2, chord dr [m2], rad
-  std::array<std::size_t, size> section{};
-  Eigen::Index count = 0;
-};
-std::vector<Strip> strips_of(const std::vector<Element>& elements);
-
 struct Data {
   Variant variant = Variant::report_1988;
   std::size_t number = 0;            ///< of this set of data in the process, from 1
@@ -50,9 +34,8 @@ struct Data {
   // Rotor
   double radius, chord, solidity, flap_inertia, delta3, induced_factor, download;
   int blades;
-  std::vector<Element> elements;
-  std::vector<Strip> strips, few_strips;  ///< of `elements`; few: for start values
-  std::array<Pair, 4> airfoils;           ///< cl and cd over Mach and alpha
+  std::vector<Element> elements, few_elements;  ///< few: for start values
+  std::array<Pair, 4> airfoils;                 ///< cl and cd over Mach and alpha
   // Controls
   double stick_neutral, elevator_per_stick;  ///< in; rad/in
   // Tables

@@ -3,41 +3,45 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <stdexcept>
+
+#include "runtime/instruction_set.hpp"
 
 namespace tiltrim::xv15 {
 
-// Moshier's rational approximation of atan on [0, 0.66], to 2e-16 (Cephes, atan.c); beyond it,
-// about 45 degrees.
-static Strip::Values first_octant(const Strip::Values& least, const Strip::Values& most) {
-  const auto beyond = least > 0.66 * most;
-  // atan(y/x) = pi/4 + atan((y - x)/(y + x))
-  const Strip::Values t = beyond.select(least - most, least) / beyond.select(least + most, most);
-  const Strip::Values z = t * t;
-  const Strip::Values P = ((((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
-                             7.500855792314704667340e1) *
-                                z -
-                            1.228866684490136173410e2) *
-                               z -
-                           6.485021904942025371773e1) *
-                          z;
-  const Strip::Values Q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
-                            4.328810604912902668951e2) *
-                               z +
-                           4.853903996359136964868e2) *
-                              z +
-                          1.945506571482613964425e2;
-  const Strip::Values whole =
-      beyond.select(Strip::Values::Constant(std::numbers::pi / 4), Strip::Values::Zero());
-  return whole + (t + t * P / Q);
+DiscSums disc_sums(const RotorInput<double>& in, const RotorMotion<double>& y, const Blade& blade) {
+  static const auto sums = chosen(lanes_scalar::disc_sums, lanes_baseline::disc_sums,
+                                  lanes_avx2::disc_sums, lanes_avx512::disc_sums);
+  DiscSums disc;
+  const double cosine = inflow_cosine(in, y.v, blade.radius);
+  const Silence silent =
+      sums({blade.elements->data(), blade.elements->size(), blade.sections.data(), in.V_e,
+            in.V_n + y.v, cosine, in.theta_75, in.B1, in.omega, y.a1, y.b1, in.sound,
+            blade.tan_delta3, disc.value.data(), disc.slope.data()});
+  if (silent.any)
+    throw std::domain_error(
+        fmt::format("the table of section {} of the blade is silent at the {} {:.6g}",
+                    silent.section + 1, silent.of_mach ? "Mach number" : "incidence", silent.at));
+  // A force is quadratic in all speeds, that of sound included: a F_a = 2 F - sum of v F_v.
+  disc.by_sound = (2 * disc.value - disc.slope.col(by_V_e) * in.V_e -
+                   disc.slope.col(by_level) * (in.V_n + y.v) - disc.slope.col(by_cosine) * cosine -
+                   disc.slope.col(by_omega) * in.omega) /
+                  in.sound;
+  return disc;
 }
 
-Strip::Values angles_of(const Strip::Values& y, const Strip::Values& x) {
-  using Values = Strip::Values;
-  const Values up = y.abs(), along = x.abs();
-  const Values octant = first_octant(up.min(along), up.max(along));
-  const Values quadrant = (up > along).select(std::numbers::pi / 2 - octant, octant);
-  const Values half = (x < 0.0).select(std::numbers::pi - quadrant, quadrant);
-  return (y < 0.0).select(-half, half);
+RotorForces<double> blade_forces(const RotorInput<double>& in, const RotorMotion<double>& y,
+                                 const Blade& blade) {
+  const DiscSums at = disc_sums(in, y, blade);
+  return scaled_forces<double>(
+      in, {at.value[0], at.value[1], at.value[2], at.value[3], at.value[4]}, blade);
+}
+
+Blade blade_of(const Data& d) {
+  const auto& of = d.airfoils;
+  return {&d.elements,        {of[0].view(), of[1].view(), of[2].view(), of[3].view()},
+          d.blades,           d.flap_inertia,
+          std::tan(d.delta3), d.radius};
 }
 
 Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& J) {
@@ -112,7 +116,7 @@ struct BalanceStep {
 
 BalanceStep balance_step(const RotorInput<double>& in, const RotorMotion<double>& y,
                          const Blade& blade, const Data& d, std::optional<double> given) {
-  BalanceStep at{disc_sums(in, y, blade, PrintedSections{&d.airfoils}), {}, {}, {}};
+  BalanceStep at{disc_sums(in, y, blade), {}, {}, {}};
   const auto& s = at.disc.value;
   const RotorForces<double> forces =
       scaled_forces<double>(in, {s[0], s[1], s[2], s[3], s[4]}, blade);
@@ -134,14 +138,13 @@ RotorMotion<double> moved_by(const RotorMotion<double>& y, const Eigen::Vector3d
   return {y.v - move[0] / size * tip, y.a1 - move[1] / size, y.b1 - move[2] / size};
 }
 
-// Nearer by few elements at few azimuths, unless their steps lead nowhere.
+// Nearer by few elements, unless their steps lead nowhere.
 RotorMotion<double> near(const RotorInput<double>& in, const Data& d, std::optional<double> given) {
-  constexpr int most_steps = 6, azimuths = 4;
+  constexpr int most_steps = 6;
   constexpr double close = 5e-3, slow = 0.15;
   const double tip = in.omega * d.radius;
   Blade blade = blade_of(d);
-  blade.strips = &d.few_strips;
-  blade.azimuths = azimuths;
+  blade.elements = &d.few_elements;
   const RotorMotion<double> first = start(in, d);
   if (std::abs(in.V_n) < closed_form_inflow * tip && std::abs(in.V_e) < slow * tip) return first;
   RotorMotion<double> y = first;
@@ -206,9 +209,9 @@ struct Annulus {
 
 Annulus annulus(const Data& d, const Element& e, double collective, double lambda, double tip) {
   const double x = e.r / d.radius, phi = std::atan2(lambda, x), U = std::hypot(x, lambda);
-  const PrintedSections sections{&d.airfoils};
-  const SectionAt at = sections(e.section, collective + e.twist - phi, U * tip / 340.294);
-  const double cl = at.value[0], cd = at.value[1];
+  const Eigen::Array2d at =
+      d.airfoils[e.section].at(U * tip / 340.294, (collective + e.twist - phi) * (1 / degree));
+  const double cl = at[0], cd = at[1];
   const double sigma = d.blades * e.chord / (std::numbers::pi * d.radius);
   const double f = d.blades / 2.0 * (1 - x) / std::max(std::abs(lambda), 1e-9);
   const double F = 2 / std::numbers::pi * std::acos(std::exp(-f));

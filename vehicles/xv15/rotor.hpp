@@ -35,89 +35,13 @@ struct RotorForces {
   S flap_sin, flap_cos;        ///< N m per blade
 };
 
-/// Lift and drag coefficients [0], [1] and their slopes with incidence [1/rad] and Mach.
-struct SectionAt {
-  Eigen::Array2d value, alpha, mach;
-};
-/// Those of the printed section tables.
-struct PrintedSections {
-  const std::array<Pair, 4>* airfoils;
-  SectionAt operator()(std::size_t section, double alpha, double mach) const {
-    const Pair::Sloped at = (*airfoils)[section].at(mach, alpha * (1 / degree));
-    return {at.value, at.slope_y * (1 / degree), at.slope_x};
-  }
-};
-
 /// A blade: its elements, and what all share.
 struct Blade {
-  const std::vector<Strip>* strips;
+  const std::vector<Element>* elements;
+  std::array<SectionView, 4> sections;
   int blades;
   double flap_inertia, tan_delta3, radius;
-  int azimuths = 8;
 };
-
-/// atan2(y, x) of each, for y and x that do not both vanish.
-Strip::Values angles_of(const Strip::Values& y, const Strip::Values& x);
-
-/// Sums over the elements of a blade at one azimuth: forces F_z, F_x over rho/2 times powers of r,
-/// and their slopes with U_T, U_P and pitch.
-struct RadialSums {
-  std::array<std::array<double, 2>, 2> force;           // [r^0, r^1][z, x]
-  std::array<std::array<double, 2>, 3> along, through;  // r^0 to r^2
-  std::array<std::array<double, 2>, 2> pitch;
-};
-
-/// U_T = rotation r + along,  U_P = through + swing r
-struct Flow {
-  double rotation, along, through, swing, pitch, sound;
-};
-
-// Forces over rho/2 of eight elements, along the thrust and against the rotation:
-//   F_z = U (cl U_T - cd U_P) c dr,  F_x = U (cl U_P + cd U_T) c dr,  alpha = theta - phi
-template <class Sections>
-void add_strip(const Strip& e, const Flow& f, const Sections& sections, RadialSums& sum) {
-  using Values = Strip::Values;
-  constexpr double pi = std::numbers::pi;
-  const Values T = f.rotation * e.r + f.along, P = f.through + f.swing * e.r;
-  const Values square = T * T + P * P, U = square.sqrt(), mach = U * (1 / f.sound);
-  const Values alpha = e.twist + f.pitch - angles_of(P, T);
-  std::array<Values, 2> c, c_alpha, c_mach;  // lift, drag
-  for (Eigen::Index k = 0; k < e.count; ++k) {
-    const double a =
-        std::abs(alpha[k]) > pi ? alpha[k] - std::copysign(2 * pi, alpha[k]) : alpha[k];
-    const SectionAt at = sections(e.section[std::size_t(k)], a, mach[k]);
-    for (std::size_t j = 0; j < 2; ++j) {
-      c[j][k] = at.value[Eigen::Index(j)];
-      c_alpha[j][k] = at.alpha[Eigen::Index(j)];
-      c_mach[j][k] = at.mach[Eigen::Index(j)];
-    }
-  }
-  for (auto* all : {&c, &c_alpha, &c_mach})
-    for (Values& each : *all) each.tail(Strip::size - e.count).setZero();
-  const Values size = e.area * U, share = e.area / U, per_a = U * (1 / f.sound);
-  for (std::size_t j = 0; j < 2; ++j) {
-    // The other coefficient comes in by the inflow angle: -cd for F_z, cl for F_x.
-    const double sign = j == 0 ? -1 : 1;
-    const auto turned = [&](const std::array<Values, 2>& by) -> Values {
-      return by[j] * T + sign * by[1 - j] * P;
-    };
-    // alpha' = (P, -T)/U²,  Mach' = (T, P)/(U a)
-    const Values force = turned(c), by_alpha = turned(c_alpha), by_mach = turned(c_mach) * per_a;
-    const Values along = share * (T * (force + by_mach) + P * by_alpha) + size * c[j];
-    const Values through = share * (P * (force + by_mach) - T * by_alpha) + sign * size * c[1 - j];
-    const Values all = size * force, pitch = size * by_alpha;
-    const auto add = [&](auto& sums, const Values& G) {
-      sums[0][j] += G.sum();
-      sums[1][j] += (e.r * G).sum();
-      if constexpr (std::tuple_size_v<std::remove_cvref_t<decltype(sums)>> == 3)
-        sums[2][j] += (e.r2 * G).sum();
-    };
-    add(sum.force, all);
-    add(sum.along, along);
-    add(sum.through, through);
-    add(sum.pitch, pitch);
-  }
-}
 
 /// What the blades' forces depend on.
 enum Cause { by_V_e, by_level, by_cosine, by_theta, by_B1, by_omega, by_a1, by_b1, causes };
@@ -138,74 +62,8 @@ S inflow_cosine(const RotorInput<S>& in, const V& v, double radius) {
   return in.gradient * (15 * std::numbers::pi / 32 / radius) * skew * v - in.q;
 }
 
-// Adds one azimuth:
-//   U_T = Omega r + V_e sin psi
-//   U_P = V_n + v (1 + k_x r/R cos psi) + r (beta' - q cos psi) + V_e beta cos psi
-template <class Sections>
-void add_azimuth(const RotorInput<double>& in, const RotorMotion<double>& y, double cosine,
-                 double psi, const Blade& blade, const Sections& sections, DiscSums& disc) {
-  const double s = std::sin(psi), c = std::cos(psi), k = blade.tan_delta3;
-  const double flap = -(y.a1 * c) - y.b1 * s, tilt = y.a1 * s - y.b1 * c;
-  const Flow flow{in.omega,
-                  in.V_e * s,
-                  in.V_n + y.v + in.V_e * flap * c,
-                  in.omega * tilt + cosine * c,
-                  in.theta_75 - in.B1 * s - k * flap,
-                  in.sound};
-  RadialSums sum{};
-  for (const Strip& e : *blade.strips) add_strip(e, flow, sections, sum);
-  // Thrust and in-plane force, or flap moments and torque, of [z, x].
-  const auto add = [&](std::size_t m, double z, double x, auto&& to) {
-    if (m == 0) {
-      to[0] += z;
-      to[1] += x * s - z * (flap * c);
-    } else {
-      to[2] += x;
-      to[3] += z * (2 * s);
-      to[4] += z * (2 * c);
-    }
-  };
-  for (std::size_t m = 0; m < 2; ++m) {
-    add(m, sum.force[m][0], sum.force[m][1], disc.value);
-    std::array<std::array<double, causes>, 2> by;
-    for (std::size_t j = 0; j < 2; ++j) {
-      const double along = sum.along[m][j], through = sum.through[m][j], pitch = sum.pitch[m][j],
-                   swing = sum.through[m + 1][j];
-      const double flapped = through * (in.V_e * c) - pitch * k;  // with the flap angle
-      by[j] = {along * s + through * (flap * c),
-               through,
-               swing * c,
-               pitch,
-               -pitch * s,
-               sum.along[m + 1][j] + swing * tilt,
-               swing * (in.omega * s) - flapped * c,
-               -swing * (in.omega * c) - flapped * s};
-    }
-    for (Eigen::Index i = 0; i < causes; ++i)
-      add(m, by[0][std::size_t(i)], by[1][std::size_t(i)], disc.slope.col(i));
-  }
-  const double z = sum.force[0][0];
-  disc.slope(1, by_a1) += z * c * c;
-  disc.slope(1, by_b1) += z * s * c;
-}
-
-/// The mean over the revolution.
-template <class Sections>
-DiscSums disc_sums(const RotorInput<double>& in, const RotorMotion<double>& y, const Blade& blade,
-                   const Sections& sections) {
-  DiscSums disc{Eigen::Matrix<double, 5, 1>::Zero(), Eigen::Matrix<double, 5, causes>::Zero(), {}};
-  const double cosine = inflow_cosine(in, y.v, blade.radius);
-  for (int k = 0; k < blade.azimuths; ++k)
-    add_azimuth(in, y, cosine, 2 * std::numbers::pi * k / blade.azimuths, blade, sections, disc);
-  disc.value /= blade.azimuths;
-  disc.slope /= blade.azimuths;
-  // A force is quadratic in all speeds, that of sound included: a F_a = 2 F - sum of v F_v.
-  disc.by_sound = (2 * disc.value - disc.slope.col(by_V_e) * in.V_e -
-                   disc.slope.col(by_level) * (in.V_n + y.v) - disc.slope.col(by_cosine) * cosine -
-                   disc.slope.col(by_omega) * in.omega) /
-                  in.sound;
-  return disc;
-}
+/// The mean over the revolution. Throws std::domain_error where the sections' tables are silent.
+DiscSums disc_sums(const RotorInput<double>& in, const RotorMotion<double>& y, const Blade& blade);
 
 /// Forces of all blades, flap moments of one. In steady flapping at once per revolution, inertia
 /// and centrifugal moment cancel; what remains is the gyroscopic moment -2 I Omega q sin psi.
@@ -218,13 +76,8 @@ RotorForces<S> scaled_forces(const RotorInput<S>& in, const std::array<S, 5>& su
 }
 
 /// Forces at given inflow and flapping.
-template <class Sections>
 RotorForces<double> blade_forces(const RotorInput<double>& in, const RotorMotion<double>& y,
-                                 const Blade& blade, const Sections& sections) {
-  const DiscSums at = disc_sums(in, y, blade, sections);
-  return scaled_forces<double>(
-      in, {at.value[0], at.value[1], at.value[2], at.value[3], at.value[4]}, blade);
-}
+                                 const Blade& blade);
 
 // x less its real part: its derivatives.
 template <class S>
@@ -293,9 +146,7 @@ struct RotorAnswer {
   S power;  ///< W, with the induced power's factor
 };
 
-inline Blade blade_of(const Data& d) {
-  return {&d.strips, d.blades, d.flap_inertia, std::tan(d.delta3), d.radius};
-}
+Blade blade_of(const Data& data);
 
 /// The rotor on any scalar: the balance by Newton's method in double, then its derivatives by the
 /// implicit function theorem, exact to first order.

@@ -157,9 +157,53 @@ Pair pair_of(const Table& first, const Table& second) {
       };
       pair.values.push_back({value(first), value(second)});
     }
-  pair.x.prepare();
-  pair.y.prepare();
+  pair.prepare();
   return pair;
+}
+
+void Pair::prepare() {
+  x.prepare();
+  y.prepare();
+  const std::size_t n = y.at.size();
+  // low (before - here) + high (after - here) with the weights of weights(): d times their mean
+  // slope and |d| times half of its change.
+  const auto basis = [](const Corner& corner, const auto& before, const auto& here,
+                        const auto& after) {
+    const Eigen::Array2d up = corner.up * (after - here), down = corner.down * (here - before);
+    return std::array<Eigen::Array2d, 3>{here, up + down, up - down};
+  };
+  cells.resize(values.size());
+  for (std::size_t i = 1; i + 1 < x.at.size(); ++i)
+    for (std::size_t j = 1; j + 1 < n; ++j) {
+      std::array<std::array<Eigen::Array2d, 3>, 3> rows;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Array2d* row = &values[(i + k - 1) * n + j];
+        rows[k] = basis(y.corners[j], row[-1], row[0], row[1]);
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto along = basis(x.corners[i], rows[0][k], rows[1][k], rows[2][k]);
+        for (std::size_t m = 0; m < 3; ++m)
+          for (std::size_t c = 0; c < 2; ++c)
+            cells[i * n + j][(m * 3 + k) * 2 + c] = along[m][Eigen::Index(c)];
+      }
+    }
+}
+
+Eigen::Array2d Pair::at(double first, double second) const {
+  const Weights<double> by_x = weights(x, first), by_y = weights(y, second);
+  Eigen::Array2d sum = Eigen::Array2d::Zero();
+  for (std::size_t i = 0; i < by_x.count; ++i)
+    for (std::size_t j = 0; j < by_y.count; ++j)
+      sum += by_x.w[i] * by_y.w[j] * values[(by_x.first + i) * y.at.size() + by_y.first + j];
+  return sum;
+}
+
+SectionView Pair::view() const {
+  const auto of = [](const Axis& axis) {
+    return AxisView{axis.corners.data(), axis.nearest.data(), axis.at.front(),
+                    axis.at.back(),      axis.per_step,       axis.hold};
+  };
+  return {of(x), of(y), cells.data()->data(), y.at.size()};
 }
 
 }  // namespace tiltrim::xv15

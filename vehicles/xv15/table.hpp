@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "vehicles/xv15/lanes.hpp"
 #include "vehicles/xv15/scalar.hpp"
 
 namespace tiltrim::xv15 {
@@ -32,11 +33,6 @@ struct Axis {
   std::vector<double> at;  ///< rising
   bool hold = false;       ///< above the last entry its value holds
 
-  /// An inner entry, the end of its part of the axis and the reciprocals that its rounded corner
-  /// takes.
-  struct Corner {
-    double at, until, width, per_width, down, up;
-  };
   std::vector<Corner> corners{};         ///< by entry; of the first and last the neighbour's
   std::vector<std::uint16_t> nearest{};  ///< inner entry at the start of equal steps
   double per_step = 0;
@@ -146,53 +142,18 @@ struct Table {
   }
 };
 
-/// Weights of three neighbouring entries, and their slopes: those of weights() without its cases.
-struct Three {
-  std::size_t first;
-  std::array<double, 3> w, slope;
-};
-
-inline Three three(const Axis& axis, double x) {
-  const double from = axis.at.front(), to = axis.at.back();
-  const bool held = axis.hold && x > to;
-  if (held) x = to;
-  if (!(x >= from && x <= to)) axis.refuse(x);
-  std::size_t k = axis.nearest[std::size_t((x - from) * axis.per_step)];
-  k += x > axis.corners[k].until;
-  const Axis::Corner& corner = axis.corners[k];
-  const double d = x - corner.at;
-  // |d| with its rounded kink: outside the corner its polynomial stays at the corner's end.
-  const double t = std::clamp(d * corner.per_width, -1.0, 1.0), t2 = t * t;
-  const double g = corner.width * t2 * (1.875 + t2 * (0.375 * t2 - 1.25)) +
-                   std::max(std::abs(d) - corner.width, 0.0);
-  const double slope = t * (3.75 + t2 * (2.25 * t2 - 5));
-  const double low = (g - d) * corner.down, high = (g + d) * corner.up;
-  const double down = held ? 0 : (slope - 1) * corner.down, up = held ? 0 : (slope + 1) * corner.up;
-  return {k - 1, {low, 1 - low - high, high}, {down, -down - up, up}};
-}
-
 /// Two tables over the same two variables, evaluated together.
 struct Pair {
   Axis x, y;
   std::vector<Eigen::Array2d> values;  ///< y faster
+  /// Of each inner entry, the values as a polynomial: of 1, the distance d from the entry and |d|
+  /// with its rounded kink, along both variables.
+  std::vector<std::array<double, 18>> cells{};
 
-  struct Sloped {
-    Eigen::Array2d value, slope_x, slope_y;
-  };
-  /// Both axes have at least three entries.
-  Sloped at(double first, double second) const {
-    const Three by_x = three(x, first), by_y = three(y, second);
-    Sloped sum{Eigen::Array2d::Zero(), Eigen::Array2d::Zero(), Eigen::Array2d::Zero()};
-    const Eigen::Array2d* row = &values[by_x.first * y.at.size() + by_y.first];
-    for (std::size_t i = 0; i < 3; ++i, row += y.at.size()) {
-      const Eigen::Array2d value = by_y.w[0] * row[0] + by_y.w[1] * row[1] + by_y.w[2] * row[2];
-      sum.value += by_x.w[i] * value;
-      sum.slope_x += by_x.slope[i] * value;
-      sum.slope_y +=
-          by_x.w[i] * (by_y.slope[0] * row[0] + by_y.slope[1] * row[1] + by_y.slope[2] * row[2]);
-    }
-    return sum;
-  }
+  /// Fills `cells`; both axes have at least three entries.
+  void prepare();
+  Eigen::Array2d at(double first, double second) const;
+  SectionView view() const;
 };
 
 /// Both tables on the union of their entries.

@@ -195,18 +195,19 @@ Rough rough(const Data& d, State<double> s, double V, double climb, double weigh
 }  // namespace
 
 Start start_of(const Data& d, const OperatingPoint& at, double V, double climb) {
-  constexpr int most_steps = 4;
+  constexpr int most_steps = 4, with_slopes = 2;  // the later steps keep the slopes
   constexpr double difference = 1e-5, largest = 0.3;
   const State<double> s = state_of<double>({at.x.data(), 4}, {at.u.data(), 4}, {at.p.data(), 8});
   const double weight = at.p[mass] * at.p[gravity];
   Eigen::Vector3d z(0.0, std::cos(s.mast) + 0.15 * std::sin(s.mast), 0.5);
+  Eigen::Matrix3d J;
   Start found{climb, 8 * degree + std::atan(V * std::sin(s.mast) / 176), d.stick_neutral};
   try {
     for (int step = 0; step <= most_steps; ++step) {
       const Rough here = rough(d, s, V, climb, weight, z);
       found = {z[0] + climb, here.collective, std::clamp(9.6 * z[2], 0.0, 9.6)};
-      Eigen::Matrix3d J;
-      for (Eigen::Index k = 0; k < 3; ++k) {
+      if (step == most_steps) break;
+      for (Eigen::Index k = 0; step < with_slopes && k < 3; ++k) {
         Eigen::Vector3d moved = z;
         moved[k] += difference;
         J.col(k) = (rough(d, s, V, climb, weight, moved).left - here.left) / difference;
