@@ -24,6 +24,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Complex = std::complex<double>;
 
+namespace batch_test {
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -511,3 +513,5 @@ TEST_CASE("nothing in, nothing out") {
   CHECK(none.re.empty());
   CHECK(none.status == std::vector(3, LaneStatus::converged));
 }
+
+}  // namespace batch_test

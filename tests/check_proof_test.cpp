@@ -21,6 +21,8 @@ using namespace tiltrim;
 using namespace tiltrim::checking;
 using nlohmann::json;
 
+namespace check_proof_test {
+
 namespace {
 
 const std::string studies = TILTRIM_SOURCE_DIR "/studies/";
@@ -263,3 +265,5 @@ TEST_CASE("random points of what is proved do not contradict it") {
   for (Leaf& leaf : wrong.leaves) leaf.claim = Claim::unstable;
   CHECK(oracle(wrong, study, 20, 5).contradictions == 20);
 }
+
+}  // namespace check_proof_test

@@ -17,6 +17,8 @@
 
 #include "tests/check.hpp"
 
+namespace cli_test {
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -717,3 +719,5 @@ TEST_CASE("help teaches, on every level") {
     CHECK(ran.err.empty());
   }
 }
+
+}  // namespace cli_test

@@ -16,6 +16,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using enum RemedyKind;
 
+namespace diagnosis_test {
+
 static constexpr double pi = std::numbers::pi, degree = pi / 180;
 static constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -720,3 +722,5 @@ TEST_CASE("tilts are looked for from 0 to 90°" * doctest::skip(sanitized)) {
   const Explained slow(v, {5, 0, 0});
   CHECK(of(slow.d(), lever, "eta").to >= 0);
 }
+
+}  // namespace diagnosis_test

@@ -20,6 +20,8 @@ using namespace tiltrim;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace envelope_test {
+
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static constexpr double degree = std::numbers::pi / 180;
 static constexpr double located = 1e-9;  // of an end or corner: convergence of Newton's method
@@ -667,3 +669,5 @@ TEST_CASE("a limit's piece ends where its sheet folds") {
   CHECK(piece(e, "fold").points.size() > 2);
   CHECK(std::ranges::count(e.pieces, "d lower", &BorderPiece::name) == 2);
 }
+
+}  // namespace envelope_test

@@ -22,6 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace exact_test {
+
 namespace {
 
 constexpr double ulp = std::numeric_limits<double>::epsilon();
@@ -445,3 +447,5 @@ TEST_CASE("mistakes are refused in words") {
   CHECK(refusal([&] { (void)exact_model(m, pendulum_rates, pendulum_outputs); }) ==
         "the signal name 'angle' is used twice");
 }
+
+}  // namespace exact_test

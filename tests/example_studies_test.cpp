@@ -21,6 +21,8 @@ using Eigen::VectorXd;
 using reading::Entry;
 namespace fs = std::filesystem;
 
+namespace example_studies_test {
+
 namespace {
 
 using LongVector = std::vector<long double>;
@@ -157,3 +159,5 @@ TEST_CASE("A, B, C, D of every example study are exact to rounding") {
     }
   CHECK(compared >= 8);
 }
+
+}  // namespace example_studies_test

@@ -14,6 +14,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace f16_test {
+
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -193,3 +195,5 @@ TEST_CASE("beyond its ends a table goes on as in its last interval; the engine's
   CHECK_NEAR(f16::power_rate(60, 80), 5.0 * (80 - 60), 1e-12);
   CHECK_NEAR(f16::power_rate(10, 30), 1.0 * (30 - 10), 1e-12);
 }
+
+}  // namespace f16_test

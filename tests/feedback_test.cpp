@@ -16,6 +16,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace feedback_test {
+
 namespace {
 
 // x' = A x + B u,  y = C x + D u, with its derivatives.
@@ -394,3 +396,5 @@ TEST_CASE("an algebraic loop is recognised") {
     CHECK(std::isnan(loop.f(VectorXd::Constant(1, -1.0), VectorXd(0), VectorXd(0))[0]));
   }
 }
+
+}  // namespace feedback_test

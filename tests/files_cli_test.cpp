@@ -13,6 +13,8 @@
 
 using namespace program;
 
+namespace files_cli_test {
+
 namespace {
 
 using Names = std::set<std::string>;
@@ -126,3 +128,5 @@ TEST_CASE("a pipe that nobody ends: the first signal does") {
       ::close(writer);
     }
 }
+
+}  // namespace files_cli_test

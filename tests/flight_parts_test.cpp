@@ -16,6 +16,8 @@
 
 using namespace tiltrim;
 
+namespace flight_parts_test {
+
 static constexpr double pi = std::numbers::pi;
 static constexpr double degree = pi / 180;
 static constexpr double inf = std::numeric_limits<double>::infinity();
@@ -1122,3 +1124,5 @@ TEST_CASE("with a blend there is no hand-over") {
   const FlightResult flown = fly(flight, {moving(-10), false}, for_seconds(6));
   CHECK(events(flown, FlightEventKind::hand_over).empty());
 }
+
+}  // namespace flight_parts_test

@@ -18,6 +18,8 @@
 using namespace tiltrim;
 using nlohmann::json;
 
+namespace fly_test {
+
 namespace {
 
 json references() {
@@ -217,3 +219,5 @@ TEST_CASE("the error of a flight's end, for less than the flight once more") {
     CHECK(covered > 1e-10);  // the estimate is not trivially zero
   }
 }
+
+}  // namespace fly_test

@@ -21,6 +21,8 @@ using namespace tiltrim;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace follow_test {
+
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static constexpr double located = 1e-10;     // of an event: Newton's convergence, with margin
 static constexpr double differences = 1e-8;  // of an event with differenced slopes (1e-10)
@@ -1042,3 +1044,5 @@ TEST_CASE("the last event is the end, without a start too") {
   REQUIRE(!branch.events.empty());
   CHECK(branch.events.back().kind == EventKind::end);
 }
+
+}  // namespace follow_test

@@ -15,6 +15,8 @@
 using namespace tiltrim;
 using nlohmann::ordered_json;
 
+namespace forged_proof_test {
+
 namespace {
 
 using Lines = std::vector<std::string>;
@@ -403,3 +405,5 @@ TEST_CASE("evidence altered a little is refused, or proves the same") {
   }
   CHECK(same < count);
 }
+
+}  // namespace forged_proof_test

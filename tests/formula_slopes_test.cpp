@@ -13,6 +13,8 @@ using namespace tiltrim;
 using Eigen::Index;
 using Eigen::VectorXd;
 
+namespace formula_slopes_test {
+
 namespace {
 
 const VectorXd none(0);
@@ -257,3 +259,5 @@ TEST_CASE("vectors of a wrong size are refused") {
   CHECK_THROWS_AS((void)m.f(VectorXd::Zero(1), none, none), CallerMistake);
   CHECK_THROWS_AS((void)m.derivatives({VectorXd::Zero(3), none, none}, both), CallerMistake);
 }
+
+}  // namespace formula_slopes_test

@@ -14,6 +14,8 @@
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace formulas_test {
+
 namespace {
 
 constexpr double a = 0.37, b = 2.9;
@@ -325,3 +327,5 @@ TEST_CASE("eight threads at once get the bits that one gets") {
   }
   for (const auto& own : together) CHECK(own == alone);
 }
+
+}  // namespace formulas_test

@@ -22,6 +22,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using nlohmann::json;
 
+namespace goals_test {
+
 namespace {
 
 TuneResult tuned(const std::string& text) {
@@ -483,3 +485,5 @@ TEST_CASE("requirements that cannot be evaluated are refused, with the key and t
   says("measure = 'pole_region'", "positive decay, damping or frequency");
   says("measure = 'peak_gain', input = 'wind', output = 'z', at_most = 1", "no limit");
 }
+
+}  // namespace goals_test

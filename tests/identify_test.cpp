@@ -11,6 +11,8 @@
 
 using namespace tiltrim;
 
+namespace identify_test {
+
 namespace {
 
 SixNumbers published_numbers() {
@@ -150,3 +152,5 @@ TEST_CASE("identification: every way of failing is reached and named") {
                     std::invalid_argument);
   }
 }
+
+}  // namespace identify_test

@@ -14,6 +14,8 @@
 using namespace tiltrim;
 using enum EventFunction::Direction;
 
+namespace integrate_test {
+
 static constexpr double pi = std::numbers::pi;
 static constexpr double inf = std::numeric_limits<double>::infinity();
 static constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -706,3 +708,5 @@ TEST_CASE("what does not fit is refused in words") {
   check_refused(refusal(good, {1.0}, 0, 1, {.longest_step = 0}), "steps");
   check_refused(refusal(good, {1.0}, 0, 1, {.fixed_step = inf}), "steps");
 }
+
+}  // namespace integrate_test

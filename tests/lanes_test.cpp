@@ -24,6 +24,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace lanes_test {
+
 namespace {
 
 constexpr std::size_t L = model_lanes;
@@ -437,3 +439,5 @@ TEST_CASE("lanes that do not give what the model gives are not used") {
   for (const Spoil& spoil : {rates, outputs, slopes})
     CHECK(same_map(toy_map(with_lanes(curved(), spoil), x_and_w()), alone));
 }
+
+}  // namespace lanes_test

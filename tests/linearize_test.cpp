@@ -21,6 +21,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using std::numbers::pi;
 
+namespace linearize_test {
+
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -1175,3 +1177,5 @@ TEST_CASE("a moving state that others depend on makes a linear model of an insta
   REQUIRE(lin.remarks.size() == 1);
   CHECK(contains(lin.remarks[0], "height' = 0.5, and V' depends on height"));
 }
+
+}  // namespace linearize_test

@@ -19,6 +19,8 @@
 using namespace tiltrim;
 namespace fs = std::filesystem;
 
+namespace log_test {
+
 namespace {
 
 using Text = std::string;
@@ -447,3 +449,5 @@ TEST_CASE("lines that do not fit the sweep are refused") {
   other.intervals[0].at = {0.1};
   CHECK(refused_verdicts(other));
 }
+
+}  // namespace log_test

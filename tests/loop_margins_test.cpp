@@ -22,6 +22,8 @@ using Eigen::VectorXd;
 using Complex = std::complex<double>;
 using nlohmann::json;
 
+namespace loop_margins_test {
+
 static constexpr double infinity = std::numeric_limits<double>::infinity();
 static constexpr double pi = std::numbers::pi;
 static constexpr double differenced = 1e-6;  // of a Jacobian by differences, gains of 100 included
@@ -539,3 +541,5 @@ TEST_CASE("tiltrim margins: mistakes are said in a line, and nothing is written"
   refused("margin " + paper, "did you mean 'margins'?");
   CHECK(scratch.files().empty());
 }
+
+}  // namespace loop_margins_test

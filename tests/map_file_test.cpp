@@ -22,6 +22,8 @@
 using namespace tiltrim;
 namespace fs = std::filesystem;
 
+namespace map_file_test {
+
 namespace {
 
 using Text = std::string;
@@ -631,3 +633,5 @@ TEST_CASE("difference: maps of other grids are refused with what is another") {
   CHECK(contains(why([](SweepMap& map) { map.axes[0].columns[0].values.pop_back(); }),
                  "points of gains.K_Lp 3 before, 2 after"));
 }
+
+}  // namespace map_file_test

@@ -16,6 +16,8 @@ using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
+namespace margins_test {
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -689,3 +691,5 @@ TEST_CASE("bode: phase without jumps") {
     CHECK_NEAR(bode(g, 1e-3, 1e3, 2).phase[1] - bode(g, 1e-3, 1e3, 4001).phase[4000], 0, 1e-9);
   }
 }
+
+}  // namespace margins_test

@@ -43,6 +43,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 namespace fs = std::filesystem;
 
+namespace model_test {
+
 static const fs::path source = TILTRIM_SOURCE_DIR;
 static constexpr double pi = std::numbers::pi;
 static constexpr double degree = pi / 180;
@@ -980,3 +982,5 @@ TEST_CASE("signals: positions, names, sizes, and the nearest name") {
   CHECK(nearest_name("x", {}).empty());
   CHECK(nearest_name(std::string(100'000, 'e'), names(signals)).empty());
 }
+
+}  // namespace model_test

@@ -9,6 +9,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace modes_cli_test {
+
 namespace {
 
 using namespace program;
@@ -428,3 +430,5 @@ TEST_CASE("--models that cannot be are refused before any work") {
                 "expected two files");
   CHECK(scratch.files() == std::set<std::string>{"study.toml", "study.csv"});
 }
+
+}  // namespace modes_cli_test

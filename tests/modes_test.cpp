@@ -21,6 +21,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
+namespace modes_test {
+
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -974,3 +976,5 @@ TEST_CASE("balancing is left out where it makes an eigenvalue worse") {
                    1e-12);
   }
 }
+
+}  // namespace modes_test

@@ -20,6 +20,8 @@ using namespace tiltrim;
 
 namespace fs = std::filesystem;
 
+namespace monte_carlo_test {
+
 namespace {}  // namespace
 
 static constexpr double degrees = 180 / std::numbers::pi;
@@ -393,3 +395,5 @@ TEST_CASE("told to stop before it begins: none flown, nothing claimed") {
   CHECK(run.share.upper == 1.0);
   CHECK(run.worst.empty());
 }
+
+}  // namespace monte_carlo_test

@@ -13,6 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace nonsmooth_test {
+
 namespace {
 
 double sign(double x) { return x < 0 ? -1.0 : 1.0; }
@@ -107,3 +109,5 @@ TEST_CASE("stationarity: zero at a kink's minimum and where gradients vanish, on
   };
   CHECK(relative(nowhere, vec({1})) == 1);
 }
+
+}  // namespace nonsmooth_test

@@ -15,6 +15,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
+namespace norms_test {
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -182,3 +184,5 @@ TEST_CASE("h2_norm: closed forms and a published value") {
   CHECK(h2(first_order(1, 1, 1, 0)).norm == infinity);
   CHECK(h2(first_order(-1, 0, 1, 0)).norm == 0);
 }
+
+}  // namespace norms_test

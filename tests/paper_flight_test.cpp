@@ -12,6 +12,8 @@
 
 using namespace tiltrim;
 
+namespace paper_flight_test {
+
 namespace {
 
 Study study_of(const std::string& name) {
@@ -91,3 +93,5 @@ TEST_CASE("the flight as drawn with scattered parameters") {
   const MonteCarlo run = monte_carlo(study);
   CHECK(run.good == run.flown);
 }
+
+}  // namespace paper_flight_test

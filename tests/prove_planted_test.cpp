@@ -12,6 +12,8 @@
 
 using namespace tiltrim;
 
+namespace prove_planted_test {
+
 namespace {
 
 enum class Plant { window, pair, margin, second, switched, fold, limit, rim };
@@ -195,3 +197,5 @@ TEST_CASE("what is planted in a box is never certified away") {
   CHECK(proved > 0.5 * count);  // nor does it refuse everything
   tally("a window, fold, limit or crossing in a box", count, faults, vain);
 }
+
+}  // namespace prove_planted_test

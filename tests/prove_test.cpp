@@ -17,6 +17,8 @@
 
 using namespace tiltrim;
 
+namespace prove_test {
+
 namespace {
 
 // x' = 2p - x; y is unstable for |p - c| < w, or decays at 1 1/s without a window.
@@ -189,3 +191,5 @@ TEST_CASE("a model without ranges is refused") {
   problem.model.jets = nullptr;
   CHECK_THROWS_AS((void)prove(problem, few()), CallerMistake);
 }
+
+}  // namespace prove_test

@@ -10,6 +10,8 @@
 
 using namespace tiltrim;
 
+namespace prove_tube_test {
+
 TEST_CASE("ranges contain what a wider arithmetic computes") {
   std::mt19937_64 draw(1);
   std::uniform_real_distribution<double> any(-3, 3);
@@ -83,3 +85,5 @@ TEST_CASE("the image of an accepted tube lies within nine tenths of it") {
   CHECK(largest > 0.8);  // the bound is met
   CHECK(largest <= 0.9 * (1 + 1e-12));
 }
+
+}  // namespace prove_tube_test

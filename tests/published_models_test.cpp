@@ -13,6 +13,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace published_models_test {
+
 static double number(const nlohmann::json& printed) {
   return std::stod(printed.get<std::string>());
 }
@@ -67,3 +69,5 @@ TEST_CASE("published linear models have their published eigenvalues, to every di
     CHECK(found.verdict == (stable ? Verdict::stable : Verdict::unstable));
   }
 }
+
+}  // namespace published_models_test

@@ -7,6 +7,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace qualities_cli_test {
+
 namespace {
 
 using nlohmann::json;
@@ -190,3 +192,5 @@ TEST_CASE("mistakes in [qualities] are answered with the place") {
   CHECK(contains(refused("gravity = 10.0", "bandwidth_delay = [0, 1]\nbandwidth_level_1 = [1.0]"),
                  "1 bandwidths for 2 phase delays"));
 }
+
+}  // namespace qualities_cli_test

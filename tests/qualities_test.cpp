@@ -14,6 +14,8 @@ using Eigen::VectorXd;
 using namespace tiltrim;
 using Root = std::complex<double>;
 
+namespace qualities_test {
+
 namespace {
 
 nlohmann::json reference(const char* file) {
@@ -362,3 +364,5 @@ TEST_CASE("mistakes of the caller of qualities") {
   o.roles.speed = "w";
   CHECK(contains(refusal([&] { (void)qualities(jet(), o); }), "another role"));
 }
+
+}  // namespace qualities_test

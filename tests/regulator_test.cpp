@@ -14,6 +14,8 @@ using Eigen::Vector4d;
 using Eigen::VectorXcd;
 using Complex = std::complex<double>;
 
+namespace regulator_test {
+
 namespace {
 
 constexpr double rounding = 1e-13;  // of numbers of order one
@@ -272,3 +274,5 @@ TEST_CASE("lyapunov: statuses and mistakes") {
   CHECK(contains(refusal([] { (void)lyapunov(double_integrator, one); }),
                  "lyapunov: A is 2 x 2, Q is 1 x 1 (expected 2 x 2)"));
 }
+
+}  // namespace regulator_test

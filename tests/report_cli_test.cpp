@@ -7,6 +7,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace report_cli_test {
+
 namespace {
 
 using namespace std::chrono_literals;
@@ -311,3 +313,5 @@ TEST_CASE("Ctrl-C in a map: the conditions are examined, the map and what follow
   CHECK(says(std::regex_replace(ran.out, std::regex("\n"), " "),
              "the map over K_Lp and V, the flight."));
 }
+
+}  // namespace report_cli_test

@@ -9,6 +9,8 @@
 
 using namespace tiltrim;
 
+namespace report_test {
+
 static const Sheet sheet{
     "title",
     {{"name", "name", ""}, {"angle_deg", "θ", "°", "{:.2f}"}, {"n", "n", "", "{:.0e}"}},
@@ -114,3 +116,5 @@ TEST_CASE("points at which the model threw: how many, and the first exception") 
   map.status.assign(4, std::int8_t(TrimStatus::converged));
   CHECK(nlohmann::json::parse(map_json(map))["model_threw"].is_null());
 }
+
+}  // namespace report_test

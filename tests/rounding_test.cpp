@@ -26,6 +26,8 @@
 
 using namespace tiltrim;
 
+namespace rounding_test {
+
 namespace {
 
 std::string bits(const auto& values) {
@@ -142,3 +144,5 @@ TEST_CASE("threads of a pool round to nearest, and their own settings are back a
   CHECK(under<bool>(set_upward, nearest_in_all));
   CHECK(under<bool>(set_flush, nearest_in_all));
 }
+
+}  // namespace rounding_test

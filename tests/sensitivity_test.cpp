@@ -22,6 +22,8 @@ using Eigen::VectorXd;
 using Complex = std::complex<double>;
 using Status = SensitivityStatus;
 
+namespace sensitivity_test {
+
 static constexpr double pi = std::numbers::pi, degree = pi / 180;
 static const TrimOptions newton{
     .method = TrimMethod::newton, .starts = 0, .max_boxes = 0, .closest = false};
@@ -595,3 +597,5 @@ TEST_CASE("ranked: the largest effect of one percent first, each parameter once"
     }
   }
 }
+
+}  // namespace sensitivity_test

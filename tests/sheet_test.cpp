@@ -17,6 +17,8 @@
 
 using namespace tiltrim;
 
+namespace sheet_test {
+
 namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
@@ -462,3 +464,5 @@ TEST_CASE("a long table goes on over the page, its notes at the end") {
   for (int i = 0; i < 120; ++i)
     CHECK(latex.find(fmt::format("\n{} \\\\\n", i)) != std::string::npos);
 }
+
+}  // namespace sheet_test

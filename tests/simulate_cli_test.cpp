@@ -15,6 +15,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace simulate_cli_test {
+
 namespace {
 
 using namespace std::chrono_literals;
@@ -873,3 +875,5 @@ TEST_CASE("a terminal has colours, unless NO_COLOR, and is told how far it is; a
   INFO(told);
   CHECK(std::regex_search(told, progress));
 }
+
+}  // namespace simulate_cli_test

@@ -9,6 +9,8 @@
 
 using namespace tiltrim;
 
+namespace simulate_study_test {
+
 static constexpr double degree = std::numbers::pi / 180;
 static constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -834,3 +836,5 @@ TEST_CASE("the manual names every key of [simulate] and [montecarlo], and every 
         {"flights", "seed", "worst", "V_within", "gamma_within_deg", "theta_within_deg", "key",
          "percent", "from", "theta_deg", "height", "gust_size"});
 }
+
+}  // namespace simulate_study_test

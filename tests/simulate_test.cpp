@@ -17,6 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace simulate_test {
+
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -437,3 +439,5 @@ TEST_CASE("the caller's mistakes throw, in words") {
   };
   CHECK(message(wrong, from(0), 1) == "model 'scalar': its outputs h: expected 1 values, got 2");
 }
+
+}  // namespace simulate_test

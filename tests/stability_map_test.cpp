@@ -18,6 +18,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace stability_map_test {
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -754,3 +756,5 @@ TEST_CASE("crossings: at the ends of the interval, and refused") {
   CHECK_THROWS_AS((void)line_crossings(cubic(1, 1), MatrixXd::Zero(2, 2), 0, 1),
                   std::invalid_argument);
 }
+
+}  // namespace stability_map_test

@@ -18,6 +18,8 @@ using namespace tiltrim::reading;
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
+namespace study_schema_test {
+
 namespace {
 
 const fs::path source = TILTRIM_SOURCE_DIR;
@@ -257,3 +259,5 @@ TEST_CASE("the schema of studies is what the readers ask") {
   if (std::getenv("TILTRIM_WRITE")) set_contents(file, text);
   CHECK(contents(file) == text);
 }
+
+}  // namespace study_schema_test

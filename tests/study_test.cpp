@@ -18,6 +18,8 @@
 using namespace tiltrim;
 namespace fs = std::filesystem;
 
+namespace study_test {
+
 static const fs::path source = TILTRIM_SOURCE_DIR;
 static constexpr double degree = std::numbers::pi / 180;
 
@@ -796,3 +798,5 @@ TEST_CASE("reports that cannot be are refused at their line") {
                     "[[report.map.axis]]\nkey = 'eta_deg'\nvalues = [1]\n",
                 "7:1", {"3 axes cannot be plotted; expected one or two"});
 }
+
+}  // namespace study_test

@@ -16,6 +16,8 @@
 #include "tests/forged_map.hpp"
 #include "tests/program.hpp"
 
+namespace sweep_cli_test {
+
 namespace {
 
 using namespace std::chrono_literals;
@@ -987,3 +989,5 @@ TEST_CASE("stopped between the lines: the points are in the log, too") {
   constexpr std::uintmax_t of_a_point = 100;  // bytes: six eigenvalues at least
   CHECK(size_of(scratch.path / "map.nc.log") > 400 * 300 * of_a_point);
 }
+
+}  // namespace sweep_cli_test

@@ -28,6 +28,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 namespace fs = std::filesystem;
 
+namespace sweep_test {
+
 namespace {
 
 constexpr double located = 1e-8;   // of a crossing, in the axis's unit
@@ -1577,3 +1579,5 @@ TEST_CASE("two real modes cross, a pair above and below them") {
 TEST_CASE("two real modes cross half way between two points") {
   CHECK(swapped_beside(-9, 0.5) == 0);
 }
+
+}  // namespace sweep_test

@@ -15,6 +15,8 @@
 
 using namespace tiltrim;
 
+namespace tables_test {
+
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -301,3 +303,5 @@ TEST_CASE("the same input gives the same bits") {
     for (std::size_t j = 0; j < again.slips[i].evidence.size(); ++j)
       CHECK(same(again.slips[i].evidence[j].value, tables().slips[i].evidence[j].value));
 }
+
+}  // namespace tables_test

@@ -24,6 +24,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
+namespace tilt_rate_test {
+
 static constexpr double pi = std::numbers::pi;
 static constexpr double degree = pi / 180;
 static constexpr double inf = std::numeric_limits<double>::infinity();
@@ -629,3 +631,5 @@ TEST_CASE("tilts that do not fall within 90 to 0 degrees are refused; names") {
     names.insert(to_string(TiltRateStatus(k)));
   CHECK(names.size() == 5);
 }
+
+}  // namespace tilt_rate_test

@@ -14,6 +14,8 @@ using namespace tiltrim;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace time_limit_test {
+
 namespace {
 
 constexpr double allowed = 0.2;  // s
@@ -142,3 +144,5 @@ TEST_CASE("a limit that is no time is the caller's mistake") {
     CHECK_THROWS_AS((void)linearize(m, zero, {.time_limit = limit}), std::invalid_argument);
   }
 }
+
+}  // namespace time_limit_test

@@ -19,6 +19,8 @@ using Complex = std::complex<double>;
 using Spectrum = std::vector<Complex>;
 using Matrices = std::function<MatrixXd(double)>;
 
+namespace track_test {
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -1020,3 +1022,5 @@ TEST_CASE("meeting: two real modes that pass each other, beside a pair, do not m
   const Spectrum next = {-1.08, -1.02, {-1.05, 5}, {-1.05, -5}};
   CHECK_FALSE(meets(last, next, next));
 }
+
+}  // namespace track_test

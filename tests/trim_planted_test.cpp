@@ -13,6 +13,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace trim_planted_test {
+
 static VectorXd random_vector(Random& g, Index n) {
   VectorXd v(n);
   for (double& x : v) x = uniform(g, -1, 1);
@@ -322,3 +324,5 @@ TEST_CASE("random boxes: infeasible is shown where it is true, and only there") 
   CHECK(shown >= without - without / 1000);  // the proof has a budget
   CHECK(solved >= with - with / 1000);
 }
+
+}  // namespace trim_planted_test

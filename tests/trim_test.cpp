@@ -16,6 +16,8 @@ using namespace tiltrim;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace trim_test {
+
 static constexpr double infinity = std::numeric_limits<double>::infinity();
 static constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
 static const double converged_to = TrimOptions{}.tolerance;  // of rates over nominal sizes
@@ -843,3 +845,5 @@ TEST_CASE("a model too large for full matrices is refused at once") {
   const OperatingPoint guess{VectorXd::Zero(std::ssize(many)), {}, {}};
   CHECK(contains(refusal([&] { (void)trim(m, {.free = many}, guess); }), "2001 signals"));
 }
+
+}  // namespace trim_test

@@ -13,6 +13,8 @@
 using namespace tiltrim;
 using Eigen::VectorXd;
 
+namespace trim_vehicle_test {
+
 static constexpr double pi = std::numbers::pi, degree = pi / 180;
 
 static const Vehicle& reference() {
@@ -676,3 +678,5 @@ TEST_CASE("table trim: the closed forms behind Table 3") {
       CHECK_NEAR(t.CM_elevator, t.CM_required - CM[i], 1e-15);
     }
 }
+
+}  // namespace trim_vehicle_test

@@ -32,6 +32,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
+namespace tune_cases_test {
+
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -1323,3 +1325,5 @@ TEST_CASE("one thread or two: the same bits") {
     CHECK(same(a.effects[i].goal_more, b.effects[i].goal_more));
   }
 }
+
+}  // namespace tune_cases_test

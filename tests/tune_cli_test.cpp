@@ -7,6 +7,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace tune_cli_test {
+
 namespace {
 
 using namespace std::chrono_literals;
@@ -365,3 +367,5 @@ TEST_CASE(
                 gains + level + "[[sweep.axis]]\nkey = \"h\"\nfrom = 0\nto = 120\ncount = 2\n");
   CHECK(run(scratch, "sweep swept.toml").exit_code == 0);
 }
+
+}  // namespace tune_cli_test

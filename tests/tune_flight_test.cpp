@@ -12,6 +12,8 @@
 
 using namespace tiltrim;
 
+namespace tune_flight_test {
+
 namespace {
 
 constexpr const char* level = R"(
@@ -127,3 +129,5 @@ TEST_CASE("flights that cannot be asked for are refused") {
   CHECK_THROWS_WITH_AS((void)tune(none), doctest::Contains("not among the problem's figures;"),
                        std::invalid_argument);
 }
+
+}  // namespace tune_flight_test

@@ -10,6 +10,8 @@
 
 using namespace tiltrim;
 
+namespace tune_study_test {
+
 static constexpr double degree = std::numbers::pi / 180;
 
 static const std::string level =
@@ -715,3 +717,5 @@ TEST_CASE("the manual names every key of [tune], every measure and its unit") {
     CHECK(manual.find(unit(measure).empty() ? without_unit : row) != manual.npos);
   }
 }
+
+}  // namespace tune_study_test

@@ -21,6 +21,8 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::VectorXd;
 
+namespace tune_test {
+
 namespace {
 
 Study three_conditions() {
@@ -293,3 +295,5 @@ TEST_CASE("gains scheduled over the tilt: stable between the points wherever the
   vehicle.aircraft.CM_de = -0.544;
   CHECK(trim_closed_loop(vehicle, corridor(46.6)).status == TrimStatus::infeasible);
 }
+
+}  // namespace tune_test

@@ -14,6 +14,8 @@
 using namespace tiltrim;
 using nlohmann::json;
 
+namespace tuning_report_test {
+
 namespace {
 
 constexpr double NaN = std::numeric_limits<double>::quiet_NaN();
@@ -490,3 +492,5 @@ TEST_CASE("of many points forty rows are shown and the rest counted") {
   CHECK(!has(text, "point 20"));
   CHECK(has(text, "  ... and 50 more (JSON lists all)\n"));
 }
+
+}  // namespace tuning_report_test

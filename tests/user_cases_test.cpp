@@ -19,6 +19,8 @@ using Complex = std::complex<double>;
 using Eigen::Index;
 using Eigen::VectorXd;
 
+namespace user_cases_test {
+
 namespace {
 
 constexpr double g = 9.81, mass = 0.1, k = 9.81e-5, k_p = 200, k_d = 2;
@@ -541,3 +543,5 @@ TEST_CASE("no motion of the tiltrotor, none without a trim") {
   CHECK_FALSE(m.answered());
   CHECK(m.start.trim.status == TrimStatus::not_found);
 }
+
+}  // namespace user_cases_test

@@ -9,6 +9,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace user_model_cli_test {
+
 namespace {
 
 using nlohmann::json;
@@ -481,3 +483,5 @@ TEST_CASE("a study limits the time of each trim: status, words and exit code") {
   CHECK(swept.exit_code == 1);
   CHECK(says(swept.out, " x the model exceeded the time limit of 1e-06 s"));
 }
+
+}  // namespace user_model_cli_test

@@ -12,6 +12,8 @@
 using namespace tiltrim;
 using Eigen::VectorXd;
 
+namespace user_model_test {
+
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -652,3 +654,5 @@ TEST_CASE("what [simulate] of a model refuses") {
       "[[simulate.disturbance]]\nkind = 'step'\non = @'x'\nsize = 1\n",
       {"the model has neither inputs nor parameters"});
 }
+
+}  // namespace user_model_test

@@ -13,6 +13,8 @@
 using Eigen::VectorXd;
 using namespace tiltrim;
 
+namespace user_models_test {
+
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -262,3 +264,5 @@ TEST_CASE("it is at rest everywhere: a continuum of equilibria") {
   CHECK(statuses(map) == thrice(TrimStatus::singular));
   for (const std::int8_t verdict : map.verdict) CHECK(Verdict(verdict) == Verdict::undecided);
 }
+
+}  // namespace user_models_test

@@ -8,6 +8,8 @@
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
+namespace verdict_cli_test {
+
 namespace {
 
 using nlohmann::json;
@@ -112,3 +114,5 @@ TEST_CASE("verdicts: limits of the grid, formats") {
   scratch.write("large.toml", large);
   CHECK(contains(run(scratch, "sweep large.toml").err, "or detail = \"verdict\" in [sweep]"));
 }
+
+}  // namespace verdict_cli_test

@@ -21,6 +21,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace verdict_map_test {
+
 namespace {
 
 using Codes = std::vector<std::int8_t>;
@@ -442,3 +444,5 @@ TEST_CASE("the file: read back, refused where a map with eigenvalues is expected
   short_of_a_line.located.pop_back();
   CHECK_THROWS_AS(write_netcdf(short_of_a_line, file), std::invalid_argument);
 }
+
+}  // namespace verdict_map_test

@@ -8,6 +8,8 @@
 using namespace program;
 using nlohmann::json;
 
+namespace xv15_cli_test {
+
 namespace {
 
 const fs::path source = TILTRIM_SOURCE_DIR;
@@ -92,3 +94,5 @@ TEST_CASE("the page of the validation is what the program prints") {
   if (std::getenv("TILTRIM_WRITE")) set_contents(file, intro + ran.out);
   CHECK(contents(file) == intro + ran.out);
 }
+
+}  // namespace xv15_cli_test

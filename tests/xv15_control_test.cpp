@@ -13,6 +13,8 @@
 using namespace tiltrim;
 using namespace tiltrim::xv15;
 
+namespace xv15_control_test {
+
 namespace {
 
 std::shared_ptr<const Data> published() {
@@ -131,3 +133,5 @@ TEST_CASE("the rotors' in-plane force takes a sixth of the short period's stiffn
   CHECK(std::abs(rigid[0] - 2.452) < 5e-4);
   CHECK(std::abs(rigid[1] - 1.084) < 5e-4);
 }
+
+}  // namespace xv15_control_test

@@ -13,6 +13,8 @@
 using namespace tiltrim;
 using namespace tiltrim::xv15;
 
+namespace xv15_test {
+
 namespace {
 
 constexpr double foot = 0.3048, pound = 4.4482216152605;
@@ -290,3 +292,5 @@ TEST_CASE("tables meet their entries with continuous second derivatives") {
   CHECK_THROWS_WITH_AS(table.at(4.5), "the table test is silent at 4.5; it covers 0 to 4",
                        std::domain_error);
 }
+
+}  // namespace xv15_test

@@ -12,6 +12,8 @@ using Eigen::VectorXd;
 using namespace tiltrim;
 using Complex = std::complex<double>;
 
+namespace zeros_test {
+
 namespace {
 
 // The Boeing 747 of [2], section 6.2, with its elevator, section 7.6; states u, w, q, theta.
@@ -193,3 +195,5 @@ TEST_CASE("mistakes of the caller") {
   CHECK(contains(refusal([&] { (void)zeros_and_poles(g); }), "another size"));
   CHECK(contains(refusal([&] { (void)transfer_function({}, "a", "b"); }), "no linear model"));
 }
+
+}  // namespace zeros_test
