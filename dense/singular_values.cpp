@@ -1,5 +1,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "dense/dense.hpp"
@@ -27,6 +28,40 @@ SmallSVD small_svd(const SmallMatrix& A) {
 }
 
 VectorXd singular_values(const MatrixXd& A) { return Jacobi(A).singularValues(); }
+
+// Columns are rotated in pairs until all are orthogonal: their lengths are the singular values.
+//                                                                              [11, sec. 8.6.3]
+SmallVector small_singular_values(const SmallMatrix& A) {
+  constexpr int most_sweeps = 30;
+  constexpr double orthogonal = 4 * std::numeric_limits<double>::epsilon(), largest = 1e100;
+  const double size = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
+  if (!(size > 1 / largest && size < largest)) return {};
+  SmallMatrix W = A;
+  const Index n = W.cols(), rows = W.rows();
+  bool rotated = true;
+  for (int sweep = 0; rotated && sweep < most_sweeps; ++sweep) {
+    rotated = false;
+    for (Index j = 1; j < n; ++j)
+      for (Index i = 0; i < j; ++i) {
+        double* const a = &W(0, i);
+        double* const b = &W(0, j);
+        double aa = 0, bb = 0, ab = 0;
+        for (Index k = 0; k < rows; ++k) aa += a[k] * a[k], bb += b[k] * b[k], ab += a[k] * b[k];
+        if (!(std::abs(ab) > orthogonal * std::sqrt(aa * bb))) continue;
+        rotated = true;
+        const double twice = (bb - aa) / (2 * ab);
+        const double t = std::copysign(1 / (std::abs(twice) + std::sqrt(1 + twice * twice)), twice);
+        const double c = 1 / std::sqrt(1 + t * t), s = c * t;
+        for (Index k = 0; k < rows; ++k) {
+          const double was = a[k];
+          a[k] = c * was - s * b[k];
+          b[k] = s * was + c * b[k];
+        }
+      }
+  }
+  if (rotated || !W.allFinite()) return {};
+  return W.colwise().norm().transpose();
+}
 
 template <class Vector>
 static Index rank(const Vector& sigma) {

@@ -47,27 +47,41 @@ TILTRIM_FLATTEN void along_motion(const Physics& physics, const Dual* x, const D
   physics(x, u, p, rates, outputs);
 }
 
+// With respect to any variables: dual numbers of all parameters, which take longer to set up.
+template <class Physics>
+void along_any(const Physics& physics, const Dual* x, const Dual* u, const OperatingPoint& point,
+               const Eigen::Index* wanted, Eigen::Index count, Dual* rates, Dual* outputs) {
+  constexpr Sizes n = Physics::sizes;
+  constexpr std::size_t moving = n.states + n.inputs;
+  std::array<Dual, n.parameters> p;
+  std::copy_n(point.p.data(), n.parameters, p.data());
+  for (Eigen::Index k = 0; k < count; ++k)
+    if (std::size_t(wanted[k]) >= moving) p.at(std::size_t(wanted[k]) - moving).slopes[k] = 1;
+  physics(x, u, p.data(), rates, outputs);
+}
+
 // Derivatives with respect to up to `dual_width` variables, stacked column by column in `jacobian`.
 template <class Physics>
 void differentiate_pass(const Physics& physics, const OperatingPoint& point,
                         const Eigen::Index* wanted, Eigen::Index count, double* jacobian) {
   constexpr Sizes n = Physics::sizes;
   constexpr std::size_t moving = n.states + n.inputs;
-  std::array<Dual, moving + n.parameters> z;
+  std::array<Dual, moving> z;
   Dual* const u = z.data() + n.states;
-  Dual* const p = u + n.inputs;
-  const bool along_parameters =
-      std::any_of(wanted, wanted + count, [](auto j) { return std::size_t(j) >= moving; });
   std::copy_n(point.x.data(), n.states, z.data());
   std::copy_n(point.u.data(), n.inputs, u);
-  if (along_parameters) std::copy_n(point.p.data(), n.parameters, p);
-  for (Eigen::Index k = 0; k < count; ++k) z.at(std::size_t(wanted[k])).slopes[k] = 1;
+  bool along_parameters = false;
+  for (Eigen::Index k = 0; k < count; ++k)
+    if (std::size_t(wanted[k]) < moving)
+      z[std::size_t(wanted[k])].slopes[k] = 1;
+    else
+      along_parameters = true;
 
   std::array<Dual, n.states + n.outputs> results;
   Dual* const rates = results.data();
   Dual* const outputs = rates + n.states;
   if (along_parameters)
-    physics(z.data(), u, p, rates, outputs);
+    along_any(physics, z.data(), u, point, wanted, count, rates, outputs);
   else
     along_motion(physics, z.data(), u, point.p.data(), rates, outputs);
   for (Eigen::Index k = 0; k < count; ++k)

@@ -28,7 +28,9 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
   constexpr double rounding = 1e-14;  // a shorter step changes no more than rounding does
   Values &at = problem.memory.here, &next = problem.memory.next;
   Jacobians& slope = problem.memory.slopes;
+  VectorXd &z_of_at = problem.memory.z_of_here, &z_of_slope = problem.memory.z_of_slopes;
   evaluate(problem, z, at);
+  z_of_at = z;
   NewtonResult result{z, std::numeric_limits<double>::infinity(),
                       std::numeric_limits<double>::infinity(), 0};
   if (!at.finite) return result;
@@ -38,6 +40,7 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
     if (options.observe) options.observe(point_of(problem, z));
     if (options.stop.stop_requested()) return result;
     differentiate(problem, z, at, slope);
+    z_of_slope = z;
     if (!slope.finite) return result;
     solve(slope.residual, at.residual, dz);
     if (!dz.allFinite()) return result;
@@ -58,7 +61,7 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
 
     std::swap(z, trial);
     std::swap(at, next);
-    result.z = z;
+    result.z = z_of_at = z;
     result.residual = at.residual.lpNorm<Eigen::Infinity>();
   }
   return result;

@@ -112,16 +112,11 @@ const OperatingPoint& placed(const Problem& p, const VectorXd& z) {
 
 // Checks the sizes of the model's results, if it can be evaluated at the guess.
 void check_answers(const Problem& p) {
+  if (p.in_place && !p.notes_nearest) return;  // of known sizes
   const OperatingPoint& at = p.base;
   VectorXd& y = p.memory.y;
   y.resize(p.row_nominal.size());
   const Index nx = std::ssize(p.model.states);
-  if (p.in_place && !p.notes_nearest) {
-    (void)guarded(p, [&] {
-      p.in_place->write(at.x.data(), at.u.data(), at.p.data(), y.data(), y.data() + nx);
-    });
-    return;
-  }
   VectorXd rates(nx), outputs(std::ssize(p.model.outputs));
   const bool answered = guarded(p, [&] {
     rates = p.model.f(at.x, at.u, at.p);
@@ -194,13 +189,16 @@ void differentiate(const Problem& p, const VectorXd& z, const Values& at, Jacobi
     return;
   }
   const auto row = [&](Index i) { return J.row(i).cwiseProduct(p.nominal.transpose()); };
-  s.residual.resize(p.m(), p.n());
-  for (Index i = 0; i < p.m(); ++i)
-    s.residual.row(i) =
-        row(p.equations[std::size_t(i)]) / p.row_nominal[p.equations[std::size_t(i)]];
-  s.limited.resize(std::ssize(p.limited), p.n());
-  for (Index i = 0; i < s.limited.rows(); ++i)
-    s.limited.row(i) = row(p.limited[std::size_t(i)]) / p.row_nominal[p.limited[std::size_t(i)]];
+  const auto scaled = [&](const std::vector<Index>& rows, Eigen::MatrixXd& slopes) {
+    slopes.resize(std::ssize(rows), p.n());
+    for (Index k = 0; k < p.n(); ++k)
+      for (Index i = 0; i < slopes.rows(); ++i) {
+        const Index from = rows[std::size_t(i)];
+        slopes(i, k) = J(from, k) * p.nominal[k] / p.row_nominal[from];
+      }
+  };
+  scaled(p.equations, s.residual);
+  scaled(p.limited, s.limited);
   s.effort = VectorXd::Zero(p.n());
   for (const Problem::Term& t : p.terms) {
     if (t.row < 0) {

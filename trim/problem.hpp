@@ -78,6 +78,7 @@ struct Problem {
     Eigen::VectorXd y;
     Values here, next;
     Jacobians slopes;
+    Eigen::VectorXd z_of_here, z_of_slopes;  // where they were evaluated last
   };
   mutable Memory memory{};
 

@@ -25,6 +25,11 @@ namespace {
 constexpr double singular_below = 1e-8;  // smallest over largest singular value (or over one)
 constexpr double at_bound = 1e-7;        // scaled distance within which a limit is active
 
+// Whether the memory holds the evaluation at z, made on the way there.
+bool evaluated(const VectorXd& where, const VectorXd& z) {
+  return z.size() > 0 && dense::same_bits(where, z);
+}
+
 void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
   const auto note = [&](const auto& name, double at, double lower, double upper, double size) {
     if (at >= upper - at_bound) r.limits_active.push_back({name(), true, upper * size});
@@ -75,6 +80,21 @@ double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, co
 dense::SVD svd_of(const MatrixXd& J) { return dense::svd(J); }
 dense::SmallSVD svd_of(const dense::SmallMatrix& J) { return dense::small_svd(J); }
 
+// False where singular vectors have to say which unknowns the equations leave undetermined, or the
+// step is not unique.
+bool well_conditioned(const Problem& p, const dense::SmallMatrix& J, const Values& v,
+                      TrimResult& r) {
+  if (!p.square()) return false;
+  const dense::SmallVector sigma = dense::small_singular_values(J);
+  if (sigma.size() == 0) return false;
+  const double rcond = sigma.minCoeff() / std::max(sigma.maxCoeff(), 1.0);
+  if (!(rcond >= singular_below)) return false;
+  r.rcond = rcond;
+  const dense::SmallVector dz = dense::small_solve(J, dense::SmallVector(v.residual));
+  r.step = dz.allFinite() ? dz.cwiseAbs().maxCoeff() : std::numeric_limits<double>::infinity();
+  return true;
+}
+
 // `J`: of the equations.
 template <class Matrix, class Vector>
 void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, const Matrix& J,
@@ -106,13 +126,18 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
     return;
   }
   Jacobians& s = p.memory.slopes;
-  differentiate(p, z, v, s);
+  if (!evaluated(p.memory.z_of_slopes, z)) {
+    differentiate(p, z, v, s);
+    p.memory.z_of_slopes = z;
+  }
   if (!s.finite) return;  // rcond stays 0: unknown
-  if (p.n() <= dense::small_size)
-    note_conditioning(p, z, v, dense::SmallMatrix(s.residual), dense::SmallVector(v.residual), r,
-                      away);
-  else
+  if (p.n() <= dense::small_size) {
+    const dense::SmallMatrix J = s.residual;
+    if (!well_conditioned(p, J, v, r))
+      note_conditioning(p, z, v, J, dense::SmallVector(v.residual), r, away);
+  } else {
     note_conditioning(p, z, v, s.residual, v.residual, r, away);
+  }
 }
 
 }  // namespace
@@ -190,7 +215,10 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   r.point = point_of(p, z);
   r.residual = std::numeric_limits<double>::infinity();
   Values &v = p.memory.here, &again = p.memory.next;
-  evaluate(p, z, v);
+  if (!evaluated(p.memory.z_of_here, z)) {
+    evaluate(p, z, v);
+    p.memory.z_of_here = z;
+  }
   evaluate(p, z, again);
   if (!v.finite) {
     r.status = TrimStatus::not_finite;
@@ -199,7 +227,7 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   r.residual = p.m() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
   r.effort = v.effort;
   r.rates = v.rates;
-  r.outputs = outputs(p, r.point);
+  r.outputs = p.needs_outputs ? v.outputs : outputs(p, r.point);
   note_limits(p, z, v, r);
   if (!dense::same_bits(v.residual, again.residual)) {
     r.status = TrimStatus::not_repeatable;
