@@ -3,9 +3,11 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "model/feedback.hpp"
+#include "model/many.hpp"
 #include "python/src/calls.hpp"
 #include "vehicles/mode_names.hpp"
 
@@ -148,13 +150,134 @@ Function vector_function(const std::shared_ptr<Held>& held, const std::string& w
   };
 }
 
-// ---- The model ----------------------------------------------------------------------------------
-
 // The callable as named in the library's own error messages.
 std::string answer_of(const Model& model, const char* function) {
   return model.name.empty() ? fmt::format("the model's {}", function)
                             : fmt::format("model '{}': its {}", model.name, function);
 }
+
+// ---- Many points at once ------------------------------------------------------------------------
+
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Rows of an answer to `columns` points: an array of this shape, or a sequence with one entry for
+// each row, an array of `columns` values or a number that holds for all.
+MatrixXd as_columns(const py::object& answer, const std::string& what, Index rows, Index columns) {
+  const std::string expected =
+      fmt::format("{} x {} values, one column for each of the {} points", rows, columns, columns);
+  if (!py::isinstance<py::array>(answer) && py::isinstance<py::sequence>(answer)) {
+    const auto parts = py::reinterpret_borrow<py::sequence>(answer);
+    if (Index(parts.size()) != rows) refuse(what, expected, fmt::format("{} rows", parts.size()));
+    MatrixXd all(rows, columns);
+    for (Index i = 0; i < rows; ++i) {
+      const py::array_t<double> row = as_numbers(parts[std::size_t(i)], what, expected);
+      if (row.ndim() == 0)
+        all.row(i).setConstant(*row.data());
+      else if (row.ndim() == 1 && row.size() == columns)
+        all.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), columns);
+      else
+        refuse(what, expected, fmt::format("{} in row {}", shape_of(row), i + 1));
+    }
+    return all;
+  }
+  return as_matrix(answer, what, rows, columns);
+}
+
+py::array_t<double> columns_of(const MatrixXd& m) {
+  py::array_t<double> array({m.rows(), m.cols()});
+  Eigen::Map<Rows>(array.mutable_data(), m.rows(), m.cols()) = m;
+  return array;
+}
+
+// One function of a vectorized model. What it gives for many points is compared once, column by
+// column, with what it gives for each of them alone.
+struct Vectorized {
+  std::shared_ptr<Held> held;
+  std::string what;
+  Index rows;
+  mutable std::shared_ptr<bool> compared = std::make_shared<bool>(false);
+
+  MatrixXd call(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) const {
+    return guarded([&] {
+      return as_columns(held->function(columns_of(x), columns_of(u), columns_of(p)), what, rows,
+                        x.cols());
+    });
+  }
+  MatrixXd operator()(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) const {
+    MatrixXd y = call(x, u, p);
+    if (!*compared && x.cols() > 1) compare(x, u, p, y);
+    return y;
+  }
+  void compare(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p, const MatrixXd& y) const {
+    constexpr double rounding = 1e-12;  // of a row's largest value: another order of a sum
+    const VectorXd size = y.array().isFinite().select(y, 0.0).cwiseAbs().rowwise().maxCoeff();
+    for (Index k = 0; k < x.cols(); ++k) {
+      const MatrixXd alone = call(x.col(k), u.col(k), p.col(k));
+      for (Index i = 0; i < rows; ++i) {
+        const double together = y(i, k), single = alone(i, 0);
+        if (together == single || (std::isnan(together) && std::isnan(single))) continue;
+        if (std::abs(together - single) <= rounding * size[i]) continue;
+        guarded([&]() -> void {
+          refuse(what,
+                 fmt::format("{:.17g} in row {}, as for point {} alone", single, i + 1, k + 1),
+                 fmt::format("{:.17g} for {} points at once: vectorized=True asks for a function "
+                             "that treats each column of x, u and p on its own",
+                             together, x.cols()));
+        });
+      }
+    }
+    *compared = true;
+  }
+};
+
+Function one_of(const Vectorized& function) {
+  return [function](const VectorXd& x, const VectorXd& u, const VectorXd& p) -> VectorXd {
+    return function.call(x, u, p).col(0);
+  };
+}
+
+// f and h of a vectorized model.
+void set_vectorized(Model& m, const std::optional<Vectorized>& f,
+                    const std::optional<Vectorized>& h) {
+  if (h) m.h = one_of(*h);
+  if (!f) return;
+  const auto values = [f, h](const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) {
+    MatrixXd y(f->rows + (h ? h->rows : 0), x.cols());
+    y.topRows(f->rows) = (*f)(x, u, p);
+    if (h) y.bottomRows(h->rows) = (*h)(x, u, p);
+    return y;
+  };
+  m.f = FunctionOfMany{one_of(*f), std::make_shared<const Many>(Many{values})};
+}
+
+// Model::lanes from a callable of (values of all variables at the points, variables) that returns
+// [f; h] and then its derivatives by each of the variables, a block of columns each.
+void set_lanes(HeldModel& held, const py::object& function) {
+  Model& m = held.model;
+  const Index rows = std::ssize(m.states) + std::ssize(m.outputs);
+  const Index n = std::ssize(m.states) + std::ssize(m.inputs) + std::ssize(m.parameters);
+  held.own.push_back(std::make_shared<Held>(Held{function}));
+  m.lanes = [own = held.own.back(), rows, n, what = answer_of(m, "lanes")](
+                const double* z, const std::vector<Index>& variables, double* values,
+                double* slopes) {
+    constexpr auto L = Index(model_lanes);
+    const Index blocks = slopes ? std::ssize(variables) : 0;
+    Rows all = Rows::Constant(rows, (1 + blocks) * L, NAN);
+    try {
+      all = guarded([&] {
+        const std::vector<Index> along(variables.begin(), variables.begin() + blocks);
+        const py::object answer = own->function(columns_of(Eigen::Map<const Rows>(z, n, L)), along);
+        return as_matrix(answer, what, rows, (1 + blocks) * L);
+      });
+    } catch (const CallableRaised&) {  // NaN: each point is then tried alone
+    }
+    Eigen::Map<Rows>(values, rows, L) = all.leftCols(L);
+    for (Index c = 0; c < blocks; ++c)
+      Eigen::Map<Rows>(slopes + c * rows * L, rows, L) = all.middleCols((1 + c) * L, L);
+  };
+}
+
+// ---- The model ----------------------------------------------------------------------------------
 
 using SwitchTuple = std::tuple<std::string, py::function>;
 
@@ -191,7 +314,8 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
                      const std::vector<SignalTuple>& states, const std::vector<SignalTuple>& inputs,
                      const std::vector<SignalTuple>& outputs,
                      const std::vector<SignalTuple>& parameters, const py::object& derivatives,
-                     const std::vector<SwitchTuple>& switches) {
+                     const std::vector<SwitchTuple>& switches, bool vectorized,
+                     const py::object& lanes) {
   HeldModel held;
   held.callables = true;
   Model& m = held.model;
@@ -201,12 +325,21 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
   m.inputs = signals_of(inputs);
   m.outputs = signals_of(outputs);
   m.parameters = signals_of(parameters);
-  if (!f.is_none())
-    m.f = vector_function(hold(held, f), answer_of(m, "rates f"), std::ssize(m.states));
-  else if (states.empty())
+  const Index nx = std::ssize(m.states), ny = std::ssize(m.outputs);
+  const std::string of_f = answer_of(m, "rates f"), of_h = answer_of(m, "outputs h");
+  if (f.is_none() && states.empty())
     m.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return VectorXd(); };
-  if (!h.is_none())
-    m.h = vector_function(hold(held, h), answer_of(m, "outputs h"), std::ssize(m.outputs));
+  if (vectorized) {
+    const auto own = [&](const py::object& function, const std::string& what, Index rows) {
+      return function.is_none() ? std::nullopt
+                                : std::optional(Vectorized{hold(held, function), what, rows});
+    };
+    set_vectorized(m, own(f, of_f, nx), own(h, of_h, ny));
+  } else {
+    if (!f.is_none()) m.f = vector_function(hold(held, f), of_f, nx);
+    if (!h.is_none()) m.h = vector_function(hold(held, h), of_h, ny);
+  }
+  if (!lanes.is_none()) set_lanes(held, lanes);
   if (!derivatives.is_none()) set_derivatives(held, derivatives);
   for (const auto& [what, distance] : switches) add_switch(held, what, distance);
   check(m);
@@ -276,7 +409,8 @@ void add_model(py::module_& module) {
   using py::arg;
   py::class_<HeldModel>(module, "Model", py::custom_type_setup(collectable))
       .def(py::init(&make_model), arg("name"), arg("f"), arg("h"), arg("states"), arg("inputs"),
-           arg("outputs"), arg("parameters"), arg("derivatives"), arg("switches"))
+           arg("outputs"), arg("parameters"), arg("derivatives"), arg("switches"),
+           arg("vectorized") = false, arg("lanes") = py::none())
       .def_property_readonly("name", [](const HeldModel& m) { return m.model.name; })
       .def_property_readonly("states", [](const HeldModel& m) { return tuples_of(m.model.states); })
       .def_property_readonly("inputs", [](const HeldModel& m) { return tuples_of(m.model.inputs); })
