@@ -8,6 +8,7 @@
 
 #include "model/feedback.hpp"
 #include "model/many.hpp"
+#include "python/src/answers.hpp"
 #include "python/src/calls.hpp"
 #include "vehicles/mode_names.hpp"
 
@@ -18,85 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-// ---- Return values of callables -----------------------------------------------------------------
-
-// A callable returned an object of the wrong kind or shape, whatever its numbers.
-struct WrongAnswer : std::invalid_argument {
-  using std::invalid_argument::invalid_argument;
-};
-
-[[noreturn]] void refuse(const std::string& what, const std::string& expected,
-                         const std::string& got) {
-  throw WrongAnswer(fmt::format("{}: expected {}, got {}", what, expected, got));
-}
-
-std::string kind_of(const py::handle& answer) {
-  if (answer.is_none()) return "None";
-  if (py::isinstance<py::str>(answer)) return "a string";
-  return fmt::format("{} {}", std::string(Py_TYPE(answer.ptr())->tp_name),
-                     std::string(py::repr(answer)).substr(0, 60));
-}
-
-std::string shape_of(const py::array& array) {
-  return fmt::format("an array of shape {}", std::string(py::str(array.attr("shape"))));
-}
-
-// Converted by numpy, if it holds real numbers.
-py::array_t<double> as_numbers(const py::handle& answer, const std::string& what,
-                               const std::string& expected) {
-  const py::array given = py::array::ensure(answer);
-  if (!given) refuse(what, expected, kind_of(answer));  // lists of unequal length
-  const char kind = given.dtype().kind();
-  if (kind == 'c') refuse(what, "real values", "complex ones");
-  if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
-    refuse(what, expected, kind_of(answer));
-  return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
-}
-
-// The common return values, read without copies or conversion: a suitable array, or a list or tuple
-// of floats. False for any other.
-bool read_floats(const py::handle& answer, VectorXd& values) {
-  PyObject* const p = answer.ptr();
-  using Plain = py::array_t<double, py::array::c_style>;
-  if (py::isinstance<Plain>(answer)) {
-    const auto array = py::reinterpret_borrow<Plain>(answer);
-    if (array.ndim() > 1) return false;
-    values = Eigen::Map<const VectorXd>(array.data(), array.size());
-    return true;
-  }
-  if (!PyList_CheckExact(p) && !PyTuple_CheckExact(p)) return false;
-  const Py_ssize_t size = PySequence_Fast_GET_SIZE(p);
-  values.resize(size);
-  for (Py_ssize_t i = 0; i < size; ++i) {
-    PyObject* const item = PySequence_Fast_GET_ITEM(p, i);
-    if (!PyFloat_Check(item)) return false;  // includes numpy.float64
-    values[i] = PyFloat_AS_DOUBLE(item);
-  }
-  return true;
-}
-
-VectorXd as_vector(const py::handle& answer, const std::string& what, Index expected) {
-  const auto words = [](Index count) { return fmt::format("{} values", count); };
-  VectorXd values;
-  if (!read_floats(answer, values)) {
-    const py::array_t<double> array = as_numbers(answer, what, words(expected));
-    if (array.ndim() > 1) refuse(what, words(expected), shape_of(array));
-    values = Eigen::Map<const VectorXd>(array.data(), array.size());
-  }
-  if (values.size() != expected) refuse(what, words(expected), fmt::format("{}", values.size()));
-  return values;
-}
-
-MatrixXd as_matrix(const py::handle& answer, const std::string& what, Index rows, Index columns) {
-  const std::string expected = fmt::format("{} x {} values", rows, columns);
-  const py::array_t<double> array = as_numbers(answer, what, expected);
-  if (array.ndim() != 2) refuse(what, expected, shape_of(array));
-  if (array.shape(0) != rows || array.shape(1) != columns)
-    refuse(what, expected, fmt::format("{} x {}", array.shape(0), array.shape(1)));
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  return Eigen::Map<const RowMajor>(array.data(), rows, columns);
-}
 
 // ---- Calling them -------------------------------------------------------------------------------
 
@@ -158,39 +80,8 @@ std::string answer_of(const Model& model, const char* function) {
 
 // ---- Many points at once ------------------------------------------------------------------------
 
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// Rows of an answer to `columns` points: an array of this shape, or a sequence with one entry for
-// each row, an array of `columns` values or a number that holds for all.
-MatrixXd as_columns(const py::object& answer, const std::string& what, Index rows, Index columns) {
-  const std::string expected =
-      fmt::format("{} x {} values, one column for each of the {} points", rows, columns, columns);
-  if (!py::isinstance<py::array>(answer) && py::isinstance<py::sequence>(answer)) {
-    const auto parts = py::reinterpret_borrow<py::sequence>(answer);
-    if (Index(parts.size()) != rows) refuse(what, expected, fmt::format("{} rows", parts.size()));
-    MatrixXd all(rows, columns);
-    for (Index i = 0; i < rows; ++i) {
-      const py::array_t<double> row = as_numbers(parts[std::size_t(i)], what, expected);
-      if (row.ndim() == 0)
-        all.row(i).setConstant(*row.data());
-      else if (row.ndim() == 1 && row.size() == columns)
-        all.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), columns);
-      else
-        refuse(what, expected, fmt::format("{} in row {}", shape_of(row), i + 1));
-    }
-    return all;
-  }
-  return as_matrix(answer, what, rows, columns);
-}
-
-py::array_t<double> columns_of(const MatrixXd& m) {
-  py::array_t<double> array({m.rows(), m.cols()});
-  Eigen::Map<Rows>(array.mutable_data(), m.rows(), m.cols()) = m;
-  return array;
-}
-
-// One function of a vectorized model. What it gives for many points is compared once, column by
-// column, with what it gives for each of them alone.
+// One function of a vectorized model. What it gives for several points is compared once with what
+// it gives for each of them alone.
 struct Vectorized {
   std::shared_ptr<Held> held;
   std::string what;
@@ -204,29 +95,43 @@ struct Vectorized {
     });
   }
   MatrixXd operator()(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) const {
-    MatrixXd y = call(x, u, p);
-    if (!*compared && x.cols() > 1) compare(x, u, p, y);
-    return y;
+    if (!*compared) compare(x.col(0), u.col(0), p.col(0));
+    return call(x, u, p);
   }
-  void compare(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p, const MatrixXd& y) const {
+  // At points that differ in every variable: a function that mixes its columns gives itself away.
+  // Where the model throws at one of them, the next call compares.
+  void compare(const VectorXd& x, const VectorXd& u, const VectorXd& p) const {
     constexpr double rounding = 1e-12;  // of a row's largest value: another order of a sum
+    constexpr Index points = 3;
+    const auto moved = [](const VectorXd& v) {
+      constexpr double share = 1e-7;
+      MatrixXd columns = v.replicate(1, points);
+      for (Index i = 0; i < v.size(); ++i)
+        for (Index k = 0; k < points; ++k)
+          columns(i, k) += share * double((k + 1) * (k + 1) * (i + 1)) * (1 + std::abs(v[i]));
+      return columns;
+    };
+    const MatrixXd xs = moved(x), us = moved(u), ps = moved(p), y = call(xs, us, ps);
     const VectorXd size = y.array().isFinite().select(y, 0.0).cwiseAbs().rowwise().maxCoeff();
-    for (Index k = 0; k < x.cols(); ++k) {
-      const MatrixXd alone = call(x.col(k), u.col(k), p.col(k));
+    for (Index k = 0; k < points; ++k) {
+      const MatrixXd alone = call(xs.col(k), us.col(k), ps.col(k));
       for (Index i = 0; i < rows; ++i) {
         const double together = y(i, k), single = alone(i, 0);
         if (together == single || (std::isnan(together) && std::isnan(single))) continue;
-        if (std::abs(together - single) <= rounding * size[i]) continue;
-        guarded([&]() -> void {
-          refuse(what,
-                 fmt::format("{:.17g} in row {}, as for point {} alone", single, i + 1, k + 1),
-                 fmt::format("{:.17g} for {} points at once: vectorized=True asks for a function "
-                             "that treats each column of x, u and p on its own",
-                             together, x.cols()));
-        });
+        if (!(std::abs(together - single) <= rounding * size[i])) mixes(i, together, single);
       }
     }
     *compared = true;
+  }
+  void mixes(Index row, double together, double single) const {
+    guarded([&]() -> void {
+      refuse(what,
+             fmt::format("the same for a point among others and alone, {:.17g} in row {}", single,
+                         row + 1),
+             fmt::format("{:.17g}: vectorized=True needs a function that treats each column of x, "
+                         "u and p on its own",
+                         together));
+    });
   }
 };
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, List, Optional, Sequence, Union
+from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,19 +24,19 @@ class ComplexStep:
         rows: Sequence[str],
         variables: Sequence[str],
         nominals: Sequence[float],
+        ends: Tuple[int, int],
         vectorized: bool = False,
     ) -> None:
         self.functions = [function for function in (f, h) if function is not None]
         self.rows, self.variables = list(rows), list(variables)
         self.nominals = np.array(nominals, float)
-        self.ends = (0, 0)
+        self.ends = ends
         self.vectorized = vectorized
         self.checked = False
 
     def __call__(self, x: Any, u: Any, p: Any) -> Union[NDArray[np.float64], str]:
         z = np.concatenate([x, u, p])
         ends = [len(x), len(x) + len(u)]
-        self.ends = (ends[0], ends[1])
         if self.checked:
             return self.jacobian(z, ends)
         here = self.values(z, ends).real

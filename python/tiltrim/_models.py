@@ -82,7 +82,8 @@ def _complex_step(
     variables = [*states, *inputs, *parameters]
     rows = [f"{s.name}'" for s in states] + [s.name for s in outputs]
     nominals = [s.nominal for s in variables]
-    return ComplexStep(f, h, rows, [s.name for s in variables], nominals, vectorized)
+    ends = (len(states), len(states) + len(inputs))
+    return ComplexStep(f, h, rows, [s.name for s in variables], nominals, ends, vectorized)
 
 
 class Model(Shown):
