@@ -9,6 +9,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "model/many.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;
@@ -21,12 +23,54 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 // Minimizes the sum of truncation error O(h²) and round-off O(ε/h).        [4, sec. 8.1; 5]
 const double central_step = std::cbrt(epsilon);
+const std::vector<double> near_steps{1, -1, 2, -2};
 
 VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point) {
   const Evaluation e = evaluate(model, point);
   VectorXd all(e.rates.size() + e.outputs.size());
   all << e.rates, e.outputs;
   return all;
+}
+
+double step_of(const Model& model, const OperatingPoint& point, Index variable) {
+  const double value = value_of(point, variable);
+  const double asked = central_step * signal_of(model, variable).nominal;
+  const double h = (value + asked) - value;  // the actual step, not the requested one
+  return h != 0 ? h : std::nextafter(std::abs(value), INFINITY) - std::abs(value);
+}
+
+// [f; h] at these steps along each variable in turn, in one call of a model that evaluates many
+// points: the samples of a variable in adjacent columns. Empty for other models, and if a value is
+// missing: then one call for each point tells which.
+MatrixXd samples_at_once(const Model& model, const OperatingPoint& point,
+                         const std::vector<Index>& variables, const std::vector<double>& steps) {
+  const Many* const all = many(model);
+  if (!all || variables.empty()) return {};
+  const Index count = std::ssize(variables) * std::ssize(steps), nx = point.x.size();
+  const Index nu = point.u.size();
+  MatrixXd z(nx + nu + point.p.size(), count);
+  for (Index c = 0; c < count; ++c) z.col(c) << point.x, point.u, point.p;
+  Index c = 0;
+  for (const Index j : variables)
+    for (const double s : steps) z(j, c++) = value_of(point, j) + s * step_of(model, point, j);
+  try {
+    MatrixXd y = all->values(z.topRows(nx), z.middleRows(nx, nu), z.bottomRows(z.rows() - nx - nu));
+    return y.allFinite() ? y : MatrixXd();
+  } catch (const CallerMistake&) {
+    throw;
+  } catch (const std::exception&) {
+    return {};
+  }
+}
+
+// No bound is closer than two steps.
+bool has_room(const Model& model, const OperatingPoint& point, const std::vector<Index>& variables,
+              const std::vector<Range>& bounds) {
+  for (std::size_t k = 0; k < bounds.size(); ++k) {
+    const double value = value_of(point, variables[k]), h = step_of(model, point, variables[k]);
+    if (!(bounds[k].lower <= value - 2 * h && value + 2 * h <= bounds[k].upper)) return false;
+  }
+  return true;
 }
 
 // [f; h] along one variable: samples at the point and at multiples of the step on both sides.
@@ -37,13 +81,11 @@ struct Line {
   double value, h;
 
   Line(const Model& m, const OperatingPoint& point, Index j)
-      : model(m), at(point), variable(j), value(value_of(point, j)) {
-    const double asked = central_step * signal_of(m, j).nominal;
-    h = (value + asked) - value;  // the actual step, not the requested one
-    if (h == 0) h = std::nextafter(std::abs(value), INFINITY) - std::abs(value);
-  }
+      : model(m), at(point), variable(j), value(value_of(point, j)), h(step_of(m, point, j)) {}
   // NaN where the model throws: only one side may be outside its domain.
   VectorXd sample(double steps) {
+    for (Index i = 0; i < known.cols(); ++i)
+      if (near_steps[std::size_t(i)] == steps) return known.col(i);
     set_value(at, variable, value + steps * h);
     VectorXd y = VectorXd::Constant(std::ssize(model.states) + std::ssize(model.outputs), NAN);
     try {
@@ -61,6 +103,7 @@ struct Line {
     if (thrown && !slope.allFinite()) std::rethrow_exception(thrown);
   }
   std::exception_ptr thrown;
+  MatrixXd known{};  // samples at near_steps, or none
 };
 
 // One column of the Jacobian: two estimates of the derivative with truncation errors in the ratio
@@ -208,8 +251,13 @@ Differences difference(const Model& model, const OperatingPoint& point,
   const Index n = std::ssize(variables);
   Differences d{{MatrixXd(y0.size(), n), MatrixXd(y0.size(), n)}, {}};
   std::vector<Column> columns;
+  const MatrixXd samples = has_room(model, point, variables, bounds)
+                               ? samples_at_once(model, point, variables, near_steps)
+                               : MatrixXd();
+  const Index each = std::ssize(near_steps);
   for (Index k = 0; k < n; ++k) {
     Line line(model, point, variables[std::size_t(k)]);
+    if (samples.size() > 0) line.known = samples.middleCols(each * k, each);
     const Range range = bounds.empty() ? Range{} : bounds.at(std::size_t(k));
     columns.push_back(column(model, line, y0, range, d.remarks));
     d.jacobian.value.col(k) = columns.back().fine;
@@ -267,9 +315,17 @@ MatrixXd jacobian(const Model& model, const OperatingPoint& point,
   MatrixXd J = model.derivatives ? given_derivatives(model, point, variables)
                                  : MatrixXd(std::ssize(model.states) + std::ssize(model.outputs),
                                             std::ssize(variables));
+  static const std::vector<double> beside{1, -1};
+  const MatrixXd samples =
+      model.derivatives ? MatrixXd() : samples_at_once(model, point, variables, beside);
   for (Index k = 0; k < J.cols(); ++k) {
     if (model.derivatives && J.col(k).allFinite()) continue;
     if (exact) *exact = false;
+    if (samples.size() > 0) {
+      const double h = step_of(model, point, variables[std::size_t(k)]);
+      J.col(k) = (samples.col(2 * k) - samples.col(2 * k + 1)) / (2 * h);
+      continue;
+    }
     Line line(model, point, variables[std::size_t(k)]);
     const VectorXd ahead = line.sample(1), behind = line.sample(-1);
     J.col(k) = (ahead - behind) / (2 * line.h);

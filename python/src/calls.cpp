@@ -32,15 +32,19 @@ py::object code_of(py::object handler) {
   return py::getattr(handler, "__code__", py::none());
 }
 
-py::set handlers() {
-  py::set codes;
-  const py::module_ signal = py::module_::import("signal");
-  for (const py::handle number : signal.attr("valid_signals")()) {
-    const py::object handler = signal.attr("getsignal")(number);
-    if (!PyCallable_Check(handler.ptr())) continue;  // SIG_DFL, SIG_IGN, None
-    if (const py::object code = code_of(handler); !code.is_none()) codes.add(code);
+// The handlers that are set, as they are: most verbs need no more. _signal's functions, as those of
+// signal make an enum of each answer, which costs more than a small trim.
+py::list handlers() {
+  static const py::handle getsignal =
+      py::object(py::module_::import("_signal").attr("getsignal")).release();
+  static const py::handle numbers =
+      py::list(py::module_::import("_signal").attr("valid_signals")()).release();
+  py::list set;
+  for (const py::handle number : numbers) {
+    const py::object handler = getsignal(number);
+    if (PyCallable_Check(handler.ptr())) set.append(handler);  // else SIG_DFL, SIG_IGN, None
   }
-  return codes;
+  return set;
 }
 
 // Two verbs with callables must not run at once: one would wait for Ipopt's lock while holding the
@@ -81,10 +85,15 @@ void Call::keep(py::object exception) {
 bool Call::from_handler(const py::object& exception) const {
   // Raised once more, an exception keeps the traceback that it had: the newest frames come first.
   if (last_ && exception.is(last_)) return false;
+  py::set codes;
+  for (const py::handle handler : handlers_)
+    if (const py::object code = code_of(py::reinterpret_borrow<py::object>(handler));
+        !code.is_none())
+      codes.add(code);
   constexpr int deepest = 1000;  // Python's own limit of calls within calls
   py::object at = exception.attr("__traceback__");
   for (int i = 0; i < deepest && !at.is_none(); ++i, at = at.attr("tb_next"))
-    if (handlers_.contains(at.attr("tb_frame").attr("f_code"))) return true;
+    if (codes.contains(at.attr("tb_frame").attr("f_code"))) return true;
   return false;
 }
 

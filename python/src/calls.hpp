@@ -51,7 +51,7 @@ class Call {
  private:
   std::stop_source stop_;
   py::object raise_, first_, last_;
-  py::set handlers_;  // code objects of signals' handlers
+  py::list handlers_;  // of signals, when the verb began
   Call* outer_;
 };
 

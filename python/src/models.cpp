@@ -3,9 +3,12 @@
 #include <fmt/core.h>
 
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "model/feedback.hpp"
+#include "model/many.hpp"
+#include "python/src/answers.hpp"
 #include "python/src/calls.hpp"
 #include "vehicles/mode_names.hpp"
 
@@ -16,85 +19,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
-
-// ---- Return values of callables -----------------------------------------------------------------
-
-// A callable returned an object of the wrong kind or shape, whatever its numbers.
-struct WrongAnswer : std::invalid_argument {
-  using std::invalid_argument::invalid_argument;
-};
-
-[[noreturn]] void refuse(const std::string& what, const std::string& expected,
-                         const std::string& got) {
-  throw WrongAnswer(fmt::format("{}: expected {}, got {}", what, expected, got));
-}
-
-std::string kind_of(const py::handle& answer) {
-  if (answer.is_none()) return "None";
-  if (py::isinstance<py::str>(answer)) return "a string";
-  return fmt::format("{} {}", std::string(Py_TYPE(answer.ptr())->tp_name),
-                     std::string(py::repr(answer)).substr(0, 60));
-}
-
-std::string shape_of(const py::array& array) {
-  return fmt::format("an array of shape {}", std::string(py::str(array.attr("shape"))));
-}
-
-// Converted by numpy, if it holds real numbers.
-py::array_t<double> as_numbers(const py::handle& answer, const std::string& what,
-                               const std::string& expected) {
-  const py::array given = py::array::ensure(answer);
-  if (!given) refuse(what, expected, kind_of(answer));  // lists of unequal length
-  const char kind = given.dtype().kind();
-  if (kind == 'c') refuse(what, "real values", "complex ones");
-  if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
-    refuse(what, expected, kind_of(answer));
-  return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
-}
-
-// The common return values, read without copies or conversion: a suitable array, or a list or tuple
-// of floats. False for any other.
-bool read_floats(const py::handle& answer, VectorXd& values) {
-  PyObject* const p = answer.ptr();
-  using Plain = py::array_t<double, py::array::c_style>;
-  if (py::isinstance<Plain>(answer)) {
-    const auto array = py::reinterpret_borrow<Plain>(answer);
-    if (array.ndim() > 1) return false;
-    values = Eigen::Map<const VectorXd>(array.data(), array.size());
-    return true;
-  }
-  if (!PyList_CheckExact(p) && !PyTuple_CheckExact(p)) return false;
-  const Py_ssize_t size = PySequence_Fast_GET_SIZE(p);
-  values.resize(size);
-  for (Py_ssize_t i = 0; i < size; ++i) {
-    PyObject* const item = PySequence_Fast_GET_ITEM(p, i);
-    if (!PyFloat_Check(item)) return false;  // includes numpy.float64
-    values[i] = PyFloat_AS_DOUBLE(item);
-  }
-  return true;
-}
-
-VectorXd as_vector(const py::handle& answer, const std::string& what, Index expected) {
-  const auto words = [](Index count) { return fmt::format("{} values", count); };
-  VectorXd values;
-  if (!read_floats(answer, values)) {
-    const py::array_t<double> array = as_numbers(answer, what, words(expected));
-    if (array.ndim() > 1) refuse(what, words(expected), shape_of(array));
-    values = Eigen::Map<const VectorXd>(array.data(), array.size());
-  }
-  if (values.size() != expected) refuse(what, words(expected), fmt::format("{}", values.size()));
-  return values;
-}
-
-MatrixXd as_matrix(const py::handle& answer, const std::string& what, Index rows, Index columns) {
-  const std::string expected = fmt::format("{} x {} values", rows, columns);
-  const py::array_t<double> array = as_numbers(answer, what, expected);
-  if (array.ndim() != 2) refuse(what, expected, shape_of(array));
-  if (array.shape(0) != rows || array.shape(1) != columns)
-    refuse(what, expected, fmt::format("{} x {}", array.shape(0), array.shape(1)));
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  return Eigen::Map<const RowMajor>(array.data(), rows, columns);
-}
 
 // ---- Calling them -------------------------------------------------------------------------------
 
@@ -148,13 +72,117 @@ Function vector_function(const std::shared_ptr<Held>& held, const std::string& w
   };
 }
 
-// ---- The model ----------------------------------------------------------------------------------
-
 // The callable as named in the library's own error messages.
 std::string answer_of(const Model& model, const char* function) {
   return model.name.empty() ? fmt::format("the model's {}", function)
                             : fmt::format("model '{}': its {}", model.name, function);
 }
+
+// ---- Many points at once ------------------------------------------------------------------------
+
+// One function of a vectorized model. What it gives for several points is compared once with what
+// it gives for each of them alone.
+struct Vectorized {
+  std::shared_ptr<Held> held;
+  std::string what;
+  Index rows;
+  mutable std::shared_ptr<bool> compared = std::make_shared<bool>(false);
+
+  MatrixXd call(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) const {
+    return guarded([&] {
+      return as_columns(held->function(columns_of(x), columns_of(u), columns_of(p)), what, rows,
+                        x.cols());
+    });
+  }
+  MatrixXd operator()(const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) const {
+    if (!*compared) compare(x.col(0), u.col(0), p.col(0));
+    return call(x, u, p);
+  }
+  // At points that differ in every variable: a function that mixes its columns gives itself away.
+  // Where the model throws at one of them, the next call compares.
+  void compare(const VectorXd& x, const VectorXd& u, const VectorXd& p) const {
+    constexpr double rounding = 1e-12;  // of a row's largest value: another order of a sum
+    constexpr Index points = 3;
+    const auto moved = [](const VectorXd& v) {
+      constexpr double share = 1e-7;
+      MatrixXd columns = v.replicate(1, points);
+      for (Index i = 0; i < v.size(); ++i)
+        for (Index k = 0; k < points; ++k)
+          columns(i, k) += share * double((k + 1) * (k + 1) * (i + 1)) * (1 + std::abs(v[i]));
+      return columns;
+    };
+    const MatrixXd xs = moved(x), us = moved(u), ps = moved(p), y = call(xs, us, ps);
+    const VectorXd size = y.array().isFinite().select(y, 0.0).cwiseAbs().rowwise().maxCoeff();
+    for (Index k = 0; k < points; ++k) {
+      const MatrixXd alone = call(xs.col(k), us.col(k), ps.col(k));
+      for (Index i = 0; i < rows; ++i) {
+        const double together = y(i, k), single = alone(i, 0);
+        if (together == single || (std::isnan(together) && std::isnan(single))) continue;
+        if (!(std::abs(together - single) <= rounding * size[i])) mixes(i, together, single);
+      }
+    }
+    *compared = true;
+  }
+  void mixes(Index row, double together, double single) const {
+    guarded([&]() -> void {
+      refuse(what,
+             fmt::format("the same for a point among others and alone, {:.17g} in row {}", single,
+                         row + 1),
+             fmt::format("{:.17g}: vectorized=True needs a function that treats each column of x, "
+                         "u and p on its own",
+                         together));
+    });
+  }
+};
+
+Function one_of(const Vectorized& function) {
+  return [function](const VectorXd& x, const VectorXd& u, const VectorXd& p) -> VectorXd {
+    return function.call(x, u, p).col(0);
+  };
+}
+
+// f and h of a vectorized model.
+void set_vectorized(Model& m, const std::optional<Vectorized>& f,
+                    const std::optional<Vectorized>& h) {
+  if (h) m.h = one_of(*h);
+  if (!f) return;
+  const auto values = [f, h](const MatrixXd& x, const MatrixXd& u, const MatrixXd& p) {
+    MatrixXd y(f->rows + (h ? h->rows : 0), x.cols());
+    y.topRows(f->rows) = (*f)(x, u, p);
+    if (h) y.bottomRows(h->rows) = (*h)(x, u, p);
+    return y;
+  };
+  m.f = FunctionOfMany{one_of(*f), std::make_shared<const Many>(Many{values})};
+}
+
+// Model::lanes from a callable of (values of all variables at the points, variables) that returns
+// [f; h] and then its derivatives by each of the variables, a block of columns each.
+void set_lanes(HeldModel& held, const py::object& function) {
+  Model& m = held.model;
+  const Index rows = std::ssize(m.states) + std::ssize(m.outputs);
+  const Index n = std::ssize(m.states) + std::ssize(m.inputs) + std::ssize(m.parameters);
+  held.own.push_back(std::make_shared<Held>(Held{function}));
+  m.lanes = [own = held.own.back(), rows, n, what = answer_of(m, "lanes")](
+                const double* z, const std::vector<Index>& variables, double* values,
+                double* slopes) {
+    constexpr auto L = Index(model_lanes);
+    const Index blocks = slopes ? std::ssize(variables) : 0;
+    Rows all = Rows::Constant(rows, (1 + blocks) * L, NAN);
+    try {
+      all = guarded([&] {
+        const std::vector<Index> along(variables.begin(), variables.begin() + blocks);
+        const py::object answer = own->function(columns_of(Eigen::Map<const Rows>(z, n, L)), along);
+        return as_matrix(answer, what, rows, (1 + blocks) * L);
+      });
+    } catch (const CallableRaised&) {  // NaN: each point is then tried alone
+    }
+    Eigen::Map<Rows>(values, rows, L) = all.leftCols(L);
+    for (Index c = 0; c < blocks; ++c)
+      Eigen::Map<Rows>(slopes + c * rows * L, rows, L) = all.middleCols((1 + c) * L, L);
+  };
+}
+
+// ---- The model ----------------------------------------------------------------------------------
 
 using SwitchTuple = std::tuple<std::string, py::function>;
 
@@ -191,7 +219,8 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
                      const std::vector<SignalTuple>& states, const std::vector<SignalTuple>& inputs,
                      const std::vector<SignalTuple>& outputs,
                      const std::vector<SignalTuple>& parameters, const py::object& derivatives,
-                     const std::vector<SwitchTuple>& switches) {
+                     const std::vector<SwitchTuple>& switches, bool vectorized,
+                     const py::object& lanes) {
   HeldModel held;
   held.callables = true;
   Model& m = held.model;
@@ -201,12 +230,21 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
   m.inputs = signals_of(inputs);
   m.outputs = signals_of(outputs);
   m.parameters = signals_of(parameters);
-  if (!f.is_none())
-    m.f = vector_function(hold(held, f), answer_of(m, "rates f"), std::ssize(m.states));
-  else if (states.empty())
+  const Index nx = std::ssize(m.states), ny = std::ssize(m.outputs);
+  const std::string of_f = answer_of(m, "rates f"), of_h = answer_of(m, "outputs h");
+  if (f.is_none() && states.empty())
     m.f = [](const VectorXd&, const VectorXd&, const VectorXd&) { return VectorXd(); };
-  if (!h.is_none())
-    m.h = vector_function(hold(held, h), answer_of(m, "outputs h"), std::ssize(m.outputs));
+  if (vectorized) {
+    const auto own = [&](const py::object& function, const std::string& what, Index rows) {
+      return function.is_none() ? std::nullopt
+                                : std::optional(Vectorized{hold(held, function), what, rows});
+    };
+    set_vectorized(m, own(f, of_f, nx), own(h, of_h, ny));
+  } else {
+    if (!f.is_none()) m.f = vector_function(hold(held, f), of_f, nx);
+    if (!h.is_none()) m.h = vector_function(hold(held, h), of_h, ny);
+  }
+  if (!lanes.is_none()) set_lanes(held, lanes);
   if (!derivatives.is_none()) set_derivatives(held, derivatives);
   for (const auto& [what, distance] : switches) add_switch(held, what, distance);
   check(m);
@@ -276,7 +314,8 @@ void add_model(py::module_& module) {
   using py::arg;
   py::class_<HeldModel>(module, "Model", py::custom_type_setup(collectable))
       .def(py::init(&make_model), arg("name"), arg("f"), arg("h"), arg("states"), arg("inputs"),
-           arg("outputs"), arg("parameters"), arg("derivatives"), arg("switches"))
+           arg("outputs"), arg("parameters"), arg("derivatives"), arg("switches"),
+           arg("vectorized") = false, arg("lanes") = py::none())
       .def_property_readonly("name", [](const HeldModel& m) { return m.model.name; })
       .def_property_readonly("states", [](const HeldModel& m) { return tuples_of(m.model.states); })
       .def_property_readonly("inputs", [](const HeldModel& m) { return tuples_of(m.model.inputs); })

@@ -222,6 +222,37 @@ def aircraft_rates(x, u, p):
     ]
 
 
+def glider_rates(x, u, p):
+    """An aircraft with a drag polar, in numpy's functions alone: one point, or one in each column."""
+    m, g, S, c, inertia, rho, power = 13.5, 9.81, 0.55, 0.19, 1.135, 1.2682, 60.0
+    V, gamma, theta, q = x
+    throttle, elevator = u
+    alpha = theta - gamma
+    Q = 0.5 * rho * V * V * S
+    CL = 0.28 + 3.45 * alpha - 0.36 * elevator
+    lift, drag = Q * CL, Q * (0.0437 + CL**2 / 43.0)
+    thrust = power * throttle
+    return [
+        (thrust * np.cos(alpha) - drag) / m - g * np.sin(gamma),
+        (thrust * np.sin(alpha) + lift) / (m * V) - g * np.cos(gamma) / V,
+        q,
+        Q * c * (-0.02338 - 0.38 * alpha - 0.5 * elevator - 1.8 * c * q / V + p[0] * alpha) / inertia,
+    ]
+
+
+def glider(vectorized, derivatives="complex"):
+    """The same as a model, with its aerodynamic center's position as a parameter."""
+    return tiltrim.Model(
+        "numpy aircraft",
+        glider_rates,
+        states=[("V", "m/s", 1), ("gamma", "rad", 0.1), ("theta", "rad", 0.1), ("q", "rad/s", 0.1)],
+        inputs=[("throttle", "", 0.1), ("elevator", "rad", 0.1)],
+        parameters=[("shift", "", 0.1)],
+        derivatives=derivatives,
+        vectorized=vectorized,
+    )
+
+
 def aircraft():
     """Its longitudinal motion."""
     return tiltrim.Model(

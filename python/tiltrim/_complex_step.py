@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Callable, List, Optional, Sequence, Union
+from typing import Any, Callable, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,10 +24,14 @@ class ComplexStep:
         rows: Sequence[str],
         variables: Sequence[str],
         nominals: Sequence[float],
+        ends: Tuple[int, int],
+        vectorized: bool = False,
     ) -> None:
         self.functions = [function for function in (f, h) if function is not None]
         self.rows, self.variables = list(rows), list(variables)
         self.nominals = np.array(nominals, float)
+        self.ends = ends
+        self.vectorized = vectorized
         self.checked = False
 
     def __call__(self, x: Any, u: Any, p: Any) -> Union[NDArray[np.float64], str]:
@@ -44,12 +48,36 @@ class ComplexStep:
         self.checked = not wrong
         return wrong or J
 
+    def columns(self, z: NDArray[Any], ends: Sequence[int]) -> NDArray[Any]:
+        """[f; h] of a vectorized model at many points: shape (nx + ny, N)."""
+        rows = []
+        for g in self.functions:
+            answer = g(*np.split(z.copy(), ends))
+            rows += [np.broadcast_to(row, z.shape[1:]) for row in answer]
+        return np.array(rows)
+
+    def at_points(self, z: NDArray[np.float64], along: Sequence[int]) -> NDArray[np.float64]:
+        """[f; h] at N points, and its derivatives by some variables: shape (rows, (1 + c) N)."""
+        many = z.shape[1]
+        if not along:
+            return self.columns(z, self.ends)
+        ahead = np.tile(z.astype(complex), 1 + len(along))
+        for block, j in enumerate(along, 1):
+            ahead[j, block * many : (block + 1) * many] += 1j * STEP
+        answer = self.columns(ahead, self.ends)
+        return np.hstack([answer[:, :many].real, answer[:, many:].imag / STEP])
+
     def values(self, z: NDArray[Any], ends: List[int]) -> NDArray[Any]:
+        if self.vectorized:
+            return np.asarray(self.columns(z[:, None], ends)[:, 0], complex)
         answers = [g(*np.split(z.copy(), ends)) for g in self.functions]
         parts = [np.ravel(np.asarray(answer, complex)) for answer in answers]
         return np.concatenate(parts) if parts else np.zeros(0, complex)
 
     def jacobian(self, z: NDArray[np.float64], ends: List[int]) -> NDArray[np.float64]:
+        if self.vectorized:
+            every = self.columns(z[:, None] + 1j * STEP * np.eye(len(z)), ends)
+            return np.asarray(every.imag / STEP)
         J = np.zeros((len(self.rows), len(z)))
         for j in range(len(z)):
             ahead = z.astype(complex)

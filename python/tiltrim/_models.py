@@ -77,11 +77,13 @@ def _complex_step(
     inputs: Sequence[Signal],
     outputs: Sequence[Signal],
     parameters: Sequence[Signal],
+    vectorized: bool,
 ) -> ComplexStep:
     variables = [*states, *inputs, *parameters]
     rows = [f"{s.name}'" for s in states] + [s.name for s in outputs]
     nominals = [s.nominal for s in variables]
-    return ComplexStep(f, h, rows, [s.name for s in variables], nominals)
+    ends = (len(states), len(states) + len(inputs))
+    return ComplexStep(f, h, rows, [s.name for s in variables], nominals, ends, vectorized)
 
 
 class Model(Shown):
@@ -97,6 +99,11 @@ class Model(Shown):
                   "complex": from f and h themselves with complex arguments (numpy's functions
                   take them; abs, arctan2 and math's do not), compared once with differences
     switches    : {description: s(x, u, p) -> number, zero where f or h has a kink or a jump}
+    vectorized  : f and h take many points at once: x, u, p of shapes (nx, N), (nu, N), (np, N),
+                  answers of shape (nx, N) and (ny, N), or a list of rows, each of N numbers or one
+                  for all. Differences are then one call, and with derivatives="complex" sweeps take
+                  eight lines at a time. `derivatives` and `switches` still get vectors. The columns
+                  are compared once with those of one point alone: InvalidArgument if they differ
 
     The functions receive copies and must depend only on their arguments. They may return a list,
     tuple, array or (for one value) a number; None, strings, complex numbers and wrong lengths or
@@ -114,6 +121,7 @@ class Model(Shown):
         h: Optional[Callback] = None,
         derivatives: Union[Callback, str, None] = None,
         switches: Optional[Mapping[str, Callable[[Array, Array, Array], float]]] = None,
+        vectorized: bool = False,
     ) -> None:
         by_complex = isinstance(derivatives, str) and derivatives == "complex"
         given: Any = None if by_complex else derivatives
@@ -130,9 +138,10 @@ class Model(Shown):
             _signals(parameters, "parameters"),
         )
         kinks = dict(switches or {})
-        slopes = _complex_step(f, h, *signals) if by_complex else given
-        core = _tiltrim.Model(name, f, h, *signals, slopes, list(kinks.items()))
-        self._set(core, (Model, (name, f, *signals, h, derivatives, kinks)))
+        slopes = _complex_step(f, h, *signals, vectorized) if by_complex else given
+        lanes = slopes.at_points if by_complex and vectorized else None
+        core = _tiltrim.Model(name, f, h, *signals, slopes, list(kinks.items()), vectorized, lanes)
+        self._set(core, (Model, (name, f, *signals, h, derivatives, kinks, vectorized)))
 
     @classmethod
     def _of(cls, core: _tiltrim.Model, made: Made) -> Model:

@@ -34,6 +34,8 @@ class Model:
         parameters: Sequence[_Signal],
         derivatives: Optional[Callable[..., Any]],
         switches: Sequence[Tuple[str, Callable[..., Any]]],
+        vectorized: bool = False,
+        lanes: Optional[Callable[..., Any]] = None,
     ) -> None: ...
     @property
     def name(self) -> str: ...
