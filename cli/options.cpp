@@ -263,40 +263,6 @@ CLI::App* add_validate(CLI::App& app, ValidateCommand& command) {
   return validate;
 }
 
-CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command) {
-  CLI::App* check = app.add_subcommand(
-      "check-proof", "verify a certificate of a proof independently of the program that made it");
-  check->add_option("certificate", command.common.study, "the certificate")
-      ->type_name("FILE")
-      ->required();
-  check
-      ->add_option("--study", command.about,
-                   "also check that all numbers in it are those of this study")
-      ->type_name("STUDY.toml");
-  add_threads(check, command.threads);
-  add_output(check, command.common);
-  return check;
-}
-
-CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
-  CLI::App* prove = app.add_subcommand(
-      "prove", "trim and stability for every value of the study's [[prove.parameter]]");
-  add_common(prove, command.common, true);
-  add_only(prove, command.common);
-  prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
-      ->check(CLI::Range(0.0, 1e3))
-      ->type_name("SIGMA");
-  prove->add_flag("--largest-margin", command.largest,
-                  "search the largest decay rate that can be proved");
-  prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
-      ->check(CLI::Range(1.0, 1e8))
-      ->type_name("N");
-  prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
-      ->type_name("FILE");
-  add_threads(prove, command.threads);
-  return prove;
-}
-
 CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
   CLI::App* tune = app.add_subcommand(
       "tune", "gains with the best worst case over the operating points of the study's [tune]");

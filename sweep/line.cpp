@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "linearize/batch.hpp"
+#include "sweep/extrapolation.hpp"
 #include "sweep/line_affine.hpp"
 #include "sweep/line_modes.hpp"
 #include "sweep/side_by_side.hpp"
@@ -86,38 +87,6 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
   p.second.clear();
   return {sweep, start.place, axis,       count,         numbers_at(sweep, start.place),
           p,     room.valid,  room.exact, room.unknowns, room.A};
-}
-
-// The polynomial through up to four adjacent points, at point k.
-struct Extrapolation {
-  const LineTracker& w;
-  std::array<std::size_t, 4> near;
-  std::size_t count;
-  std::array<double, 4> weight{};
-
-  Extrapolation(const LineTracker& walk, std::size_t k, std::array<std::size_t, 4> points,
-                int known)
-      : w(walk), near(points), count(std::size_t(known)) {
-    const std::vector<double>& v = w.coordinates();
-    for (std::size_t a = 0; a < count; ++a) {
-      weight[a] = 1.0;
-      for (std::size_t b = 0; b < count; ++b)
-        if (b != a) weight[a] *= (v[k] - v[near[b]]) / (v[near[a]] - v[near[b]]);
-    }
-  }
-  double unknown(std::size_t i) const {
-    double value = 0.0;
-    for (std::size_t a = 0; a < count; ++a)
-      value += weight[a] * w.unknowns[near[a] * w.n_unknowns() + i];
-    return value;
-  }
-};
-
-void extrapolate(const LineTracker& w, std::size_t k, std::array<std::size_t, 4> near, int count,
-                 OperatingPoint& at) {
-  const Extrapolation curve(w, k, near, count);
-  for (std::size_t i = 0; i < w.n_unknowns(); ++i)
-    set_value(at, w.sweep.problem.unknowns[i], curve.unknown(i));
 }
 
 // The equilibria next to k on the side already tracked (-1: before it), nearest first.
@@ -295,32 +264,6 @@ void clear(LineTracker& w, std::size_t k) {
   p.residual[k] = not_a_number;
   std::fill_n(&p.state[k * n], n, not_a_number);
   if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
-}
-
-// Bound of the effect of differentiation errors on an eigenvalue of any matrix, by Elsner:
-// (2 |A| + |E|)^(1-1/n) |E|^(1/n) [31].
-double reach_of_differences(const MatrixXd& A) {
-  constexpr double relative = 1e-9;  // of the matrix's norm, or of 1/s: well above their errors
-  const double size = A.norm(), error = relative * std::max(1.0, size);
-  return (2 * size + error) * std::pow(error / (2 * size + error), 1.0 / double(A.rows()));
-}
-
-// The matrix alone decides, however close to the axis.
-bool by_matrix(bool exact, TrimStatus status) { return exact && status != TrimStatus::singular; }
-
-// Closer to the axis than that, linearize() and its bounds decide where A is of differences, and
-// where the trim is singular: it leaves a state open and A with it.
-void judge_near_axis(LineTracker& w) {
-  for (std::size_t k = 0; k < w.count; ++k) {
-    if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
-    if (by_matrix(w.exact[k], TrimStatus(w.points.status[k]))) continue;
-    const double reach = reach_of_differences(w.A.matrix(Index(k)));
-    if (!(std::abs(w.points.spectral_abscissa[k]) <= reach)) continue;
-    const double any_rate = std::numeric_limits<double>::infinity();
-    const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
-    const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;
-    w.points.verdict[k] = std::int8_t(verdict);
-  }
 }
 
 Room& room_of_thread() {

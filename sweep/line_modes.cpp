@@ -227,4 +227,31 @@ std::function<std::optional<MatrixXd>(double)> trims_between(const Prepared& swe
   };
 }
 
+namespace {
+
+// Bound of the effect of differentiation errors on an eigenvalue of any matrix, by Elsner:
+// (2 |A| + |E|)^(1-1/n) |E|^(1/n) [31].
+double reach_of_differences(const MatrixXd& A) {
+  constexpr double relative = 1e-9;  // of the matrix's norm, or of 1/s: well above their errors
+  const double size = A.norm(), error = relative * std::max(1.0, size);
+  return (2 * size + error) * std::pow(error / (2 * size + error), 1.0 / double(A.rows()));
+}
+
+}  // namespace
+
+bool by_matrix(bool exact, TrimStatus status) { return exact && status != TrimStatus::singular; }
+
+void judge_near_axis(LineTracker& w) {
+  for (std::size_t k = 0; k < w.count; ++k) {
+    if (!w.valid[k] || std::isnan(w.points.spectral_abscissa[k])) continue;
+    if (by_matrix(w.exact[k], TrimStatus(w.points.status[k]))) continue;
+    const double reach = reach_of_differences(w.A.matrix(Index(k)));
+    if (!(std::abs(w.points.spectral_abscissa[k]) <= reach)) continue;
+    const double any_rate = std::numeric_limits<double>::infinity();
+    const LinearModel linear = linearize(w.sweep.model(), w.at(k), {.tolerance = any_rate});
+    const Verdict verdict = linear ? modes(linear).verdict : Verdict::undecided;
+    w.points.verdict[k] = std::int8_t(verdict);
+  }
+}
+
 }  // namespace tiltrim

@@ -37,4 +37,10 @@ struct LineTracker {
 /// eigenvalues in that order; `all` has them unordered.
 void follow_modes(LineTracker& w, const LineStart& start, const BatchEigenvalues& all);
 
+/// True if the matrix alone decides, however close to the axis.
+bool by_matrix(bool exact, TrimStatus status);
+/// Closer to the axis than errors of differences reach, linearize() and its bounds decide where A
+/// is of differences, and where the trim is singular: it leaves a state open and A with it.
+void judge_near_axis(LineTracker& w);
+
 }  // namespace tiltrim

@@ -18,6 +18,8 @@ using namespace tiltrim;
 
 namespace feedback_test {
 
+using ::refusal;
+
 namespace {
 
 // x' = A x + B u,  y = C x + D u, with its derivatives.

@@ -16,6 +16,8 @@ using namespace tiltrim;
 
 namespace formulas_test {
 
+using ::refusal;
+
 namespace {
 
 constexpr double a = 0.37, b = 2.9;

@@ -16,6 +16,8 @@ using enum EventFunction::Direction;
 
 namespace integrate_test {
 
+using ::refusal;
+
 static constexpr double pi = std::numbers::pi;
 static constexpr double inf = std::numeric_limits<double>::infinity();
 static constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();

@@ -23,6 +23,8 @@ using std::numbers::pi;
 
 namespace linearize_test {
 
+using ::refusal;
+
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
