@@ -17,8 +17,6 @@
 
 using namespace tiltrim;
 
-namespace allocation_test {
-
 namespace {
 
 std::atomic<long> counted{0}, failing{0};  // allocations so far; the one that fails
@@ -140,5 +138,3 @@ TEST_CASE("an allocation that fails: a sweep by two threads, its log and its map
   });
   CHECK(found.at("std::bad_alloc") > 0);
 }
-
-}  // namespace allocation_test

@@ -1333,7 +1333,7 @@ struct Claimed {
       return MatrixXd(all(Eigen::all, along));
     };
     m.affine = {{"p", [*this](const VectorXd& p) { return phi(p[0]); }}};
-    SweepRequest r = ::request(m, "claimed");
+    SweepRequest r = sweep_test::request(m, "claimed");
     r.inputs = {"y"};
     return r;
   }
