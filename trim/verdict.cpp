@@ -215,7 +215,8 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   r.point = point_of(p, z);
   r.residual = std::numeric_limits<double>::infinity();
   Values &v = p.memory.here, &again = p.memory.next;
-  if (!evaluated(p.memory.z_of_here, z)) {
+  // Two evaluations in a row tell what alternates: functions that are not tiltrim's own may.
+  if (!p.in_place || !evaluated(p.memory.z_of_here, z)) {
     evaluate(p, z, v);
     p.memory.z_of_here = z;
   }

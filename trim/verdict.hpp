@@ -7,10 +7,10 @@ namespace tiltrim {
 
 inline constexpr double bound_slack = 1e-10;  ///< scaled round-off allowed at a bound
 
-/// Evaluates z once more, or twice if it was not evaluated last, and verifies residual, bounds,
-/// conditioning and implied rates. `optimal`: whether the optimum of the cost was verified (or
-/// there is no cost). A point that is not an equilibrium is returned as not_found with all values
-/// computed.
+/// Evaluates z twice, or once more where a model evaluated in place was evaluated there last, and
+/// verifies residual, bounds, conditioning and implied rates. `optimal`: whether the optimum of the
+/// cost was verified (or there is no cost). A point that is not an equilibrium is returned as
+/// not_found with all values computed.
 TrimResult verify(const Problem& problem, const Eigen::VectorXd& z, bool optimal,
                   const TrimOptions& options);
 
