@@ -795,6 +795,23 @@ TEST_CASE("rates that vanish with their slopes are no equilibrium") {
   CHECK_NEAR(root.point.x[0], 1.0, 0.01);
 }
 
+TEST_CASE("a residual within the tolerance does not do where Newton's next step is long") {
+  // x' = 1e-7 (x - 1) rounded to odd multiples of 5e-13: never zero, and 5e-6 of x is left open.
+  Model m =
+      scalar([](double x, double) { return (std::floor(1e-7 * (x - 1) * 1e12) + 0.5) * 1e-12; });
+  m.derivatives = [](const OperatingPoint&, const std::vector<Eigen::Index>& variables) {
+    MatrixXd J(1, std::ssize(variables));
+    for (Eigen::Index k = 0; k < J.cols(); ++k) J(0, k) = variables[std::size_t(k)] == 0 ? 1e-7 : 0;
+    return J;
+  };
+  const TrimResult r = trim(m, {.free = {"x"}, .steady = {"x"}}, {vec({0}), {}, vec({0})},
+                            {.method = TrimMethod::newton, .starts = 0});
+  CHECK(r.status == TrimStatus::singular);
+  CHECK_NEAR(r.rcond, 1e-7, 1e-20);
+  CHECK_NEAR(r.step, 5e-6, 1e-9);
+  CHECK(contains(r.message, "Newton's next step"));
+}
+
 TEST_CASE("what is left over says what was wanted") {
   Model m = scalar([](double x, double p) { return p - x; });
   m.outputs = {{"gap", "m", 1.0}};
