@@ -86,7 +86,7 @@ def test_keyboard_interrupt_within_it_ends_built_in_work():
 def test_false_stops_with_what_there_is(studies, tmp_path):
     best = endless_tuning(lambda done, total, text: False)
     assert best.interrupted and best.evaluations > 0 and best.status == "tuned"
-    assert 0.1 <= best["gains.K_Lp"] <= 5.0 and np.isfinite(best.goal)
+    assert 0.02 <= best["gains.K_Lp"] <= 10.0 and np.isfinite(best.goal)
     file = tmp_path / "many.toml"
     text = (studies / "transition.toml").read_text()
     file.write_text(text.replace("\nflights = 10000", "\nflights = 1000000"))
