@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vehicles/tiltrotor/command.hpp"
 #include "vehicles/tiltrotor/parameters.hpp"
 #include "vehicles/tiltrotor/physics.hpp"
 
@@ -66,28 +67,11 @@ VehicleAndCommand vehicle_from(const Vehicle& like, const Eigen::VectorXd& param
 }
 
 Gains gains_at(const GainSchedule& schedule, double eta) {
-  const std::vector<double>& at = schedule.eta;
-  const double here = std::clamp(eta, at.front(), at.back());
-  const auto after = std::size_t(std::ranges::upper_bound(at, here) - at.begin());
-  const std::size_t k = std::clamp<std::size_t>(after, 1, at.size() - 1);
-  const double share = (here - at[k - 1]) / (at[k] - at[k - 1]);
-  Gains lower = schedule.gains[k - 1], upper = schedule.gains[k], gains = lower;
-  for (std::size_t j = 0; j < gain_fields<double>().size(); ++j)
-    gain_value(gains, j) = (1 - share) * gain_value(lower, j) + share * gain_value(upper, j);
-  return gains;
+  return physics::scheduled(schedule, eta);
 }
 
 double authority(const Aircraft& aircraft, double eta) { return authority_at(eta, aircraft); }
 
-Command corridor(double h) {
-  constexpr double top = 120.0;                             // m, end of the transition
-  constexpr double climb_speed = 2.0, cruise_speed = 15.0;  // m/s
-  const double at = std::clamp(h, 0.0, top);
-  const double angle =
-      std::numbers::pi * (at * at * at / 1728000.0 - at * at / 9600.0 + 0.5);  // (16)
-  const double t = std::clamp((h - 20.0) / 100.0, 0.0, 1.0);
-  const double V = climb_speed + (cruise_speed - climb_speed) * (3 * t * t - 2 * t * t * t);
-  return {V, angle, angle};
-}
+Command corridor(double h) { return physics::corridor_at(h); }
 
 }  // namespace tiltrim
