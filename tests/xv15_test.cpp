@@ -73,8 +73,9 @@ TEST_CASE("the kernel's thrust and torque are sums of scalar blade elements") {
   const Blade blade = blade_of(*data);
   const RotorMotion<double> y{4, 0.03, -0.02};
   // Helicopter, reverse flow inboard, airplane, descent: every quadrant and side of pi.
-  for (const auto& [V_e, V_n] : {std::array{20.0, -3.0}, {120.0, 5.0}, {3.0, 90.0}, {40.0, -60.0}})
+  for (const auto& wind : {std::array{20.0, -3.0}, {120.0, 5.0}, {3.0, 90.0}, {40.0, -60.0}})
     for (const double theta : {0.1, 3.0, -3.0}) {
+      const double V_e = wind[0], V_n = wind[1];
       CAPTURE(V_e);
       CAPTURE(theta);
       const RotorInput<double> in{V_e, V_n, 0.02, theta, 0.03, 62, 1.2, 340, 0};
