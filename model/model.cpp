@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "model/in_place.hpp"
 #include "model/name_table.hpp"
 
 namespace tiltrim {
@@ -49,6 +50,11 @@ static void check_sizes(const Model& model, const OperatingPoint& point) {
 
 Evaluation evaluate(const Model& model, const OperatingPoint& point) {
   check_sizes(model, point);
+  if (const InPlace* const both = in_place(model)) {
+    Evaluation e{VectorXd(both->states), VectorXd(both->outputs)};
+    both->write(point.x.data(), point.u.data(), point.p.data(), e.rates.data(), e.outputs.data());
+    return e;
+  }
   Evaluation e{model.f(point.x, point.u, point.p), {}};
   check_rates(model, e.rates);
   if (model.h) e.outputs = model.h(point.x, point.u, point.p);
