@@ -73,14 +73,30 @@ FoldTest::FoldTest(const Plane& plane, const VectorXd& at) {
   c = svd.V.col(n - 1);
 }
 
-// [J b; cᵀ 0] [v; g] = [0; 1]: g = 0 if and only if J is singular.
-double FoldTest::value(const Plane& plane, const VectorXd& y) const {
-  const Jacobians s = jacobians(plane.problem, y);
-  if (!s.finite) return not_a_number;
-  const Index n = c.size();
-  const VectorXd vg = dense::solve(bordered_jacobian(s.residual, b, c), VectorXd::Unit(n + 1, n));
+namespace {
+
+// [J b; cᵀ 0] [v; g] = [0; 1]: g = 0 if and only if J is singular.              [27, sec. 3.3]
+// With [wᵀ g] [J b; cᵀ 0] = [0 1], its slope, the last row of J, is -wᵀ (∂J/∂y) v:
+// one difference of J along v.
+double fold_value(const FoldTest& fold, const Plane& plane, const VectorXd& y, const Jacobians& s,
+                  MatrixXd& J) {
+  constexpr double step = 1e-5;  // of a nominal size
+  const Index n = plane.n();
+  const MatrixXd M = bordered_jacobian(s.residual, fold.b, fold.c);
+  const VectorXd last = VectorXd::Unit(n + 1, n);
+  const VectorXd vg = dense::solve(M, last);
+  const VectorXd w = dense::solve(MatrixXd(M.transpose()), last).head(n);
+  VectorXd along = VectorXd::Zero(y.size());
+  along.head(n) = vg.head(n) * (step / vg.head(n).norm());
+  const Jacobians ahead = jacobians(plane.problem, y + along);
+  const Jacobians behind = jacobians(plane.problem, y - along);
+  if (!ahead.finite || !behind.finite) return not_a_number;
+  J.bottomRows(1) =
+      -w.transpose() * (ahead.residual - behind.residual) * (vg.head(n).norm() / (2 * step));
   return vg[n];
 }
+
+}  // namespace
 
 Curve border(const Plane& plane, const Stop& stop, const VectorXd& at) {
   if (stop.limit) {
@@ -92,18 +108,8 @@ Curve border(const Plane& plane, const Stop& stop, const VectorXd& at) {
                 });
   }
   const FoldTest fold(plane, at);
-  return with(
-      plane, [fold, &plane](const VectorXd& y, const Values&, const Jacobians&, MatrixXd& J) {
-        constexpr double h = 1e-5;  // of a nominal size
-        for (Index k = 0; k < y.size(); ++k) {
-          VectorXd ahead = y, behind = y;
-          ahead[k] += h;
-          behind[k] -= h;
-          J(J.rows() - 1, k) =
-              (fold.value(plane, ahead) - fold.value(plane, behind)) / (ahead[k] - behind[k]);
-        }
-        return fold.value(plane, y);
-      });
+  return with(plane, [fold, &plane](const VectorXd& y, const Values&, const Jacobians& s,
+                                    MatrixXd& J) { return fold_value(fold, plane, y, s, J); });
 }
 
 namespace {

@@ -42,11 +42,11 @@ Way go(const Plane& plane, const Eigen::VectorXd& from, const Eigen::Vector2d& t
 /// The curve of trims on the stop, through a given point.
 Curve border(const Plane& plane, const Stop& stop, const Eigen::VectorXd& at);
 
-/// Zero at folds of the trim's equations (singular Jacobian), and smooth there. [27, sec. 3.3]
+/// The borders of a test function that is zero at folds of the trim's equations (singular
+/// Jacobian) and smooth there: its last singular vectors at a point.             [27, sec. 3.3]
 struct FoldTest {
   Eigen::VectorXd b, c;
   FoldTest(const Plane& plane, const Eigen::VectorXd& at);
-  double value(const Plane& plane, const Eigen::VectorXd& y) const;  ///< NaN if not finite
 };
 
 }  // namespace tiltrim

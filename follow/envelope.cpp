@@ -95,7 +95,7 @@ std::string leaves_at_once(const CurvePoint& at, const std::vector<Watch>& watch
 }
 
 HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
-  constexpr double differences = 2e-5;  // extent of the finite differences at a fold
+  constexpr double differences = 2e-5;  // extent of finite differences, if the model has no slopes
   const Curve curve = border(g.plane, seed.stop, seed.y);
   TraceOptions options;
   options.max_step = g.options.max_step;

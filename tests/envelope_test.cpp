@@ -11,6 +11,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "model/exact.hpp"
 #include "study/analyses.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
@@ -648,6 +649,22 @@ TEST_CASE("a row that meets a model without numbers is one interval") {
                {.rows = {0}});
   REQUIRE(e.rows[0].intervals.size() == 1);
   CHECK_NEAR(e.rows[0].intervals[0].to.x, 0.2, 1e-4);
+}
+
+TEST_CASE("a fold is followed to the edge beyond which the model has no values") {
+  const Model m = exact_model(flow({"x"}, {"a", "b"}, {}), [](auto x, auto, auto p, auto rates) {
+    const auto b = p[1] < 0 ? p[1] * NaN : p[1];
+    rates[0] = x[0] * x[0] + p[0] * p[0] + b * b - 1;
+  });
+  const EnvelopeOptions options{.rows = {0}};
+  const Envelope e =
+      envelope(m, equilibrium, origin, {"a", {-1.5, 1.5}, 21}, {"b", {0, 1.5}, 21}, options);
+  const BorderPiece& half = piece(e, "fold");
+  for (const BorderPoint* end : {&half.points.front(), &half.points.back()}) {
+    CHECK_NEAR(std::abs(end->x), 1.0, located);
+    CHECK_NEAR(end->y, 0.0, 10 * located);
+  }
+  check_row(e.rows[0], {{{-1, "fold"}, {1, "fold"}}});
 }
 
 TEST_CASE("every piece of the tiltrotor's border over the path angle comes to an end") {
