@@ -84,15 +84,15 @@ double fold_value(const FoldTest& fold, const Plane& plane, const VectorXd& y, c
   const Index n = plane.n();
   const MatrixXd M = bordered_jacobian(s.residual, fold.b, fold.c);
   const VectorXd last = VectorXd::Unit(n + 1, n);
-  const VectorXd vg = dense::solve(M, last);
+  const VectorXd vg = dense::solve(M, last), v = vg.head(n);
   const VectorXd w = dense::solve(MatrixXd(M.transpose()), last).head(n);
+  const double h = step / v.norm();
   VectorXd along = VectorXd::Zero(y.size());
-  along.head(n) = vg.head(n) * (step / vg.head(n).norm());
+  along.head(n) = h * v;
   const Jacobians ahead = jacobians(plane.problem, y + along);
   const Jacobians behind = jacobians(plane.problem, y - along);
   if (!ahead.finite || !behind.finite) return not_a_number;
-  J.bottomRows(1) =
-      -w.transpose() * (ahead.residual - behind.residual) * (vg.head(n).norm() / (2 * step));
+  J.bottomRows(1) = -w.transpose() * (ahead.residual - behind.residual) / (2 * h);
   return vg[n];
 }
 

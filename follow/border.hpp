@@ -42,8 +42,8 @@ Way go(const Plane& plane, const Eigen::VectorXd& from, const Eigen::Vector2d& t
 /// The curve of trims on the stop, through a given point.
 Curve border(const Plane& plane, const Stop& stop, const Eigen::VectorXd& at);
 
-/// The borders of a test function that is zero at folds of the trim's equations (singular
-/// Jacobian) and smooth there: its last singular vectors at a point.             [27, sec. 3.3]
+/// The column b and row c that border the Jacobian: the last singular vectors at a point. With
+/// them a test function is zero at folds of the trim's equations, and smooth there. [27, sec. 3.3]
 struct FoldTest {
   Eigen::VectorXd b, c;
   FoldTest(const Plane& plane, const Eigen::VectorXd& at);
