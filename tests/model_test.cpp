@@ -11,6 +11,7 @@
 #include <numeric>
 #include <random>
 
+#include "model/in_place.hpp"
 #include "model/name_table.hpp"
 #include "model/scalar.hpp"
 #include "tests/check.hpp"
@@ -248,6 +249,28 @@ TEST_CASE("exact derivatives of the closed loop are those of complex steps") {
       }
     }
   }
+}
+
+TEST_CASE("rates and outputs that share one function take one call, and are those of f and h") {
+  int calls = 0;
+  const auto both = std::make_shared<const InPlace>(
+      InPlace{1, 1, [&](const double* x, const double*, const double*, double* rates, double* y) {
+                ++calls;
+                if (rates) *rates = 1 / *x;
+                if (y) *y = *x / 3;
+              }});
+  Model m;
+  m.states = {{"x", "", 1.0}};
+  m.outputs = {{"y", "", 1.0}};
+  m.f = InPlaceFunction<false>{both};
+  m.h = InPlaceFunction<true>{both};
+  const OperatingPoint at{Eigen::VectorXd::Constant(1, 7.0), {}, {}};
+  const Evaluation e = evaluate(m, at);
+  CHECK(calls == 1);
+  CHECK(e.rates == m.f(at.x, at.u, at.p));
+  CHECK(e.outputs == m.h(at.x, at.u, at.p));
+  m.h = [](const auto& x, const auto&, const auto&) -> Eigen::VectorXd { return 2 * x; };
+  CHECK(evaluate(m, at).outputs[0] == 14);
 }
 
 TEST_CASE("derivatives are asked for by number, in any order and number") {
