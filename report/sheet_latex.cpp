@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
+#include <utility>
 
 #include "report/markup.hpp"
 
@@ -30,74 +32,71 @@ constexpr std::array<const char*, 25> upper_greek{
     "K",       "\\Lambda", "M",         "N",       "\\Xi", "O",     "\\Pi",   "P",       "",
     "\\Sigma", "T",        "\\Upsilon", "\\Phi",   "X",    "\\Psi", "\\Omega"};
 
-const std::map<char32_t, const char*>& commands() {
-  static const std::map<char32_t, const char*> all{
-      {U'\\', "\\textbackslash{}"},
-      {U'{', "\\{"},
-      {U'}', "\\}"},
-      {U'$', "\\$"},
-      {U'&', "\\&"},
-      {U'#', "\\#"},
-      {U'%', "\\%"},
-      {U'_', "\\_"},
-      {U'^', "\\textasciicircum{}"},
-      {U'~', "\\textasciitilde{}"},
-      {U'<', "\\textless{}"},
-      {U'>', "\\textgreater{}"},
-      {U'|', "\\textbar{}"},
-      {U'"', "\\char34{}"},  // \textquotedbl is not in every font
-      {U'`', "\\`{}"},
-      {U'[', "{[}"},  // after a line break these three would be its options
-      {U']', "{]}"},
-      {U'*', "{*}"},
-      {U'\n', " "},
-      {U'\t', " "},
-      {U'\u00A0', "~"},
-      {U'±', "$\\pm$"},
-      {U'°', "$^\\circ$"},
-      {U'µ', "$\\mu$"},
-      {U'¹', "\\textsuperscript{1}"},
-      {U'²', "\\textsuperscript{2}"},
-      {U'³', "\\textsuperscript{3}"},
-      {U'⁺', "\\textsuperscript{$+$}"},
-      {U'⁻', "\\textsuperscript{$-$}"},
-      {U'₊', "\\textsubscript{$+$}"},
-      {U'₋', "\\textsubscript{$-$}"},
-      {U'ₖ', "\\textsubscript{k}"},
-      {U'ₘ', "\\textsubscript{m}"},
-      {U'ᵢ', "\\textsubscript{i}"},
-      {U'ᵀ', "\\textsuperscript{T}"},
-      {U'½', "$\\tfrac{1}{2}$"},
-      {U'·', "$\\cdot$"},
-      {U'×', "$\\times$"},
-      {U'−', "$-$"},
-      {U'–', "--"},
-      {U'—', "---"},
-      {U'…', "\\dots{}"},
-      {U'‘', "\\textquoteleft{}"},
-      {U'’', "\\textquoteright{}"},
-      {U'“', "\\textquotedblleft{}"},
-      {U'”', "\\textquotedblright{}"},
-      {U'∞', "$\\infty$"},
-      {U'≤', "$\\leq$"},
-      {U'≥', "$\\geq$"},
-      {U'≠', "$\\neq$"},
-      {U'≈', "$\\approx$"},
-      {U'∈', "$\\in$"},
-      {U'→', "$\\rightarrow$"},
-      {U'←', "$\\leftarrow$"},
-      {U'√', "$\\surd$"},
-      {U'∫', "$\\int$"},
-      {U'∂', "$\\partial$"},
-      {U'∑', "$\\sum$"},
-      {U'‖', "$\\Vert$"},
-      {U'ϑ', "$\\vartheta$"},
-      {U'ϕ', "$\\phi$"},
-      {U'ẋ', "$\\dot{x}$"},
-      {U'ẏ', "$\\dot{y}$"},
-      {U'\uFFFD', "?"}};
-  return all;
-}
+constexpr std::pair<char32_t, const char*> commands[]{
+    {U'\\', "\\textbackslash{}"},
+    {U'{', "\\{"},
+    {U'}', "\\}"},
+    {U'$', "\\$"},
+    {U'&', "\\&"},
+    {U'#', "\\#"},
+    {U'%', "\\%"},
+    {U'_', "\\_"},
+    {U'^', "\\textasciicircum{}"},
+    {U'~', "\\textasciitilde{}"},
+    {U'<', "\\textless{}"},
+    {U'>', "\\textgreater{}"},
+    {U'|', "\\textbar{}"},
+    {U'"', "\\char34{}"},  // \textquotedbl is not in every font
+    {U'`', "\\`{}"},
+    {U'[', "{[}"},  // after a line break these three would be its options
+    {U']', "{]}"},
+    {U'*', "{*}"},
+    {U'\n', " "},
+    {U'\t', " "},
+    {U'\u00A0', "~"},
+    {U'±', "$\\pm$"},
+    {U'°', "$^\\circ$"},
+    {U'µ', "$\\mu$"},
+    {U'¹', "\\textsuperscript{1}"},
+    {U'²', "\\textsuperscript{2}"},
+    {U'³', "\\textsuperscript{3}"},
+    {U'⁺', "\\textsuperscript{$+$}"},
+    {U'⁻', "\\textsuperscript{$-$}"},
+    {U'₊', "\\textsubscript{$+$}"},
+    {U'₋', "\\textsubscript{$-$}"},
+    {U'ₖ', "\\textsubscript{k}"},
+    {U'ₘ', "\\textsubscript{m}"},
+    {U'ᵢ', "\\textsubscript{i}"},
+    {U'ᵀ', "\\textsuperscript{T}"},
+    {U'½', "$\\tfrac{1}{2}$"},
+    {U'·', "$\\cdot$"},
+    {U'×', "$\\times$"},
+    {U'−', "$-$"},
+    {U'–', "--"},
+    {U'—', "---"},
+    {U'…', "\\dots{}"},
+    {U'‘', "\\textquoteleft{}"},
+    {U'’', "\\textquoteright{}"},
+    {U'“', "\\textquotedblleft{}"},
+    {U'”', "\\textquotedblright{}"},
+    {U'∞', "$\\infty$"},
+    {U'≤', "$\\leq$"},
+    {U'≥', "$\\geq$"},
+    {U'≠', "$\\neq$"},
+    {U'≈', "$\\approx$"},
+    {U'∈', "$\\in$"},
+    {U'→', "$\\rightarrow$"},
+    {U'←', "$\\leftarrow$"},
+    {U'√', "$\\surd$"},
+    {U'∫', "$\\int$"},
+    {U'∂', "$\\partial$"},
+    {U'∑', "$\\sum$"},
+    {U'‖', "$\\Vert$"},
+    {U'ϑ', "$\\vartheta$"},
+    {U'ϕ', "$\\phi$"},
+    {U'ẋ', "$\\dot{x}$"},
+    {U'ẏ', "$\\dot{y}$"},
+    {U'\uFFFD', "?"}};
 
 std::optional<std::string> command(char32_t c) {
   const auto math = [](const char* name) { return *name ? fmt::format("${}$", name) : "?"; };
@@ -105,8 +104,8 @@ std::optional<std::string> command(char32_t c) {
   if (c >= U'Α' && c <= U'Ω') return math(upper_greek[c - U'Α']);
   if (c >= U'⁴' && c <= U'⁹') return fmt::format("\\textsuperscript{{{}}}", c - U'⁰');
   if (c >= U'₀' && c <= U'₉') return fmt::format("\\textsubscript{{{}}}", c - U'₀');
-  const auto known = commands().find(c);
-  if (known == commands().end()) return {};
+  const auto known = std::ranges::find(commands, c, &std::pair<char32_t, const char*>::first);
+  if (known == std::end(commands)) return {};
   return known->second;
 }
 
