@@ -86,13 +86,13 @@ double fold_value(const FoldTest& fold, const Plane& plane, const VectorXd& y, c
   const VectorXd last = VectorXd::Unit(n + 1, n);
   const VectorXd vg = dense::solve(M, last), v = vg.head(n);
   const VectorXd w = dense::solve(MatrixXd(M.transpose()), last).head(n);
-  const double h = step / v.norm();
+  const double size = v.norm();
   VectorXd along = VectorXd::Zero(y.size());
-  along.head(n) = h * v;
+  along.head(n) = v * (step / size);
   const Jacobians ahead = jacobians(plane.problem, y + along);
   const Jacobians behind = jacobians(plane.problem, y - along);
   if (!ahead.finite || !behind.finite) return not_a_number;
-  J.bottomRows(1) = -w.transpose() * (ahead.residual - behind.residual) / (2 * h);
+  J.bottomRows(1) = -w.transpose() * (ahead.residual - behind.residual) * (size / (2 * step));
   return vg[n];
 }
 
