@@ -111,11 +111,8 @@ Interrupt::Interrupt() {
   const sigset_t set = stopping_signals();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   watcher_ = std::jthread([this, set](const std::stop_token& ended) {
-    const timespec tick{0, 50'000'000};
     watching_.count_down();
-    while (!ended.stop_requested()) {
-      const int got = sigtimedwait(&set, nullptr, &tick);
-      if (got <= 0) continue;
+    for (int got = 0; sigwait(&set, &got) == 0 && !ended.stop_requested();) {
       const bool again = arrived.exchange(got) != 0;
       if (again || reading) std::_Exit(128 + got);
       source_.request_stop();
@@ -126,6 +123,7 @@ Interrupt::Interrupt() {
 
 Interrupt::~Interrupt() {
   watcher_.request_stop();
+  pthread_kill(watcher_.native_handle(), SIGTERM);  // it wakes, and the program ends at once
   watcher_.join();
   const sigset_t set = stopping_signals();
   pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
