@@ -372,11 +372,9 @@ def bode(
     """
     linear = what if isinstance(what, LinearModel) else linearize(what)
     linear._check()
-    inputs = [s.name for s in linear.inputs]
     rows = np.vstack([linear.C, np.eye(len(linear.states))])
-    through = np.vstack([linear.D, np.zeros((len(linear.states), len(inputs)))])
     outputs = (*linear.outputs, *linear.states)
-    j = _place(input, inputs, "input")
+    j = _place(input, [s.name for s in linear.inputs], "input")
     i = _place(output, [s.name for s in outputs], "output")
     omega = _frequencies(linear) if frequency is None else np.asarray(frequency, dtype=float)
     if omega.ndim != 1 or omega.size < 2 or not np.all(np.diff(omega) > 0) or omega[0] <= 0:
@@ -385,7 +383,8 @@ def bode(
     gain = [rows[i] @ np.linalg.solve(1j * w * I - linear.A, linear.B[:, j]) for w in omega]
     units = [outputs[i].unit, linear.inputs[j].unit]
     unit = "" if units[0] == units[1] else f"{units[0] or '1'}/{units[1] or '1'}"
-    return Bode(input, output, unit, omega, np.array(gain) + through[i, j])
+    through = linear.D[i, j] if i < len(linear.outputs) else 0.0
+    return Bode(input, output, unit, omega, np.array(gain) + through)
 
 
 def _place(name: str, names: Sequence[str], what: str) -> int:
@@ -395,7 +394,6 @@ def _place(name: str, names: Sequence[str], what: str) -> int:
 
 
 def _frequencies(linear: LinearModel) -> Array:
-    sizes = np.abs(np.linalg.eigvals(linear.A)) if len(linear.states) else np.array([])
-    sizes = sizes[sizes > 1e-6]
-    slowest, fastest = (sizes.min(), sizes.max()) if sizes.size else (0.1, 10.0)
+    sizes = [size for size in np.abs(np.linalg.eigvals(linear.A)) if size > 1e-6]
+    slowest, fastest = (min(sizes), max(sizes)) if sizes else (0.1, 10.0)
     return np.geomspace(slowest / 10, 10 * fastest, 200)

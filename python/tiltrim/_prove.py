@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Dict, List, Optional, Tuple, Union, overload
 
@@ -67,20 +67,11 @@ def _theorem(raw: Dict[str, Any], certificate: str) -> Theorem:
         ProvedRegion(r["verdict"], r["from"], r["to"], r["volume"], r["cause"])
         for r in raw["regions"]
     ]
-    return Theorem(
-        condition=raw["condition"],
-        status=raw["status"],
-        margin=raw["margin"],
-        parameters={p["key"]: (p["from"], p["to"]) for p in raw["parameters"]},
-        boxes=raw["boxes"],
-        stable=raw["proved_stable"],
-        unstable=raw["proved_unstable"],
-        no_trim=raw["proved_no_trim"],
-        undecided=raw["undecided"],
-        interrupted=raw["interrupted"],
-        regions=regions,
-        certificate=certificate,
-    )
+    box = {p["key"]: (p["from"], p["to"]) for p in raw["parameters"]}
+    shares = {name: raw[f"proved_{name}"] for name in ("stable", "unstable", "no_trim")}
+    known: Dict[str, Any] = {**raw, **shares, "parameters": box}
+    known.update(regions=regions, certificate=certificate)
+    return Theorem(**{field.name: known[field.name] for field in fields(Theorem)})
 
 
 @overload
