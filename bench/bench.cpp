@@ -14,6 +14,7 @@
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
 #include "study/analyses.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "trim/problem.hpp"
 #include "vehicles/tiltrotor/closed_loop.hpp"

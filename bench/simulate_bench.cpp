@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "flight/fly.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 

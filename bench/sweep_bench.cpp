@@ -15,7 +15,6 @@
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/sweep.hpp"
-#include "sweep/verdict_map.hpp"
 
 using namespace tiltrim;
 

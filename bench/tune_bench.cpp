@@ -6,6 +6,7 @@
 
 #include "runtime/threads.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tune/candidate.hpp"
 

@@ -13,6 +13,8 @@
 
 #include "check_proof/check_proof.hpp"
 #include "cli/commands.hpp"
+#include "study/reference_vehicle.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim::cli {

@@ -8,6 +8,7 @@
 
 #include "cli/model_files.hpp"
 #include "cli/terminal.hpp"
+#include "model/lookup.hpp"
 #include "report/envelopes.hpp"
 #include "report/linear_models.hpp"
 #include "report/loads.hpp"
@@ -16,9 +17,11 @@
 #include "report/qualities.hpp"
 #include "report/sensitivities.hpp"
 #include "report/validation.hpp"
+#include "runtime/ranks.hpp"
 #include "study/analyses.hpp"
 #include "study/angle_remarks.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "sweep/sweep.hpp"
 
@@ -43,7 +46,7 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
 Study read_study(const std::filesystem::path& file) {
   const Reading now;
   Study study = load_study(file);
-  if (first_of_ranks())
+  if (rank() == 0)
     for (const std::string& remark : angle_remarks(study))
       fmt::print(stderr, "tiltrim: {}\n", remark);
   return study;

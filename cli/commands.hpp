@@ -17,7 +17,6 @@
 #include "report/flights.hpp"
 #include "study/analyses.hpp"
 #include "sweep/sweep.hpp"
-#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 

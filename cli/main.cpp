@@ -18,6 +18,7 @@
 #include "cli/commands.hpp"
 #include "cli/options.hpp"
 #include "cli/terminal.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim::cli {

@@ -12,6 +12,7 @@
 #include "cli/terminal.hpp"
 #include "report/study_report.hpp"
 #include "study/axes.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/section.hpp"
 #include "sweep/map.hpp"
 #include "tables/tables.hpp"

@@ -12,11 +12,13 @@
 #include "cli/terminal.hpp"
 #include "flight/fly.hpp"
 #include "model/degrees.hpp"
+#include "model/lookup.hpp"
 #include "report/flights.hpp"
 #include "report/motions.hpp"
 #include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim::cli {
 

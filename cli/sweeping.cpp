@@ -10,12 +10,13 @@
 #include "report/qualities.hpp"
 #include "report/sweeps.hpp"
 #include "report/verdicts.hpp"
+#include "runtime/ranks.hpp"
 #include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
+#include "sweep/difference.hpp"
 #include "sweep/map.hpp"
 #include "sweep/sweep.hpp"
-#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 
@@ -88,21 +89,21 @@ SweepOptions options_of(const SweepCommand& command, const Study& study,
 // Runs work(), which may resume from the log; the outcome if it was stopped.
 std::optional<Outcome> resumable(const std::filesystem::path& log, const auto& work) {
   try {
-    const bool resumed = !log.empty() && first_of_ranks() && std::filesystem::exists(log);
+    const bool resumed = !log.empty() && rank() == 0 && std::filesystem::exists(log);
     work();
     if (resumed)
       fmt::print(stderr, "tiltrim: resumed from {}: its lines were not computed again\n",
                  log.string());
   } catch (const SweepInterrupted& e) {
     if (e.failed_elsewhere) return Outcome{"", bad_input, true};
-    if (!log.empty() && first_of_ranks())
+    if (!log.empty() && rank() == 0)
       fmt::print(
           stderr,
           "tiltrim: stopped; finished lines are in {}: the same command continues from there\n",
           log.string());
     return Outcome{"", unanswered, true};
   }
-  if (!first_of_ranks()) return Outcome{"", answered, true};
+  if (rank() != 0) return Outcome{"", answered, true};
   return {};
 }
 
@@ -192,7 +193,7 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   std::optional<QualityLayer> levels;
   const auto stopped = resumable(options.log, [&] {
     map = swept(study, conditions, *study.sweep, options);
-    if (study.qualities && first_of_ranks())
+    if (study.qualities && rank() == 0)
       levels = quality_layer(study, conditions, *study.sweep, map, stop);
   });
   if (stopped) return *stopped;

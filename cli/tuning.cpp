@@ -9,6 +9,7 @@
 #include "report/tuning_report.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim::cli {
 

@@ -8,9 +8,8 @@
 
 #include "dense/dense.hpp"
 #include "design/checks.hpp"
+#include "design/design.hpp"
 #include "design/lapack.hpp"
-#include "design/lyapunov.hpp"
-#include "design/regulator.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {

@@ -1,9 +1,8 @@
-#include "design/lyapunov.hpp"
-
 #include <complex>
 #include <limits>
 
 #include "design/checks.hpp"
+#include "design/design.hpp"
 #include "design/lapack.hpp"
 #include "runtime/rounding.hpp"
 

@@ -1,5 +1,3 @@
-#include "design/norms.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -12,8 +10,8 @@
 
 #include "dense/dense.hpp"
 #include "design/checks.hpp"
+#include "design/design.hpp"
 #include "design/lapack.hpp"
-#include "design/lyapunov.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {

@@ -9,8 +9,8 @@
 
 #include "dense/dense.hpp"
 #include "design/checks.hpp"
+#include "design/design.hpp"
 #include "design/lapack.hpp"
-#include "design/regulator.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/lookup.hpp"
 #include "vehicles/tiltrotor/command.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/physics.hpp"
 
 namespace tiltrim {

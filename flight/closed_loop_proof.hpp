@@ -1,8 +1,8 @@
-/// @file
 /// The tiltrotor's closed loop as a problem of prove().
 #pragma once
 
 #include "prove/prove.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

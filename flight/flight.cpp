@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/physics.hpp"
 
 namespace tiltrim {

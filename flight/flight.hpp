@@ -1,4 +1,3 @@
-/// @file
 /// The closed loop in flight, with everything a trim does not need: actuator limits and lags, a
 /// schedule, wind, the ground, anti-windup. docs/simulate.md derives each equation.
 #pragma once
@@ -10,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {

@@ -1,4 +1,3 @@
-/// @file
 /// A flight of the closed loop: its initial state, its events, its time histories as a table, and
 /// the comparison of linear and nonlinear response.
 #pragma once

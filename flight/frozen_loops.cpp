@@ -14,7 +14,10 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/degrees.hpp"
+#include "model/lookup.hpp"
 #include "sweep/sweep.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

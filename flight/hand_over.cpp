@@ -18,6 +18,7 @@
 #include "linearize/modes.hpp"
 #include "model/degrees.hpp"
 #include "runtime/rounding.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {

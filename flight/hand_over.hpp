@@ -1,4 +1,3 @@
-/// @file
 /// Predicts, before simulating, whether the loop after the handover captures the state before it.
 #pragma once
 

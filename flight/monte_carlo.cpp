@@ -16,6 +16,7 @@
 #include "runtime/random.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

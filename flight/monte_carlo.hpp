@@ -1,4 +1,3 @@
-/// @file
 /// Monte Carlo simulation of a flight with scattered parameters.
 #pragma once
 

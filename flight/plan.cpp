@@ -2,6 +2,7 @@
 
 #include "flight/fly.hpp"
 #include "runtime/rounding.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {

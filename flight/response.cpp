@@ -3,6 +3,7 @@
 #include "linearize/linearize.hpp"
 #include "runtime/rounding.hpp"
 #include "simulate/comparison.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
 

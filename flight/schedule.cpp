@@ -10,6 +10,7 @@
 
 #include "flight/flight.hpp"
 #include "runtime/rounding.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
 

@@ -1,4 +1,3 @@
-/// @file
 /// The largest tilt rate at which eigenvalues at frozen tilts predict the flight.
 #pragma once
 

@@ -6,6 +6,7 @@
 #include "follow/envelope.hpp"
 #include "follow/path.hpp"
 #include "linearize/linearize.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {

@@ -8,6 +8,7 @@
 
 #include "follow/follower.hpp"
 #include "linearize/linearize.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/verdict.hpp"
 

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "linearize/linearize.hpp"
+#include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "dense/dense.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

@@ -11,6 +11,8 @@
 #include "dense/dense.hpp"
 #include "follow/path.hpp"
 #include "linearize/linearize.hpp"
+#include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/verdict.hpp"
 

@@ -1,4 +1,3 @@
-/// @file
 /// Eigenvalues and stability verdicts of many small matrices at once, in SIMD lanes; stability over
 /// two gains at a fixed trim, and the crossings of a line through the gains with the boundary.
 #pragma once

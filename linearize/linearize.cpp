@@ -8,6 +8,9 @@
 #include "dense/dense.hpp"
 #include "dense/newton_step.hpp"
 #include "model/among.hpp"
+#include "model/differentiate.hpp"
+#include "model/lookup.hpp"
+#include "model/time_limit.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {

@@ -8,9 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "model/differentiate.hpp"
 #include "model/model.hpp"
-#include "model/time_limit.hpp"
 
 namespace tiltrim {
 

@@ -12,13 +12,13 @@
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
 
 using Complex = std::complex<double>;
-using Eigen::Index, Eigen::MatrixXcd, Eigen::MatrixXd, Eigen::RowVectorXd, Eigen::VectorXcd;
-using Eigen::VectorXd;
+using Eigen::Index, Eigen::MatrixXd, Eigen::RowVectorXd, Eigen::VectorXcd, Eigen::VectorXd;
 
 namespace {
 
@@ -37,7 +37,7 @@ void check(const LoopTransfer& loop) {
 // c (iωI - A)⁻¹ b
 Complex proper(const LoopTransfer& g, double frequency) {
   if (g.A.rows() == 0 || std::isinf(frequency)) return 0.0;
-  MatrixXcd M = -g.A.cast<Complex>();
+  Eigen::MatrixXcd M = -g.A.cast<Complex>();
   M.diagonal().array() += Complex(0, frequency);
   const VectorXcd x = dense::solve(M, g.b.cast<Complex>());
   const Complex y = (g.c.cast<Complex>() * x).value();

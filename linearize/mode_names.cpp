@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "linearize/modes.hpp"
+#include "linearize/mode_name.hpp"
 
 namespace tiltrim {
 

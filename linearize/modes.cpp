@@ -10,6 +10,7 @@
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "linearize/mode_name.hpp"
 #include "linearize/spectrum_bounds.hpp"
 #include "runtime/rounding.hpp"
 

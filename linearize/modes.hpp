@@ -68,9 +68,4 @@ struct ModesOptions {
 /// Modes of a linear model, named after its states. Throws std::invalid_argument without a model.
 [[nodiscard]] Modes modes(const LinearModel& linear);
 
-/// A name for a mode from the participation of its states: the first of `known` whose states have
-/// most of it, otherwise the dominant states joined by +.
-std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& participation,
-                      const std::vector<std::string>& state_names, const ModeNames& known = {});
-
 }  // namespace tiltrim

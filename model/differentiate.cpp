@@ -9,6 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "model/many.hpp"
 
 namespace tiltrim {

@@ -1,4 +1,3 @@
-/// @file
 /// Derivatives of a model, each with an estimate of its error.
 #pragma once
 
@@ -9,11 +8,6 @@
 #include "model/model.hpp"
 
 namespace tiltrim {
-
-/// A matrix and an estimated error bound for each entry.
-struct Estimate {
-  Eigen::MatrixXd value, error;  ///< of the same size; error >= 0
-};
 
 /// The result of difference().
 struct Differences {

@@ -10,6 +10,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;

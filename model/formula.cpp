@@ -12,7 +12,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "model/formula_check.hpp"
 #include "model/formulas.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

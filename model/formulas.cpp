@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "model/formula.hpp"
+#include "model/formula_check.hpp"
 
 namespace tiltrim {
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "model/model.hpp"
@@ -16,7 +15,7 @@ struct Formula {
 };
 
 /// ẋ and y as formulas of states, inputs, parameters and, in their order, the values of `let`.
-/// Operators + - * / ^, comparisons, && || and a ? b : c; functions formula_functions(); pi.
+/// Operators + - * / ^, comparisons, && || and a ? b : c; functions as in docs/study.md; pi.
 struct Formulas {
   std::string name;                             ///< of the model
   Signals states, inputs, outputs, parameters;  ///< names of letters, digits and _
@@ -25,16 +24,6 @@ struct Formulas {
   std::vector<std::string> values{};            ///< one for each output
   std::vector<Formula> switches{};              ///< kinks and jumps, as Model::switches
 };
-
-/// The functions that a formula may call: "sin", "atan2", "min", ...
-[[nodiscard]] const std::vector<std::string>& formula_functions();
-
-/// Throws std::invalid_argument, quoting the place, if the text is not a valid formula of these
-/// names.
-void check_formula(std::string_view text, const std::vector<std::string>& names);
-
-/// Throws std::invalid_argument if the text is not a valid name in a formula.
-void check_formula_name(std::string_view name);
 
 /// The model, with exact derivatives; NaN along variables at a kink, a jump or a singular slope of
 /// a function, as of x == 0 ? 1 : sin(x)/x at 0. It may be evaluated from any number of threads at

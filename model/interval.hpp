@@ -14,8 +14,10 @@
 
 namespace tiltrim {
 
-/// Allowed error of the C library's sin, exp, ... in units in the last place.
+/// @cond
+// Allowed error of the C library's sin, exp, ... in units in the last place.
 inline constexpr double library_ulps = 8;
+/// @endcond
 
 /// A closed range [lower, upper].
 class Interval {
@@ -80,27 +82,28 @@ inline Interval hull(const Interval& a, const Interval& b) {
   return {std::min(a.lower(), b.lower()), std::max(a.upper(), b.upper())};
 }
 
-/// The range that both contain, if they have a number in common and contain the same quantity.
+/// @cond
+// The range that both contain, if they have a number in common and contain the same quantity.
 inline Interval both(const Interval& a, const Interval& b) {
   return {std::max(a.lower(), b.lower()), std::min(a.upper(), b.upper())};
 }
 
-/// The largest magnitude, a bound from above.
+// The largest magnitude, a bound from above.
 inline double magnitude(const Interval& a) {
   if (!a.finite()) return std::numeric_limits<double>::infinity();
   return std::max(std::abs(a.lower()), std::abs(a.upper()));
 }
 
-/// A number near the middle.
+// A number near the middle.
 inline double middle(const Interval& a) { return 0.5 * (a.lower() + a.upper()); }
-/// A bound from above of the distance from middle() to the ends.
+// A bound from above of the distance from middle() to the ends.
 inline double radius(const Interval& a) {
   if (!a.finite()) return std::numeric_limits<double>::infinity();
   const double m = middle(a);
   return Interval::up(std::max(a.upper() - m, m - a.lower()));
 }
 
-/// The range of a function that does not decrease, from the C library's values at its ends.
+// The range of a function that does not decrease, from the C library's values at its ends.
 inline Interval rising(double at_lower, double at_upper) {
   if (!std::isfinite(at_lower) || !std::isfinite(at_upper)) return Interval::unknown();
   constexpr double error = library_ulps * std::numeric_limits<double>::epsilon();
@@ -109,7 +112,6 @@ inline Interval rising(double at_lower, double at_upper) {
                           at_upper + (error * std::abs(at_upper) + least));
 }
 
-/// @cond
 inline Interval square(const Interval& a) {
   const double l = a.lower() * a.lower(), u = a.upper() * a.upper();
   if (!std::isfinite(l + u)) return Interval::unknown();

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "model/branches.hpp"
+
 namespace tiltrim {
 
 namespace {

@@ -13,29 +13,6 @@
 
 namespace tiltrim {
 
-/// The outcomes of comparisons while a model is evaluated on ranges. A comparison that a range
-/// leaves open has two sides; which one holds must not depend on the unknowns.
-struct Branches {
-  std::vector<char> taken{};  ///< outcomes of the comparisons of known quantities, in order
-  std::size_t next = 0;       ///< position in `taken`; what follows is appended
-  std::vector<char> open{};   ///< whether each of `taken` was open: both outcomes are possible
-  bool blocked = false;       ///< a comparison of unknowns was open, or one contradicts `taken`
-  bool replay = false;        ///< `taken` is complete: a further open comparison blocks
-  bool values = false;        ///< no derivatives are wanted: |a| of a range across zero is a range
-};
-
-/// The sides of this thread; null: an open comparison gives NaN.
-inline thread_local Branches* current_branches = nullptr;
-
-/// Makes these the sides of this thread during its lifetime.
-class Watched {
- public:
-  explicit Watched(Branches& sides) { current_branches = &sides; }  ///< from now on
-  ~Watched() { current_branches = nullptr; }
-  Watched(const Watched&) = delete;
-  Watched& operator=(const Watched&) = delete;
-};
-
 /// A function of d in [-1, 1]ⁿ: c + Σ a_k d_k + Σ_{k≥l} b_kl d_k d_l + rest, |rest| <= r, stored as
 /// c, a, b (row by row of the lower triangle), r. With n = 0 a constant.
 class Quadratic {
@@ -88,12 +65,6 @@ struct Jet {
 
   /// A function with its first four derivatives on a range.
   using Derivatives = std::array<Interval, 5>;
-  /// g(a), of a function of ranges that returns Derivatives.
-  template <class G>
-  friend Jet chain(const Jet& a, const G& g) {
-    const Derivatives centre = g(Interval(a.value().centre())), over = g(a.range());
-    return along(a, composed(a, centre, over, 0), composed(a, centre, over, 1));
-  }
   /// g(a), by g and g' as functions of a, without directions.
   friend Jet along(const Jet& a, Jet value, const Jet& slope);
   /// g^(order) of a, without directions, by g at the centre of a and over all of a.
@@ -161,8 +132,6 @@ struct Jet {
   unsigned long long active_ = 0;  // of the directions, those whose derivative is not zero
   bool moving_ = false;
 };
-
-inline constexpr std::size_t most_directions = 64;  ///< of a Jet
 
 using Jets = std::vector<Jet>;  ///< one per signal
 

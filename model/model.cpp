@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "model/in_place.hpp"
+#include "model/lookup.hpp"
 #include "model/name_table.hpp"
 
 namespace tiltrim {

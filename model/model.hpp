@@ -30,14 +30,14 @@ inline constexpr std::size_t model_lanes = 8;
 struct Jet;                           // a range with derivatives: model/jet.hpp
 using Signals = std::vector<Signal>;  ///< the signals of one vector, in order
 
-/// Largest number of states, inputs or outputs of a model: all methods use full matrices.
-inline constexpr std::size_t largest_model = 2000;
-
 /// A closed range [lower, upper]; unbounded by default.
 struct Range {
   double lower = -std::numeric_limits<double>::infinity();  ///< included
   double upper = std::numeric_limits<double>::infinity();   ///< included
 };
+
+/// No limit of time, in seconds.
+inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// An uncertain parameter between two bounds, in SI units.
 struct Uncertain {
@@ -56,16 +56,8 @@ struct CostTerm {
 /// Position of `name` in `signals`, or -1.
 Eigen::Index find(const Signals& signals, std::string_view name);
 
-/// Position of `name`; throws std::invalid_argument with a list of the valid names if not found.
-/// `kind` names the kind of signal in the message ("state", "input", ...).
-Eigen::Index index_of(const Signals& signals, std::string_view name, std::string_view kind);
-
-/// The candidate nearest to `name` in edit distance; empty if no candidate is close.
-std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
-
-/// Names and nominal sizes, in order.
+/// Names, in order.
 std::vector<std::string> names(const Signals& signals);
-Eigen::VectorXd nominals(const Signals& signals);  ///< one per signal, in its unit
 
 /// A function of state x, input u and parameters p.
 using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd& x, const Eigen::VectorXd& u,
@@ -139,6 +131,11 @@ struct Model {
       lanes{};
 };
 
+/// A matrix and an estimated error bound for each entry.
+struct Estimate {
+  Eigen::MatrixXd value, error;  ///< of the same size; error >= 0
+};
+
 /// An error in the caller's arguments, as opposed to an exception thrown by the model.
 struct CallerMistake : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
@@ -153,18 +150,9 @@ struct Evaluation {
 /// model or the returned vectors do not fit the model's signals.
 Evaluation evaluate(const Model& model, const OperatingPoint& point);
 
-/// Throws CallerMistake with the model's name and both sizes if the size of f's result is wrong.
-void check_rates(const Model& model, const Eigen::VectorXd& rates);
-/// The same for h.
-void check_outputs(const Model& model, const Eigen::VectorXd& outputs);
-/// The same for `derivatives` with respect to this many variables.
-void check_derivatives(const Model& model, const Eigen::MatrixXd& J, std::size_t variables);
-
 /// The number of a variable, searched by name among states, inputs and parameters, in that order.
 /// Throws std::invalid_argument with the nearest name and all valid names if not found.
 Eigen::Index variable(const Model& model, std::string_view name);
-/// The signal of a variable.
-const Signal& signal_of(const Model& model, Eigen::Index variable);
 /// The value of a variable at the point.
 double value_of(const OperatingPoint& point, Eigen::Index variable);
 /// Sets the value of a variable.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "model/lookup.hpp"
 #include "model/model.hpp"
 
 namespace tiltrim {

@@ -1,8 +1,6 @@
-/// @file
 /// A limit on the computing time of a model.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -10,9 +8,6 @@
 #include "model/model.hpp"
 
 namespace tiltrim {
-
-/// No limit, in seconds.
-inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// The time limit of a model is exceeded. A call in progress is not interrupted.
 struct OutOfTime : std::runtime_error {

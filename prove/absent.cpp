@@ -1,6 +1,7 @@
 // That no equilibrium exists within the limits: bisection of the bounded unknowns.
 
 #include "dense/dense.hpp"
+#include "model/lookup.hpp"
 #include "prove/parts.hpp"
 
 namespace tiltrim::proving {

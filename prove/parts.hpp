@@ -3,6 +3,7 @@
 
 #include <complex>
 
+#include "model/branches.hpp"
 #include "prove/prove.hpp"
 
 namespace tiltrim::proving {

@@ -4,6 +4,7 @@
 
 #include "dense/dense.hpp"
 #include "model/among.hpp"
+#include "model/lookup.hpp"
 #include "prove/parts.hpp"
 
 namespace tiltrim::proving {

@@ -1,5 +1,3 @@
-#include "qualities/bandwidth.hpp"
-
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
@@ -7,6 +5,8 @@
 #include <numbers>
 #include <optional>
 #include <vector>
+
+#include "qualities/qualities.hpp"
 
 namespace tiltrim {
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "dense/dense.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

@@ -7,7 +7,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "qualities/coordinates.hpp"
+#include "qualities/levels.hpp"
 #include "qualities/oscillations.hpp"
 #include "runtime/rounding.hpp"
 

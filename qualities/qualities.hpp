@@ -1,21 +1,135 @@
 /// @file
 /// Flying qualities of a linear model: short period, phugoid, hovering oscillations, attitude
-/// bandwidth, and their levels by the military specifications.
+/// bandwidth, and their levels by the military specifications; zeros and poles with error bounds.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
-#include <functional>
+#include <complex>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
-#include "qualities/bandwidth.hpp"
-#include "qualities/levels.hpp"
-#include "qualities/zeros.hpp"
+#include "model/model.hpp"
 
 namespace tiltrim {
+
+/// G(s) = c (sI - A)⁻¹ b + d from one input to one output, and error bounds of its entries (empty:
+/// exact). A is n x n [1/s], b and c have n entries.
+struct TransferFunction {
+  Eigen::MatrixXd A;             ///< 1/s
+  Eigen::VectorXd b;             ///< from the input
+  Eigen::RowVectorXd c;          ///< to the output
+  double d = 0.0;                ///< feedthrough
+  Eigen::MatrixXd A_error{};     ///< of each entry of A
+  Eigen::VectorXd b_error{};     ///< of each entry of b
+  Eigen::RowVectorXd c_error{};  ///< of each entry of c
+  double d_error = 0.0;          ///< of d
+};
+
+/// The transfer function from an input of a linear model to a state or an output. Throws
+/// std::invalid_argument for an unknown name or without a linear model.
+[[nodiscard]] TransferFunction transfer_function(const LinearModel& linear,
+                                                 const std::string& input,
+                                                 const std::string& output);
+
+/// Status of the zeros of a transfer function.
+enum class ZerosStatus {
+  found,             ///< every zero is enclosed in a disk of its own
+  not_enclosed,      ///< some zeros are multiple or ill conditioned: their errors are infinite,
+                     ///< and where the QZ iteration fails they are NaN
+  degree_undecided,  ///< a Markov parameter may be zero: the number of finite zeros is not known
+  no_response,       ///< the input has no effect on the output
+};
+std::string to_string(ZerosStatus status);  ///< as in JSON
+
+/// A root with the radius of a disk that contains a true one.
+struct EnclosedRoot {
+  std::complex<double> value;  ///< 1/s
+  double error = 0.0;          ///< infinite: not enclosed
+};
+
+/// G(s) = gain Π(s - zero)/Π(s - pole).
+struct ZerosAndPoles {
+  ZerosStatus status = ZerosStatus::no_response;  ///< of the zeros
+  std::vector<EnclosedRoot> zeros;                ///< finite, by ascending real part
+  std::vector<EnclosedRoot> poles;                ///< by ascending real part
+  int relative_degree = 0;  ///< poles less finite zeros: the number of infinite zeros
+  double gain = 0.0;        ///< the first Markov parameter that is not zero
+  double gain_error = 0.0;  ///< its bound
+  int cancelled = 0;        ///< states without a path from the input or to the output: left out
+};
+
+/// Finite zeros of the Rosenbrock pencil [A - sI, b; c, d] by QZ, each improved by Newton's method
+/// and enclosed by Krawczyk's test for all matrices within the error bounds. States that the input
+/// cannot reach or the output cannot see, by exact zeros, are left out. The number of finite zeros
+/// is proved by the first Markov parameter d, cb, cAb, ... that cannot be zero. Throws
+/// std::invalid_argument if sizes do not match or a value is not finite.
+[[nodiscard]] ZerosAndPoles zeros_and_poles(const TransferFunction& transfer);
+
+/// What a constant stick commands.
+enum class ResponseType {
+  rate,      ///< a rate: the bandwidth is the lesser of the gain and the phase bandwidth
+  attitude,  ///< an attitude: the bandwidth is the phase bandwidth
+};
+
+std::string to_string(ResponseType type);  ///< "rate", "attitude"
+
+/// A frequency, or a time, with its error bound; infinite if the response never gets there.
+struct Located {
+  double value = std::numeric_limits<double>::infinity();  ///< rad/s, or s
+  double error = 0.0;                                      ///< bound
+};
+
+/// Small-amplitude bandwidth and phase delay of attitude to stick [97, 3.3.2.1].
+struct Bandwidth {
+  bool known = false;       ///< false: the transfer function's zeros are not known; see `message`
+  Located phase_bandwidth;  ///< rad/s: 45 degrees of phase margin, a phase of -135 degrees
+  Located gain_bandwidth;   ///< rad/s: 6 dB of gain margin, |G| = 6 dB above |G(iω180)|
+  Located bandwidth;        ///< rad/s: by the response type
+  Located crossover;        ///< rad/s: ω180, a phase of -180 degrees
+  Located phase_delay{0.0, 0.0};  ///< s: (-180° - phase(2 ω180))/(2 ω180); 0 without ω180
+  std::string message;            ///< why it is not known, or what is ambiguous
+};
+
+/// Bandwidth of a transfer function from its zeros and poles, with the sign of the stick that
+/// raises the nose first. Phases are continuous in frequency and end at -90 degrees for each of the
+/// poles in excess of zeros.
+[[nodiscard]] Bandwidth bandwidth(const ZerosAndPoles& transfer,
+                                  ResponseType type = ResponseType::rate);
+
+/// A level of a requirement.
+enum class Level : std::int8_t {
+  not_judged = -1,  ///< the requirement does not apply, or its figure is not known
+  undecided = 0,    ///< a border lies within the error bound
+  one = 1,          ///< clearly adequate
+  two = 2,          ///< adequate with more workload
+  three = 3,        ///< controllable
+  none = 4,         ///< worse than every limit of the requirement
+};
+std::string to_string(Level level);  ///< "1", "2", "3", "none", "undecided", "not judged"
+
+/// A figure judged by one requirement.
+struct Criterion {
+  std::string name;                 ///< "short-period damping"
+  std::string requirement;          ///< "MIL-F-8785C 3.2.2.1.2"
+  std::string unit;                 ///< of the figure
+  double value = 0.0;               ///< NaN: not known
+  double error = 0.0;               ///< its bound
+  Level level = Level::not_judged;  ///< its level
+  /// Signed distances to the border of level 1, 2, ...: positive inside.
+  std::vector<double> margins{};
+  double margin_error = 0.0;  ///< bound of each margin's error
+  std::string margin_unit{};  ///< of the margins
+  std::string remark{};       ///< why it is not judged, or how it was found
+
+  std::size_t nearest() const;  ///< index of the nearest border in `margins`
+  double distance() const;      ///< to that border, signed; NaN without margins
+};
 
 /// What the signals of a model are. Each is the name of a state or an output; empty: the model has
 /// none. Angles in rad.

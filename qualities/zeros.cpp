@@ -1,5 +1,3 @@
-#include "qualities/zeros.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -10,6 +8,8 @@
 #include "dense/dense.hpp"
 #include "design/lapack.hpp"
 #include "linearize/modes.hpp"
+#include "model/lookup.hpp"
+#include "qualities/qualities.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {

@@ -7,6 +7,7 @@
 #include "report/conditions.hpp"
 #include "report/eigenvalues.hpp"
 #include "report/user_columns.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 namespace tiltrim {
 

@@ -4,6 +4,7 @@
 
 #include "model/degrees.hpp"
 #include "report/json.hpp"
+#include "vehicles/xv15/loads.hpp"
 
 namespace tiltrim {
 

@@ -4,6 +4,7 @@
 
 #include "flight/closed_loop_proof.hpp"
 #include "report/json.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

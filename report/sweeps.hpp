@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "report/sheet.hpp"
+#include "sweep/difference.hpp"
 #include "sweep/map.hpp"
 
 namespace tiltrim {

@@ -2,6 +2,7 @@
 
 #include "report/json.hpp"
 #include "report/tuning_parts.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim {
 

@@ -7,6 +7,7 @@
 
 #include "report/tuning_report.hpp"
 #include "study/keys.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim::tuning {
 

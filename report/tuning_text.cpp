@@ -7,6 +7,7 @@
 #include "report/code_points.hpp"
 #include "report/tuning_parts.hpp"
 #include "report/tuning_words.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim {
 

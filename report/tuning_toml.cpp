@@ -6,6 +6,8 @@
 #include <cstdlib>
 
 #include "report/tuning_parts.hpp"
+#include "tune/measures.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {

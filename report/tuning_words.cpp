@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "report/tuning_parts.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim::tuning {
 

@@ -1,4 +1,3 @@
-/// @file
 /// A proportion with its confidence interval.
 #pragma once
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dense/dense.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim::comparing {
 

@@ -1,12 +1,21 @@
-/// Linear compared with nonlinear motions from the same offset. Internal to simulate/ and flight/.
+/// Linear compared with nonlinear motions from the same offset. Internal to simulate/, flight/ and
+/// study/.
 #pragma once
 
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "simulate/simulate.hpp"
+
+namespace tiltrim {
+
+/// An offset by state name as a vector. Throws std::invalid_argument for other names and if zero.
+Eigen::VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset);
+
+}  // namespace tiltrim
 
 namespace tiltrim::comparing {
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "model/lookup.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;

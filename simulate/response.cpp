@@ -2,6 +2,7 @@
 #include <stdexcept>
 
 #include "linearize/linearize.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "simulate/comparison.hpp"
 #include "simulate/simulate.hpp"

@@ -9,6 +9,8 @@
 #include <stdexcept>
 
 #include "linearize/modes.hpp"
+#include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "simulate/global_error.hpp"
 #include "simulate/stiff.hpp"

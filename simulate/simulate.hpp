@@ -89,9 +89,6 @@ struct ResponseOptions {
   TrimOptions trimming{};                 ///< for the start
 };
 
-/// An offset by state name as a vector. Throws std::invalid_argument for other names and if zero.
-Eigen::VectorXd offset_of(const Signals& states, const std::map<std::string, double>& offset);
-
 /// Linear and nonlinear motion of the model from an offset of states, by name, at a trim.
 /// Throws std::invalid_argument for names that are not states and for a zero offset.
 [[nodiscard]] Response response(const Model& model, const OperatingPoint& trim,

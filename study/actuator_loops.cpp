@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
 

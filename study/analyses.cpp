@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "runtime/rounding.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 
 namespace tiltrim {
 

@@ -1,4 +1,3 @@
-/// @file
 /// Analyses of a condition: its trim, the reason if no trim exists, its branch, all its equilibria,
 /// its sensitivities, its envelope, its loops broken at each actuator.
 #pragma once
@@ -14,6 +13,7 @@
 #include "study/study.hpp"
 #include "trim/diagnosis.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 namespace tiltrim {
 

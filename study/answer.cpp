@@ -2,6 +2,7 @@
 
 #include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 namespace tiltrim {
 

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "study/section.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

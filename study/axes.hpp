@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "study/study.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
 

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
 

@@ -9,6 +9,7 @@
 #include "flight/flight.hpp"
 #include "runtime/rounding.hpp"
 #include "study/problems.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "study/problems.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

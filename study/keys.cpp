@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "study/condition_reader.hpp"
 #include "study/section.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {

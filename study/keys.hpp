@@ -1,4 +1,3 @@
-/// @file
 /// The variables of a study that an analysis may vary: their names in the study and in the models.
 #pragma once
 

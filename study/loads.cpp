@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "vehicles/xv15/loads.hpp"
+
 namespace tiltrim {
 
 namespace {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "study/study.hpp"
+#include "vehicles/xv15/loads.hpp"
 #include "vehicles/xv15/xv15.hpp"
 
 namespace tiltrim {

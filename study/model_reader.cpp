@@ -9,6 +9,7 @@
 #include <iterator>
 #include <set>
 
+#include "model/formula_check.hpp"
 #include "model/formulas.hpp"
 #include "vehicles/mode_names.hpp"
 

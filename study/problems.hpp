@@ -1,4 +1,3 @@
-/// @file
 /// A study's conditions as sweep requests, its [tune] as a problem, its flight, and the motion of a
 /// user-defined model.
 #pragma once

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "study/axes.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim::reading {
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "model/lookup.hpp"
+
 namespace tiltrim::reading {
 
 namespace {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "tune/measures.hpp"
+
 namespace tiltrim::reading {
 
 namespace {

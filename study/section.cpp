@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "model/lookup.hpp"
+
 namespace tiltrim::reading {
 
 std::string describe(const Accepted& a) {

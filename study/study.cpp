@@ -14,11 +14,14 @@
 #include "study/prove_reader.hpp"
 #include "study/qualities_reader.hpp"
 #include "study/qualities_study.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/section.hpp"
 #include "study/simulate_reader.hpp"
 #include "study/sweep_reader.hpp"
 #include "study/toml_reader.hpp"
 #include "study/tune_reader.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

@@ -1,4 +1,3 @@
-/// @file
 /// A study: one TOML file with an aircraft, gains, limits, flight conditions and the analyses to
 /// run on them.
 #pragma once
@@ -22,7 +21,9 @@
 #include "study/user_model.hpp"
 #include "sweep/map.hpp"
 #include "tune/tune.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim {
@@ -241,14 +242,5 @@ std::vector<Key> keys_of(const Study& study);
 
 /// The study's vehicle with its gains at the condition's tilt.
 Vehicle vehicle_at(const Study& study, const Condition& condition);
-
-/// The folder of the shipped polars and published tables: the environment variable TILTRIM_DATA,
-/// else data/ in the folder of the Python module, else the program's ../share/tiltrim/data, else
-/// the source tree's data/ if it exists, else share/tiltrim/data of the configured installation.
-std::filesystem::path data_directory();
-
-/// The reference vehicle: default parameters and the default polar from data_directory(). Throws
-/// std::runtime_error if the polar is missing.
-Vehicle reference_vehicle();
 
 }  // namespace tiltrim

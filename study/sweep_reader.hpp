@@ -3,6 +3,7 @@
 
 #include "study/section.hpp"
 #include "study/study.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim::reading {
 

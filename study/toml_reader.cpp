@@ -19,6 +19,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "model/lookup.hpp"
 #include "study/study.hpp"
 
 namespace tiltrim::reading {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <set>
 
+#include "model/lookup.hpp"
 #include "study/requirement_reader.hpp"
 
 namespace tiltrim::reading {

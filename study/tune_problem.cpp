@@ -6,10 +6,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "study/flown.hpp"
 #include "study/problems.hpp"
 #include "study/qualities_study.hpp"
+#include "tune/measures.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
 

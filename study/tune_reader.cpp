@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/lookup.hpp"
 #include "study/requirement_reader.hpp"
 #include "study/tune_places_reader.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim::reading {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "study/problems.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim {
 

@@ -1,4 +1,3 @@
-/// @file
 /// [model] of a study: user-defined equations instead of the tiltrotor's.
 #pragma once
 

@@ -3,7 +3,9 @@
 #include <stdexcept>
 
 #include "model/degrees.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
+#include "simulate/comparison.hpp"
 #include "study/problems.hpp"
 
 namespace tiltrim {

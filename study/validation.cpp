@@ -10,7 +10,9 @@
 #include "linearize/modes.hpp"
 #include "study/analyses.hpp"
 #include "study/loads.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
+#include "vehicles/xv15/loads.hpp"
 #include "vehicles/xv15/table.hpp"
 
 namespace tiltrim {

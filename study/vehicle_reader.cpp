@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/lookup.hpp"
 #include "study/model_reader.hpp"
 #include "vehicles/xv15/xv15.hpp"
 

@@ -1,3 +1,5 @@
+#include "sweep/difference.hpp"
+
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -6,8 +8,6 @@
 #include <map>
 #include <stdexcept>
 #include <tuple>
-
-#include "sweep/map.hpp"
 
 namespace tiltrim {
 

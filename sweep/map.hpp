@@ -90,7 +90,7 @@ struct AxisInterval {
 struct SweepMap {
   std::string study;                    ///< complete text of the study file
   std::string program;                  ///< "tiltrim 0.1.0"
-  std::string instruction_set;          ///< rounding(): the processor feature that affects results
+  std::string instruction_set;          ///< the processor feature that affects results
   std::vector<std::string> conditions;  ///< their names
   std::vector<SweepAxis> axes;          ///< the slowest first
   Signals states, inputs;  ///< inputs: those of the model, or control outputs of a closed loop
@@ -126,33 +126,5 @@ void write_netcdf(const SweepMap& map, const std::filesystem::path& file);
 
 /// Reads a file of write_netcdf(); throws std::runtime_error "path: reason" for any other file.
 [[nodiscard]] SweepMap read_netcdf(const std::filesystem::path& file);
-
-/// A point at which two maps differ.
-struct PointDifference {
-  std::size_t point;                       ///< number in both maps
-  TrimStatus status_before, status_after;  ///< of the trims
-  int verdict_before, verdict_after;       ///< Verdict, or -1 if there is no equilibrium
-  double abscissa_before, abscissa_after;  ///< largest real part, 1/s; NaN without an equilibrium
-};
-
-/// The differences of two maps.
-struct MapDifference {
-  std::vector<PointDifference> changed;          ///< points with a different status or verdict
-  double largest_abscissa_change = 0.0;          ///< over points with an equilibrium in both, 1/s
-  std::size_t largest_at = 0;                    ///< its point
-  std::size_t compared = 0;                      ///< number of points
-  std::vector<AxisCrossing> appeared, vanished;  ///< crossings in one map only
-  /// A crossing that has moved.
-  struct Moved {
-    AxisCrossing before, after;  ///< in the two maps
-  };
-  /// Crossings in both maps, of the same kind and on the same line, matched to the nearest,
-  /// whose coordinates or numbers of unstable eigenvalues differ.
-  std::vector<Moved> moved;
-};
-
-/// Compares point by point and crossing by crossing. Equal maps give empty lists and 0. Throws
-/// std::invalid_argument, naming the difference, unless conditions, axes and states are the same.
-[[nodiscard]] MapDifference difference(const SweepMap& before, const SweepMap& after);
 
 }  // namespace tiltrim

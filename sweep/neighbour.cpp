@@ -9,6 +9,8 @@
 
 #include "dense/dense.hpp"
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
+#include "model/time_limit.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {

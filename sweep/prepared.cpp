@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "linearize/batch.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "linearize/batch.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "sweep/boundary.hpp"
 #include "sweep/starts.hpp"
@@ -249,8 +250,6 @@ SweepMap swept(const PreparedConditions& conditions, const std::vector<SweepAxis
 }
 
 }  // namespace
-
-bool first_of_ranks() { return rank() == 0; }
 
 SweepMap sweep(const std::vector<SweepRequest>& requests, const std::vector<SweepAxis>& axes,
                const SweepOptions& options) {

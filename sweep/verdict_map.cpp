@@ -1,5 +1,3 @@
-#include "sweep/verdict_map.hpp"
-
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -12,6 +10,7 @@
 #include "sweep/boundary.hpp"
 #include "sweep/line.hpp"
 #include "sweep/line_chain.hpp"
+#include "sweep/sweep.hpp"
 #include "sweep/verdict_runs.hpp"
 #include "sweep/work.hpp"
 

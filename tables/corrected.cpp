@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/lookup.hpp"
 #include "tables/tables.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 

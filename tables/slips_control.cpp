@@ -7,7 +7,9 @@
 #include <numbers>
 
 #include "linearize/modes.hpp"
+#include "model/lookup.hpp"
 #include "tables/slips.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim::slips {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tables/slips.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim::slips {
 

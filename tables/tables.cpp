@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "vehicles/tiltrotor/corridor.hpp"
+
 namespace tiltrim {
 
 namespace {

@@ -11,6 +11,7 @@
 
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"

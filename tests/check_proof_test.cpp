@@ -15,6 +15,7 @@
 #include "tests/check.hpp"
 #include "tests/proof_oracle.hpp"
 #include "tests/proof_writer.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;

@@ -4,11 +4,14 @@
 #include <numbers>
 
 #include "study/analyses.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
 #include "tests/toy_models.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

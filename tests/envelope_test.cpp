@@ -13,10 +13,13 @@
 
 #include "follow/curve.hpp"
 #include "model/exact.hpp"
+#include "model/lookup.hpp"
 #include "study/analyses.hpp"
+#include "study/reference_vehicle.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXd;

@@ -11,8 +11,10 @@
 #include "flight/fly.hpp"
 #include "runtime/proportion.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 using namespace tiltrim;
 

@@ -12,8 +12,10 @@
 #include "flight/flight.hpp"
 #include "study/keys.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using nlohmann::json;

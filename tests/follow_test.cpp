@@ -11,6 +11,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"

@@ -6,6 +6,7 @@
 #include "linearize/linearize.hpp"
 #include "model/differentiate.hpp"
 #include "model/formula.hpp"
+#include "model/formula_check.hpp"
 #include "model/formulas.hpp"
 #include "tests/check.hpp"
 

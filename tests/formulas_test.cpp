@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "model/formula_check.hpp"
 #include "tests/check.hpp"
 
 using Eigen::VectorXd;

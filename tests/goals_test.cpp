@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "design/regulator.hpp"
+#include "design/design.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"

@@ -12,10 +12,13 @@
 #define TILTRIM_LANES_SCALAR
 #include "linearize/batch.hpp"
 #include "model/lane_scalars.hpp"
+#include "study/reference_vehicle.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
 #include "tests/toy_models.hpp"
+#include "vehicles/tiltrotor/along.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 

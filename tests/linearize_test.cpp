@@ -9,6 +9,8 @@
 #include <unsupported/Eigen/AutoDiff>
 
 #include "linearize/modes.hpp"
+#include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"

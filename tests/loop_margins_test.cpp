@@ -9,9 +9,11 @@
 
 #include "report/loops.hpp"
 #include "study/analyses.hpp"
+#include "study/reference_vehicle.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

@@ -14,6 +14,7 @@
 #include <random>
 #include <thread>
 
+#include "sweep/difference.hpp"
 #include "sweep/map.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"

@@ -35,8 +35,11 @@ static CoefficientsOf<Complex> coefficients(const Polar& polar, const Complex& a
 
 }  // namespace tiltrim::physics
 
+#include "model/lookup.hpp"
 #include "tests/toy_models.hpp"
 #include "vehicles/tiltrotor/closed_loop.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

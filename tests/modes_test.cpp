@@ -10,6 +10,7 @@
 #include <random>
 
 #include "linearize/balance.hpp"
+#include "linearize/mode_name.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"

@@ -1,9 +1,8 @@
-#include "design/norms.hpp"
-
 #include <cmath>
 #include <complex>
 #include <limits>
 
+#include "design/design.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"

@@ -25,7 +25,7 @@ for program in ("cpack", "dpkg-deb", "dpkg-shlibdeps", "pkg-config"):
         skip(program)
 
 MAIN = """#include <tiltrim/linearize/modes.hpp>
-#include <tiltrim/study/study.hpp>
+#include <tiltrim/study/reference_vehicle.hpp>
 #include <tiltrim/vehicles/tiltrotor/formulations.hpp>
 #include <cstdio>
 int main() {

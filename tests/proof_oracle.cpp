@@ -9,7 +9,10 @@
 #include <vector>
 
 #include "linearize/linearize.hpp"
+#include "vehicles/tiltrotor/along.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using namespace tiltrim::checking;

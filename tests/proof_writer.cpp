@@ -12,6 +12,7 @@
 
 #include "check_proof/certificate.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using namespace tiltrim::checking;

@@ -13,6 +13,7 @@
 #include "runtime/threads.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "examples/f16.hpp"
+#include "qualities/levels.hpp"
 #include "tests/check.hpp"
 #include "trim/trim.hpp"
 

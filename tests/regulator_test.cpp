@@ -1,9 +1,7 @@
-#include "design/regulator.hpp"
-
 #include <complex>
 #include <limits>
 
-#include "design/lyapunov.hpp"
+#include "design/design.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
 

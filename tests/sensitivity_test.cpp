@@ -8,11 +8,16 @@
 #include <random>
 #include <stdexcept>
 
+#include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "study/analyses.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

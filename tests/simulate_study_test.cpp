@@ -6,6 +6,7 @@
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/study_text.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 

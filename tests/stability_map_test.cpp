@@ -11,6 +11,8 @@
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 using namespace tiltrim;

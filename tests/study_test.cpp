@@ -11,9 +11,13 @@
 #include <set>
 
 #include "study/angle_remarks.hpp"
+#include "study/reference_vehicle.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
 #include "tests/study_text.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;
 namespace fs = std::filesystem;

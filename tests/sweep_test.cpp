@@ -11,8 +11,10 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "runtime/log.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "sweep/record.hpp"
 #include "tests/algebra.hpp"
@@ -20,7 +22,10 @@
 #include "tests/files.hpp"
 #include "tests/random_draws.hpp"
 #include "tests/toy_models.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;

@@ -11,7 +11,9 @@
 
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;
 

@@ -12,10 +12,13 @@
 #include "flight/fly.hpp"
 #include "flight/hand_over.hpp"
 #include "linearize/linearize.hpp"
+#include "model/lookup.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;

@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"

@@ -8,7 +8,10 @@
 
 #include "model/in_place.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;
 using Eigen::VectorXd;

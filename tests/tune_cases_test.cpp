@@ -24,6 +24,7 @@
 #include "tune/requirement.hpp"
 #include "tune/tune.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using Complex = std::complex<double>;

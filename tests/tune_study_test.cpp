@@ -7,6 +7,9 @@
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/study_text.hpp"
+#include "tune/measures.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 

@@ -14,7 +14,10 @@
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tune/candidate.hpp"
+#include "tune/measures.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using Complex = std::complex<double>;

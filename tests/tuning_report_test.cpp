@@ -8,8 +8,10 @@
 #include <random>
 #include <sstream>
 
+#include "model/lookup.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using nlohmann::json;

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "linearize/modes.hpp"
+#include "model/lookup.hpp"
 #include "study/analyses.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"

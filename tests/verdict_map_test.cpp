@@ -1,6 +1,4 @@
 // Maps of verdicts alone against the detailed maps of the same grids, by parts, stopped, resumed.
-#include "sweep/verdict_map.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +8,7 @@
 
 #include "study/problems.hpp"
 #include "study/study.hpp"
+#include "sweep/sweep.hpp"
 #include "sweep/verdict_runs.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"

@@ -5,6 +5,7 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "simulate/integrate.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "trim/trim.hpp"

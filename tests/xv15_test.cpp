@@ -4,10 +4,12 @@
 #include <complex>
 #include <numbers>
 
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "trim/trim.hpp"
 #include "vehicles/xv15/airframe.hpp"
+#include "vehicles/xv15/loads.hpp"
 #include "vehicles/xv15/rotor.hpp"
 
 using namespace tiltrim;

@@ -1,8 +1,6 @@
-#include "qualities/zeros.hpp"
-
 #include <random>
 
-#include "qualities/bandwidth.hpp"
+#include "qualities/qualities.hpp"
 #include "tests/check.hpp"
 
 using Eigen::Index;

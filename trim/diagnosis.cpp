@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "dense/dense.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/problem.hpp"
 

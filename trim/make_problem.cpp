@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "model/among.hpp"
+#include "model/lookup.hpp"
 #include "model/name_table.hpp"
 #include "trim/check_answers.hpp"
 #include "trim/problem.hpp"

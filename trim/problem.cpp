@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
+#include "model/time_limit.hpp"
 #include "trim/check_answers.hpp"
 
 namespace tiltrim {

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "model/interval.hpp"
+#include "model/lookup.hpp"
+#include "model/time_limit.hpp"
 
 namespace tiltrim {
 

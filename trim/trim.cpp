@@ -7,6 +7,8 @@
 #include <optional>
 #include <tuple>
 
+#include "model/lookup.hpp"
+#include "model/time_limit.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/ipopt.hpp"
 #include "trim/newton.hpp"

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "model/model.hpp"
-#include "model/time_limit.hpp"
 
 namespace tiltrim {
 

@@ -8,6 +8,7 @@
 
 #include "dense/dense.hpp"
 #include "dense/newton_step.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

@@ -11,6 +11,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "runtime/threads.hpp"
 #include "tune/requirement.hpp"
 #include "tune/response.hpp"

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sweep/neighbour.hpp"
+#include "tune/measures.hpp"
 #include "tune/shift.hpp"
 #include "tune/tune.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "tune/tune.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim {
 

@@ -8,8 +8,9 @@
 #include <vector>
 
 #include "dense/dense.hpp"
-#include "design/regulator.hpp"
+#include "design/design.hpp"
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "tune/candidate.hpp"
 

@@ -12,6 +12,8 @@
 #include "linearize/margins.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
+#include "tune/measures.hpp"
 #include "tune/response.hpp"
 #include "tune/shift.hpp"
 

@@ -10,9 +10,9 @@
 #include <stdexcept>
 
 #include "dense/dense.hpp"
-#include "design/lyapunov.hpp"
-#include "design/norms.hpp"
+#include "design/design.hpp"
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 #include "tune/shift.hpp"
 #include "tune/step_response.hpp"
 

@@ -9,6 +9,7 @@
 
 #include "optimize/optimize.hpp"
 #include "tune/epigraph.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "dense/dense.hpp"
-#include "design/lyapunov.hpp"
+#include "design/design.hpp"
 
 namespace tiltrim {
 

@@ -9,10 +9,12 @@
 #include <vector>
 
 #include "linearize/modes.hpp"
+#include "model/lookup.hpp"
 #include "optimize/optimize.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 #include "tune/many_starts.hpp"
+#include "tune/measures.hpp"
 #include "tune/response.hpp"
 #include "tune/search.hpp"
 

@@ -9,7 +9,6 @@
 #include <map>
 #include <stop_token>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "sweep/sweep.hpp"
@@ -41,13 +40,6 @@ enum class Measure {
 
 /// As in a study file: "decay", "phase_margin_deg", ...
 std::string to_string(Measure measure);
-/// "1/s", "rad/s", "dB", "degrees", "s" or "".
-std::string_view unit(Measure measure);
-/// True if larger is better: the limit is then a minimum, otherwise a maximum.
-bool more_is_better(Measure measure);
-/// All measures, in order.
-const std::vector<Measure>& measures();
-
 /// The worst value over all operating points must be at least `limit` (or at most), in the
 /// measure's unit. NaN: no limit, as for a goal.
 struct Requirement {
@@ -72,9 +64,6 @@ struct Requirement {
   /// True if both measure the same thing, whatever their limits.
   bool same_measure(const Requirement& other) const;
 };
-/// Name of the requirement: the measure's, or the figure's.
-std::string name_of(const Requirement& requirement);
-
 /// A tunable parameter of all models with its bounds, in SI units.
 struct FreeGain {
   std::string name;                 ///< name in the models, "gains.K_Lp"
@@ -114,20 +103,6 @@ struct TuneProblem {
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
-/// All requirements: the goal or goals, the limits, and stability (decay of 0) if neither the goal
-/// nor a limit is on decay or damping.
-[[nodiscard]] std::vector<Requirement> asked_of(const TuneProblem& problem);
-/// Number of goals: the first of these requirements.
-inline std::size_t goals_of(const TuneProblem& problem) {
-  return problem.goals.empty() ? 1 : problem.goals.size();
-}
-/// "decay", "reserve of 3 goals".
-std::string goal_name(const TuneProblem& problem);
-/// Unit of TuneResult::goal; "" for several goals.
-std::string_view goal_unit(const TuneProblem& problem);
-/// True if a larger TuneResult::goal is better.
-bool more_goal_is_better(const TuneProblem& problem);
-
 /// Global search: NLopt's algorithms, or local searches from many starts.
 enum class GlobalSearch {
   crs2,        ///< controlled random search
@@ -148,11 +123,6 @@ enum class LocalSearch {
 };
 std::string to_string(GlobalSearch algorithm);  ///< as in a study file
 std::string to_string(LocalSearch algorithm);   ///< as in a study file
-/// From its name; throws std::invalid_argument with all names if it is unknown.
-GlobalSearch global_search(const std::string& name);
-/// The same.
-LocalSearch local_search(const std::string& name);
-
 /// Progress of a search.
 struct TuneProgress {
   long evaluations = 0, of = 0;  ///< candidates: evaluated, allowed
@@ -212,7 +182,7 @@ struct TunePlace {
 /// The value of one requirement at one place, or of the goal (limit NaN).
 struct Achieved {
   TunePlace place;                  ///< its place
-  std::size_t asked = 0;            ///< index in asked_of()
+  std::size_t asked = 0;            ///< index: goals, limits, then stability if none bounds it
   Requirement requirement;          ///< the requirement; of a single goal the limit is NaN
   double value = 0.0;               ///< NaN: not applicable (no mode of that name)
   std::complex<double> eigenvalue;  ///< the decisive eigenvalue, if there is one; otherwise NaN

@@ -1,9 +1,8 @@
 // State feedback and norms of linear systems.
+#include "design/design.hpp"
+
 #include <utility>
 
-#include "design/lyapunov.hpp"
-#include "design/norms.hpp"
-#include "design/regulator.hpp"
 #include "python/src/convert.hpp"
 #include "python/src/verbs.hpp"
 

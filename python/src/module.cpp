@@ -3,6 +3,7 @@
 
 #include "python/src/models.hpp"
 #include "python/src/verbs.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 
 namespace py = pybind11;

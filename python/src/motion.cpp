@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "python/src/calls.hpp"
 #include "python/src/models.hpp"
 #include "python/src/verbs.hpp"

@@ -7,8 +7,10 @@
 #include <limits>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "python/src/calls.hpp"
 #include "python/src/verbs.hpp"
+#include "tune/measures.hpp"
 
 namespace tiltrim::python {
 

@@ -1,6 +1,7 @@
 // Formulas: compiled or refused in words; a compiled one is evaluated and differentiated.
 #include <stdexcept>
 
+#include "model/formula_check.hpp"
 #include "model/formulas.hpp"
 #include "tests/fuzz/input.hpp"
 

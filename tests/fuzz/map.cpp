@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "sweep/difference.hpp"
 #include "tests/forged_map.hpp"
 #include "tests/fuzz/input.hpp"
 

@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 
+#include "sweep/difference.hpp"
 #include "sweep/map_netcdf.hpp"
 #include "tests/fuzz/input.hpp"
 

@@ -3,6 +3,7 @@
 
 #include "model/differentiable.hpp"
 #include "vehicles/mode_names.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/parameters.hpp"
 #include "vehicles/tiltrotor/physics.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"

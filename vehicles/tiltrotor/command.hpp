@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/parameters.hpp"
 
 namespace tiltrim::physics {

@@ -8,6 +8,9 @@
 #include <stdexcept>
 
 #include "runtime/rounding.hpp"
+#include "vehicles/tiltrotor/along.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/table_trim.hpp"
 
 namespace tiltrim {
 

@@ -1,5 +1,5 @@
 /// @file
-/// The three trim formulations of the tiltrotor as problems for trim().
+/// Trim formulations of the tiltrotor as problems for trim().
 #pragma once
 
 #include <map>
@@ -18,13 +18,6 @@ namespace tiltrim {
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command);
 /// The same in given axes.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, Axes axes);
-
-/// The same for continuation and sweeps: in body axes if the slowest speed is below
-/// body_axes_below, and without_integral_bounds(). Throws std::invalid_argument at rest.
-TrimProblem closed_loop_along(const Vehicle& vehicle, const Command& command, double slowest);
-/// Removes the bounds on the integrals, which hold only for one condition: its starts are spread
-/// over them.
-TrimProblem without_integral_bounds(TrimProblem problem);
 
 /// trim() of formulation 1. If no equilibrium is found, tests whether the bare airframe could hold
 /// the condition with any inputs within the limits; if this is proved impossible, the status is
@@ -48,26 +41,5 @@ struct AirframeCondition {
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition);
 /// The same in given axes.
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition, Axes axes);
-
-/// Formulation 3: given coefficients as in Table 2. theta0, a1s and the dynamic pressure as a
-/// fraction k of the weight solve the first two rows of (15) as printed; the third gives the moment
-/// increment required from an elevator.
-struct TableCondition {
-  double gamma, alpha, eta;  ///< rad
-  double CL, CD, CM;         ///< CL positive down, as printed
-  double k;                  ///< ½ρ(V + vi)²S / (m g)
-};
-/// The result of trim_table().
-struct TableTrim {
-  TrimResult trim;     ///< of table_model()
-  double theta0, a1s;  ///< theta0: fraction of full thrust; a1s: rad
-  double CM_required;  ///< balances the thrust's moment about the centre of gravity
-  double CM_elevator;  ///< CM_required - CM: required from the elevator
-};
-/// Rows one and two of (15) as printed, divided by the weight: inputs theta0, a1s.
-Model table_model(const TableCondition& condition, double thrust_excess);
-/// Solves formulation 3.
-[[nodiscard]] TableTrim trim_table(const Vehicle& vehicle, const TableCondition& condition,
-                                   const TrimOptions& options = {});
 
 }  // namespace tiltrim

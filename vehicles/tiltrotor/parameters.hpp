@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 namespace tiltrim::physics {

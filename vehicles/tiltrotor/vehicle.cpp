@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/lookup.hpp"
 #include "vehicles/tiltrotor/command.hpp"
+#include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/parameters.hpp"
 #include "vehicles/tiltrotor/physics.hpp"
 

@@ -5,7 +5,6 @@
 #include <memory>
 #include <numbers>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "model/model.hpp"
@@ -56,14 +55,6 @@ struct GainsOf {
   S k_de = 3.9;    ///< pitch rate to delta_e, s
 };
 using Gains = GainsOf<double>;  ///< of the control law
-
-/// Gains linear between their values at ascending tilts [rad], and constant beyond the ends.
-struct GainSchedule {
-  std::vector<double> eta;   ///< rad; empty: the gains do not depend on the tilt
-  std::vector<Gains> gains;  ///< one set per tilt
-};
-/// The gains at a tilt; the schedule must not be empty.
-Gains gains_at(const GainSchedule& schedule, double eta);
 
 /// A commanded flight condition of the closed loop.
 template <class S>
@@ -121,32 +112,4 @@ Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes = Axes::wind);
 Eigen::VectorXd airframe_parameters(const Vehicle& vehicle);
 /// The parameter vector of closed_loop(): the command, then the vehicle's parameters.
 Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& command);
-/// The contents of a closed loop's parameter vector.
-struct VehicleAndCommand {
-  Vehicle vehicle;  ///< with these aircraft parameters and gains
-  Command command;  ///< commanded flight condition
-};
-/// The inverse of closed_loop_parameters(); data that are not parameters are copied from `like`.
-VehicleAndCommand vehicle_from(const Vehicle& like, const Eigen::VectorXd& parameters);
-/// Names, units and nominal sizes of these, in order: "aircraft.mass", ...; "gains.k_V", ...
-Signals aircraft_signals();
-Signals gain_signals();  ///< of the gains
-/// The accepted range of a vehicle parameter.
-struct AcceptedNumber {
-  double lower, upper;   ///< SI, or in degrees
-  bool degrees = false;  ///< an angle given in degrees in files
-};
-/// The range for a name. Throws std::invalid_argument with the valid names.
-AcceptedNumber accepted_number(std::string_view name);
-/// The parameter at a position of aircraft_signals(), for reading and writing.
-double& aircraft_value(Aircraft& aircraft, std::size_t position);
-/// The same for gain_signals().
-double& gain_value(Gains& gains, std::size_t position);
-
-/// Cyclic's share of pitch control at a tilt: 1 helicopter, 0 airplane (12).
-double authority(const Aircraft& aircraft, double eta);
-
-/// Corridor (16): tilt and path angle, and the speed schedule of docs/model.md, at height h [m].
-Command corridor(double h);
-
 }  // namespace tiltrim

@@ -12,6 +12,7 @@
 #include "vehicles/mode_names.hpp"
 #include "vehicles/xv15/airframe.hpp"
 #include "vehicles/xv15/data.hpp"
+#include "vehicles/xv15/loads.hpp"
 
 namespace tiltrim::xv15 {
 

@@ -1,0 +1,18 @@
+/// A mode's name from the participation of its states.
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "model/model.hpp"
+
+namespace tiltrim {
+
+/// A name for a mode from the participation of its states: the first of `known` whose states have
+/// most of it, otherwise the dominant states joined by +.
+std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& participation,
+                      const std::vector<std::string>& state_names, const ModeNames& known = {});
+
+}  // namespace tiltrim
