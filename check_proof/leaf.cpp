@@ -93,8 +93,8 @@ Matrix preconditioner(const Record& r, const std::array<Dual, 3>& slopes) {
 
 // K = -C G + (I - C G_z) ζ lies strictly inside the radii: then G has exactly one zero in the tube
 // for each number of the box, and C is regular [101].
-std::optional<std::string> krawczyk(const Record& r, const Names& names,
-                                    const Loop<Affine>& centre, const Loop<Dual>& over) {
+std::optional<std::string> krawczyk(const Record& r, const Names& names, const Loop<Affine>& centre,
+                                    const Loop<Dual>& over) {
   const std::array<Affine, 3> G = balance(centre);
   const std::array<Dual, 3> slopes = balance(over);
   const Matrix C = preconditioner(r, slopes);
@@ -153,9 +153,10 @@ std::optional<std::string> refuted(const Statement& s, const Part& part, const S
   const Numbers& a = side.numbers;
   const Held held{over[4], over[5]};
   const Loop<Dual> loop = closed_loop(a, *s.polar, x, s.actuators ? &held : nullptr);
-  if (auto failed = s.actuators ? krawczyk(record, actuators, without_law(a, *s.polar, centre),
-                                           without_law(a, *s.polar, x))
-                                : krawczyk(record, integrals, closed_loop(a, *s.polar, centre), loop))
+  if (auto failed = s.actuators
+                        ? krawczyk(record, actuators, without_law(a, *s.polar, centre),
+                                   without_law(a, *s.polar, x))
+                        : krawczyk(record, integrals, closed_loop(a, *s.polar, centre), loop))
     return failed;
   if (auto failed = beyond_limits(s, loop, over[2])) return failed;
   const Pencil p = pencil(side.numbers, loop);

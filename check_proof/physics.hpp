@@ -165,7 +165,8 @@ Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 
           delta_e};
 }
 
-/// The airframe at the command with theta, theta0 and the deflection in the places of theta, x1, x2.
+/// The airframe at the command with theta, theta0 and the deflection in the places of theta, x1,
+/// x2.
 template <class S>
 Loop<S> without_law(const Numbers& a, const Spline& spline, const std::array<S, 6>& x) {
   const S &theta = x[2], &theta0 = x[4];

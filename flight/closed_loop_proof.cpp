@@ -60,7 +60,8 @@ std::optional<TrimResult> trimmed(const Vehicle& vehicle, const Numbers& numbers
   return found;
 }
 
-// [f; h] of the loop whose inputs are theta0 and the deflection of the actuator that controls pitch.
+// [f; h] of the loop whose inputs are theta0 and the deflection of the actuator that controls
+// pitch.
 template <physics::LoopInputs inputs>
 Jets about_trim(const std::shared_ptr<const Polar>& polar, const Jets& x, const Jets& u,
                 const Jets& p) {
@@ -76,7 +77,7 @@ Jets about_trim(const std::shared_ptr<const Polar>& polar, const Jets& x, const 
 bool integrals_follow(const Vehicle& vehicle, const Numbers& numbers,
                       const std::vector<ProveParameter>& parameters) {
   if (vehicle.equations != Equations::consistent || vehicle.aircraft.cyclic_blend > 0) return false;
-  const auto one_sign = [&](const std::string& key, double Gains::* gain, double constant) {
+  const auto one_sign = [&](const std::string& key, double Gains::*gain, double constant) {
     std::vector<double> values{constant};
     if (!numbers.schedule.eta.empty()) values.clear();
     for (const Gains& gains : numbers.schedule.gains) values.push_back(gains.*gain);
@@ -85,8 +86,8 @@ bool integrals_follow(const Vehicle& vehicle, const Numbers& numbers,
     return std::ranges::all_of(values, [](double k) { return k > 0; }) ||
            std::ranges::all_of(values, [](double k) { return k < 0; });
   };
-  return std::ranges::none_of(
-             parameters, [](const auto& p) { return p.key == "aircraft.cyclic_blend"; }) &&
+  return std::ranges::none_of(parameters,
+                              [](const auto& p) { return p.key == "aircraft.cyclic_blend"; }) &&
          one_sign("gains.K_Ei", &Gains::K_Ei, vehicle.gains.K_Ei) &&
          one_sign("gains.K_Li", &Gains::K_Li, vehicle.gains.K_Li);
 }

@@ -2,12 +2,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <complex>
 #include <functional>
 
 #include "dense/dense.hpp"
 #include "prove/parts.hpp"
+#include "prove/permanents.hpp"
 
 namespace tiltrim::proving {
 
@@ -130,39 +130,6 @@ double root_bound(const Family& f) {
       n * f.P_radius;
   if (!(off < 0.5)) return std::numeric_limits<double>::infinity();
   return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
-}
-
-// The permanent of a matrix of few rows, by subsets of columns.
-double permanent(const Small& M) {
-  const std::size_t n = std::size_t(M.rows()), all = std::size_t(1) << n;
-  thread_local std::vector<double> of;
-  of.assign(all, 0.0);
-  of[0] = 1;
-  for (std::size_t set = 0; set < all - 1; ++set) {
-    if (of[set] == 0) continue;
-    const Index row = Index(std::popcount(set));
-    for (std::size_t j = 0; j < n; ++j)
-      if (!(set >> j & 1)) of[set | std::size_t(1) << j] += of[set] * M(row, Index(j));
-  }
-  return of[all - 1];
-}
-
-double second_sum(const Small& M) {  // Σ_{i<j} M_ii M_jj + M_ij M_ji
-  double sum = 0;
-  for (Index i = 0; i < M.rows(); ++i)
-    for (Index j = 0; j < i; ++j) sum += M(i, i) * M(j, j) + M(i, j) * M(j, i);
-  return sum;
-}
-
-double third_sum(const Small& M) {  // Σ_{i<j<k} permanents of the minors of order three
-  double sum = 0;
-  for (Index i = 0; i < M.rows(); ++i)
-    for (Index j = 0; j < i; ++j)
-      for (Index k = 0; k < j; ++k)
-        sum += M(i, i) * (M(j, j) * M(k, k) + M(j, k) * M(k, j)) +
-               M(i, j) * (M(j, i) * M(k, k) + M(j, k) * M(k, i)) +
-               M(i, k) * (M(j, i) * M(k, j) + M(j, j) * M(k, i));
-  return sum;
 }
 
 // I - F = G (i w W T - W B(d) T) on an interval of frequencies.
@@ -298,8 +265,7 @@ Value value_at(const Family& f, double from, double to) {
     for (std::size_t l = 0; l <= k; ++l) {
       const Complex q = value.linear[k] * value.linear[l] - trace_of_product(F[k], F[l]);
       value.quadratic[k].push_back(k == l ? 0.5 * q : q);
-      if (k < f.E.size())
-        value.quadratic[k][l] -= Q[bend++].trace();
+      if (k < f.E.size()) value.quadratic[k][l] -= Q[bend++].trace();
     }
     if (k < f.A.size()) {
       double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n);
@@ -347,9 +313,8 @@ int roots_of(const MatrixXd& B) {
   const MatrixXd Wa = W.cwiseAbs(), Va = V.cwiseAbs();
   const double rounding = 64 * double(n * n) * unit;
   const VectorXd p = (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum();
-  const VectorXd q =
-      (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va)).rowwise().sum() +
-      rounding * solved.values.cwiseAbs();
+  const VectorXd q = (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va)).rowwise().sum() +
+                     rounding * solved.values.cwiseAbs();
   int count = 0;
   for (Index i = 0; i < n; ++i) {
     const Complex at = solved.values[i];
