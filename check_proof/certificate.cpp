@@ -157,10 +157,12 @@ Statement statement_of(const json& header) {
   expect(header, "system", "tiltrotor closed loop, wind axes");
   expect(header, "states",
          {"V_err", "gamma_err", "theta", "q", "energy_integral", "distribution_integral"});
-  expect(header, "unknowns", {"theta", "energy_integral", "distribution_integral"});
   expect(header, "equations", {"V_err", "gamma_err", "q"});
   expect(header, "equations_are", "consistent");
   Statement s;
+  s.actuators = header.at("unknowns") == json{"theta", "theta0", "deflection"};
+  if (!s.actuators)
+    expect(header, "unknowns", {"theta", "energy_integral", "distribution_integral"});
   s.condition = text_of(header.at("condition"), "condition");
   s.parameters = parameters_of(header.at("parameters"));
   s.margin = number_of(header.at("margin"));

@@ -50,8 +50,9 @@ Part part_of(const Box& whole, const Box& box) {
   return part;
 }
 
-constexpr std::array<std::string_view, 3> unknown_names{"theta", "energy_integral",
-                                                        "distribution_integral"};
+using Names = std::array<std::string_view, 3>;
+constexpr Names integrals{"theta", "energy_integral", "distribution_integral"};
+constexpr Names actuators{"theta", "theta0", "deflection"};
 constexpr std::array<std::size_t, 3> unknown_state{2, 4, 5};
 
 std::array<Affine, 6> tube(const Record& record, const Part& part, bool with_radius) {
@@ -92,7 +93,7 @@ Matrix preconditioner(const Record& r, const std::array<Dual, 3>& slopes) {
 
 // K = -C G + (I - C G_z) ζ lies strictly inside the radii: then G has exactly one zero in the tube
 // for each number of the box, and C is regular [101].
-std::optional<std::string> krawczyk(const Record& r, const Loop<Affine>& centre,
+std::optional<std::string> krawczyk(const Record& r, const Names& names, const Loop<Affine>& centre,
                                     const Loop<Dual>& over) {
   const std::array<Affine, 3> G = balance(centre);
   const std::array<Dual, 3> slopes = balance(over);
@@ -110,7 +111,7 @@ std::optional<std::string> krawczyk(const Record& r, const Loop<Affine>& centre,
       return fmt::format(
           "no equilibrium is proved: the image of the tube in {} has radius {:.6g}, the tube "
           "{:.6g}",
-          unknown_names[i], double_above(image), r.Z[i]);
+          names[i], double_above(image), r.Z[i]);
   }
   return {};
 }
@@ -130,6 +131,15 @@ std::optional<std::string> beyond_limits(const Statement& s, const Loop<Dual>& o
   return check("delta_e", s.delta_e, over.delta_e.value);
 }
 
+// Whether theta0 and the deflection determine both integrals.
+bool integrals_follow(const Side& side) {
+  const auto nonzero = [](const Affine& gain) {
+    const Ball all = range(gain);
+    return all.is_positive() || all.is_negative();
+  };
+  return (side.cyclic || side.elevator) && nonzero(side.numbers.K_Ei) && nonzero(side.numbers.K_Li);
+}
+
 std::optional<std::string> refuted(const Statement& s, const Part& part, const Side& side,
                                    const Record& record) {
   const std::array<Affine, 6> centre = tube(record, part, false), over = tube(record, part, true);
@@ -138,9 +148,15 @@ std::optional<std::string> refuted(const Statement& s, const Part& part, const S
     x[i] = Dual(over[i]);
     x[i].slopes[i] = Affine(1.0);
   }
-  const Loop<Dual> loop = closed_loop(side.numbers, *s.polar, x);
   if (!range(side.numbers.V).is_positive()) return "the airspeed may vanish";
-  if (auto failed = krawczyk(record, closed_loop(side.numbers, *s.polar, centre), loop))
+  if (s.actuators && !integrals_follow(side)) return "the integrals do not follow the actuators";
+  const Numbers& a = side.numbers;
+  const Held held{over[4], over[5]};
+  const Loop<Dual> loop = closed_loop(a, *s.polar, x, s.actuators ? &held : nullptr);
+  if (auto failed = s.actuators
+                        ? krawczyk(record, actuators, without_law(a, *s.polar, centre),
+                                   without_law(a, *s.polar, x))
+                        : krawczyk(record, integrals, closed_loop(a, *s.polar, centre), loop))
     return failed;
   if (auto failed = beyond_limits(s, loop, over[2])) return failed;
   const Pencil p = pencil(side.numbers, loop);

@@ -33,9 +33,11 @@ struct Statement {
   std::array<std::vector<double>, 3> coefficients;
   std::optional<Spline> polar;
   Bounds theta0, a1s, delta_e, theta;
+  bool actuators = false;  ///< the tubes are of theta, theta0 and a deflection, not of x1 and x2
 };
 
-/// Evidence for an equilibrium in the tube z + S d ± Z and the roots there.
+/// Evidence for an equilibrium in the tube z + S d ± Z and the roots there. The tube is of theta,
+/// x1 and x2, or of theta, theta0 and the deflection of the actuator that controls pitch.
 struct Record {
   std::array<double, 3> z{}, Z{};
   std::array<std::vector<double>, 3> S;

@@ -120,9 +120,24 @@ struct Loop {
   S theta0, a1s, delta_e;
 };
 
-/// States V_err, gamma_err, theta, q, x1, x2.
+/// theta0 and the deflection of the actuator that controls pitch, at a trim.
+struct Held {
+  Affine theta0, deflection;
+};
+
+/// A command at this value: only its derivatives remain.
+inline Affine about(Affine value, const Affine&) { return value; }
+inline Dual about(Affine value, const Dual& command) {
+  Dual r{std::move(value)};
+  r.slopes = command.slopes;
+  return r;
+}
+
+/// States V_err, gamma_err, theta, q, x1, x2. At a trim with the actuators `held` the integrals,
+/// which enter the commands linearly, are what they must be for these.
 template <class S>
-Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 6>& x) {
+Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 6>& x,
+                    const Held* held = nullptr) {
   const auto& [V_err, gamma_err, theta, q, x1, x2] = x;
   const S V = S(a.V) - V_err;
   const S gamma = S(a.gamma) - gamma_err;
@@ -132,16 +147,34 @@ Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 
   const S drag = S(Affine(0.5) * a.air_density * a.wing_area / weight) * V * V * polar.CD;
   const S common = S(a.k_V / a.gravity) * V_err + sin(gamma) + drag;
   const S turned = sin(gamma_err);
-  const S theta0 = (S(a.K_Ep) * (common + turned) + S(a.K_Ei) * x1) *
-                   S(inverse(Affine(1.0) + a.thrust_excess * a.K_Ep));  // (13)
+  S theta0 = (S(a.K_Ep) * (common + turned) + S(a.K_Ei) * x1) *
+             S(inverse(Affine(1.0) + a.thrust_excess * a.K_Ep));  // (13)
   const S a_hat =
       (S(a.K_Lp) * (common - turned) + S(a.K_Li) * x2) * S(inverse(Affine(1.0) + a.K_Lp));
-  const S a1s = S(a.authority) * (a_hat + S(a.k_pa) * theta + S(a.k_da) * q);  // (12)
+  S a1s = S(a.authority) * (a_hat + S(a.k_pa) * theta + S(a.k_da) * q);  // (12)
+  if (held) {
+    theta0 = about(held->theta0, theta0);
+    a1s = about(a.authority * held->deflection, a1s);
+  }
   const S V_rate = speed_rate(a, polar, V, gamma, alpha, theta0, a1s);
   const S Le = (S(a.k_V) * V_err - V_rate) * S(inverse(a.gravity)) - turned;  // (7)
-  const S delta_e = S(Affine(1.0) - a.authority) *
-                    (S(a.K_Lp) * Le + S(a.K_Li) * x2 + S(a.k_pe) * theta + S(a.k_de) * q);  // (9)
+  S delta_e = S(Affine(1.0) - a.authority) *
+              (S(a.K_Lp) * Le + S(a.K_Li) * x2 + S(a.k_pe) * theta + S(a.k_de) * q);  // (9)
+  if (held) delta_e = about((Affine(1.0) - a.authority) * held->deflection, delta_e);
   return {airframe(a, polar, V, gamma, alpha, q, theta0, a1s, delta_e, V_rate), theta0, a1s,
+          delta_e};
+}
+
+/// The airframe at the command with theta, theta0 and the deflection in the places of theta, x1,
+/// x2.
+template <class S>
+Loop<S> without_law(const Numbers& a, const Spline& spline, const std::array<S, 6>& x) {
+  const S &theta = x[2], &theta0 = x[4];
+  const S V(a.V), gamma(a.gamma), still(0.0), alpha = theta - gamma;
+  const S a1s = S(a.authority) * x[5], delta_e = S(Affine(1.0) - a.authority) * x[5];
+  const Polars<S> polar = spline(alpha);
+  const S V_rate = speed_rate(a, polar, V, gamma, alpha, theta0, a1s);
+  return {airframe(a, polar, V, gamma, alpha, still, theta0, a1s, delta_e, V_rate), theta0, a1s,
           delta_e};
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "model/lookup.hpp"
+#include "vehicles/tiltrotor/closed_loop.hpp"
 #include "vehicles/tiltrotor/command.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
@@ -47,8 +48,9 @@ struct Numbers {
   }
 };
 
-// Starting values of theta and the integrals: a trim at this point.
-std::optional<VectorXd> trimmed(const Vehicle& vehicle, const Numbers& numbers, const VectorXd& c) {
+// A trim at values c of the varied parameters.
+std::optional<TrimResult> trimmed(const Vehicle& vehicle, const Numbers& numbers,
+                                  const VectorXd& c) {
   const std::vector<double> p = numbers.on(std::vector<double>(c.begin(), c.end()));
   const auto [there, command] =
       vehicle_from(vehicle, Eigen::Map<const VectorXd>(p.data(), std::ssize(p)));
@@ -56,9 +58,59 @@ std::optional<VectorXd> trimmed(const Vehicle& vehicle, const Numbers& numbers, 
   TrimOptions options;
   options.max_boxes = 0;
   options.closest = false;
-  const TrimResult found = trim(problem.model, problem.spec, problem.guess, options);
+  TrimResult found = trim(problem.model, problem.spec, problem.guess, options);
   if (!is_equilibrium(found.status)) return {};
-  return VectorXd{{found.point.x[2], found.point.x[4], found.point.x[5]}};
+  return found;
+}
+
+// [f; h] of the loop whose inputs are theta0 and the deflection of the actuator that controls
+// pitch.
+template <physics::LoopInputs inputs>
+Jets about_trim(const std::shared_ptr<const Polar>& polar, const Jets& x, const Jets& u,
+                const Jets& p) {
+  const physics::WindLoop<inputs> loop{polar, Equations::consistent};
+  constexpr std::size_t states = loop.sizes.states;
+  Jets all(states + loop.sizes.outputs);
+  loop(x.data(), u.data(), p.data(), all.data(), all.data() + states);
+  return all;
+}
+
+// Whether theta0 and one deflection determine both integrals everywhere in the box: then theta and
+// they are the unknowns, since the airframe's trim does not depend on the gains.
+bool integrals_follow(const Vehicle& vehicle, const Numbers& numbers,
+                      const std::vector<ProveParameter>& parameters) {
+  if (vehicle.equations != Equations::consistent || vehicle.aircraft.cyclic_blend > 0) return false;
+  const auto one_sign = [&](const std::string& key, double Gains::*gain, double constant) {
+    std::vector<double> values{constant};
+    if (!numbers.schedule.eta.empty()) values.clear();
+    for (const Gains& gains : numbers.schedule.gains) values.push_back(gains.*gain);
+    for (const ProveParameter& p : parameters)
+      if (p.key == key) values.insert(values.end(), {p.from, p.to});
+    return std::ranges::all_of(values, [](double k) { return k > 0; }) ||
+           std::ranges::all_of(values, [](double k) { return k < 0; });
+  };
+  return std::ranges::none_of(parameters,
+                              [](const auto& p) { return p.key == "aircraft.cyclic_blend"; }) &&
+         one_sign("gains.K_Ei", &Gains::K_Ei, vehicle.gains.K_Ei) &&
+         one_sign("gains.K_Li", &Gains::K_Li, vehicle.gains.K_Li);
+}
+
+// theta, theta0 and the deflection at a trim.
+void solve_for_actuators(ProveProblem& problem, const Vehicle& vehicle, const Numbers& numbers) {
+  problem.model.inputs = {{"theta0", "", 0.1}, {"deflection", "rad", 0.1}};
+  problem.model.jets = [polar = vehicle.polar](const Jets& x, const Jets& u, const Jets& p) {
+    return about_trim<physics::LoopInputs::feedback>(polar, x, u, p);
+  };
+  problem.trim = [polar = vehicle.polar](const Jets& x, const Jets& u, const Jets& p) {
+    return about_trim<physics::LoopInputs::trim>(polar, x, u, p);
+  };
+  problem.unknowns = {"theta", "theta0", "deflection"};
+  problem.guess.u = VectorXd::Zero(2);
+  problem.start = [vehicle, numbers](const VectorXd& c) -> std::optional<VectorXd> {
+    const auto found = trimmed(vehicle, numbers, c);
+    if (!found) return {};
+    return VectorXd{{found->point.x[2], found->outputs[0], found->outputs[1] + found->outputs[2]}};
+  };
 }
 
 // The bare airframe at the command, with the inputs that the tilt allows.
@@ -112,7 +164,13 @@ ProveProblem closed_loop_proof(const Vehicle& vehicle, const GainSchedule& sched
   });
   if (bounded && vehicle.equations == Equations::consistent)
     problem.necessary = bare_airframe(vehicle, numbers);
-  problem.start = [vehicle, numbers](const VectorXd& c) { return trimmed(vehicle, numbers, c); };
+  problem.start = [vehicle, numbers](const VectorXd& c) -> std::optional<VectorXd> {
+    const auto found = trimmed(vehicle, numbers, c);
+    if (!found) return {};
+    return VectorXd{{found->point.x[2], found->point.x[4], found->point.x[5]}};
+  };
+  if (integrals_follow(vehicle, numbers, parameters))
+    solve_for_actuators(problem, vehicle, numbers);
   return problem;
 }
 

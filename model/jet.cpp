@@ -165,6 +165,12 @@ Jet Jet::widened(double by) const {
   return x;
 }
 
+Jet Jet::change() const {
+  Jet x = *this;
+  std::fill_n(x.row(0), n_ == 0 ? 2 : Quadratic::length(n_), 0.0);
+  return x;
+}
+
 Jet Jet::value_only() const { return quadratic({row(0), row(0) + Quadratic::length(n_)}); }
 
 Jet Jet::derivative(std::size_t i) const {

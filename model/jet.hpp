@@ -56,7 +56,9 @@ struct Jet {
     static constexpr std::array<double, 2> zero{};
     return active(i) ? Quadratic(row(1 + i), n_) : Quadratic(zero.data(), 0);
   }
-  Jet derivative(std::size_t i) const;                  ///< the same, on its own
+  Jet derivative(std::size_t i) const;  ///< the same, on its own
+  /// Zero with the same derivatives: how the quantity moves about its value.
+  Jet change() const;
   Jet value_only() const;                               ///< without directions
   Interval range() const { return value().range(); }    ///< all values
   bool depends_on_unknowns() const { return moving_; }  ///< whether a direction may move it

@@ -212,6 +212,7 @@ class Search {
       : s_(problem), options_(options) {
     theorem_.name = problem.name;
     theorem_.parameters = problem.parameters;
+    theorem_.unknowns = problem.unknowns;
     theorem_.margin = options.margin;
     ProofNode root;
     for (const ProveParameter& p : problem.parameters) root.box.push_back({p.from, p.to});

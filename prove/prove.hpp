@@ -51,6 +51,9 @@ struct ProveProblem {
   std::vector<ProveParameter> parameters{};  ///< the box
   /// The model's parameters at c, the values of `parameters`. Empty: by name.
   std::function<Jets(const Jets& c)> numbers{};
+  /// [f; h] as a function of the unknowns, if the model's jets, from which ∂f/∂x is taken, have
+  /// other derivatives along them; with the same values and comparisons. Empty: the model's.
+  decltype(Model::jets) trim{};
   /// Starting values of the unknowns at c. Empty: `guess`.
   std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& c)> start{};
   std::optional<NecessarySystem> necessary{};  ///< empty: absence of a trim is not proved
@@ -104,6 +107,7 @@ std::string to_string(ProofStatus status);  ///< "proved", "partly", "refuted"
 struct Theorem {
   std::string name;                                             ///< of the condition
   std::vector<ProveParameter> parameters{};                     ///< the box
+  std::vector<std::string> unknowns{};                          ///< of the tubes
   double margin = 0.0;                                          ///< decay rate [1/s]
   std::vector<ProofNode> tree{};                                ///< the first is the whole box
   std::size_t boxes = 0;                                        ///< examined

@@ -1,11 +1,13 @@
 // The roots right of a line, for every matrix of a family: zero excluded from a determinant.
 #include <Eigen/Core>
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <complex>
+#include <functional>
 
 #include "dense/dense.hpp"
 #include "prove/parts.hpp"
+#include "prove/permanents.hpp"
 
 namespace tiltrim::proving {
 
@@ -130,28 +132,6 @@ double root_bound(const Family& f) {
   return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
 }
 
-// The permanent of a matrix of few rows, by subsets of columns.
-double permanent(const Small& M) {
-  const std::size_t n = std::size_t(M.rows()), all = std::size_t(1) << n;
-  thread_local std::vector<double> of;
-  of.assign(all, 0.0);
-  of[0] = 1;
-  for (std::size_t set = 0; set < all - 1; ++set) {
-    if (of[set] == 0) continue;
-    const Index row = Index(std::popcount(set));
-    for (std::size_t j = 0; j < n; ++j)
-      if (!(set >> j & 1)) of[set | std::size_t(1) << j] += of[set] * M(row, Index(j));
-  }
-  return of[all - 1];
-}
-
-double second_sum(const Small& M) {  // Σ_{i<j} M_ii M_jj + M_ij M_ji
-  double sum = 0;
-  for (Index i = 0; i < M.rows(); ++i)
-    for (Index j = 0; j < i; ++j) sum += M(i, i) * M(j, j) + M(i, j) * M(j, i);
-  return sum;
-}
-
 // I - F = G (i w W T - W B(d) T) on an interval of frequencies.
 struct Value {
   std::vector<Complex> linear;                  // of each parameter, and of the frequency
@@ -201,6 +181,53 @@ Complex trace_of_product(const SmallC& A, const SmallC& B) {
   return (A.transpose().array() * B.array()).sum();
 }
 
+// Sum of the moduli of the coefficients of third order in d of det(I - L - Q), where L = Σ d_k F_k
+// and Q = Σ d_l d_m Q_lm:  those of tr L tr Q - tr L Q and of
+//   -e₃(L) = -(tr³ L - 3 tr L tr L² + 2 tr L³) / 6,  by its polarization
+double cubic_sum(const std::vector<SmallC>& F, const std::vector<SmallC>& Q) {
+  const std::size_t n = F.size();
+  std::vector<Complex> t, pairs(n * n), cubic(n * n * n);
+  for (const SmallC& A : F) t.push_back(A.trace());
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t l = 0; l < n; ++l) pairs[k * n + l] = trace_of_product(F[k], F[l]);
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t l = 0; l <= k; ++l) {
+      const SmallC FkFl = F[k] * F[l], FlFk = F[l] * F[k];
+      const SmallC both = FkFl + FlFk;
+      for (std::size_t m = 0; m <= l; ++m) {
+        const Complex e3 = t[k] * t[l] * t[m] - t[k] * pairs[l * n + m] - t[l] * pairs[k * n + m] -
+                           t[m] * pairs[k * n + l] + trace_of_product(F[m], both);
+        const double same = k == m ? 6.0 : k == l || l == m ? 2.0 : 1.0;
+        cubic[(k * n + l) * n + m] -= e3 / same;
+      }
+    }
+  for (std::size_t l = 0, at = 0; at < Q.size(); ++l)
+    for (std::size_t m = 0; m <= l; ++m, ++at)
+      for (std::size_t k = 0; k < n; ++k) {
+        std::array<std::size_t, 3> of{k, l, m};
+        std::ranges::sort(of, std::greater{});
+        cubic[(of[0] * n + of[1]) * n + of[2]] +=
+            t[k] * Q[at].trace() - trace_of_product(F[k], Q[at]);
+      }
+  double sum = 0;
+  for (const Complex c : cubic) sum += std::abs(c);
+  return sum;
+}
+
+// |det(I - F)| without its terms of up to second order, where |F| <= linear + curved + rho.
+double beyond(const Value& value, const std::vector<SmallC>& F, const std::vector<SmallC>& Q,
+              const Small& linear, const Small& curved, const Small& rho) {
+  const Index n = linear.rows();
+  const Small phi = linear + curved + rho;
+  const double all = permanent(phi + Small::Identity(n, n)), second = second_sum(phi);
+  const double fourth = all - 1 - phi.trace() - second - third_sum(phi);
+  const double third = third_sum(phi) - third_sum(linear) + cubic_sum(F, Q);
+  const double cross = second_sum(linear + curved) - second_sum(linear) - second_sum(curved);
+  const double mixed = second - second_sum(linear) - cross;
+  const double size = 1 + value.total;
+  return fourth + third + mixed + 1e-12 * (all + size * size * size);  // with the sums' rounding
+}
+
 Value value_at(const Family& f, double from, double to) {
   const Index n = f.B.rows();
   const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
@@ -229,6 +256,8 @@ Value value_at(const Family& f, double from, double to) {
            f.radius.sum();
   trace = std::min(trace, rho.trace());
   Small linear = Small::Zero(n, n);
+  std::vector<SmallC> Q;
+  for (const Small& A : f.curved) Q.push_back(G * A.cast<Complex>());
   for (std::size_t k = 0, bend = 0; k < F.size(); ++k) {
     linear += F[k].cwiseAbs();
     value.linear.push_back(-F[k].trace());
@@ -236,8 +265,7 @@ Value value_at(const Family& f, double from, double to) {
     for (std::size_t l = 0; l <= k; ++l) {
       const Complex q = value.linear[k] * value.linear[l] - trace_of_product(F[k], F[l]);
       value.quadratic[k].push_back(k == l ? 0.5 * q : q);
-      if (k < f.E.size())
-        value.quadratic[k][l] -= trace_of_product(G, f.curved[bend++].cast<Complex>());
+      if (k < f.E.size()) value.quadratic[k][l] -= Q[bend++].trace();
     }
     if (k < f.A.size()) {
       double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n);
@@ -245,11 +273,9 @@ Value value_at(const Family& f, double from, double to) {
       value.share.push_back(share);
     }
   }
-  const Small small = rho + Ga * f.bend_moduli;  // of second order and beyond
-  const Small phi = linear + small;
-  value.total = phi.sum();
-  const double higher = permanent(phi + Small::Identity(n, n)) - 1 - phi.trace() - second_sum(phi);
-  value.rest = higher + second_sum(phi) - second_sum(linear) + trace;
+  const Small curved = Ga * f.bend_moduli;
+  value.total = (linear + curved + rho).sum();
+  value.rest = beyond(value, F, Q, linear, curved, rho) + trace;
   if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();
   return value;
 }
@@ -277,7 +303,7 @@ Direction best(const Value& value) {
 
 // Roots right of the axis of one matrix, by discs of its pencil s W V - W B V, homotopic to the
 // diagonal: on s = i w, |s - λ_i| > Σ_j |s| |P_ij| + |Q_ij|. Negative: not certified.
-int roots_of(const MatrixXd& B, const MatrixXd& radius) {
+int roots_of(const MatrixXd& B) {
   const dense::Eigensystem solved = dense::eigensystem(B);
   if (!solved.converged) return -1;
   const MatrixXcd &V = solved.V, W = dense::inverse(V);
@@ -287,9 +313,8 @@ int roots_of(const MatrixXd& B, const MatrixXd& radius) {
   const MatrixXd Wa = W.cwiseAbs(), Va = V.cwiseAbs();
   const double rounding = 64 * double(n * n) * unit;
   const VectorXd p = (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum();
-  const VectorXd q =
-      (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va) + Wa * radius * Va).rowwise().sum() +
-      rounding * solved.values.cwiseAbs();
+  const VectorXd q = (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va)).rowwise().sum() +
+                     rounding * solved.values.cwiseAbs();
   int count = 0;
   for (Index i = 0; i < n; ++i) {
     const Complex at = solved.values[i];
@@ -319,7 +344,7 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   const double end = std::min(root_bound(f), root_bound(plain));
   if (!std::isfinite(end)) return refuse("width", widths);
   Record& r = tube.record;
-  r.roots = roots_of(f.B, f.radius);
+  r.roots = roots_of(f.B);  // zero is excluded for all remainders in the radius, so for none
   if (r.roots < 0) return refuse("crossing", widths);
   r.T = f.T;
   r.w = {0.0};

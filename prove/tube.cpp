@@ -26,7 +26,7 @@ Jet linear(double centre, const VectorXd& slopes) {
 }  // namespace
 
 Jets evaluate(const Setup& s, const Known& known, const Jets& unknowns, Along along) {
-  const std::size_t m = along == Along::nothing ? 0 : along == Along::unknowns ? s.nz() : s.moving;
+  const std::size_t m = along == Along::nothing ? 0 : along == Along::unknowns ? s.nz() : s.states;
   const VectorXd flat = VectorXd::Zero(Index(s.k()));
   Jets x, u = known.u;
   for (std::size_t j = 0; j < s.states; ++j) {
@@ -42,7 +42,8 @@ Jets evaluate(const Setup& s, const Known& known, const Jets& unknowns, Along al
     current_branches->next = known.next;
     current_branches->values = along == Along::nothing;
   }
-  return s.problem.model.jets(x, u, known.p);
+  const bool trim = s.problem.trim && along != Along::states;
+  return (trim ? s.problem.trim : s.problem.model.jets)(x, u, known.p);
 }
 
 namespace {

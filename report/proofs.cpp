@@ -129,7 +129,7 @@ ordered_json header(const Study& study, const Theorem& t) {
   head["polar"] = {{"alpha", alpha}, {"CL", CL}, {"CD", CD}, {"CM", CM}};
   head["limits"] = limits_of(study.vehicle.limits);
   head["states"] = names(model.states);
-  head["unknowns"] = {"theta", "energy_integral", "distribution_integral"};
+  head["unknowns"] = t.unknowns;
   head["equations"] = {"V_err", "gamma_err", "q"};
   head["equations_are"] = "consistent";
   head["boxes"] = t.boxes;

@@ -199,6 +199,33 @@ TEST_CASE("what prove() writes is verified, and its verdicts are those of the ch
   CHECK(both.undecided < 1e-4);
 }
 
+TEST_CASE("a tube of the actuators is no tube of the integrals, and needs integrals that follow") {
+  const Study study = load_study(studies + "prove_corridor.toml");
+  const ProveProblem problem =
+      closed_loop_proof(study.vehicle, study.schedule, "corridor", {15, 0, 0}, {{"h", 70, 74}});
+  REQUIRE(problem.unknowns == std::vector<std::string>{"theta", "theta0", "deflection"});
+  const std::vector<std::string> lines = lines_of(certificate_of(study, {prove(problem)}));
+  REQUIRE(refused(text_of(lines)) == "");
+  const auto altered = [&](const auto& change) {
+    std::vector<std::string> all = lines;
+    auto header = nlohmann::ordered_json::parse(all[0]);
+    change(header);
+    all[0] = header.dump();
+    return refused(text_of(all));
+  };
+  CHECK(altered([](nlohmann::ordered_json& header) {
+          header["unknowns"] = {"theta", "energy_integral", "distribution_integral"};
+        }) != "");
+  constexpr std::array<std::size_t, 2> integral_gains{2, 4};  // K_Ei, K_Li
+  for (const std::size_t gain : integral_gains) {
+    const std::string why = altered([&](nlohmann::ordered_json& header) {
+      for (nlohmann::ordered_json& set : header["schedule"]["gains"]) set[gain] = "0x0p+0";
+    });
+    CAPTURE(why);
+    CHECK(why.find("the integrals do not follow") != std::string::npos);
+  }
+}
+
 TEST_CASE("both sides of the handover are needed") {
   ProofToWrite asked = corridor_of("scheduled.toml", 46.4, 46.6);  // η = 60° at 46.436 m
   asked.depth = 14;

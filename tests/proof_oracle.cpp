@@ -37,6 +37,23 @@ VehicleAndCommand vehicle_at_point(const Statement& s, const Study& study,
   return vehicle_from(study.vehicle, p);
 }
 
+// The state with these theta, theta0 and deflection: the commands are linear in each integral.
+Eigen::VectorXd held_by(const Model& model, const OperatingPoint& at,
+                        const std::array<double, 3>& z) {
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(6);
+  x[2] = z[0];
+  const auto outputs = [&] { return model.h(x, at.u, at.p); };
+  const auto solve = [&](Eigen::Index integral, double wanted, const auto& command) {
+    x[integral] = 0;
+    const double none = command(outputs());
+    x[integral] = 1;
+    x[integral] = (wanted - none) / (command(outputs()) - none);
+  };
+  solve(4, z[1], [](const Eigen::VectorXd& y) { return y[0]; });
+  solve(5, z[2], [](const Eigen::VectorXd& y) { return y[1] + y[2]; });
+  return x;
+}
+
 // Whether a point of a leaf with a tube has a trim there with that verdict; empty if so.
 std::string judged(const checking::Theorem& t, const Leaf& leaf, const VehicleAndCommand& at,
                    const std::vector<double>& point) {
@@ -51,12 +68,15 @@ std::string judged(const checking::Theorem& t, const Leaf& leaf, const VehicleAn
       for (std::size_t i = 0; i < 3; ++i) start[i] += record.S[i][k] * d;
     }
     problem.guess.x << 0, 0, start[0], 0, start[1], start[2];
+    if (t.statement.actuators) problem.guess.x = held_by(problem.model, problem.guess, start);
     TrimOptions options;
     options.method = TrimMethod::newton;
     options.starts = 0;
     const TrimResult trimmed = trim(problem.model, problem.spec, problem.guess, options);
     if (!trimmed) continue;
-    const std::array<double, 3> there{trimmed.point.x[2], trimmed.point.x[4], trimmed.point.x[5]};
+    std::array<double, 3> there{trimmed.point.x[2], trimmed.point.x[4], trimmed.point.x[5]};
+    const Eigen::VectorXd& y = trimmed.outputs;
+    if (t.statement.actuators) there = {trimmed.point.x[2], y[0], y[1] + y[2]};
     bool inside = true;
     for (std::size_t i = 0; i < 3; ++i)  // the trim's own tolerance beside the radius
       inside =

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "model/provable.hpp"
 #include "prove/prove.hpp"
@@ -196,6 +198,79 @@ TEST_CASE("what is planted in a box is never certified away") {
   }
   CHECK(proved > 0.5 * count);  // nor does it refuse everything
   tally("a window, fold, limit or crossing in a box", count, faults, vain);
+}
+
+namespace {
+
+// Oscillators with damping 1, coupled in a ring by factors whose product is c d^order, d = 2 p - 1:
+// eigenvalues -1 + λ ± 5 i with λ^n = c d^order. Of det(I - F) at the middle only terms of this
+// order are not zero: whoever drops them sees a stable box.
+struct Ring {
+  std::vector<int> powers;  // of d in the factor of each oscillator
+  int order;                // their sum
+  double c;
+};
+
+ProveProblem problem_of(const Ring& ring) {
+  const std::size_t n = ring.powers.size();
+  Model m;
+  m.name = "ring";
+  m.states = {{"x", "", 1}};
+  for (std::size_t i = 0; i < 2 * n; ++i)
+    m.states.push_back({(i < n ? "y" : "z") + std::to_string(i % n), "", 1});
+  m.parameters = {{"p", "", 1}};
+  const auto f = [ring, n](auto x, auto, auto p, auto rates) {
+    using S = std::remove_cvref_t<decltype(rates[0])>;
+    const S d = 2.0 * p[0] - 1.0;
+    rates[0] = 2.0 * p[0] - x[0];
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t y = 1 + i, z = 1 + n + i, next = (i + 1) % n;
+      S factor = i == 0 ? ring.c * d : S(1.0 * d);
+      if (ring.powers[i] == 2) factor = factor * d;
+      rates[y] = factor * x[1 + next] - x[y] - 5.0 * x[z];
+      rates[z] = factor * x[1 + n + next] - x[z] + 5.0 * x[y];
+    }
+  };
+  ProveProblem problem;
+  problem.name = "ring";
+  problem.parameters = {{"p", 0, 1}};
+  problem.model = provable_model(m, f, [](auto, auto, auto, auto) {});
+  problem.unknowns = problem.equations = {"x"};
+  problem.guess = {Eigen::VectorXd::Zero(Eigen::Index(1 + 2 * n)), Eigen::VectorXd(0),
+                   Eigen::VectorXd::Constant(1, 0.5)};
+  problem.guess.x[0] = 1;
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("an instability by terms of third or fourth order alone is never certified away") {
+  Random draw = draws(32);
+  const std::vector<std::vector<int>> rings{{1, 1, 1}, {1, 1, 1, 1}, {2, 2}, {1, 2}};
+  for (int i = 0; i < trials(40); ++i) {
+    Ring ring{rings[std::size_t(i) % rings.size()], 0, uniform(draw, 1.05, 1.5)};
+    for (const int power : ring.powers) ring.order += power;
+    ProveOptions options;
+    options.max_boxes = 100;
+    const Theorem t = prove(problem_of(ring), options);
+    const double edge = std::pow(ring.c, -1.0 / ring.order);
+    const bool both_ends = ring.order % 2 == 0;
+    std::string fault;
+    for (const ProofNode& node : t.tree) {
+      if (node.split >= 0) continue;
+      const double from = 2 * node.box[0].lower - 1, to = 2 * node.box[0].upper - 1;
+      constexpr double rounding = 1e-12;
+      const bool touches = to > edge + rounding || (both_ends && from < -edge - rounding);
+      const bool leaves = to > -edge + rounding && from < edge - rounding;
+      if (node.verdict == ProofVerdict::stable && touches) fault = "proved stable";
+      if (node.verdict == ProofVerdict::unstable && leaves) fault = "proved unstable";
+    }
+    CAPTURE(i % 4);
+    CAPTURE(ring.c);
+    CHECK_MESSAGE(fault.empty(), fault);
+    CHECK(t.stable > 0.9 * (both_ends ? edge : 0.5 * (1 + edge)));
+    CHECK(t.unstable > 0.5 * (both_ends ? 1 - edge : 0.5 * (1 - edge)));
+  }
 }
 
 }  // namespace prove_planted_test

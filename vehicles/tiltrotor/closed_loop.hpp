@@ -11,8 +11,13 @@
 
 namespace tiltrim::physics {
 
-/// Inputs added to theta0, a1s and delta_e after the control law, where loops are broken.
-enum class LoopInputs { nothing, inputs };
+/// What the inputs of the closed loop are.
+enum class LoopInputs {
+  nothing,   ///< there are none
+  inputs,    ///< added to theta0, a1s and delta_e after the control law, where loops are broken
+  trim,      ///< theta0 and the deflection of the actuator that controls pitch; no control law
+  feedback,  ///< the same, about which the control law gives the derivatives along the states
+};
 
 constexpr Sizes closed_loop_sizes(LoopInputs added) {
   return {.states = 6,
@@ -38,11 +43,16 @@ Numbers<P> numbers(const P* p) {
           unpack<GainsOf<P>, gain_fields<P>>(p + nc + na)};
 }
 
-/// The total command at actuator i.
-template <LoopInputs added, class S>
-S behind(const S& command, const S* added_to, std::size_t i) {
+/// The total command at actuator i, which has this share of the control of pitch. Where the inputs
+/// are the actuators' values in trim, the integrals are what they must be for these.
+template <LoopInputs added, class S, class P>
+S behind(const S& command, const S* added_to, std::size_t i, const P& share) {
   if constexpr (added == LoopInputs::inputs)
     return command + added_to[i];
+  else if constexpr (added == LoopInputs::trim)
+    return i == 0 ? added_to[0] : share * added_to[1];
+  else if constexpr (added == LoopInputs::feedback)
+    return (i == 0 ? added_to[0] : share * added_to[1]) + command.change();
   else
     return command;
 }
@@ -78,12 +88,13 @@ struct WindLoop {
     const CoefficientsOf<S> C = coefficients(*polar, alpha);
     const P s = authority_at(d.eta, a);
     const RotorCommand<S> rotor = rotor_command(sensed, C.CD, s, a, k);
-    const Flow<S> air = flow(V, sin_cos(alpha), C, q, behind<added>(rotor.theta0, added_to, 0),
-                             behind<added>(rotor.a1s, added_to, 1), d.eta, a);
+    const RotorCommand<S> total{behind<added>(rotor.theta0, added_to, 0, s),
+                                behind<added>(rotor.a1s, added_to, 1, s)};
+    const Flow<S> air = flow(V, sin_cos(alpha), C, q, total.theta0, total.a1s, d.eta, a);
     const S V_rate = speed_rate(air, path.sin, a);
     const auto [He, Le] = energy_errors(sensed, V_rate, a, k);
     const S commanded_e = elevator_command(sensed, Le, s, k);
-    const S delta_e = behind<added>(commanded_e, added_to, 2);
+    const S delta_e = behind<added>(commanded_e, added_to, 2, 1.0 - s);
     if (rates) {
       // As printed, (14) uses the commanded acceleration in the state equation.
       const double commanded = equations == Equations::printed ? 1.0 : 0.0;
@@ -94,7 +105,10 @@ struct WindLoop {
       rates[4] = He;
       rates[5] = Le;
     }
-    if (outputs) write_outputs(outputs, rotor, commanded_e, V, gamma, alpha);
+    constexpr bool trimmed = added == LoopInputs::trim || added == LoopInputs::feedback;
+    if (outputs)
+      write_outputs(outputs, trimmed ? total : rotor, trimmed ? delta_e : commanded_e, V, gamma,
+                    alpha);
   }
 };
 
@@ -120,11 +134,11 @@ struct BodyLoop {
     const CoefficientsOf<S> C = coefficients(*polar, alpha);
     const P s = authority_at(d.eta, a);
     const RotorCommand<S> rotor = rotor_command(sensed, C.CD, s, a, k);
-    const Flow<S> air = flow(V, incidence, C, q, behind<added>(rotor.theta0, added_to, 0),
-                             behind<added>(rotor.a1s, added_to, 1), d.eta, a);
+    const Flow<S> air = flow(V, incidence, C, q, behind<added>(rotor.theta0, added_to, 0, s),
+                             behind<added>(rotor.a1s, added_to, 1, s), d.eta, a);
     const auto [He, Le] = energy_errors(sensed, speed_rate(air, path.sin, a), a, k);
     const S commanded_e = elevator_command(sensed, Le, s, k);
-    const S delta_e = behind<added>(commanded_e, added_to, 2);
+    const S delta_e = behind<added>(commanded_e, added_to, 2, 1.0 - s);
     if (rates) {
       const auto body = body_acceleration(air, u, w, pitch, q, delta_e, a);
       rates[0] = body.u;
