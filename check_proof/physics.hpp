@@ -170,11 +170,11 @@ Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 
 template <class S>
 Loop<S> without_law(const Numbers& a, const Spline& spline, const std::array<S, 6>& x) {
   const S &theta = x[2], &theta0 = x[4];
-  const S V(a.V), gamma(a.gamma), still(0.0), alpha = theta - gamma;
+  const S V(a.V), gamma(a.gamma), q(0.0), alpha = theta - gamma;
   const S a1s = S(a.authority) * x[5], delta_e = S(Affine(1.0) - a.authority) * x[5];
   const Polars<S> polar = spline(alpha);
   const S V_rate = speed_rate(a, polar, V, gamma, alpha, theta0, a1s);
-  return {airframe(a, polar, V, gamma, alpha, still, theta0, a1s, delta_e, V_rate), theta0, a1s,
+  return {airframe(a, polar, V, gamma, alpha, q, theta0, a1s, delta_e, V_rate), theta0, a1s,
           delta_e};
 }
 
