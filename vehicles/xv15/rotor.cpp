@@ -58,13 +58,15 @@ Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& J) {
 static RotorMotion<double> start(const RotorInput<double>& in, const Data& d) {
   const double tip = in.omega * d.radius, mu = in.V_e / tip, climb = in.V_n / tip;
   if (std::abs(climb) > closed_form_inflow) return {0.01 * tip, 0, 0};
+  constexpr double most_loading = 0.15;  // C_T/solidity of a stalled rotor, which the closed form lacks
   const double k = std::tan(d.delta3);
   const SimpleBlade blade = simple_blade(d, in.theta_75);
   double inflow = 0.05;
   ClosedForm at{};
   for (int step = 0; step < 10; ++step) {
     at = closed_form(blade, mu, climb + inflow, in.q / in.omega, in.B1, k);
-    const double wanted = at.CT / (2 * std::hypot(mu, climb + inflow) + 1e-3);
+    const double CT = std::min(at.CT, most_loading * blade.solidity);
+    const double wanted = CT / (2 * std::hypot(mu, climb + inflow) + 1e-3);
     inflow += 0.5 * (std::max(wanted, 0.0) - inflow);
   }
   // Inflow that grows aft acts on b1 as a pitch rate does.
@@ -140,13 +142,16 @@ RotorMotion<double> moved_by(const RotorMotion<double>& y, const Eigen::Vector3d
 
 // Nearer by few elements, unless their steps lead nowhere.
 RotorMotion<double> near(const RotorInput<double>& in, const Data& d, std::optional<double> given) {
-  constexpr int most_steps = 6;
-  constexpr double close = 5e-3, slow = 0.15;
+  constexpr int most_steps = 12;
+  constexpr double close = 5e-2, slow = 0.15, stall = 0.25;
   const double tip = in.omega * d.radius;
   Blade blade = blade_of(d);
   blade.elements = &d.few_elements;
   const RotorMotion<double> first = start(in, d);
-  if (std::abs(in.V_n) < closed_form_inflow * tip && std::abs(in.V_e) < slow * tip) return first;
+  const double incidence = in.theta_75 - std::atan2(in.V_n + first.v, 0.75 * tip);
+  if (std::abs(in.V_n) < closed_form_inflow * tip && std::abs(in.V_e) < slow * tip &&
+      std::abs(incidence) < stall)
+    return first;
   RotorMotion<double> y = first;
   for (int step = 0; step < most_steps; ++step) {
     const Eigen::Vector3d move = balance_step(in, y, blade, d, given).move;
