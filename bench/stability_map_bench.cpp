@@ -8,6 +8,7 @@
 
 #include "linearize/batch.hpp"
 #include "linearize/linearize.hpp"
+#include "model/lookup.hpp"
 #include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"

@@ -15,6 +15,7 @@
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 using namespace tiltrim;
 

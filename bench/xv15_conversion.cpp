@@ -12,6 +12,7 @@
 #include <random>
 #include <string>
 
+#include "model/lookup.hpp"
 #include "simulate/integrate.hpp"
 #include "study/study.hpp"
 #include "trim/trim.hpp"

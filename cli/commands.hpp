@@ -16,7 +16,7 @@
 #include "report/conditions.hpp"
 #include "report/flights.hpp"
 #include "study/analyses.hpp"
-#include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 

@@ -57,8 +57,7 @@ Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop
   const MatrixFile A = read_matrix(file, command.variable);
   const std::string name = file == "-" ? "standard input" : file.string();
   const Signals states = states_of(command, A, name);
-  const Modes found =
-      modes(A.values, bounds_of(command, A), names(states), {.mode_names = longitudinal_modes()});
+  const Modes found = modes(A.values, bounds_of(command, A), names(states), longitudinal_modes());
   const int code = found.verdict == Verdict::undecided ? unanswered : answered;
   return {in_format(
               command.common.format, [&] { return modes_json(found, states); },

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cli/options.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 

@@ -15,7 +15,7 @@ namespace tiltrim::cli {
 namespace {
 
 ProveProblem problem_of(const Study& study, const Condition& condition) {
-  std::vector<ProveParameter> parameters;
+  std::vector<Uncertain> parameters;
   for (const ProveTable::Parameter& p : study.prove->parameters) {
     const std::string& signal = p.key.signal.empty() ? p.key.name : p.key.signal;
     parameters.push_back({signal, p.from, p.to});

@@ -17,6 +17,7 @@
 #include "sweep/difference.hpp"
 #include "sweep/map.hpp"
 #include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
 

@@ -84,20 +84,15 @@ struct Peak {
   explicit operator bool() const { return status == PeakStatus::found; }
 };
 
-/// Options of hinf_norm().
-struct PeakOptions {
-  double tolerance = 1e-8;  ///< upper/gain - 1, between 1e-12 and 1
-  int max_levels = 30;      ///< Hamiltonian matrices; one or two suffice
-};
-
 /// The H∞ norm by Bruinsma and Steinbuch [44, 45]: climb to a peak of the gain; a Hamiltonian
 /// matrix has an eigenvalue iω for every frequency at which the gain is slightly above that; climb
 /// from there. Shapes: A n x n, B n x m, C p x n, D p x m. A counts as unstable if an eigenvalue is
 /// on the axis to rounding, even if the outputs do not show it. Throws std::invalid_argument for
-/// shapes that do not match, values that are not finite, and options out of range.
+/// shapes that do not match, values that are not finite, a `tolerance` of upper/gain - 1 that is
+/// not between 1e-12 and 1, and `max_levels`, the most Hamiltonian matrices, less than 1.
 [[nodiscard]] Peak hinf_norm(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B,
                              const Eigen::MatrixXd& C, const Eigen::MatrixXd& D,
-                             const PeakOptions& options = {});
+                             double tolerance = 1e-8, int max_levels = 30);
 
 /// The H2 norm, with its error.
 struct H2Norm {

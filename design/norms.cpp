@@ -156,10 +156,10 @@ std::string to_string(PeakStatus status) {
 }
 
 Peak hinf_norm(const MatrixXd& A, const MatrixXd& B, const MatrixXd& C, const MatrixXd& D,
-               const PeakOptions& options) {
+               double tolerance, int max_levels) {
   const RoundToNearest environment;
   check_system("hinf_norm", {A, B, C, D});
-  if (!(options.tolerance >= 1e-12 && options.tolerance <= 1) || options.max_levels < 1)
+  if (!(tolerance >= 1e-12 && tolerance <= 1) || max_levels < 1)
     throw std::invalid_argument("hinf_norm: expected 1e-12 <= tolerance <= 1, max_levels >= 1");
   const System g = in_balanced_units({A, B, C, D});
   const VectorXcd poles = lapack::eigenvalues(g.A);
@@ -172,8 +172,8 @@ Peak hinf_norm(const MatrixXd& A, const MatrixXd& B, const MatrixXd& C, const Ma
   if (climb.gain == 0) return {PeakStatus::found, 0.0, 0.0, 0.0};
 
   Peak peak{PeakStatus::iteration_limit, 0.0, unbounded, 0.0};
-  for (int level = 0; level < options.max_levels; ++level) {
-    const double gamma = (1 + options.tolerance) * climb.gain;
+  for (int level = 0; level < max_levels; ++level) {
+    const double gamma = (1 + tolerance) * climb.gain;
     const VectorXcd values = lapack::eigenvalues(hamiltonian(g, gamma));
     if (values.size() == 0) break;
     if (climb_between(climb, values) && climb.gain >= gamma) continue;

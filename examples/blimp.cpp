@@ -3,6 +3,7 @@
 // contains nothing specific to this one.
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <numbers>
 
 #include "follow/envelope.hpp"
@@ -99,7 +100,7 @@ int main() {
   const tiltrim::TuneResult best = tune(problem, {.evaluations = 400});
   std::printf("tune: %s, decay %.3f 1/s\n", to_string(best.status).c_str(), best.goal);
 
-  const tiltrim::NamedValues gains{{"k_theta", best.gains[0]}, {"k_q", best.gains[1]}};
+  const std::map<std::string, double> gains{{"k_theta", best.gains[0]}, {"k_q", best.gains[1]}};
   const tiltrim::TrimResult held = trim(m, level, changed(m, cruise.point, gains));
   const tiltrim::Margins margin = margins(opened(linearize(m, held.point), "trim_tab", "law"));
   std::printf("margins: phase %.1f degrees\n", margin.phase * 180 / std::numbers::pi);

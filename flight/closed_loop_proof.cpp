@@ -66,11 +66,11 @@ std::optional<TrimResult> trimmed(const Vehicle& vehicle, const Numbers& numbers
 // [f; h] of the loop whose inputs are theta0 and the deflection of the actuator that controls
 // pitch.
 template <physics::LoopInputs inputs>
-Jets about_trim(const std::shared_ptr<const Polar>& polar, const Jets& x, const Jets& u,
-                const Jets& p) {
+std::vector<Jet> about_trim(const std::shared_ptr<const Polar>& polar, const std::vector<Jet>& x,
+                            const std::vector<Jet>& u, const std::vector<Jet>& p) {
   const physics::WindLoop<inputs> loop{polar, Equations::consistent};
   constexpr std::size_t states = loop.sizes.states;
-  Jets all(states + loop.sizes.outputs);
+  std::vector<Jet> all(states + loop.sizes.outputs);
   loop(x.data(), u.data(), p.data(), all.data(), all.data() + states);
   return all;
 }
@@ -78,19 +78,19 @@ Jets about_trim(const std::shared_ptr<const Polar>& polar, const Jets& x, const 
 // Whether theta0 and one deflection determine both integrals everywhere in the box: then theta and
 // they are the unknowns, since the airframe's trim does not depend on the gains.
 bool integrals_follow(const Vehicle& vehicle, const Numbers& numbers,
-                      const std::vector<ProveParameter>& parameters) {
+                      const std::vector<Uncertain>& parameters) {
   if (vehicle.equations != Equations::consistent || vehicle.aircraft.cyclic_blend > 0) return false;
   const auto one_sign = [&](const std::string& key, double Gains::*gain, double constant) {
     std::vector<double> values{constant};
     if (!numbers.schedule.eta.empty()) values.clear();
     for (const Gains& gains : numbers.schedule.gains) values.push_back(gains.*gain);
-    for (const ProveParameter& p : parameters)
-      if (p.key == key) values.insert(values.end(), {p.from, p.to});
+    for (const Uncertain& p : parameters)
+      if (p.name == key) values.insert(values.end(), {p.lower, p.upper});
     return std::ranges::all_of(values, [](double k) { return k > 0; }) ||
            std::ranges::all_of(values, [](double k) { return k < 0; });
   };
   return std::ranges::none_of(parameters,
-                              [](const auto& p) { return p.key == "aircraft.cyclic_blend"; }) &&
+                              [](const auto& p) { return p.name == "aircraft.cyclic_blend"; }) &&
          one_sign("gains.K_Ei", &Gains::K_Ei, vehicle.gains.K_Ei) &&
          one_sign("gains.K_Li", &Gains::K_Li, vehicle.gains.K_Li);
 }
@@ -98,10 +98,12 @@ bool integrals_follow(const Vehicle& vehicle, const Numbers& numbers,
 // theta, theta0 and the deflection at a trim.
 void solve_for_actuators(ProveProblem& problem, const Vehicle& vehicle, const Numbers& numbers) {
   problem.model.inputs = {{"theta0", "", 0.1}, {"deflection", "rad", 0.1}};
-  problem.model.jets = [polar = vehicle.polar](const Jets& x, const Jets& u, const Jets& p) {
+  problem.model.jets = [polar = vehicle.polar](const std::vector<Jet>& x, const std::vector<Jet>& u,
+                                               const std::vector<Jet>& p) {
     return about_trim<physics::LoopInputs::feedback>(polar, x, u, p);
   };
-  problem.trim = [polar = vehicle.polar](const Jets& x, const Jets& u, const Jets& p) {
+  problem.trim = [polar = vehicle.polar](const std::vector<Jet>& x, const std::vector<Jet>& u,
+                                         const std::vector<Jet>& p) {
     return about_trim<physics::LoopInputs::trim>(polar, x, u, p);
   };
   problem.unknowns = {"theta", "theta0", "deflection"};
@@ -114,17 +116,17 @@ void solve_for_actuators(ProveProblem& problem, const Vehicle& vehicle, const Nu
 }
 
 // The bare airframe at the command, with the inputs that the tilt allows.
-NecessarySystem bare_airframe(const Vehicle& vehicle, const Numbers& numbers) {
-  NecessarySystem system{airframe(vehicle, Axes::wind), {"V", "gamma", "q"}, {}, {}};
+ProveProblem::NecessarySystem bare_airframe(const Vehicle& vehicle, const Numbers& numbers) {
+  ProveProblem::NecessarySystem system{airframe(vehicle, Axes::wind), {"V", "gamma", "q"}, {}, {}};
   const Limits& limits = vehicle.limits;
   system.unknowns = {{"theta", limits.theta},
                      {"theta0", limits.theta0},
                      {"a1s", limits.a1s},
                      {"delta_e", limits.delta_e}};
-  system.at = [numbers](const Jets& c) {
-    const Jets p = numbers.on(c);
+  system.at = [numbers](const std::vector<Jet>& c) {
+    const std::vector<Jet> p = numbers.on(c);
     const auto aircraft = physics::aircraft_fields<Jet>().size();
-    NecessarySystem::Values at;
+    ProveProblem::NecessarySystem::Values at;
     at.p.assign(p.begin() + 3, p.begin() + 3 + std::ptrdiff_t(aircraft));
     at.x = {p[0], p[1], Jet(), Jet()};
     at.u = {Jet(), Jet(), Jet(), p[2]};
@@ -141,7 +143,7 @@ NecessarySystem bare_airframe(const Vehicle& vehicle, const Numbers& numbers) {
 
 ProveProblem closed_loop_proof(const Vehicle& vehicle, const GainSchedule& schedule,
                                const std::string& name, const Command& command,
-                               const std::vector<ProveParameter>& parameters) {
+                               const std::vector<Uncertain>& parameters) {
   const TrimProblem closed = closed_loop_problem(vehicle, command, Axes::wind);
   ProveProblem problem;
   problem.name = name;
@@ -155,10 +157,11 @@ ProveProblem closed_loop_proof(const Vehicle& vehicle, const GainSchedule& sched
                     {"theta", vehicle.limits.theta}};
   problem.parameters = parameters;
   Numbers numbers{closed.guess.p, schedule, {}};
-  for (const ProveParameter& parameter : parameters)
-    numbers.at.push_back(
-        parameter.key == "h" ? -1 : index_of(problem.model.parameters, parameter.key, "parameter"));
-  problem.numbers = [numbers](const Jets& c) { return numbers.on(c); };
+  for (const Uncertain& parameter : parameters)
+    numbers.at.push_back(parameter.name == "h"
+                             ? -1
+                             : index_of(problem.model.parameters, parameter.name, "parameter"));
+  problem.numbers = [numbers](const std::vector<Jet>& c) { return numbers.on(c); };
   const bool bounded = std::ranges::all_of(problem.limits, [](const auto& limit) {
     return std::isfinite(limit.second.lower) && std::isfinite(limit.second.upper);
   });

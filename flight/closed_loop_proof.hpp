@@ -12,6 +12,6 @@ namespace tiltrim {
 /// the bare airframe has no trim, neither has the loop.
 [[nodiscard]] ProveProblem closed_loop_proof(const Vehicle& vehicle, const GainSchedule& schedule,
                                              const std::string& name, const Command& command,
-                                             const std::vector<ProveParameter>& parameters);
+                                             const std::vector<Uncertain>& parameters);
 
 }  // namespace tiltrim

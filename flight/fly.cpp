@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "runtime/rounding.hpp"
+#include "simulate/integrate.hpp"
 
 namespace tiltrim {
 

@@ -4,6 +4,7 @@
 #include "runtime/rounding.hpp"
 #include "simulate/comparison.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

@@ -8,6 +8,7 @@
 #include "linearize/linearize.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
+#include "trim/problem.hpp"
 
 namespace tiltrim {
 

@@ -147,8 +147,8 @@ bool alone(const Grid& g, const VectorXd& y) {
   });
 }
 
-BorderPoint reported(const Grid& g, const VectorXd& y) {
-  BorderPoint b;
+BorderPiece::Point reported(const Grid& g, const VectorXd& y) {
+  BorderPiece::Point b;
   const Values v = values(g.moving, y);
   b.x = y[g.n()] * g.moving.nominal[g.n()];
   b.y = y[g.n() + 1] * g.moving.nominal[g.n() + 1];

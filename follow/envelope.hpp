@@ -22,30 +22,30 @@ struct EnvelopeAxis {
   int count = 100;     ///< grid points; at least 2
 };
 
-/// A verified trim on the boundary.
-struct BorderPoint {
-  double x = 0.0, y = 0.0;  ///< in the plane, SI
-  OperatingPoint point;     ///< the trim
-  Eigen::VectorXd outputs;  ///< at the trim
-  double residual = 0.0;    ///< as in TrimResult
-  bool outer = true;        ///< no other trim within the limits exists on the outer side
-};
-
 /// A section of the boundary with one cause.
 struct BorderPiece {
-  std::string name;                 ///< "delta_e lower", or "fold"
-  std::vector<BorderPoint> points;  ///< in order
+  /// A verified trim on the boundary.
+  struct Point {
+    double x = 0.0, y = 0.0;  ///< in the plane, SI
+    OperatingPoint point;     ///< the trim
+    Eigen::VectorXd outputs;  ///< at the trim
+    double residual = 0.0;    ///< as in TrimResult
+    bool outer = true;        ///< no other trim within the limits exists on the outer side
+  };
+
+  std::string name;           ///< "delta_e lower", or "fold"
+  std::vector<Point> points;  ///< in order
   std::string from, to;  ///< what each end meets: another piece's name, "edge", "loop", or a reason
 };
 
-/// One end of an interval of x.
-struct EnvelopeEnd {
-  double x = 0.0;    ///< SI
-  std::string name;  ///< what ends it: a piece's name, or "edge" of the plane
-};
 /// An interval of x at one y: trims exist throughout.
 struct EnvelopeInterval {
-  EnvelopeEnd from, to;  ///< ascending
+  /// One end of an interval of x.
+  struct End {
+    double x = 0.0;    ///< SI
+    std::string name;  ///< what ends it: a piece's name, or "edge" of the plane
+  };
+  End from, to;  ///< ascending
 };
 /// All intervals at one y.
 struct EnvelopeRow {

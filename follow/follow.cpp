@@ -10,6 +10,7 @@
 #include "linearize/linearize.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
+#include "trim/problem.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "linearize/eigenvalues.hpp"
 #include "linearize/linearize.hpp"
 #include "model/differentiate.hpp"
 #include "model/lookup.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dense/dense.hpp"
+#include "model/lookup.hpp"
 #include "trim/newton.hpp"
 #include "trim/verdict.hpp"
 

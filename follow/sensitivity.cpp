@@ -14,6 +14,7 @@
 #include "model/differentiate.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
+#include "trim/problem.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {
@@ -127,7 +128,7 @@ Directional jacobian_along(const Model& model, const OperatingPoint& at,
 }
 
 // dλ = wᴴ dA v, and the changes of damping -Re λ/|λ| and frequency |λ|.             [26, eq. 2.3]
-ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
+ParameterSensitivity::ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
   const std::complex<double> lambda = mode.eigenvalue;
   const std::complex<double> d = mode.left.dot(dA.value * mode.right);
   const double size = std::abs(lambda);
@@ -262,8 +263,9 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
     if (linear) {
       const Directional dA = jacobian_along(model, trimmed, shift.variables);
       for (std::size_t i = 0; i < result.modes.modes.size(); ++i)
-        one.modes.push_back(result.simple[i] ? mode_along(result.modes.modes[i], dA)
-                                             : ModeSensitivity{{nan, nan}, nan, nan, nan});
+        one.modes.push_back(result.simple[i]
+                                ? mode_along(result.modes.modes[i], dA)
+                                : ParameterSensitivity::ModeSensitivity{{nan, nan}, nan, nan, nan});
     }
     result.parameters.push_back(std::move(one));
   }
@@ -272,14 +274,14 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   return result;
 }
 
-std::vector<std::size_t> ranked(const Sensitivities& s, std::size_t mode) {
-  const bool oscillates = s.modes.modes.at(mode).eigenvalue.imag() != 0;
-  std::vector<std::size_t> order(s.parameters.size());
+std::vector<std::size_t> Sensitivities::ranked(std::size_t mode) const {
+  const bool oscillates = modes.modes.at(mode).eigenvalue.imag() != 0;
+  std::vector<std::size_t> order(parameters.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto effect = [&](std::size_t i) {
-    const ParameterSensitivity& p = s.parameters[i];
+    const ParameterSensitivity& p = parameters[i];
     const double change = p.value != 0 ? p.value : p.parameter.nominal;
-    const ModeSensitivity& m = p.modes.at(mode);
+    const ParameterSensitivity::ModeSensitivity& m = p.modes.at(mode);
     const double moved = change * (oscillates ? m.damping : m.eigenvalue.real());
     return std::isfinite(moved) ? -std::abs(moved) : 0.0;
   };

@@ -21,16 +21,16 @@ enum class SensitivityStatus {
 };
 std::string to_string(SensitivityStatus status);  ///< as in JSON
 
-/// Derivatives of one mode with respect to a parameter; NaN where not differentiable.
-struct ModeSensitivity {
-  std::complex<double> eigenvalue;  ///< dλ/dp
-  double damping = 0.0;             ///< d(-Re λ/|λ|)/dp
-  double frequency = 0.0;           ///< d|λ|/dp
-  double error = 0.0;               ///< estimated error of dλ/dp
-};
-
 /// Derivatives with respect to one parameter.
 struct ParameterSensitivity {
+  /// Derivatives of one mode with respect to a parameter; NaN where not differentiable.
+  struct ModeSensitivity {
+    std::complex<double> eigenvalue;  ///< dλ/dp
+    double damping = 0.0;             ///< d(-Re λ/|λ|)/dp
+    double frequency = 0.0;           ///< d|λ|/dp
+    double error = 0.0;               ///< estimated error of dλ/dp
+  };
+
   Signal parameter;                    ///< its name and unit
   double value = 0.0;                  ///< its value at the trim
   Eigen::VectorXd x, u, outputs;       ///< dx*/dp, du*/dp, dy*/dp
@@ -49,6 +49,9 @@ struct Sensitivities {
 
   /// True for sensitivities of the trim and its modes.
   explicit operator bool() const { return status == SensitivityStatus::found; }
+  /// Positions of the parameters by their effect on mode `mode` for a change of one percent of the
+  /// parameter's value, largest change of damping ratio first (of decay rate for a real mode).
+  std::vector<std::size_t> ranked(std::size_t mode) const;
 };
 
 /// dz*/dp = -(∂G/∂z)⁻¹ ∂G/∂p at a verified trim of `spec` (implicit function theorem, exact
@@ -59,9 +62,5 @@ struct Sensitivities {
 [[nodiscard]] Sensitivities sensitivities(const Model& model, const TrimSpec& spec,
                                           const OperatingPoint& trimmed,
                                           const std::vector<std::string>& parameters = {});
-
-/// Positions of the parameters by their effect on mode `mode` for a change of one percent of the
-/// parameter's value, largest change of damping ratio first (of decay rate for a real mode).
-std::vector<std::size_t> ranked(const Sensitivities& sensitivities, std::size_t mode);
 
 }  // namespace tiltrim

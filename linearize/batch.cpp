@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "linearize/dispatch.hpp"
+#include "linearize/eigenvalues.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
@@ -74,8 +75,7 @@ void fall_back(const MatrixBatch& A, Index k, const BatchOptions& options,
     answer.re[std::size_t(i * A.count + k)] = re;
     answer.im[std::size_t(i * A.count + k)] = im;
   };
-  const Eigen::VectorXcd lambda =
-      eigenvalues(A.matrix(k), {.max_iterations = options.fallback_iterations});
+  const Eigen::VectorXcd lambda = eigenvalues(A.matrix(k), options.fallback_iterations);
   if (lambda.size() == 0) {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     for (Index i = 0; i < A.n; ++i) put(i, nan, nan);

@@ -37,7 +37,8 @@ struct LinearizeOptions {
   double tolerance = 1e-6;  ///< largest rate over nominal size accepted at an equilibrium [1/s]
   /// States whose rates need not vanish (ground track, height). All others must.
   std::vector<std::string> moving{};
-  double time_limit = unlimited;  ///< s of wall-clock time; a model call is not interrupted
+  /// s of wall-clock time; a model call is not interrupted.
+  double time_limit = std::numeric_limits<double>::infinity();
 };
 
 /// A linear model with its signals, its operating point, and an error bound of each entry.
@@ -56,8 +57,8 @@ struct LinearModel {
   /// Kinks found, one-sided differences used, differences between exact and finite-difference
   /// Jacobians, and entries of C and D that could not be determined and are NaN.
   std::vector<std::string> remarks;
-  std::string message;   ///< why there is no linear model
-  ModeNames mode_names;  ///< from the model
+  std::string message;                                      ///< why there is no linear model
+  std::shared_ptr<const std::vector<ModeName>> mode_names;  ///< from the model
   /// True if there is a linear model.
   explicit operator bool() const { return status == LinearizeStatus::linear; }
 };

@@ -12,6 +12,8 @@
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "linearize/eigenvalues.hpp"
+#include "linearize/peak_search.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 
@@ -162,6 +164,7 @@ struct Axis {
 };
 
 using Function = std::function<double(double)>;
+using Crossing = Margins::Crossing;
 
 double root_between(const Function& f, double low, double high) {
   std::uintmax_t steps = 200;  // bisection alone takes less than 100 for ratios of 1e15
@@ -351,7 +354,9 @@ double Margins::disk_gain_down() const { return std::max((2 - disk) / (2 + disk)
 double Margins::disk_gain_up() const { return disk < 2 ? (2 + disk) / (2 - disk) : infinity; }
 double Margins::disk_phase() const { return 2 * std::atan(disk / 2); }
 
-Margins margins(const LoopTransfer& loop, const MarginsOptions& options) {
+Margins margins(const LoopTransfer& loop) { return margins(loop, peak_levels); }
+
+Margins margins(const LoopTransfer& loop, int max_levels) {
   const RoundToNearest environment;
   const LoopTransfer closed = inverse_of_one_plus(loop);
   Margins m;
@@ -365,9 +370,9 @@ Margins margins(const LoopTransfer& loop, const MarginsOptions& options) {
   take_gains(m);
   take_phases(m, loop.d);
   m.residual = residual(m, loop);
-  const Peak disk = peak(axis, 0.5, options.max_levels);  // (S - T)/2 = S - ½
+  const Peak disk = peak(axis, 0.5, max_levels);  // (S - T)/2 = S - ½
   m.disk = 1 / disk.value, m.disk_at = disk.frequency;
-  const Peak sensitivity = peak(axis, 0.0, options.max_levels);
+  const Peak sensitivity = peak(axis, 0.0, max_levels);
   m.sensitivity_peak = sensitivity.value, m.sensitivity_peak_at = sensitivity.frequency;
   constexpr double verified = 1e-6;
   m.complete = axis.complete && m.residual < verified;

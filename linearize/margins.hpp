@@ -36,15 +36,15 @@ struct LoopTransfer {
 [[nodiscard]] LoopTransfer opened(const LinearModel& closed, std::string_view input,
                                   std::string_view output);
 
-/// A frequency at which a single change puts a closed-loop eigenvalue on the imaginary axis.
-struct Crossing {
-  double frequency;  ///< rad/s, may be 0 or infinite
-  double change;     ///< k > 0 with 1 + k L = 0, or the lag φ [rad] with 1 + exp(-iφ) L = 0
-};
-
 /// Distance to instability for each change alone. Frequencies "at" are in rad/s, infinite if the
 /// margin is not reached at a finite one. The defaults are those of an unstable loop: no margin.
 struct Margins {
+  /// A frequency at which a single change puts a closed-loop eigenvalue on the imaginary axis.
+  struct Crossing {
+    double frequency;  ///< rad/s, may be 0 or infinite
+    double change;     ///< k > 0 with 1 + k L = 0, or the lag φ [rad] with 1 + exp(-iφ) L = 0
+  };
+
   static constexpr double none = std::numeric_limits<double>::infinity();  ///< no margin reached
 
   Verdict closed_loop = Verdict::undecided;     ///< from modes() of A - b c/(1 + d)
@@ -71,14 +71,9 @@ struct Margins {
   double disk_phase() const;    ///< rad; see disk_gain_down()
 };
 
-/// Options of margins().
-struct MarginsOptions {
-  int max_levels = 30;  ///< in each peak search; two or three suffice
-};
-
 /// Margins of the loop. If an eigenvalue is on the axis to rounding, there is no margin. Throws
 /// std::invalid_argument if sizes do not match, a value is not finite, or 1 + d = 0.
-[[nodiscard]] Margins margins(const LoopTransfer& loop, const MarginsOptions& options = {});
+[[nodiscard]] Margins margins(const LoopTransfer& loop);
 
 /// Frequency response of L: magnitude, not in dB, and phase in rad without jumps of 2π however
 /// coarse the grid, the first in (-3π/2, π/2] (to rounding).

@@ -13,6 +13,7 @@ namespace tiltrim {
 /// A name for a mode from the participation of its states: the first of `known` whose states have
 /// most of it, otherwise the dominant states joined by +.
 std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& participation,
-                      const std::vector<std::string>& state_names, const ModeNames& known = {});
+                      const std::vector<std::string>& state_names,
+                      const std::shared_ptr<const std::vector<ModeName>>& known = {});
 
 }  // namespace tiltrim

@@ -41,7 +41,8 @@ std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string
 }  // namespace
 
 std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& participation,
-                      const std::vector<std::string>& state_names, const ModeNames& known) {
+                      const std::vector<std::string>& state_names,
+                      const std::shared_ptr<const std::vector<ModeName>>& known) {
   const auto carried_by = [&](const ModeName& mode) {
     if (mode.oscillation && eigenvalue.imag() == 0) return false;
     double sum = 0.0, least = 1.0;

@@ -10,6 +10,7 @@
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "linearize/eigenvalues.hpp"
 #include "linearize/mode_name.hpp"
 #include "linearize/spectrum_bounds.hpp"
 #include "runtime/rounding.hpp"
@@ -216,7 +217,12 @@ std::vector<Index> matched(const VectorXcd& whole, const VectorXcd& of_blocks) {
 }  // namespace
 
 Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
-            const ModesOptions& options) {
+            const std::shared_ptr<const std::vector<ModeName>>& mode_names) {
+  return modes(A, A_error, state_names, mode_names, qr_steps);
+}
+
+Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
+            const std::shared_ptr<const std::vector<ModeName>>& mode_names, int max_iterations) {
   const RoundToNearest environment;
   check_matrix(A, A_error, state_names);
   const Index n = A.rows();
@@ -225,10 +231,9 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   result.verdict = Verdict::stable;
   if (n == 0) return result;
 
-  const Decomposed d = decompose(A, A_error, options.max_iterations);
+  const Decomposed d = decompose(A, A_error, max_iterations);
   const std::vector<std::vector<Index>> blocks = irreducible_blocks(A, A_error);
-  const Blocks apart =
-      blocks.size() > 1 ? by_blocks(A, A_error, blocks, options.max_iterations) : Blocks{};
+  const Blocks apart = blocks.size() > 1 ? by_blocks(A, A_error, blocks, max_iterations) : Blocks{};
   if (!d.converged || !apart.converged) {
     result.converged = false;
     result.verdict = Verdict::undecided;
@@ -264,7 +269,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
         mode.participation[balanced.order[std::size_t(k)]] = share[k] / share.sum();
     }
     if (!state_names.empty())
-      mode.name = mode_name(mode.eigenvalue, mode.participation, state_names, options.mode_names);
+      mode.name = mode_name(mode.eigenvalue, mode.participation, state_names, mode_names);
     result.modes.push_back(mode);
   }
   std::ranges::sort(result.modes, {}, [](const Mode& m) {
@@ -275,7 +280,7 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   return result;
 }
 
-VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
+VectorXcd eigenvalues(const MatrixXd& A, int max_iterations) {
   const RoundToNearest environment;
   check_matrix(A, {}, {});
   const Index n = A.rows();
@@ -285,8 +290,7 @@ VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
   for (const std::vector<Index>& block : irreducible_blocks(A, {})) {
     const MatrixXd own = part(A, block);
     const double scale = unit(own);
-    const dense::Eigensystem solved =
-        dense::eigenvalues(balance(own / scale).B, options.max_iterations);
+    const dense::Eigensystem solved = dense::eigenvalues(balance(own / scale).B, max_iterations);
     if (!solved.converged) return {};
     lambda.segment(at, own.rows()) = scale * solved.values;
     at += own.rows();
@@ -298,7 +302,7 @@ VectorXcd eigenvalues(const MatrixXd& A, const ModesOptions& options) {
 
 Modes modes(const LinearModel& linear) {
   if (!linear) throw std::invalid_argument("modes: no linear model: " + linear.message);
-  return modes(linear.A, linear.A_error, names(linear.states), {.mode_names = linear.mode_names});
+  return modes(linear.A, linear.A_error, names(linear.states), linear.mode_names);
 }
 
 }  // namespace tiltrim

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <complex>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -43,27 +44,16 @@ struct Modes {
   bool converged = true;  ///< false: the QR iteration reached its limit; no modes, undecided
 };
 
-/// Options of modes().
-struct ModesOptions {
-  int max_iterations = 40;  ///< QR steps per eigenvalue
-  ModeNames mode_names{};   ///< null: modes are named after their dominant states
-};
-
 /// Eigenvalues of `A` (balanced, then shifted QR), with error bounds that include rounding and
 /// `A_error` (for each entry; empty: zero). If exact zeros make A block triangular, each block is
 /// bounded separately: positions that no rate depends on give exact zeros. The disks |z - λᵢ| <=
-/// errorᵢ together contain all eigenvalues of every matrix within A_error of A. Throws
+/// errorᵢ together contain all eigenvalues of every matrix within A_error of A. Modes are named
+/// with `mode_names` (as Model::mode_names), otherwise after their dominant states. Throws
 /// std::invalid_argument if A is not square or not finite, or A_error does not match. An empty A
 /// has no modes and is stable.
 [[nodiscard]] Modes modes(const Eigen::MatrixXd& A, const Eigen::MatrixXd& A_error = {},
                           const std::vector<std::string>& state_names = {},
-                          const ModesOptions& options = {});
-
-/// Eigenvalues of a finite square matrix only (balanced, then shifted QR), by ascending real part,
-/// then ascending imaginary part; empty if the iteration reached its limit. For scanning many
-/// matrices; use modes() for results to be reported.
-[[nodiscard]] Eigen::VectorXcd eigenvalues(const Eigen::MatrixXd& A,
-                                           const ModesOptions& options = {});
+                          const std::shared_ptr<const std::vector<ModeName>>& mode_names = {});
 
 /// Modes of a linear model, named after its states. Throws std::invalid_argument without a model.
 [[nodiscard]] Modes modes(const LinearModel& linear);

@@ -125,8 +125,9 @@ void set_enclosure(Model& model, const Physics& physics) {
 /// Ranges with first and second derivatives.
 template <class Physics>
 void set_jets(Model& model, const Physics& physics) {
-  model.jets = [physics](const Jets& x, const Jets& u, const Jets& p) {
-    Jets all(Physics::sizes.states + Physics::sizes.outputs);
+  model.jets = [physics](const std::vector<Jet>& x, const std::vector<Jet>& u,
+                         const std::vector<Jet>& p) {
+    std::vector<Jet> all(Physics::sizes.states + Physics::sizes.outputs);
     physics(x.data(), u.data(), p.data(), all.data(), all.data() + Physics::sizes.states);
     return all;
   };

@@ -13,9 +13,6 @@
 
 namespace tiltrim {
 
-/// Number of directions along which a Dual carries derivatives.
-inline constexpr int dual_width = 6;
-
 /// A number of type T with its derivatives along `width` directions; with width 0 a plain number
 /// whose functions are found by the same lookup.
 ///
@@ -27,8 +24,9 @@ inline constexpr int dual_width = 6;
 /// At a kink the derivative is that of the branch whose value is taken: abs at 0 from above, min
 /// and max of equal arguments the first. Along a direction with zero derivative the result has zero
 /// derivative even if the slope is infinite (sqrt at 0).
-template <class T, int width = dual_width>
+template <class T, int width = 6>
 struct DualOf {
+  static constexpr int directions = width;   ///< along which it carries derivatives
   using Slopes = Eigen::Array<T, width, 1>;  ///< one derivative per direction
   T value;                                   ///< the number itself
   Slopes slopes;                             ///< its derivatives
@@ -178,7 +176,7 @@ struct DualOf {
   static T by_exponent(T a, T power) { return power == 0 ? T(0) : power * std::log(a); }
 };
 
-/// A number with derivatives along `dual_width` directions.
+/// A number with derivatives along six directions.
 using Dual = DualOf<double>;
 /// A number without derivatives, whose functions are found by the same lookup as a Dual's.
 using Plain = DualOf<double, 0>;

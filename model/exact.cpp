@@ -4,6 +4,8 @@
 
 #include <stdexcept>
 
+#include "model/lookup.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;
@@ -27,7 +29,7 @@ void check_sizes(const Counts& n, const VectorXd& x, const VectorXd& u, const Ve
   size("parameters p", n.parameters, p.size());
 }
 
-Function on_vectors(const Counts& n, Index count, const ExactFunction& function) {
+decltype(Model::f) on_vectors(const Counts& n, Index count, const ExactFunction& function) {
   return [n, count, function](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     check_sizes(n, x, u, p);
     VectorXd values(count);
@@ -45,7 +47,7 @@ Model exact_model(Model m, const ExactFunction& f, const ExactFunction& h) {
   const Counts n{std::ssize(m.states), std::ssize(m.inputs), std::ssize(m.parameters),
                  std::ssize(m.outputs)};
   m.f = on_vectors(n, n.states, f);
-  m.h = m.outputs.empty() ? Function() : on_vectors(n, n.outputs, h);
+  m.h = m.outputs.empty() ? decltype(Model::f)() : on_vectors(n, n.outputs, h);
   m.derivatives = [n, f, h](const OperatingPoint& at, const std::vector<Index>& variables) {
     check_sizes(n, at.x, at.u, at.p);
     MatrixXd all(n.states + n.outputs, std::ssize(variables));

@@ -15,11 +15,6 @@
 
 namespace tiltrim {
 
-/// Callable on spans of S as ExactFunction requires.
-template <class F, class S>
-concept CallableOn = std::invocable<const F&, std::span<const S>, std::span<const S>,
-                                    std::span<const S>, std::span<S>>;
-
 /// f or h of a model, written once for any scalar S: a generic lambda, or an object with
 ///
 ///     template <class S>
@@ -30,6 +25,11 @@ concept CallableOn = std::invocable<const F&, std::span<const S>, std::span<cons
 /// functions (sin, sqrt, max, ...; see DualOf) without std::. The result must depend only on the
 /// arguments; calls may come from several threads.
 struct ExactFunction {
+  /// Whether F can be called on spans of S.
+  template <class F, class S>
+  static constexpr bool takes = std::invocable<const F&, std::span<const S>, std::span<const S>,
+                                               std::span<const S>, std::span<S>>;
+
   /// Writes as many values as fit.
   std::function<void(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p,
                      Eigen::Ref<Eigen::VectorXd> values)>
@@ -42,7 +42,7 @@ struct ExactFunction {
   ExactFunction() = default;  ///< no function: for a model without states, or without outputs
   /// From a function templated on its scalar.
   template <class F>
-  requires(!std::same_as<F, ExactFunction> && CallableOn<F, Plain> && CallableOn<F, Dual>)
+  requires(!std::same_as<F, ExactFunction> && takes<F, Plain> && takes<F, Dual>)
       ExactFunction(const F& f) {
     values = [f](const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p,
                  Eigen::Ref<Eigen::VectorXd> answer) {
@@ -54,8 +54,8 @@ struct ExactFunction {
                  Eigen::Ref<Eigen::MatrixXd> columns) {
       Vector<Dual> point(at.x, at.u, at.p);
       std::vector<Dual> all(std::size_t(columns.rows()));
-      for (Eigen::Index first = 0; first < columns.cols(); first += dual_width) {
-        const Eigen::Index count = std::min<Eigen::Index>(dual_width, columns.cols() - first);
+      for (Eigen::Index first = 0; first < columns.cols(); first += Dual::directions) {
+        const Eigen::Index count = std::min<Eigen::Index>(Dual::directions, columns.cols() - first);
         const auto moved = [&](Eigen::Index k) -> Dual& {
           return point.z.at(std::size_t(variables[std::size_t(first + k)]));
         };
@@ -95,8 +95,9 @@ struct ExactFunction {
 };
 
 /// Returns `m` with f, h and derivatives set from functions templated on their scalar. The values
-/// equal those of the same functions written for double. Throws std::invalid_argument where check()
-/// does, if there are states but no f, or outputs but no h.
+/// equal those of the same functions written for double. Throws std::invalid_argument if there are
+/// states but no f, or outputs but no h, or if a name occurs twice or a nominal size is not
+/// positive and finite.
 ///
 ///     m.states = {{"angle", "rad", 0.1}, {"rate", "rad/s", 0.1}};
 ///     m = exact_model(m, [](auto x, auto u, auto p, auto rates) {

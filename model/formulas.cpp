@@ -10,6 +10,8 @@
 
 #include "model/formula.hpp"
 #include "model/formula_check.hpp"
+#include "model/lookup.hpp"
+#include "model/scalar.hpp"
 
 namespace tiltrim {
 

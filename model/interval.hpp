@@ -76,12 +76,6 @@ class Interval {
   double lower_ = 0.0, upper_ = 0.0;
 };
 
-/// The smallest range that contains both; NaN if one is.
-inline Interval hull(const Interval& a, const Interval& b) {
-  if (!a.finite() || !b.finite()) return Interval::unknown();
-  return {std::min(a.lower(), b.lower()), std::max(a.upper(), b.upper())};
-}
-
 /// @cond
 // The range that both contain, if they have a number in common and contain the same quantity.
 inline Interval both(const Interval& a, const Interval& b) {

@@ -135,6 +135,4 @@ struct Jet {
   bool moving_ = false;
 };
 
-using Jets = std::vector<Jet>;  ///< one per signal
-
 }  // namespace tiltrim

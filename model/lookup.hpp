@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,6 +25,16 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
 /// Nominal sizes, one per signal, in its unit.
 Eigen::VectorXd nominals(const Signals& signals);
 
+/// An error in the caller's arguments, as opposed to an exception thrown by the model.
+struct CallerMistake : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Throws std::invalid_argument if the model cannot be used: no f, a duplicate name, a nominal size
+/// that is not positive and finite.
+void check(const Model& model);
+/// Throws std::invalid_argument if a size does not match or a value is not finite.
+void check(const Model& model, const OperatingPoint& point);
 /// Throws CallerMistake with the model's name and both sizes if the size of f's result is wrong.
 void check_rates(const Model& model, const Eigen::VectorXd& rates);
 /// The same for h.
@@ -31,6 +42,13 @@ void check_outputs(const Model& model, const Eigen::VectorXd& outputs);
 /// The same for `derivatives` with respect to this many variables.
 void check_derivatives(const Model& model, const Eigen::MatrixXd& J, std::size_t variables);
 
+/// The number of a variable, searched by name among states, inputs and parameters, in that order.
+/// Throws std::invalid_argument with the nearest name and all valid names if not found.
+Eigen::Index variable(const Model& model, std::string_view name);
+/// The value of a variable at the point.
+double value_of(const OperatingPoint& point, Eigen::Index variable);
+/// Sets the value of a variable.
+void set_value(OperatingPoint& point, Eigen::Index variable, double value);
 /// The signal of a variable.
 const Signal& signal_of(const Model& model, Eigen::Index variable);
 

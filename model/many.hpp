@@ -19,7 +19,7 @@ struct Many {
 /// The f of a model that has one. Code that replaces f, or h and the outputs, replaces this type
 /// with it, so that many() never calls a function that the model no longer has.
 struct FunctionOfMany {
-  Function one;  ///< f
+  decltype(Model::f) one;  ///< f
   std::shared_ptr<const Many> many;
 
   Eigen::VectorXd operator()(const Eigen::VectorXd& x, const Eigen::VectorXd& u,

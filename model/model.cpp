@@ -105,13 +105,14 @@ void set_value(OperatingPoint& point, Index variable, double value) {
     point.p[variable - nx - nu] = value;
 }
 
-OperatingPoint changed(const Model& model, OperatingPoint point, const NamedValues& values) {
+OperatingPoint changed(const Model& model, OperatingPoint point,
+                       const std::map<std::string, double>& values) {
   check_sizes(model, point);
   for (const auto& [name, value] : values) set_value(point, variable(model, name), value);
   return point;
 }
 
-OperatingPoint point_of(const Model& model, const NamedValues& values) {
+OperatingPoint point_of(const Model& model, const std::map<std::string, double>& values) {
   return changed(
       model,
       {VectorXd::Zero(std::ssize(model.states)), VectorXd::Zero(std::ssize(model.inputs)),

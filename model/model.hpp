@@ -9,7 +9,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,9 +23,6 @@ struct Signal {
   double nominal = 1.0;  ///< a significant change: the scale of steps, norms and rank tests; > 0
 };
 
-/// Number of points that Model::lanes evaluates together.
-inline constexpr std::size_t model_lanes = 8;
-
 struct Jet;                           // a range with derivatives: model/jet.hpp
 using Signals = std::vector<Signal>;  ///< the signals of one vector, in order
 
@@ -36,10 +32,7 @@ struct Range {
   double upper = std::numeric_limits<double>::infinity();   ///< included
 };
 
-/// No limit of time, in seconds.
-inline constexpr double unlimited = std::numeric_limits<double>::infinity();
-
-/// An uncertain parameter between two bounds, in SI units.
+/// A parameter that varies between two bounds, in SI units.
 struct Uncertain {
   std::string name;                 ///< name in the model, "aircraft.mass"
   double lower = 0.0, upper = 0.0;  ///< bounds, included
@@ -59,10 +52,6 @@ Eigen::Index find(const Signals& signals, std::string_view name);
 /// Names, in order.
 std::vector<std::string> names(const Signals& signals);
 
-/// A function of state x, input u and parameters p.
-using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd& x, const Eigen::VectorXd& u,
-                                               const Eigen::VectorXd& p)>;
-
 /// A point at which a model is evaluated: state x, input u, parameters p (SI, radians).
 struct OperatingPoint {
   Eigen::VectorXd x, u, p;  ///< one value per state, input, parameter
@@ -74,9 +63,6 @@ struct ModeName {
   std::vector<std::string> states;  ///< each must participate
   bool oscillation = false;         ///< complex pairs only
 };
-/// The mode names of a vehicle, tried in order; null: modes are named after their dominant states.
-using ModeNames = std::shared_ptr<const std::vector<ModeName>>;
-
 /// ẋ = f(x, u, p),  y = h(x, u, p). All analyses work on any such model.
 ///
 /// The variables of a model are numbered through x, then u, then p: variable j is state j, input
@@ -84,8 +70,11 @@ using ModeNames = std::shared_ptr<const std::vector<ModeName>>;
 struct Model {
   std::string name;                             ///< used in messages
   Signals states, inputs, outputs, parameters;  ///< of the vectors x, u, y, p
-  Function f;  ///< state rates, one per state; must depend only on its arguments
-  Function h;  ///< outputs, one per output; may be empty if there are no outputs
+  /// State rates, one per state; must depend only on its arguments.
+  std::function<Eigen::VectorXd(const Eigen::VectorXd& x, const Eigen::VectorXd& u,
+                                const Eigen::VectorXd& p)>
+      f;
+  decltype(f) h;  ///< outputs, one per output; may be empty if there are no outputs
 
   /// Optional exact derivatives: ∂[f; h]/∂(variables[k]) in column k, (nx + ny) rows.
   std::function<Eigen::MatrixXd(const OperatingPoint&, const std::vector<Eigen::Index>& variables)>
@@ -118,7 +107,11 @@ struct Model {
   };
   std::vector<Affine> affine;  ///< empty if not known
 
-  ModeNames mode_names{};  ///< for its linear models
+  /// For its linear models, tried in order; null: modes are named after their dominant states.
+  std::shared_ptr<const std::vector<ModeName>> mode_names{};
+
+  /// Number of points that `lanes` evaluates together.
+  static constexpr std::size_t model_lanes = 8;
 
   /// Optional, for sweeps: [f; h] at `model_lanes` points at once in SIMD lanes, and its
   /// derivatives with respect to states or inputs. Variable j of point k is z[j * model_lanes + k];
@@ -136,42 +129,23 @@ struct Estimate {
   Eigen::MatrixXd value, error;  ///< of the same size; error >= 0
 };
 
-/// An error in the caller's arguments, as opposed to an exception thrown by the model.
-struct CallerMistake : std::invalid_argument {
-  using std::invalid_argument::invalid_argument;
-};
-
 /// The rates and outputs of a model at a point.
 struct Evaluation {
   Eigen::VectorXd rates;    ///< ẋ
   Eigen::VectorXd outputs;  ///< y
 };
-/// Rates and outputs at a point. Throws CallerMistake with both sizes if a vector does not fit the
-/// model or the returned vectors do not fit the model's signals.
+/// Rates and outputs at a point. Throws std::invalid_argument with both sizes if a vector does not
+/// fit the model or the returned vectors do not fit the model's signals.
 Evaluation evaluate(const Model& model, const OperatingPoint& point);
 
-/// The number of a variable, searched by name among states, inputs and parameters, in that order.
-/// Throws std::invalid_argument with the nearest name and all valid names if not found.
-Eigen::Index variable(const Model& model, std::string_view name);
-/// The value of a variable at the point.
-double value_of(const OperatingPoint& point, Eigen::Index variable);
-/// Sets the value of a variable.
-void set_value(OperatingPoint& point, Eigen::Index variable, double value);
-
-/// Values of states, inputs and parameters by name, in each signal's unit.
-using NamedValues = std::map<std::string, double>;
-/// The point with these values; all others are zero. Throws as variable() for an unknown name.
-OperatingPoint point_of(const Model& model, const NamedValues& values);
-/// The point with these values changed. Throws as variable() for an unknown name, CallerMistake if
-/// the point's vectors do not fit the model.
-OperatingPoint changed(const Model& model, OperatingPoint point, const NamedValues& values);
+/// The point with these values by name, in each signal's unit; all others are zero. Throws
+/// std::invalid_argument with the nearest name and all valid names for an unknown name.
+OperatingPoint point_of(const Model& model, const std::map<std::string, double>& values);
+/// The point with these values changed. Throws as point_of(), and std::invalid_argument if the
+/// point's vectors do not fit the model.
+OperatingPoint changed(const Model& model, OperatingPoint point,
+                       const std::map<std::string, double>& values);
 /// The value of the state, input or parameter of this name. Throws as changed().
 double value_of(const Model& model, const OperatingPoint& point, std::string_view name);
-
-/// Throws std::invalid_argument if the model cannot be used: no f, a duplicate name, a nominal size
-/// that is not positive and finite.
-void check(const Model& model);
-/// Throws std::invalid_argument if a size does not match or a value is not finite.
-void check(const Model& model, const OperatingPoint& point);
 
 }  // namespace tiltrim

@@ -17,8 +17,9 @@ template <class F, class H = ExactFunction>
 [[nodiscard]] Model provable_model(Model m, const F& f, const H& h = {}) {
   m = exact_model(std::move(m), f, h);
   const std::size_t nx = m.states.size(), ny = m.outputs.size();
-  m.jets = [f, h, nx, ny](const Jets& x, const Jets& u, const Jets& p) {
-    Jets all(nx + ny);
+  m.jets = [f, h, nx, ny](const std::vector<Jet>& x, const std::vector<Jet>& u,
+                          const std::vector<Jet>& p) {
+    std::vector<Jet> all(nx + ny);
     const std::span<const Jet> xs(x), us(u), ps(p);
     f(xs, us, ps, std::span<Jet>(all).first(nx));
     if constexpr (!std::is_same_v<H, ExactFunction>) h(xs, us, ps, std::span<Jet>(all).subspan(nx));

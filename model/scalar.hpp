@@ -11,6 +11,11 @@
 #include "model/interval.hpp"
 #include "model/jet.hpp"
 
+namespace tiltrim {
+/// Number of directions along which a Dual carries derivatives.
+inline constexpr int dual_width = Dual::directions;
+}  // namespace tiltrim
+
 namespace tiltrim::physics {
 
 // For double; the other scalars define their own.

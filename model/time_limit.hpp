@@ -1,6 +1,7 @@
 /// A limit on the computing time of a model.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -8,6 +9,9 @@
 #include "model/model.hpp"
 
 namespace tiltrim {
+
+/// No limit, in seconds.
+inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 /// The time limit of a model is exceeded. A call in progress is not interrupted.
 struct OutOfTime : std::runtime_error {

@@ -22,7 +22,7 @@ using Part = std::vector<Interval>;  // of the unknowns
 // numbers of one box, the unknowns after the parameters.
 class Rows {
  public:
-  Rows(const NecessarySystem& system, const Cell& cell, Branches branches)
+  Rows(const ProveProblem::NecessarySystem& system, const Cell& cell, Branches branches)
       : system_(system), cell_(cell), branches_(std::move(branches)) {
     for (const std::string& name : system.equations)
       equations_.push_back(std::size_t(index_of(system.model.states, name, "state")));
@@ -61,7 +61,7 @@ class Rows {
   }
 
  private:
-  const NecessarySystem& system_;
+  const ProveProblem::NecessarySystem& system_;
   const Cell& cell_;
   Branches branches_;
   std::vector<std::size_t> equations_, at_;
@@ -79,7 +79,7 @@ bool nonzero(const VectorXd& weights, const Jets& rows) {
 
 bool prove_absent(const Setup& s, const Cell& cell, const Branches& branches, Record& record) {
   if (!s.problem.necessary) return false;
-  const NecessarySystem& system = *s.problem.necessary;
+  const ProveProblem::NecessarySystem& system = *s.problem.necessary;
   Rows rows(system, cell, branches);
   Part whole;
   for (const auto& [name, range] : system.unknowns) whole.emplace_back(range.lower, range.upper);

@@ -8,6 +8,9 @@
 
 namespace tiltrim::proving {
 
+using Jets = std::vector<Jet>;  // one per signal
+using Record = ProofNode::Record;
+
 inline constexpr std::size_t most_parameters = 8;  // of a box
 inline constexpr std::size_t most_moving = 16;     // states and unknown inputs
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/lookup.hpp"
 #include "prove/parts.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
@@ -136,8 +137,8 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
 
 int widest(const Setup& s, const std::vector<Range>& box) {
   const auto share = [&](std::size_t j) {
-    const ProveParameter& p = s.problem.parameters[j];
-    return (box[j].upper - box[j].lower) / (p.to - p.from);
+    const Uncertain& p = s.problem.parameters[j];
+    return (box[j].upper - box[j].lower) / (p.upper - p.lower);
   };
   std::size_t k = 0;
   for (std::size_t j = 1; j < s.k(); ++j)
@@ -149,8 +150,8 @@ int widest(const Setup& s, const std::vector<Range>& box) {
 int across(const Setup& s, const Cell& cell, const VectorXd& z) {
   constexpr double wide = 1.0 / 32;  // of its range: narrower boxes are proved on both sides
   for (std::size_t k = 0; k < s.k(); ++k) {
-    const ProveParameter& p = s.problem.parameters[k];
-    if (cell.box[k].upper - cell.box[k].lower <= wide * (p.to - p.from)) continue;
+    const Uncertain& p = s.problem.parameters[k];
+    if (cell.box[k].upper - cell.box[k].lower <= wide * (p.upper - p.lower)) continue;
     Cell alone = cell;
     for (std::size_t j = 0; j < s.k(); ++j)
       if (j != k) alone.r[j] = 0;
@@ -194,7 +195,7 @@ int cut_of(const Setup& s, const std::vector<Range>& box, std::size_t wanted, do
            double& at) {
   const auto share = [&](std::size_t k) {
     return (box[k].upper - box[k].lower) /
-           (s.problem.parameters[k].to - s.problem.parameters[k].from);
+           (s.problem.parameters[k].upper - s.problem.parameters[k].lower);
   };
   std::size_t k = wanted;
   if (share(k) <= smallest)
@@ -215,7 +216,7 @@ class Search {
     theorem_.unknowns = problem.unknowns;
     theorem_.margin = options.margin;
     ProofNode root;
-    for (const ProveParameter& p : problem.parameters) root.box.push_back({p.from, p.to});
+    for (const Uncertain& p : problem.parameters) root.box.push_back({p.lower, p.upper});
     root.volume = 1;
     root.cause = "stopped";
     theorem_.tree.push_back(root);
@@ -290,12 +291,16 @@ class Search {
 };
 
 // Whether all leaves below have one verdict and cause; adds regions where they do not.
-bool merge(const Theorem& t, std::size_t at, std::vector<ProofRegion>& regions) {
+bool merge(const Theorem& t, std::size_t at, std::vector<ProofNode>& regions) {
   const ProofNode& node = t.tree[at];
   const std::size_t first = regions.size();
   if (node.split < 0) {
-    regions.push_back({node.verdict, node.verdict == ProofVerdict::undecided ? node.cause : "",
-                       node.box, node.volume});
+    ProofNode region;
+    region.verdict = node.verdict;
+    if (node.verdict == ProofVerdict::undecided) region.cause = node.cause;
+    region.box = node.box;
+    region.volume = node.volume;
+    regions.push_back(std::move(region));
     return true;
   }
   const bool low = merge(t, node.lower, regions);
@@ -310,10 +315,10 @@ bool merge(const Theorem& t, std::size_t at, std::vector<ProofRegion>& regions) 
 }
 
 // Along one parameter neighbours of one verdict are one interval.
-void join(std::vector<ProofRegion>& regions) {
-  std::ranges::sort(regions, {}, [](const ProofRegion& r) { return r.box[0].lower; });
-  std::vector<ProofRegion> joined;
-  for (const ProofRegion& r : regions) {
+void join(std::vector<ProofNode>& regions) {
+  std::ranges::sort(regions, {}, [](const ProofNode& r) { return r.box[0].lower; });
+  std::vector<ProofNode> joined;
+  for (const ProofNode& r : regions) {
     if (!joined.empty() && joined.back().verdict == r.verdict && joined.back().cause == r.cause) {
       joined.back().box[0].upper = r.box[0].upper;
       joined.back().volume += r.volume;

@@ -16,41 +16,35 @@
 
 namespace tiltrim {
 
-/// One side of the box of parameters, in SI units.
-struct ProveParameter {
-  std::string key;              ///< its name; by default a parameter or input of the model
-  double from = 0.0, to = 0.0;  ///< from < to
-};
-
-/// A system of equations that every equilibrium within the limits solves: where it has no solution
-/// over bounded unknowns, there is no equilibrium.
-struct NecessarySystem {
-  Model model;                           ///< with jets
-  std::vector<std::string> equations{};  ///< states whose rates vanish
-  /// Unknown states and inputs with their bounds, all finite.
-  std::vector<std::pair<std::string, Range>> unknowns{};
-  /// x, u, p at parameters c; of the unknowns any value. Unknowns that a side of a switch fixes
-  /// are given there as a constant with `fixed` set.
-  struct Values {
-    Jets x;                     ///< states
-    Jets u;                     ///< inputs
-    Jets p;                     ///< parameters
-    std::vector<char> fixed{};  ///< one per unknown, or none
-  };
-  std::function<Values(const Jets& c)> at{};  ///< as Values has it
-};
-
 /// What prove() shall prove.
 struct ProveProblem {
-  std::string name;                          ///< of the condition
-  Model model;                               ///< with jets
-  std::vector<std::string> unknowns{};       ///< states and inputs; other states are as in `guess`
-  std::vector<std::string> equations{};      ///< states whose rates vanish
-  std::map<std::string, Range> limits{};     ///< on unknowns and outputs
-  OperatingPoint guess;                      ///< starting point, and what does not vary
-  std::vector<ProveParameter> parameters{};  ///< the box
+  /// A system of equations that every equilibrium within the limits solves: where it has no
+  /// solution over bounded unknowns, there is no equilibrium.
+  struct NecessarySystem {
+    Model model;                           ///< with jets
+    std::vector<std::string> equations{};  ///< states whose rates vanish
+    /// Unknown states and inputs with their bounds, all finite.
+    std::vector<std::pair<std::string, Range>> unknowns{};
+    /// x, u, p at parameters c; of the unknowns any value. Unknowns that a side of a switch fixes
+    /// are given there as a constant with `fixed` set.
+    struct Values {
+      std::vector<Jet> x;         ///< states
+      std::vector<Jet> u;         ///< inputs
+      std::vector<Jet> p;         ///< parameters
+      std::vector<char> fixed{};  ///< one per unknown, or none
+    };
+    std::function<Values(const std::vector<Jet>& c)> at{};  ///< as Values has it
+  };
+
+  std::string name;                       ///< of the condition
+  Model model;                            ///< with jets
+  std::vector<std::string> unknowns{};    ///< states and inputs; other states are as in `guess`
+  std::vector<std::string> equations{};   ///< states whose rates vanish
+  std::map<std::string, Range> limits{};  ///< on unknowns and outputs
+  OperatingPoint guess;                   ///< starting point, and what does not vary
+  std::vector<Uncertain> parameters{};    ///< the box
   /// The model's parameters at c, the values of `parameters`. Empty: by name.
-  std::function<Jets(const Jets& c)> numbers{};
+  std::function<std::vector<Jet>(const std::vector<Jet>& c)> numbers{};
   /// [f; h] as a function of the unknowns, if the model's jets, from which ∂f/∂x is taken, have
   /// other derivatives along them; with the same values and comparisons. Empty: the model's.
   decltype(Model::jets) trim{};
@@ -63,24 +57,24 @@ struct ProveProblem {
 enum class ProofVerdict { stable, unstable, no_trim, undecided };
 std::string to_string(ProofVerdict verdict);  ///< "proved_stable", ..., "undecided"
 
-/// Evidence of one side of the switches on a box: docs/prove.md.
-struct Record {
-  Eigen::VectorXd z, Z;                 ///< centre and radii of the tube
-  Eigen::MatrixXd S, C, T;              ///< its slopes; preconditioner; basis
-  std::vector<double> w;                ///< frequencies, one more than directions
-  std::vector<std::complex<double>> v;  ///< directions
-  int roots = 0;                        ///< right of the line
-  /// A node of the tree over the unknowns that excludes a trim.
-  struct Exclusion {
-    int split = -1;             ///< unknown, or -1: `weights`
-    double at = 0.0;            ///< where
-    Eigen::VectorXd weights{};  ///< of the equations
-  };
-  std::vector<Exclusion> absent{};  ///< preorder; of no_trim
-};
-
 /// A node of the bisection tree.
 struct ProofNode {
+  /// Evidence of one side of the switches on a box: docs/prove.md.
+  struct Record {
+    Eigen::VectorXd z, Z;                 ///< centre and radii of the tube
+    Eigen::MatrixXd S, C, T;              ///< its slopes; preconditioner; basis
+    std::vector<double> w;                ///< frequencies, one more than directions
+    std::vector<std::complex<double>> v;  ///< directions
+    int roots = 0;                        ///< right of the line
+    /// A node of the tree over the unknowns that excludes a trim.
+    struct Exclusion {
+      int split = -1;             ///< unknown, or -1: `weights`
+      double at = 0.0;            ///< where
+      Eigen::VectorXd weights{};  ///< of the equations
+    };
+    std::vector<Exclusion> absent{};  ///< preorder; of no_trim
+  };
+
   int split = -1;                                  ///< parameter that is cut, or -1: a leaf
   double at = 0.0;                                 ///< where
   std::size_t lower = 0, upper = 0;                ///< the two parts' nodes
@@ -91,14 +85,6 @@ struct ProofNode {
   std::vector<Record> sides{};  ///< evidence
 };
 
-/// Neighbouring boxes with one verdict, as one.
-struct ProofRegion {
-  ProofVerdict verdict = ProofVerdict::undecided;  ///< of all of it
-  std::string cause{};                             ///< of undecided
-  std::vector<Range> box{};                        ///< one range per parameter
-  double volume = 0.0;                             ///< share of the whole
-};
-
 /// What prove() has shown of the whole box.
 enum class ProofStatus { proved, partly, refuted };
 std::string to_string(ProofStatus status);  ///< "proved", "partly", "refuted"
@@ -106,15 +92,15 @@ std::string to_string(ProofStatus status);  ///< "proved", "partly", "refuted"
 /// The result of prove().
 struct Theorem {
   std::string name;                                             ///< of the condition
-  std::vector<ProveParameter> parameters{};                     ///< the box
+  std::vector<Uncertain> parameters{};                          ///< the box
   std::vector<std::string> unknowns{};                          ///< of the tubes
   double margin = 0.0;                                          ///< decay rate [1/s]
   std::vector<ProofNode> tree{};                                ///< the first is the whole box
   std::size_t boxes = 0;                                        ///< examined
   double stable = 0, unstable = 0, no_trim = 0, undecided = 0;  ///< shares of the volume
-  std::vector<ProofRegion> regions{};                           ///< merged
-  bool interrupted = false;                                     ///< stopped by the caller
-  ProofStatus status() const;  ///< proved: nothing unstable, nothing undecided
+  std::vector<ProofNode> regions{};  ///< neighbouring boxes with one verdict, as one
+  bool interrupted = false;          ///< stopped by the caller
+  ProofStatus status() const;        ///< proved: nothing unstable, nothing undecided
 };
 
 /// Options of prove().
@@ -131,7 +117,7 @@ struct ProveOptions {
 /// Proves, for every value of the parameters within their ranges, that there is exactly one
 /// equilibrium in a stated tube, within the limits, and that every eigenvalue has a real part below
 /// -margin; or that an eigenvalue has one above; or that there is no equilibrium within the limits.
-/// Throws CallerMistake if the model has no jets or a name is unknown.
+/// Throws std::invalid_argument if the model has no jets or a name is unknown.
 [[nodiscard]] Theorem prove(const ProveProblem& problem, const ProveOptions& options = {});
 
 /// The same for the largest margin of at least options.margin that it can prove, to within 1 % of

@@ -35,10 +35,10 @@ Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) 
     else
       limits.push_back({-1, Index(states) + index_of(p.model.outputs, name, "output"), range});
   }
-  for (const ProveParameter& parameter : p.parameters) {
-    if (!(parameter.from < parameter.to))
-      throw CallerMistake(fmt::format("{}: expected from < to", parameter.key));
-    if (!p.numbers) placed.push_back(variable(p.model, parameter.key));
+  for (const Uncertain& parameter : p.parameters) {
+    if (!(parameter.lower < parameter.upper))
+      throw CallerMistake(fmt::format("{}: expected from < to", parameter.name));
+    if (!p.numbers) placed.push_back(variable(p.model, parameter.name));
   }
   if (k() > most_parameters)
     throw CallerMistake(fmt::format("{} parameters; at most {}", k(), most_parameters));

@@ -105,7 +105,7 @@ std::vector<double> falls(const Curve& f, const std::vector<double>& grid, doubl
 }
 
 // The fall at `at`, with the distance to those of the curve raised and lowered by its error.
-Located bracketed(const Curve& f, const Curve& error, const std::vector<double>& grid, double at) {
+Bounded bracketed(const Curve& f, const Curve& error, const std::vector<double>& grid, double at) {
   const auto nearest = [&](double sign) {
     const Curve moved = [&](double w) { return f(w) + sign * error(w); };
     double distance = never;

@@ -63,8 +63,8 @@ RoleCoordinates role_coordinates(const LinearModel& linear, const Roles& roles) 
   return at;
 }
 
-std::vector<ModeShares> shares_of(const Modes& modes, const RoleCoordinates& at) {
-  std::vector<ModeShares> all;
+std::vector<Qualities::ModeShares> shares_of(const Modes& modes, const RoleCoordinates& at) {
+  std::vector<Qualities::ModeShares> all;
   for (const Mode& mode : modes.modes) {
     // T v and T⁻ᵀ w: the participation of coordinate k is |(T v)ₖ (T⁻ᵀ w)ₖ|
     const VectorXcd right = at.T * mode.right, left = at.inverse.transpose() * mode.left;

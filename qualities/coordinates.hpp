@@ -17,7 +17,7 @@ struct RoleCoordinates {
 RoleCoordinates role_coordinates(const LinearModel& linear, const Roles& roles);
 
 /// Participation of the roles in each mode.
-std::vector<ModeShares> shares_of(const Modes& modes, const RoleCoordinates& at);
+std::vector<Qualities::ModeShares> shares_of(const Modes& modes, const RoleCoordinates& at);
 
 /// Normal acceleration over angle of attack [g/rad] after a step of the stick at constant speed:
 /// the quasi-steady states other than speed, attitude and height. `why` if not known.

@@ -60,8 +60,8 @@ void as_one(const Mode& a, const Mode& b, Oscillation& found) {
 
 }  // namespace
 
-Oscillation oscillation_with(const Modes& modes, const std::vector<ModeShares>& shares,
-                             double ModeShares::*share, const char* name,
+Oscillation oscillation_with(const Modes& modes, const std::vector<Qualities::ModeShares>& shares,
+                             double Qualities::ModeShares::*share, const char* name,
                              const std::vector<std::size_t>& taken) {
   constexpr double most = 0.5;
   Oscillation found;

@@ -15,8 +15,8 @@ Bounded damping_of(const Mode& mode);
 
 /// The pair with the largest share, if that is above one half; otherwise two stable real roots,
 /// each with a share above one half. `name` for the message.
-Oscillation oscillation_with(const Modes& modes, const std::vector<ModeShares>& shares,
-                             double ModeShares::*share, const char* name,
+Oscillation oscillation_with(const Modes& modes, const std::vector<Qualities::ModeShares>& shares,
+                             double Qualities::ModeShares::*share, const char* name,
                              const std::vector<std::size_t>& taken);
 
 /// Signed distances [rad/s] of an eigenvalue to lines and circles, positive on the better side;

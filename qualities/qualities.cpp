@@ -243,7 +243,7 @@ std::array<double, 2> border_at(const std::vector<std::array<double, 2>>& border
 void judge_bandwidth(Judging& j) {
   const Roles& roles = j.options.roles;
   if (roles.stick.empty()) return;
-  j.answer.attitude = zeros_and_poles(transfer_function(j.linear, roles.stick, roles.pitch));
+  j.answer.attitude = zeros_and_poles(j.linear, roles.stick, roles.pitch);
   Bandwidth& b = j.answer.bandwidth = bandwidth(*j.answer.attitude, j.options.response);
   if (!b.message.empty()) j.answer.remarks.push_back("bandwidth: " + b.message);
   if (j.options.regime != FlightRegime::hover || j.options.least_bandwidth[0].empty()) return;
@@ -282,9 +282,10 @@ void check_options(const LinearModel& linear, const QualitiesOptions& options) {
 
 void judge_forward(Judging& j, const RoleCoordinates& at) {
   Qualities& q = j.answer;
-  q.short_period = oscillation_with(q.modes, q.shares, &ModeShares::fast, "short period", {});
-  q.phugoid =
-      oscillation_with(q.modes, q.shares, &ModeShares::slow, "phugoid", q.short_period.modes);
+  q.short_period =
+      oscillation_with(q.modes, q.shares, &Qualities::ModeShares::fast, "short period", {});
+  q.phugoid = oscillation_with(q.modes, q.shares, &Qualities::ModeShares::slow, "phugoid",
+                               q.short_period.modes);
   std::string why;
   q.n_per_alpha =
       acceleration_sensitivity(j.linear, at, j.options, airspeed_of(j.linear, j.options), why);
@@ -304,8 +305,8 @@ Qualities qualities(const LinearModel& linear, const QualitiesOptions& options) 
   answer.modes = modes(linear);
   answer.shares = shares_of(answer.modes, at);
   Judging j{linear, options, answer};
-  const bool any = std::ranges::any_of(answer.shares,
-                                       [](const ModeShares& s) { return s.longitudinal() > most; });
+  const bool any = std::ranges::any_of(
+      answer.shares, [](const Qualities::ModeShares& s) { return s.longitudinal() > most; });
   answer.status = any ? QualitiesStatus::judged : QualitiesStatus::no_longitudinal_mode;
   if (!any) return answer;
   if (options.regime == FlightRegime::forward)

@@ -18,25 +18,6 @@
 
 namespace tiltrim {
 
-/// G(s) = c (sI - A)⁻¹ b + d from one input to one output, and error bounds of its entries (empty:
-/// exact). A is n x n [1/s], b and c have n entries.
-struct TransferFunction {
-  Eigen::MatrixXd A;             ///< 1/s
-  Eigen::VectorXd b;             ///< from the input
-  Eigen::RowVectorXd c;          ///< to the output
-  double d = 0.0;                ///< feedthrough
-  Eigen::MatrixXd A_error{};     ///< of each entry of A
-  Eigen::VectorXd b_error{};     ///< of each entry of b
-  Eigen::RowVectorXd c_error{};  ///< of each entry of c
-  double d_error = 0.0;          ///< of d
-};
-
-/// The transfer function from an input of a linear model to a state or an output. Throws
-/// std::invalid_argument for an unknown name or without a linear model.
-[[nodiscard]] TransferFunction transfer_function(const LinearModel& linear,
-                                                 const std::string& input,
-                                                 const std::string& output);
-
 /// Status of the zeros of a transfer function.
 enum class ZerosStatus {
   found,             ///< every zero is enclosed in a disk of its own
@@ -64,12 +45,14 @@ struct ZerosAndPoles {
   int cancelled = 0;        ///< states without a path from the input or to the output: left out
 };
 
-/// Finite zeros of the Rosenbrock pencil [A - sI, b; c, d] by QZ, each improved by Newton's method
-/// and enclosed by Krawczyk's test for all matrices within the error bounds. States that the input
-/// cannot reach or the output cannot see, by exact zeros, are left out. The number of finite zeros
-/// is proved by the first Markov parameter d, cb, cAb, ... that cannot be zero. Throws
-/// std::invalid_argument if sizes do not match or a value is not finite.
-[[nodiscard]] ZerosAndPoles zeros_and_poles(const TransferFunction& transfer);
+/// Zeros and poles from an input of a linear model to a state or an output: finite zeros of the
+/// Rosenbrock pencil [A - sI, b; c, d] by QZ, each improved by Newton's method and enclosed by
+/// Krawczyk's test for all matrices within the error bounds. States that the input cannot reach or
+/// the output cannot see, by exact zeros, are left out. The number of finite zeros is proved by the
+/// first Markov parameter d, cb, cAb, ... that cannot be zero. Throws std::invalid_argument for an
+/// unknown name or without a linear model.
+[[nodiscard]] ZerosAndPoles zeros_and_poles(const LinearModel& linear, const std::string& input,
+                                            const std::string& output);
 
 /// What a constant stick commands.
 enum class ResponseType {
@@ -79,21 +62,24 @@ enum class ResponseType {
 
 std::string to_string(ResponseType type);  ///< "rate", "attitude"
 
-/// A frequency, or a time, with its error bound; infinite if the response never gets there.
-struct Located {
-  double value = std::numeric_limits<double>::infinity();  ///< rad/s, or s
-  double error = 0.0;                                      ///< bound
+/// A value with its error bound; NaN if not known.
+struct Bounded {
+  double value = std::numeric_limits<double>::quiet_NaN();  ///< in its unit
+  double error = 0.0;                                       ///< bound
 };
 
 /// Small-amplitude bandwidth and phase delay of attitude to stick [97, 3.3.2.1].
 struct Bandwidth {
-  bool known = false;       ///< false: the transfer function's zeros are not known; see `message`
-  Located phase_bandwidth;  ///< rad/s: 45 degrees of phase margin, a phase of -135 degrees
-  Located gain_bandwidth;   ///< rad/s: 6 dB of gain margin, |G| = 6 dB above |G(iω180)|
-  Located bandwidth;        ///< rad/s: by the response type
-  Located crossover;        ///< rad/s: ω180, a phase of -180 degrees
-  Located phase_delay{0.0, 0.0};  ///< s: (-180° - phase(2 ω180))/(2 ω180); 0 without ω180
-  std::string message;            ///< why it is not known, or what is ambiguous
+  /// The value of a frequency that the response does not reach.
+  static constexpr double never = std::numeric_limits<double>::infinity();
+
+  bool known = false;  ///< false: the transfer function's zeros are not known; see `message`
+  Bounded phase_bandwidth{never};  ///< rad/s: 45 degrees of phase margin, a phase of -135 degrees
+  Bounded gain_bandwidth{never};   ///< rad/s: 6 dB of gain margin, |G| = 6 dB above |G(iω180)|
+  Bounded bandwidth{never};        ///< rad/s: by the response type
+  Bounded crossover{never};        ///< rad/s: ω180, a phase of -180 degrees
+  Bounded phase_delay{0.0};        ///< s: (-180° - phase(2 ω180))/(2 ω180); 0 without ω180
+  std::string message;             ///< why it is not known, or what is ambiguous
 };
 
 /// Bandwidth of a transfer function from its zeros and poles, with the sign of the stick that
@@ -185,12 +171,6 @@ struct QualitiesOptions {
   std::array<std::vector<std::array<double, 2>>, 2> least_bandwidth{};
 };
 
-/// A value with its error bound; NaN if not known.
-struct Bounded {
-  double value = std::numeric_limits<double>::quiet_NaN();  ///< in its unit
-  double error = 0.0;                                       ///< bound
-};
-
 /// How an oscillation was found.
 enum class OscillationKind {
   pair,      ///< a complex pair
@@ -208,13 +188,6 @@ struct Oscillation {
   std::string message;                             ///< which roots are there instead
 };
 
-/// Shares of a mode's participation, in coordinates made of the roles' signals.
-struct ModeShares {
-  double fast = 0.0;                                   ///< angle of attack and pitch rate
-  double slow = 0.0;                                   ///< speed, pitch attitude and height
-  double longitudinal() const { return fast + slow; }  ///< all of them
-};
-
 /// Status of flying qualities.
 enum class QualitiesStatus {
   judged,                ///< there are longitudinal modes
@@ -224,6 +197,13 @@ std::string to_string(QualitiesStatus status);  ///< as in JSON
 
 /// Flying qualities of one linear model.
 struct Qualities {
+  /// Shares of a mode's participation, in coordinates made of the roles' signals.
+  struct ModeShares {
+    double fast = 0.0;                                   ///< angle of attack and pitch rate
+    double slow = 0.0;                                   ///< speed, pitch attitude and height
+    double longitudinal() const { return fast + slow; }  ///< all of them
+  };
+
   QualitiesStatus status = QualitiesStatus::no_longitudinal_mode;  ///< whether they exist
   Level level = Level::not_judged;                                 ///< the worst of all criteria
   std::vector<Criterion> criteria;        ///< in the order of the specifications

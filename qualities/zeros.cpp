@@ -9,7 +9,7 @@
 #include "design/lapack.hpp"
 #include "linearize/modes.hpp"
 #include "model/lookup.hpp"
-#include "qualities/qualities.hpp"
+#include "qualities/transfer_function.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
@@ -258,6 +258,11 @@ TransferFunction transfer_function(const LinearModel& linear, const std::string&
   g.d = linear.D(i, j);
   g.d_error = linear.D_error(i, j);
   return g;
+}
+
+ZerosAndPoles zeros_and_poles(const LinearModel& linear, const std::string& input,
+                              const std::string& output) {
+  return zeros_and_poles(transfer_function(linear, input, output));
 }
 
 ZerosAndPoles zeros_and_poles(const TransferFunction& transfer) {

@@ -67,7 +67,7 @@ ordered_json diagnosis_json(const Explanation& e) {
   j["holding"] = ordered_json::array();
   j["remedies"] = ordered_json::array();
   if (!e.diagnosis) return j;
-  for (const Holding& h : e.diagnosis->holding)
+  for (const Diagnosis::Holding& h : e.diagnosis->holding)
     j["holding"].push_back({{"limit", h.limit.signal + (h.limit.upper ? " upper" : " lower")},
                             {"value", h.limit.value},
                             {"pull", h.pull}});

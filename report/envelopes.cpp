@@ -87,7 +87,7 @@ std::vector<SheetColumn> border_columns(const EnvelopeAnswer& e) {
   return columns;
 }
 
-std::vector<SheetCell> border_cells(const EnvelopeAnswer& e, const BorderPoint& p) {
+std::vector<SheetCell> border_cells(const EnvelopeAnswer& e, const BorderPiece::Point& p) {
   if (e.condition.user()) return user_cells(e.model, {}, p.point, p.outputs);
   const auto output = [&](const char* name) { return p.outputs[find(e.model.outputs, name)]; };
   return {p.point.x[find(e.model.states, "theta")] * degrees, output("theta0"),
@@ -104,7 +104,7 @@ Sheet border_sheet(const std::vector<EnvelopeAnswer>& envelopes) {
     for (const Envelope& part : e.parts)
       for (const BorderPiece& b : part.pieces) {
         ++piece;
-        for (const BorderPoint& p : b.points) {
+        for (const BorderPiece::Point& p : b.points) {
           std::vector<SheetCell> row{e.condition.name, piece, b.name, across(e, p.x), up(e, p.y)};
           const std::vector<SheetCell> own = border_cells(e, p);
           row.insert(row.end(), own.begin(), own.end());
@@ -129,11 +129,11 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
     for (Index k = 0; k < part.count.size(); ++k) multiple += part.count.data()[k] > 1;
     for (const BorderPiece& b : part.pieces) {
       if (b.points.empty()) continue;
-      if (std::ranges::none_of(b.points, &BorderPoint::outer)) {
+      if (std::ranges::none_of(b.points, &BorderPiece::Point::outer)) {
         ++inner;
         continue;
       }
-      const BorderPoint &first = b.points.front(), &last = b.points.back();
+      const BorderPiece::Point &first = b.points.front(), &last = b.points.back();
       border.rows.push_back({SheetCell(words(b.name)), across(e, first.x), up(e, first.y),
                              SheetCell(words(b.from)), across(e, last.x), up(e, last.y),
                              SheetCell(words(b.to)), double(b.points.size())});
@@ -212,7 +212,7 @@ std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
       for (const BorderPiece& b : part.pieces) {
         ordered_json piece{{"which", b.name}, {"from", b.from}, {"to", b.to}};
         piece["points"] = ordered_json::array();
-        for (const BorderPoint& at : b.points) {
+        for (const BorderPiece::Point& at : b.points) {
           ordered_json point{{along, across(e, at.x)}, {over, up(e, at.y)}, {"outer", at.outer}};
           point.update(json::point(e.model, at.point, at.outputs));
           point["residual"] = at.residual;

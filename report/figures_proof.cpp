@@ -26,8 +26,8 @@ constexpr std::size_t most_columns = 400;
 
 // Ends of the regions along the first parameter, thinned where there are too many.
 std::vector<double> ends_of(const Theorem& t) {
-  std::vector<double> ends{t.parameters.front().from, t.parameters.front().to};
-  for (const ProofRegion& r : t.regions) {
+  std::vector<double> ends{t.parameters.front().lower, t.parameters.front().upper};
+  for (const ProofNode& r : t.regions) {
     ends.push_back(r.box.front().lower);
     ends.push_back(r.box.front().upper);
   }
@@ -44,7 +44,7 @@ std::vector<double> ends_of(const Theorem& t) {
 std::array<double, 4> shares(const Theorem& t, double from, double to) {
   std::array<double, 4> all{};
   double sum = 0;
-  for (const ProofRegion& r : t.regions) {
+  for (const ProofNode& r : t.regions) {
     const Range& along = r.box.front();
     const double common = std::min(to, along.upper) - std::max(from, along.lower);
     if (!(common > 0)) continue;
@@ -65,7 +65,7 @@ void add_proof(const Theorem& t, const ProveTable& table, const std::string& id,
   Panel panel;
   panel.height = t.parameters.size() == 1 ? 5 : 14;
   panel.x = {with_unit(key.name, key.unit),
-             {key.in_study(t.parameters.front().from), key.in_study(t.parameters.front().to)},
+             {key.in_study(t.parameters.front().lower), key.in_study(t.parameters.front().upper)},
              false,
              {},
              {}};

@@ -1,6 +1,7 @@
 /// A condition's linear model for export. Internal to report/.
 #pragma once
 
+#include "model/lookup.hpp"
 #include "report/conditions.hpp"
 
 namespace tiltrim {

@@ -104,9 +104,9 @@ ordered_json list(const Values& values) {
 
 ordered_json margins_of(const Margins& m) {
   ordered_json crossings = ordered_json::array(), crossovers = ordered_json::array();
-  for (const Crossing& at : m.phase_crossings)
+  for (const Margins::Crossing& at : m.phase_crossings)
     crossings.push_back({{"frequency", at.frequency}, {"gain", at.change}});
-  for (const Crossing& at : m.gain_crossovers)
+  for (const Margins::Crossing& at : m.gain_crossovers)
     crossovers.push_back({{"frequency", at.frequency}, {"lag", at.change}});
   return {{"gain_up", m.gain_up},
           {"gain_up_at", m.gain_up_at},

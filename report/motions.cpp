@@ -108,7 +108,7 @@ std::string motion_json(const MotionAnswer& m) {
     root["steps"] = m.motion->steps;
     root["evaluations"] = m.motion->evaluations;
     root["events"] = ordered_json::array();
-    for (const SwitchEvent& e : m.motion->events)
+    for (const Simulation::SwitchEvent& e : m.motion->events)
       root["events"].push_back({{"t", e.t}, {"what", e.name}, {"rising", e.rising}});
     root["units"] = ordered_json::object();
     root["samples"] = ordered_json::object();
@@ -125,7 +125,7 @@ FlightNotes notes_of(const MotionAnswer& m) {
   if (!m.motion) return notes;
   notes.status = to_string(m.motion->status);
   notes.message = m.motion->message;
-  for (const SwitchEvent& e : m.motion->events)
+  for (const Simulation::SwitchEvent& e : m.motion->events)
     notes.events.push_back({e.t, e.rising ? "rising" : "falling", e.name});
   return notes;
 }

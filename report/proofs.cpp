@@ -35,11 +35,11 @@ ordered_json hex_rows(const Eigen::MatrixXd& matrix) {
   return list;
 }
 
-ordered_json evidence(const Record& r) {
+ordered_json evidence(const ProofNode::Record& r) {
   ordered_json side = ordered_json::object();
   if (!r.absent.empty()) {
     side["exclude"] = ordered_json::array();
-    for (const Record::Exclusion& node : r.absent)
+    for (const ProofNode::Record::Exclusion& node : r.absent)
       side["exclude"].push_back(node.split < 0
                                     ? ordered_json{{"y", hexes(node.weights)}}
                                     : ordered_json{{"split", node.split}, {"at", hex(node.at)}});
@@ -76,7 +76,7 @@ void write_tree(const Theorem& t, std::size_t at, std::string& text) {
     leaf["cause"] = node.cause;
   } else {
     leaf["sides"] = ordered_json::array();
-    for (const Record& side : node.sides) leaf["sides"].push_back(evidence(side));
+    for (const ProofNode::Record& side : node.sides) leaf["sides"].push_back(evidence(side));
   }
   text += leaf.dump() + "\n";
 }
@@ -97,9 +97,9 @@ ordered_json header(const Study& study, const Theorem& t) {
                     {"margin", hex(t.margin)}};
   for (std::size_t k = 0; k < t.parameters.size(); ++k)
     head["parameters"].push_back({{"key", study.prove->parameters[k].key.name},
-                                  {"signal", t.parameters[k].key},
-                                  {"from", hex(t.parameters[k].from)},
-                                  {"to", hex(t.parameters[k].to)}});
+                                  {"signal", t.parameters[k].name},
+                                  {"from", hex(t.parameters[k].lower)},
+                                  {"to", hex(t.parameters[k].upper)}});
   Command command;
   for (const Condition& condition : study.conditions)
     if (condition.name == t.name && condition.command()) command = *condition.command();
@@ -158,7 +158,7 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
                          in_study_unit(study, k, to), key.unit.empty() ? "" : " ", key.unit);
     };
     for (std::size_t k = 0; k < t.parameters.size(); ++k)
-      text += fmt::format("  {}\n", interval(k, t.parameters[k].from, t.parameters[k].to));
+      text += fmt::format("  {}\n", interval(k, t.parameters[k].lower, t.parameters[k].upper));
     text += fmt::format("  {}: {} boxes{}\n", to_string(t.status()), t.boxes,
                         t.interrupted ? ", interrupted" : "");
     text += fmt::format(
@@ -167,7 +167,7 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
         t.margin == 0 ? 0.0 : -t.margin, share_in_words(t.stable), share_in_words(t.unstable),
         share_in_words(t.no_trim), share_in_words(t.undecided));
     for (std::size_t i = 0; i < std::min(most, t.regions.size()); ++i) {
-      const ProofRegion& r = t.regions[i];
+      const ProofNode& r = t.regions[i];
       std::string where;
       for (std::size_t k = 0; k < r.box.size(); ++k)
         where += (k == 0 ? "" : ", ") + interval(k, r.box[k].lower, r.box[k].upper);
@@ -187,8 +187,8 @@ std::string theorems_json(const Study& study, const std::vector<Theorem>& theore
     ordered_json one{{"condition", t.name}, {"parameters", ordered_json::array()}};
     for (std::size_t k = 0; k < t.parameters.size(); ++k)
       one["parameters"].push_back({{"key", study.prove->parameters[k].key.name},
-                                   {"from", in_study_unit(study, k, t.parameters[k].from)},
-                                   {"to", in_study_unit(study, k, t.parameters[k].to)}});
+                                   {"from", in_study_unit(study, k, t.parameters[k].lower)},
+                                   {"to", in_study_unit(study, k, t.parameters[k].upper)}});
     one["margin"] = t.margin;
     one["status"] = to_string(t.status());
     one["boxes"] = t.boxes;
@@ -198,7 +198,7 @@ std::string theorems_json(const Study& study, const std::vector<Theorem>& theore
     one["undecided"] = t.undecided;
     one["interrupted"] = t.interrupted;
     one["regions"] = ordered_json::array();
-    for (const ProofRegion& r : t.regions) {
+    for (const ProofNode& r : t.regions) {
       ordered_json region{{"verdict", to_string(r.verdict)}};
       for (std::size_t k = 0; k < r.box.size(); ++k) {
         const std::string& key = study.prove->parameters[k].key.name;

@@ -51,7 +51,7 @@ std::vector<SheetCell> row_of(const Criterion& c) {
           SheetCell(c.requirement)};
 }
 
-std::string located_in_words(const Located& l, const char* unit) {
+std::string located_in_words(const Bounded& l, const char* unit) {
   return std::isfinite(l.value) ? fmt::format("{:.4g} {}", l.value, unit) : "not reached";
 }
 
@@ -134,7 +134,7 @@ ordered_json roots_json(const std::vector<EnclosedRoot>& roots) {
   return all;
 }
 
-ordered_json located_json(const Located& l) {
+ordered_json located_json(const Bounded& l) {
   return {{"value", number_json(l.value)}, {"error", number_json(l.error)}};
 }
 

@@ -39,10 +39,10 @@ Sheet mode_sheet(const Sensitivities& s, std::size_t mode, std::size_t most) {
                    {"damping", "damping", "", "{:+.2e}"},
                    {"frequency", "frequency", "rad/s", "{:+.2e}"},
                    {"better", "better damped", ""}};
-  for (const std::size_t i : ranked(s, mode)) {
+  for (const std::size_t i : s.ranked(mode)) {
     if (sheet.rows.size() >= most) break;
     const ParameterSensitivity& p = s.parameters[i];
-    const ModeSensitivity& d = p.modes[mode];
+    const ParameterSensitivity::ModeSensitivity& d = p.modes[mode];
     const double by = one_percent(p);
     const double gain = oscillates ? d.damping : -d.eigenvalue.real();
     const bool up = (gain > 0) == (p.value >= 0);  // increases the magnitude
@@ -155,7 +155,7 @@ std::string sensitivities_json(const std::vector<SensitivityAnswer>& conditions)
                        {"input", json::actuators(model, {p.x, p.u, {}}, p.outputs)},
                        {"output", json::named(model.outputs, p.outputs)}};
       one["modes"] = ordered_json::array();
-      for (const ModeSensitivity& m : p.modes)
+      for (const ParameterSensitivity::ModeSensitivity& m : p.modes)
         one["modes"].push_back({{"re", m.eigenvalue.real()},
                                 {"im", m.eigenvalue.imag()},
                                 {"damping", m.damping},

@@ -60,7 +60,7 @@ ordered_json achieved_json(const TuneProblem& problem, const Achieved& a) {
   return j;
 }
 
-ordered_json effect_json(const GainEffect& e) {
+ordered_json effect_json(const TuneResult::GainEffect& e) {
   return {{"name", e.name},
           {"value", e.value},
           {"slopes", e.slopes},
@@ -114,7 +114,7 @@ std::string tuning_json(const TuningReport& report) {
   all["achieved"] = ordered_json::array();
   for (const Achieved& a : r.achieved) all["achieved"].push_back(achieved_json(problem, a));
   all["effects"] = ordered_json::array();
-  for (const GainEffect& e : r.effects) all["effects"].push_back(effect_json(e));
+  for (const TuneResult::GainEffect& e : r.effects) all["effects"].push_back(effect_json(e));
   all["coalescing"] = r.coalescing;
   all["second"] = nullptr;
   if (report.second) {

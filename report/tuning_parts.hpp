@@ -15,7 +15,7 @@ inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t places(const TuningReport& report);
 bool has_gains(const TuneProblem& problem, const TuneResult& result);
-const std::string& point_name(const TuneProblem& problem, const TunePlace& place);
+const std::string& point_name(const TuneProblem& problem, const Achieved::Place& place);
 /// A gain's values at the tilts of the schedule; without a schedule, its only value.
 std::vector<double> values_of(const TuneProblem& problem, const TuneResult& result,
                               std::size_t gain);
@@ -44,6 +44,6 @@ bool any_active(const TuneResult& result, std::size_t asked, const Counts& count
 /// A number, or an empty cell for NaN.
 inline SheetCell number(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
 
-inline bool everywhere(const TunePlace&) { return true; }
+inline bool everywhere(const Achieved::Place&) { return true; }
 
 }  // namespace tiltrim::tuning

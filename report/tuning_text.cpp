@@ -106,8 +106,12 @@ std::pair<Sheet, std::size_t> points_sheet(const TuningReport& report) {
   std::size_t left_out = 0;
   const std::vector<PlacesOfPoint> counts = places_by_point(report);
   for (std::size_t p = 0; p < counts.size(); ++p) {
-    const auto nominal = [&](const TunePlace& s) { return s.point == p && s.scatter.empty(); };
-    const auto scattered = [&](const TunePlace& s) { return s.point == p && !s.scatter.empty(); };
+    const auto nominal = [&](const Achieved::Place& s) {
+      return s.point == p && s.scatter.empty();
+    };
+    const auto scattered = [&](const Achieved::Place& s) {
+      return s.point == p && !s.scatter.empty();
+    };
     const auto add = [&](const std::string& name, const auto& which) {
       if (sheet.rows.size() < most)
         sheet.rows.push_back(point_row(report, name, which));
@@ -153,7 +157,7 @@ Sheet effects_sheet(const TuningReport& report) {
     if (limited) sheet.columns.push_back({"", "limits", ""});
   }
   for (const Requirement& r : asked) sheet.columns.push_back({"", in_words(r), "slope", "{:+.2g}"});
-  for (const GainEffect& e : report.result.effects) {
+  for (const TuneResult::GainEffect& e : report.result.effects) {
     const Key key = key_of(report.problem, e.name.substr(0, e.name.find(" at ")));
     std::vector<SheetCell> row{without_prefix(e.name), number(key.in_study(e.value)),
                                unit_in_text(key.unit), number(e.goal_less)};

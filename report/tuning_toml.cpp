@@ -23,7 +23,7 @@ bool tuning::has_gains(const TuneProblem& problem, const TuneResult& result) {
   return problem.variables() > 0 && std::size_t(result.gains.size()) == problem.variables();
 }
 
-const std::string& tuning::point_name(const TuneProblem& problem, const TunePlace& place) {
+const std::string& tuning::point_name(const TuneProblem& problem, const Achieved::Place& place) {
   return problem.points.at(place.point).name;
 }
 

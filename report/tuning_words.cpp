@@ -15,7 +15,7 @@ using Eigen::Index;
 
 namespace {
 
-// "gains.K_Lp at eta = 30 deg", as in GainEffect.
+// "gains.K_Lp at eta = 30 deg", as in TuneResult::GainEffect.
 std::string variable_name(const TuneProblem& problem, Index variable) {
   if (problem.schedule.empty()) return problem.gains[std::size_t(variable)].name;
   const Index n = std::ssize(problem.schedule);
@@ -74,7 +74,7 @@ std::string asked_in_words(const Requirement& asked, bool goal) {
          (std::isnan(asked.limit) ? ", the goal" : ", target " + limit_in_words(asked));
 }
 
-std::string place_in_words(const TuneProblem& problem, const TunePlace& place) {
+std::string place_in_words(const TuneProblem& problem, const Achieved::Place& place) {
   return point_name(problem, place) + (place.scatter.empty() ? "" : ", " + place.scatter);
 }
 
@@ -192,7 +192,7 @@ std::string robustness_in_words(const TuningReport& report) {
 
 std::string corner_in_words(const TuningReport& report) {
   const Achieved* corner =
-      worst(report.result, 0, [](const TunePlace& place) { return !place.scatter.empty(); });
+      worst(report.result, 0, [](const Achieved::Place& place) { return !place.scatter.empty(); });
   if (!corner) return "";
   const Requirement& goal = corner->requirement;
   return fmt::format("Worst corner of the scatter: {} {} at {}.", in_words(goal),
@@ -236,7 +236,7 @@ std::string end_in_words(const TuningReport& report) {
 std::string idle_in_words(const TuningReport& report) {
   const TuneResult& r = report.result;
   std::vector<std::string> names;
-  for (const GainEffect& e : r.effects) {
+  for (const TuneResult::GainEffect& e : r.effects) {
     const bool flat = std::ranges::all_of(e.slopes, [](double s) { return s == 0; });
     if (flat && e.goal_less == r.goal && e.goal_more == r.goal)
       names.push_back(without_prefix(e.name));

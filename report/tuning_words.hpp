@@ -19,7 +19,7 @@ const char* sign(Measure measure);
 /// "≥ 45°"
 std::string limit_in_words(const Requirement& asked);
 std::string asked_in_words(const Requirement& asked, bool goal);
-std::string place_in_words(const TuneProblem& problem, const TunePlace& place);
+std::string place_in_words(const TuneProblem& problem, const Achieved::Place& place);
 std::string status_in_words(TuneStatus status);
 Tone tone_of(TuneStatus status);
 std::string without_prefix(const std::string& name);

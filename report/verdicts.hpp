@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "report/sheet.hpp"
-#include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim {
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "model/lookup.hpp"
+#include "simulate/integrate.hpp"
 
 namespace tiltrim {
 

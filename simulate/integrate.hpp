@@ -1,13 +1,12 @@
-/// @file
-/// Integration of ẋ = f(t, x) with error control, dense output and located events.
+/// Integration of ẋ = f(t, x) with error control, dense output and located events. Internal to
+/// tiltrim.
 #pragma once
 
 #include <functional>
-#include <stop_token>
 #include <string>
 #include <vector>
 
-#include "model/model.hpp"
+#include "simulate/simulate.hpp"
 
 namespace tiltrim {
 
@@ -47,35 +46,6 @@ struct Motion {
   /// Empty: events change nothing.
   std::function<int(const MotionEvent&, double* x, int mode)> at{};
 };
-
-/// Options of integrate().
-struct IntegrateOptions {
-  /// On the error per step of each state, relative to the larger of the state and its nominal size.
-  double tolerance = 1e-9;
-  double sample = 0.1;           ///< s; 0: at steps; infinite: only at ends and events
-  double fixed_step = 0.0;       ///< s; disables error control, to measure the order; 0: controlled
-  double longest_step = 0.5;     ///< s; two sign changes within a step are missed
-  long max_steps = 2'000'000;    ///< attempted
-  long max_events = 10'000;      ///< in all
-  double diverged_beyond = 1e9;  ///< nominal sizes
-  std::stop_token stop{};        ///< checked between steps
-  /// simulate(): estimate the global error by a second, finer run. Doubles the cost.
-  bool global_error = true;
-};
-
-/// Status of a motion.
-enum class MotionStatus {
-  completed,       ///< reached the end time
-  ended_by_event,  ///< by an event that ends the motion
-  diverged,        ///< a state exceeds diverged_beyond
-  not_finite,      ///< f at or just after the last state; an event function that is NaN
-  step_too_small,  ///< the tolerance needs a step below the resolution of time: a pole
-  step_limit,      ///< max_steps reached: stiff, or the tolerance is too small
-  event_limit,     ///< max_events, or 20 simultaneous per event function: chattering
-  interrupted,     ///< stopped by the caller
-  inaccurate,      ///< simulate(): from there on the estimated error is too large
-};
-std::string to_string(MotionStatus status);  ///< as in JSON
 
 /// The result of integrate().
 struct Trajectory {

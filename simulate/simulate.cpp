@@ -8,11 +8,13 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "linearize/eigenvalues.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "simulate/global_error.hpp"
+#include "simulate/integrate.hpp"
 #include "simulate/stiff.hpp"
 
 namespace tiltrim {

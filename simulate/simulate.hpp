@@ -6,14 +6,43 @@
 #include <Eigen/Core>
 #include <limits>
 #include <map>
+#include <stop_token>
 #include <string>
 #include <vector>
 
 #include "model/model.hpp"
-#include "simulate/integrate.hpp"
 #include "trim/trim.hpp"
 
 namespace tiltrim {
+
+/// Options of the integration of a motion.
+struct IntegrateOptions {
+  /// On the error per step of each state, relative to the larger of the state and its nominal size.
+  double tolerance = 1e-9;
+  double sample = 0.1;           ///< s; 0: at steps; infinite: only at ends and events
+  double fixed_step = 0.0;       ///< s; disables error control, to measure the order; 0: controlled
+  double longest_step = 0.5;     ///< s; two sign changes within a step are missed
+  long max_steps = 2'000'000;    ///< attempted
+  long max_events = 10'000;      ///< in all
+  double diverged_beyond = 1e9;  ///< nominal sizes
+  std::stop_token stop{};        ///< checked between steps
+  /// Estimate the global error by a second, finer run. Doubles the cost.
+  bool global_error = true;
+};
+
+/// Status of a motion.
+enum class MotionStatus {
+  completed,       ///< reached the end time
+  ended_by_event,  ///< by an event that ends the motion
+  diverged,        ///< a state exceeds diverged_beyond
+  not_finite,      ///< f at or just after the last state; an event function that is NaN
+  step_too_small,  ///< the tolerance needs a step below the resolution of time: a pole
+  step_limit,      ///< max_steps reached: stiff, or the tolerance is too small
+  event_limit,     ///< max_events, or 20 simultaneous per event function: chattering
+  interrupted,     ///< stopped by the caller
+  inaccurate,      ///< simulate(): from there on the estimated error is too large
+};
+std::string to_string(MotionStatus status);  ///< as in JSON
 
 /// `size` is added to an input or parameter from `from` to `to`.
 struct SignalChange {
@@ -22,16 +51,16 @@ struct SignalChange {
   double from = 0.0, to = std::numeric_limits<double>::infinity();  ///< s
 };
 
-/// A crossing of one of the model's switches.
-struct SwitchEvent {
-  std::string name;     ///< of the switch
-  double t = 0.0;       ///< s
-  bool rising = false;  ///< its distance becomes positive
-};
-
 /// Samples of a motion. If the rates throw or are not finite, the motion ends there; outputs that
 /// throw or are not finite are NaN. The message contains the model's exception.
 struct Simulation {
+  /// A crossing of one of the model's switches.
+  struct SwitchEvent {
+    std::string name;     ///< of the switch
+    double t = 0.0;       ///< s
+    bool rising = false;  ///< its distance becomes positive
+  };
+
   MotionStatus status = MotionStatus::completed;  ///< how it ended
   std::string message;                            ///< why it ended early; exceptions of the outputs
   std::vector<double> t;                          ///< s
@@ -47,12 +76,13 @@ struct Simulation {
   explicit operator bool() const { return status == MotionStatus::completed; }
 };
 
-/// Simulates from `start` for `duration` seconds, by integrate(), or by an implicit method of order
-/// 4 if its steps are limited by modes that have decayed. If the estimated error of a state exceeds
-/// a tenth of the state's largest value the motion ends with `inaccurate`. Steps end where a change
-/// begins or ends and where a switch of the model is crossed. Throws std::invalid_argument for
-/// signals that are not an input or parameter of the model, for sizes and times that are not
-/// finite, and as integrate().
+/// Simulates from `start` for `duration` seconds, by the Dormand-Prince pair of orders 5 and 4 with
+/// its dense output [52], or by an implicit method of order 4 if its steps are limited by modes
+/// that have decayed. If the estimated error of a state exceeds a tenth of the state's largest
+/// value the motion ends with `inaccurate`. Steps end where a change begins or ends and where a
+/// switch of the model is crossed. Throws std::invalid_argument for signals that are not an input
+/// or parameter of the model, for sizes and times that are not finite, and for options that are NaN
+/// or out of range.
 [[nodiscard]] Simulation simulate(const Model& model, const OperatingPoint& start, double duration,
                                   const std::vector<SignalChange>& changes = {},
                                   const IntegrateOptions& options = {});

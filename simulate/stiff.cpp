@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "simulate/integrate.hpp"
 #include "simulate/rosenbrock.hpp"
 
 namespace tiltrim {

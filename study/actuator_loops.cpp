@@ -6,6 +6,7 @@
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 
 namespace tiltrim {
 

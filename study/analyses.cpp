@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "vehicles/tiltrotor/along.hpp"
 

@@ -9,6 +9,7 @@
 
 #include "study/model_reader.hpp"
 #include "study/section.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/table_trim.hpp"
 
 namespace tiltrim::reading {

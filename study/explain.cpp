@@ -7,6 +7,8 @@
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "study/analyses.hpp"
+#include "trim/remedy.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 
 namespace tiltrim {
@@ -159,7 +161,7 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
   const Diagnosis& d = *e.diagnosis;
   const Model& model = e.airframe;
   std::vector<std::string> back;
-  for (const Holding& h : d.holding) {
+  for (const Diagnosis::Holding& h : d.holding) {
     const Unit unit = unit_of(model, h.limit.signal);
     back.push_back(fmt::format("{} at its {} limit {:.4g}{}", h.limit.signal,
                                h.limit.upper ? "upper" : "lower", h.limit.value * unit.factor,

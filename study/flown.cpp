@@ -59,7 +59,7 @@ double figure(const FlightPlan& plan, const MonteCarloTable& allowed, Worth wort
 
 }  // namespace
 
-std::map<std::string, FigureOfMerit> flight_figures(const Study& study) {
+decltype(TuneProblem::figures) flight_figures(const Study& study) {
   FlightPlan plan = flight_plan(study);
   if (!is_equilibrium(plan.start_status))
     throw std::invalid_argument("the flight of [simulate] has no trim to start from: " +

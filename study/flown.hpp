@@ -10,6 +10,6 @@ namespace tiltrim {
 /// the largest ratio of a deviation to its tolerance (10 to 100 if it ends early), and "tracking",
 /// the root mean square of its errors relative to 1 m/s and 0.1 rad. Throws std::invalid_argument
 /// if the study's flight cannot start.
-std::map<std::string, FigureOfMerit> flight_figures(const Study& study);
+decltype(TuneProblem::figures) flight_figures(const Study& study);
 
 }  // namespace tiltrim

@@ -11,6 +11,7 @@
 
 #include "model/formula_check.hpp"
 #include "model/formulas.hpp"
+#include "model/lookup.hpp"
 #include "vehicles/mode_names.hpp"
 
 namespace tiltrim::reading {

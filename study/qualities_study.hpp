@@ -31,9 +31,9 @@ struct JudgedQualities {
 [[nodiscard]] std::vector<std::string> quality_figure_names();
 /// By these names: how far the criterion is from level 1 at a trim of the request, in the unit of
 /// its margins; negative inside, 10 where it is not judged.
-[[nodiscard]] std::map<std::string, FigureOfMerit> quality_figures(const Study& study,
-                                                                   const SweepRequest& request,
-                                                                   const Condition& condition);
+[[nodiscard]] decltype(TuneProblem::figures) quality_figures(const Study& study,
+                                                             const SweepRequest& request,
+                                                             const Condition& condition);
 
 /// Where a requirement changes its level along an axis of a sweep.
 struct QualityBorder {

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "study/problems.hpp"
 #include "study/qualities_study.hpp"
@@ -159,10 +160,9 @@ std::vector<std::string> quality_figure_names() {
   return names;
 }
 
-std::map<std::string, FigureOfMerit> quality_figures(const Study& study,
-                                                     const SweepRequest& request,
-                                                     const Condition& condition) {
-  std::map<std::string, FigureOfMerit> figures;
+decltype(TuneProblem::figures) quality_figures(const Study& study, const SweepRequest& request,
+                                               const Condition& condition) {
+  decltype(TuneProblem::figures) figures;
   const auto shared = std::make_shared<const Study>(study);
   for (std::size_t k = 0; k < tuned_criteria.size(); ++k)
     figures[quality_figure_names()[k]] = [shared, request, condition, k](const Eigen::VectorXd& p) {

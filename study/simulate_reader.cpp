@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "study/tune_reader.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 
 namespace tiltrim::reading {
 

@@ -20,6 +20,7 @@
 #include "study/sweep_reader.hpp"
 #include "study/toml_reader.hpp"
 #include "study/tune_reader.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/numbers.hpp"
 

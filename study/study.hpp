@@ -16,6 +16,7 @@
 #include "flight/flight.hpp"
 #include "flight/monte_carlo.hpp"
 #include "model/model.hpp"
+#include "model/time_limit.hpp"
 #include "qualities/qualities.hpp"
 #include "study/keys.hpp"
 #include "study/user_model.hpp"

@@ -12,7 +12,9 @@
 #include "study/problems.hpp"
 #include "study/qualities_study.hpp"
 #include "tune/measures.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim {
 

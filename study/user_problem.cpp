@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "model/among.hpp"
+#include "model/lookup.hpp"
 #include "study/analyses.hpp"
 
 namespace tiltrim {

@@ -4,6 +4,7 @@
 
 #include "model/lookup.hpp"
 #include "study/model_reader.hpp"
+#include "vehicles/xv15/data.hpp"
 #include "vehicles/xv15/xv15.hpp"
 
 namespace tiltrim::reading {

@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "model/lookup.hpp"
 #include "sweep/line_modes.hpp"
 
 namespace tiltrim {

@@ -7,7 +7,9 @@
 #include <stdexcept>
 
 #include "linearize/batch.hpp"
+#include "linearize/eigenvalues.hpp"
 #include "linearize/modes.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

@@ -5,8 +5,8 @@
 
 namespace tiltrim {
 
-/// Solves J dz = -r for the `model_lanes` points of Model::lanes: entry (i, k) of point l is
-/// J[(i n + k) model_lanes + l]. `regular` is 1 where no pivot is too small, otherwise 0.
+/// Solves J dz = -r for the `Model::model_lanes` points of Model::lanes: entry (i, k) of point l is
+/// J[(i n + k) Model::model_lanes + l]. `regular` is 1 where no pivot is too small, otherwise 0.
 struct StepTask {
   static constexpr std::size_t largest = 16, lanes = 8;
   std::size_t n;  ///< at most `largest`

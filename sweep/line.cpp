@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "linearize/batch.hpp"
+#include "model/lookup.hpp"
 #include "sweep/extrapolation.hpp"
 #include "sweep/line_affine.hpp"
 #include "sweep/line_modes.hpp"
@@ -304,11 +305,13 @@ bool same_from_end(const Prepared& sweep, const LineStart& start) {
 
 }  // namespace
 
-std::size_t lines_together(const Prepared& sweep) { return has_lanes(sweep) ? model_lanes : 1; }
+std::size_t lines_together(const Prepared& sweep) {
+  return has_lanes(sweep) ? Model::model_lanes : 1;
+}
 
 void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& starts,
                 const std::vector<LinePoints*>& points) {
-  static thread_local std::vector<Room> rooms(model_lanes);
+  static thread_local std::vector<Room> rooms(Model::model_lanes);
   std::vector<LineTracker> lines;
   std::vector<LineTracker*> unaided;  // not along an affine axis
   std::vector<std::size_t> numbers;

@@ -51,10 +51,11 @@ struct LinePoints {
 /// structure does not hold.
 std::vector<double> phi_along(const Prepared& sweep, OperatingPoint at);
 
-/// Number of lines that are best walked together: model_lanes, or 1 without Model::lanes.
+/// Number of lines that are best walked together: Model::model_lanes, or 1 without Model::lanes.
 std::size_t lines_together(const Prepared& sweep);
 
-/// Walks up to model_lanes lines. Overwrites every number of `points`; their memory is reused.
+/// Walks up to Model::model_lanes lines. Overwrites every number of `points`; their memory is
+/// reused.
 void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& starts,
                 const std::vector<LinePoints*>& points);
 

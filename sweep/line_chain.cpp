@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "model/lookup.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;

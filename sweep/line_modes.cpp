@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "linearize/eigenvalues.hpp"
 #include "sweep/spectrum.hpp"
 #include "sweep/track.hpp"
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "linearize/batch.hpp"
+#include "model/lookup.hpp"
 #include "sweep/line.hpp"
 
 namespace tiltrim {

@@ -34,15 +34,6 @@ struct SweepAxis {
   std::size_t size() const { return columns.front().values.size(); }
 };
 
-/// A second branch of equilibria at some points: sweeping from the other end finds another
-/// equilibrium there. Entry k of each list belongs to points[k].
-struct SecondBranch {
-  std::vector<std::uint64_t> points;                 ///< numbers of the points, ascending
-  std::vector<double> state, input;                  ///< [k * states + i]
-  std::vector<double> eigenvalue_re, eigenvalue_im;  ///< [k * modes + mode], 1/s
-  std::vector<std::int8_t> verdict;                  ///< Verdict
-};
-
 /// The kinds of crossing.
 enum class CrossingKind : std::int8_t {
   zero,   ///< a real eigenvalue crosses zero
@@ -88,6 +79,15 @@ struct AxisInterval {
 /// Points are numbered over (condition, first axis, ..., last axis), the last fastest. Values of a
 /// point without an equilibrium are NaN.
 struct SweepMap {
+  /// A second branch of equilibria at some points: sweeping from the other end finds another
+  /// equilibrium there. Entry k of each list belongs to points[k].
+  struct SecondBranch {
+    std::vector<std::uint64_t> points;                 ///< numbers of the points, ascending
+    std::vector<double> state, input;                  ///< [k * states + i]
+    std::vector<double> eigenvalue_re, eigenvalue_im;  ///< [k * modes + mode], 1/s
+    std::vector<std::int8_t> verdict;                  ///< Verdict
+  };
+
   std::string study;                    ///< complete text of the study file
   std::string program;                  ///< "tiltrim 0.1.0"
   std::string instruction_set;          ///< the processor feature that affects results

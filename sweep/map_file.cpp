@@ -14,6 +14,7 @@
 #include "sweep/map.hpp"
 #include "sweep/map_fields.hpp"
 #include "sweep/map_netcdf.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim {
 

@@ -9,7 +9,7 @@
 
 #include "sweep/map_dataset.hpp"
 #include "sweep/map_fields.hpp"
-#include "sweep/sweep.hpp"
+#include "sweep/verdict_map.hpp"
 
 namespace tiltrim::filing {
 

@@ -16,7 +16,7 @@ using Eigen::MatrixXd;
 
 namespace {
 
-constexpr std::size_t L = model_lanes;
+constexpr std::size_t L = Model::model_lanes;
 static_assert(L == StepTask::lanes && dense::small_size == StepTask::largest);
 using Lane = std::array<double, L>;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "linearize/modes.hpp"
+#include "model/lookup.hpp"
 #include "sweep/spectrum.hpp"
 
 namespace tiltrim {
@@ -20,8 +21,8 @@ struct Named {
 Named named_modes(const Prepared& sweep, const GridTrim& e) {
   Named named;
   named.reference.A = e.A(sweep);
-  const ModesOptions naming{.mode_names = sweep.model().mode_names};
-  for (const Mode& m : modes(named.reference.A, {}, names(sweep.model().states), naming).modes) {
+  for (const Mode& m :
+       modes(named.reference.A, {}, names(sweep.model().states), sweep.model().mode_names).modes) {
     named.reference.modes.push_back(m.eigenvalue);
     named.names.push_back(m.name);
   }

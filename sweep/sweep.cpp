@@ -84,7 +84,7 @@ void place(const LinePoints& line, std::size_t first, SweepMap& map) {
 
 // Appends second branches and reasons, whose indices depend on all previous lines.
 void append(const LinePoints& line, std::size_t first, SweepMap& map) {
-  SecondBranch& all = map.second;
+  SweepMap::SecondBranch& all = map.second;
   std::vector<std::size_t> order(line.second.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::ranges::sort(order, {}, [&](std::size_t i) { return line.second[i]; });

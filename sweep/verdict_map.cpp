@@ -1,3 +1,5 @@
+#include "sweep/verdict_map.hpp"
+
 #include <fmt/core.h>
 
 #include <algorithm>

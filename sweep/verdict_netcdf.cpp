@@ -6,6 +6,7 @@
 
 #include "runtime/whole_file.hpp"
 #include "sweep/map_netcdf.hpp"
+#include "sweep/verdict_map.hpp"
 #include "sweep/verdict_runs.hpp"
 
 namespace tiltrim::filing {

@@ -11,6 +11,7 @@
 #include "tables/slips.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 namespace tiltrim::slips {
 
@@ -27,7 +28,7 @@ constexpr double rounding = 1e-9;  // of sums that vanish identically, relative
 Model with_path_error_turned(const Model& loop) {
   const Index error = index_of(loop.states, "gamma_err", "state");
   const Index command = index_of(loop.parameters, "gamma", "parameter");
-  const auto turned = [error, command](const Function& g) -> Function {
+  const auto turned = [error, command](const decltype(Model::f)& g) -> decltype(Model::f) {
     return [g, error, command](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
       VectorXd x2 = x, p2 = p;
       p2[command] -= 2 * x[error];

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <numbers>
 
+#include "model/lookup.hpp"
 #include "study/analyses.hpp"
 #include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
 #include "tests/toy_models.hpp"
+#include "trim/remedy.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/table_trim.hpp"
@@ -92,7 +94,7 @@ struct Way {
 struct Known {
   Asked asked;
   VectorXd closest;  // of the first inputs
-  std::vector<Holding> holding;
+  std::vector<Diagnosis::Holding> holding;
   std::vector<Way> ways;
   int starts = 0;  // beyond the guess: for convex problems one start finds everything
 };
@@ -104,11 +106,13 @@ static void check(const Known& known) {
   const VectorXd off = d.closest.u.head(known.closest.size()) - known.closest;
   CHECK_NEAR(off.lpNorm<Eigen::Infinity>(), 0, 1e-6);
 
-  CHECK(std::ranges::is_sorted(d.holding, {}, &Holding::pull));
+  CHECK(std::ranges::is_sorted(d.holding, {}, &Diagnosis::Holding::pull));
   REQUIRE(d.holding.size() >= known.holding.size());
   for (std::size_t i = 0; i < d.holding.size(); ++i) {
-    const Holding& h = d.holding[i];
-    const auto is_same = [&](const Holding& k) { return k.limit.signal == h.limit.signal; };
+    const Diagnosis::Holding& h = d.holding[i];
+    const auto is_same = [&](const Diagnosis::Holding& k) {
+      return k.limit.signal == h.limit.signal;
+    };
     const auto same = std::ranges::find_if(known.holding, is_same);
     const bool pulls = same != known.holding.end();
     CHECK(pulls == (i < known.holding.size()));

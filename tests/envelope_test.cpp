@@ -70,7 +70,7 @@ static Envelope explored(const Region& r, const EnvelopeOptions& options = {}) {
   REQUIRE(e.count.cols() == r.count + 2);
   CHECK(e.rows.size() == options.rows.size());
   for (const BorderPiece& piece : e.pieces)
-    for (const BorderPoint& p : piece.points) {
+    for (const BorderPiece::Point& p : piece.points) {
       CHECK_NEAR(evaluate(m, p.point).rates[0], 0.0, 1e-10);
       CHECK(p.residual <= 1e-10);
       CHECK(p.x == p.point.p[0]);
@@ -116,7 +116,8 @@ static const BorderPiece& piece(const Envelope& e, const std::string& name) {
 }
 
 static bool all_outer(const BorderPiece& p, bool outer) {
-  return std::ranges::all_of(p.points, [&](const BorderPoint& b) { return b.outer == outer; });
+  return std::ranges::all_of(p.points,
+                             [&](const BorderPiece::Point& b) { return b.outer == outer; });
 }
 
 static double circle(double x, double a, double b) { return x * x + a * a + b * b - 1; }
@@ -132,7 +133,8 @@ TEST_CASE("a disc bounded by a fold: x² = 1 - a² - b²") {
     CHECK(e.pieces[0].from == "loop");
     CHECK(e.pieces[0].to == "loop");
     CHECK(all_outer(e.pieces[0], true));
-    for (const BorderPoint& p : e.pieces[0].points) CHECK_NEAR(std::hypot(p.x, p.y), 1.0, located);
+    for (const BorderPiece::Point& p : e.pieces[0].points)
+      CHECK_NEAR(std::hypot(p.x, p.y), 1.0, located);
     check_count(e, [](double a, double b) { return std::hypot(a, b) < 1 ? 2 : 0; });
     for (const EnvelopeRow& row : e.rows)
       if (const double half = std::sqrt(1 - row.y * row.y); half > 0)
@@ -148,7 +150,7 @@ TEST_CASE("a limit within the disc: the sheet that is cut off, where the other i
   REQUIRE(both.pieces.size() == 2);
   CHECK(all_outer(piece(both, "fold"), true));
   CHECK(all_outer(piece(both, "x lower"), false));
-  for (const BorderPoint& p : piece(both, "x lower").points)
+  for (const BorderPiece::Point& p : piece(both, "x lower").points)
     CHECK_NEAR(std::hypot(p.x, p.y), r, located);
   check_count(both, [&](double a, double b) {
     const double s = std::hypot(a, b);
@@ -185,7 +187,7 @@ TEST_CASE("a rectangle of limits: |a + b| <= 1 and -0.5 <= a - b <= 0.7") {
     CHECK(p.from == s.others[0]);
     CHECK(p.to == s.others[1]);
     for (const int end : {0, 1}) {
-      const BorderPoint& corner = end == 0 ? p.points.front() : p.points.back();
+      const BorderPiece::Point& corner = end == 0 ? p.points.front() : p.points.back();
       CHECK_NEAR(corner.x, 0.5 * (s.sum[end] + s.difference[end]), located);
       CHECK_NEAR(corner.y, 0.5 * (s.sum[end] - s.difference[end]), located);
     }
@@ -209,7 +211,7 @@ TEST_CASE("a cusp: a trim everywhere, folds on 4 b³ = 27 a², all of them inner
   CHECK(e.pieces[0].from == "edge");
   CHECK(e.pieces[0].to == "edge");
   CHECK(all_outer(e.pieces[0], false));
-  for (const BorderPoint& p : e.pieces[0].points)
+  for (const BorderPiece::Point& p : e.pieces[0].points)
     CHECK_NEAR(4 * std::pow(p.y, 3), 27 * p.x * p.x, 1e-8);
   check_count(e, [](double a, double b) { return 4 * b * b * b > 27 * a * a ? 3 : 1; });
   for (const EnvelopeRow& row : e.rows) check_row(row, {{{-1, "edge"}, {1, "edge"}}});
@@ -224,11 +226,11 @@ TEST_CASE("two sheets, each within limits in part: inner where the other has a t
                 {-1, 1}},
                {.rows = {-0.75, 0.3}});
   REQUIRE(e.pieces.size() == 2);
-  for (const BorderPoint& p : piece(e, "x upper").points) {
+  for (const BorderPiece::Point& p : piece(e, "x upper").points) {
     CHECK_NEAR(p.x, 0.25, located);
     if (std::abs(p.y + 0.5) > 1e-6) CHECK(p.outer == (p.y < -0.5));
   }
-  for (const BorderPoint& p : piece(e, "x lower").points) {
+  for (const BorderPiece::Point& p : piece(e, "x lower").points) {
     CHECK_NEAR(p.y, -0.5, located);
     if (std::abs(p.x - 0.25) > 1e-6) CHECK(p.outer == (p.x > 0.25));
   }
@@ -244,7 +246,7 @@ TEST_CASE("a region that goes on beyond the plane ends at its edge") {
   REQUIRE(e.pieces.size() == 1);
   CHECK(e.pieces[0].from == "edge");
   CHECK(e.pieces[0].to == "edge");
-  for (const BorderPoint* end : {&e.pieces[0].points.front(), &e.pieces[0].points.back()}) {
+  for (const BorderPiece::Point* end : {&e.pieces[0].points.front(), &e.pieces[0].points.back()}) {
     CHECK_NEAR(end->x, 0.0, located);
     CHECK_NEAR(std::abs(end->y), 1.0, located);
   }
@@ -293,7 +295,7 @@ TEST_CASE("no numbers in half of the plane: what is found elsewhere is verified"
     const Envelope e = explored({.rate = half(circle, throws)});
     CHECK(e.status == EnvelopeStatus::complete);
     check_count(e, [](double a, double b) { return a <= 0.2 && std::hypot(a, b) < 1 ? 2 : 0; });
-    for (const BorderPoint& p : piece(e, "fold").points) {
+    for (const BorderPiece::Point& p : piece(e, "fold").points) {
       CHECK_NEAR(std::hypot(p.x, p.y), 1.0, located);
       CHECK(p.x <= 0.2);
     }
@@ -359,7 +361,7 @@ static void check_border_points(const EnvelopeAnswer& a) {
   std::vector<double> elsewhere;
   for (const Envelope& part : a.parts)
     for (const BorderPiece& piece : part.pieces)
-      for (const BorderPoint& p : piece.points)
+      for (const BorderPiece::Point& p : piece.points)
         if (piece.name != "fold") elsewhere.push_back(std::abs(determinant(problem, p.point)));
   std::ranges::sort(elsewhere);
   const double usual = elsewhere[elsewhere.size() / 2];
@@ -367,7 +369,7 @@ static void check_border_points(const EnvelopeAnswer& a) {
     for (const BorderPiece& piece : part.pieces) {
       CAPTURE(piece.name);
       double residual = 0, beyond = 0, off = 0;
-      for (const BorderPoint& p : piece.points) {
+      for (const BorderPiece::Point& p : piece.points) {
         const Evaluation e = evaluate(a.model, p.point);
         for (const std::string& still : problem.spec.steady) {
           const auto i = index_of(a.model.states, still, "state");
@@ -397,11 +399,11 @@ static int check_sides(const EnvelopeAnswer& a, std::size_t stride) {
   constexpr double step = 1e-3, end = 0.02;  // m/s; m/s and rad
   for (const Envelope& part : a.parts)
     for (const BorderPiece& piece : part.pieces) {
-      const auto near = [&](const BorderPoint& p, const BorderPoint& q) {
+      const auto near = [&](const BorderPiece::Point& p, const BorderPiece::Point& q) {
         return std::hypot(p.x - q.x, p.y - q.y) < end;
       };
       for (std::size_t k = stride / 2; k < piece.points.size(); k += stride) {
-        const BorderPoint& p = piece.points[k];
+        const BorderPiece::Point& p = piece.points[k];
         if (near(p, piece.points.front()) || near(p, piece.points.back())) continue;
         CAPTURE(piece.name);
         CAPTURE(p.x);
@@ -664,7 +666,7 @@ TEST_CASE("a fold is followed to the edge beyond which the model has no values")
   const Envelope e =
       envelope(m, equilibrium, origin, {"a", {-1.5, 1.5}, 21}, {"b", {0, 1.5}, 21}, options);
   const BorderPiece& half = piece(e, "fold");
-  for (const BorderPoint* end : {&half.points.front(), &half.points.back()}) {
+  for (const BorderPiece::Point* end : {&half.points.front(), &half.points.back()}) {
     CHECK_NEAR(std::abs(end->x), 1.0, located);
     CHECK_NEAR(end->y, 0.0, 2 * TraceOptions{}.min_step);  // the last step is not halved again
   }

@@ -12,6 +12,7 @@
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
 #include "model/feedback.hpp"
+#include "model/scalar.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"

@@ -8,6 +8,7 @@
 #include "model/formula.hpp"
 #include "model/formula_check.hpp"
 #include "model/formulas.hpp"
+#include "model/lookup.hpp"
 #include "tests/check.hpp"
 
 using namespace tiltrim;

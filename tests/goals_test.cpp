@@ -9,6 +9,7 @@
 #include <random>
 
 #include "design/design.hpp"
+#include "model/lookup.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"

@@ -12,6 +12,7 @@
 #define TILTRIM_LANES_SCALAR
 #include "linearize/batch.hpp"
 #include "model/lane_scalars.hpp"
+#include "model/lookup.hpp"
 #include "study/reference_vehicle.hpp"
 #include "sweep/sweep.hpp"
 #include "tests/check.hpp"
@@ -20,6 +21,7 @@
 #include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 using namespace tiltrim;
@@ -31,7 +33,7 @@ namespace lanes_test {
 
 namespace {
 
-constexpr std::size_t L = model_lanes;
+constexpr std::size_t L = Model::model_lanes;
 
 // The instruction set of the kernels, during its lifetime.
 class InSet {

@@ -15,6 +15,7 @@
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
 
 using namespace tiltrim;

@@ -13,6 +13,7 @@
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 
 using namespace tiltrim;

@@ -923,7 +923,8 @@ TEST_CASE("points by signal names") {
   CHECK(longer.x == at.x);
   CHECK(longer.u == at.u);
   CHECK(longer.p == vec({5}));
-  for (const auto& [name, value] : NamedValues{{"angle", 0}, {"speed", 2}, {"torque", 3}})
+  for (const auto& [name, value] :
+       std::map<std::string, double>{{"angle", 0}, {"speed", 2}, {"torque", 3}})
     CHECK(value_of(m, at, name) == value);
   CHECK_CONTAINS(refusal<std::invalid_argument>([&] {
                    (void)point_of(m, {{"torqe", 1}});

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "linearize/balance.hpp"
+#include "linearize/eigenvalues.hpp"
 #include "linearize/mode_name.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
@@ -738,7 +739,7 @@ TEST_CASE("what is no matrix is refused") {
 
 TEST_CASE("an iteration that meets its cap says so") {
   Random random(13);
-  const Modes m = modes(dense(random, 6), {}, {}, {.max_iterations = 0});
+  const Modes m = modes(dense(random, 6), {}, {}, {}, 0);
   CHECK_FALSE(m.converged);
   CHECK(m.modes.empty());
   CHECK(m.verdict == Verdict::undecided);
@@ -875,7 +876,7 @@ TEST_CASE("planted modes are named as planted") {
       0.3, -0.02, 0.02, 0,    //
       0, 0, 0, 1,             //
       0.02, 0.1, -16, -4;
-  const Modes m = modes(A, {}, {"V", "gamma", "theta", "q"}, {.mode_names = longitudinal_modes()});
+  const Modes m = modes(A, {}, {"V", "gamma", "theta", "q"}, longitudinal_modes());
   REQUIRE(m.modes.size() == 4);
   CHECK(m.modes[0].name == "short period");
   CHECK(m.modes[1].name == "short period");

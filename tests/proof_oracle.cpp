@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "linearize/linearize.hpp"
+#include "model/lookup.hpp"
 #include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"

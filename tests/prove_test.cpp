@@ -9,6 +9,7 @@
 #include "flight/closed_loop_proof.hpp"
 #include "linearize/linearize.hpp"
 #include "model/jet.hpp"
+#include "model/lookup.hpp"
 #include "model/provable.hpp"
 #include "runtime/threads.hpp"
 #include "study/study.hpp"
@@ -144,15 +145,17 @@ TEST_CASE("the largest margin is the slowest decay rate, from below") {
 TEST_CASE("where the trim lies beyond a limit, its absence is proved") {
   ProveProblem problem = windowed(0.3, none, false);
   problem.limits = {{"x", {-1, 0.8}}};  // x = 2 p: within the limit up to p = 0.4
-  NecessarySystem system{problem.model, {"x"}, {{"x", {-1, 0.8}}}, {}};
-  system.at = [](const Jets& c) { return NecessarySystem::Values{Jets(2), {}, {c[0]}, {}}; };
+  ProveProblem::NecessarySystem system{problem.model, {"x"}, {{"x", {-1, 0.8}}}, {}};
+  system.at = [](const std::vector<Jet>& c) {
+    return ProveProblem::NecessarySystem::Values{std::vector<Jet>(2), {}, {c[0]}, {}};
+  };
   problem.necessary = system;
   const Theorem t = prove(problem, few());
   CHECK(t.status() == ProofStatus::partly);
   CHECK(t.undecided < 1e-6);
   CHECK(std::abs(t.stable - 0.4) < 1e-6);  // the undecided share
   CHECK(std::abs(t.no_trim - 0.6) < 1e-6);
-  for (const ProofRegion& r : t.regions) {
+  for (const ProofNode& r : t.regions) {
     if (r.verdict == ProofVerdict::stable) CHECK(r.box[0].upper < 0.4);
     if (r.verdict == ProofVerdict::no_trim) CHECK(r.box[0].lower > 0.4);
   }

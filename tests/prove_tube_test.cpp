@@ -51,7 +51,7 @@ ProveProblem bent(double bend) {
 
 // max |C G(z + S d)| + max |1 - C G_x| Z over Z, for p = 0.5 + 0.5 d. The preconditioner may follow
 // the slope of G along the tube to first order: C + 2 bend S C² d.
-double image_over_radius(const Record& r, double bend, bool follows) {
+double image_over_radius(const ProofNode::Record& r, double bend, bool follows) {
   const double z = r.z[0], S = r.S(0, 0), Z = r.Z[0];
   double residual = 0, left = 0;
   for (int i = -100; i <= 100; ++i) {
@@ -76,7 +76,7 @@ TEST_CASE("the image of an accepted tube lies within nine tenths of it") {
     const Theorem t = prove(bent(bend), one);
     if (t.status() != ProofStatus::proved) continue;
     ++accepted;
-    const Record& r = t.tree.front().sides.front();
+    const ProofNode::Record& r = t.tree.front().sides.front();
     largest = std::max(
         largest, std::min(image_over_radius(r, bend, false), image_over_radius(r, bend, true)));
   }

@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "linearize/eigenvalues.hpp"
 #include "model/differentiate.hpp"
 #include "model/lookup.hpp"
 #include "study/analyses.hpp"
@@ -152,7 +153,7 @@ static void compare(const TrimProblem& problem, const Sensitivities& s, std::siz
   const Model& model = problem.model;
   MatrixXd modes(along.modes.size(), 4), sizes = modes, errors = modes;
   for (Index i = 0; i < modes.rows(); ++i) {
-    const ModeSensitivity& m = along.modes[std::size_t(i)];
+    const ParameterSensitivity::ModeSensitivity& m = along.modes[std::size_t(i)];
     const double w = s.modes.modes.at(std::size_t(i)).frequency();
     modes.row(i) << m.eigenvalue.real(), m.eigenvalue.imag(), m.damping, m.frequency;
     sizes.row(i) << w, w, 1, w;
@@ -331,7 +332,7 @@ TEST_CASE("x' = p x - 1: trim 1/p, eigenvalue p") {
     const Sensitivities s =
         sensitivities_of(scalar([](Complex x, Complex q) { return q * x - 1.0; }, 1 / p, p));
     CHECK_NEAR(s.parameters.at(0).x[0], -1 / (p * p), solved / (p * p));
-    const ModeSensitivity& mode = s.parameters[0].modes.at(0);
+    const ParameterSensitivity::ModeSensitivity& mode = s.parameters[0].modes.at(0);
     CHECK_NEAR(std::abs(mode.eigenvalue - 1.0), 0, sloped);
     CHECK_NEAR(mode.frequency, p > 0 ? 1 : -1, sloped);
     CHECK_NEAR(mode.damping, 0, solved);
@@ -362,8 +363,8 @@ TEST_CASE("x'' + 2 z w x' + w² x = w² u: damping z and frequency w") {
     const double root = std::sqrt(1 - z * z), margin = 10 * sloped / root;  // the pair's condition
     for (const std::size_t i : {0, 1}) {
       const double up = i == 0 ? -1 : 1;
-      const ModeSensitivity &by_z = s.parameters.at(0).modes[i],
-                            &by_w = s.parameters.at(1).modes[i];
+      const ParameterSensitivity::ModeSensitivity &by_z = s.parameters.at(0).modes[i],
+                                                  &by_w = s.parameters.at(1).modes[i];
       const Complex lambda(-z * w, up * root * w), along_z(-w, -up * z * w / root);
       CHECK_NEAR(std::abs(s.modes.modes[i].eigenvalue - lambda), 0, solved);
       CHECK_NEAR(std::abs(by_z.eigenvalue - along_z), 0, margin);
@@ -526,7 +527,7 @@ static void check_unchanged(const std::function<void(Model&, const std::string&)
     for (Index k = 0; k < p.x.size(); ++k)
       CHECK_NEAR(q.x[k], p.x[k], trims * std::max(std::abs(p.x[k]), nominal[k]));
     for (std::size_t k = 0; k < p.modes.size(); ++k) {
-      const ModeSensitivity &m = p.modes[k], &n = q.modes.at(k);
+      const ParameterSensitivity::ModeSensitivity &m = p.modes[k], &n = q.modes.at(k);
       const double natural = a.modes.modes[k].frequency() / size_of(p);
       CHECK_NEAR(std::abs(n.eigenvalue - m.eigenvalue), 0,
                  modes * std::max(std::abs(m.eigenvalue), natural) + errors * (m.error + n.error));
@@ -590,9 +591,9 @@ TEST_CASE("ranked: the largest effect of one percent first, each parameter once"
     REQUIRE(bool(s));
     for (std::size_t mode = 0; mode < s.modes.modes.size(); ++mode) {
       const bool oscillates = s.modes.modes[mode].eigenvalue.imag() != 0;
-      std::vector<std::size_t> order = ranked(s, mode);
+      std::vector<std::size_t> order = s.ranked(mode);
       CHECK(std::ranges::is_sorted(order, std::greater{}, [&](std::size_t k) {
-        const ModeSensitivity& m = s.parameters.at(k).modes.at(mode);
+        const ParameterSensitivity::ModeSensitivity& m = s.parameters.at(k).modes.at(mode);
         return std::abs(s.parameters[k].value * (oscillates ? m.damping : m.eigenvalue.real()));
       }));
       std::ranges::sort(order);

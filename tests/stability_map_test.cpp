@@ -6,6 +6,7 @@
 
 #include "linearize/batch.hpp"
 #include "linearize/dispatch.hpp"
+#include "linearize/eigenvalues.hpp"
 #include "linearize/modes.hpp"
 #include "linearize/routh.hpp"
 #include "tests/algebra.hpp"

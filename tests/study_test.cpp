@@ -10,6 +10,7 @@
 #include <numbers>
 #include <set>
 
+#include "model/time_limit.hpp"
 #include "study/angle_remarks.hpp"
 #include "study/reference_vehicle.hpp"
 #include "tests/check.hpp"

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "linearize/batch.hpp"
+#include "linearize/eigenvalues.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"

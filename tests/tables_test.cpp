@@ -13,6 +13,7 @@
 #include "tests/random_draws.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/table_trim.hpp"
 
 using namespace tiltrim;

@@ -13,6 +13,7 @@
 #include "flight/hand_over.hpp"
 #include "linearize/linearize.hpp"
 #include "model/lookup.hpp"
+#include "simulate/integrate.hpp"
 #include "study/problems.hpp"
 #include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
@@ -20,6 +21,7 @@
 #include "tests/check.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXcd;

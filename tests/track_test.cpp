@@ -6,6 +6,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "linearize/eigenvalues.hpp"
 #include "linearize/modes.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"

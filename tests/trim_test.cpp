@@ -12,6 +12,7 @@
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/toy_models.hpp"
+#include "trim/problem.hpp"
 
 using namespace tiltrim;
 using Eigen::MatrixXd;

@@ -8,6 +8,7 @@
 
 #include "model/in_place.hpp"
 #include "tests/check.hpp"
+#include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/numbers.hpp"

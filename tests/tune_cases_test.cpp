@@ -13,6 +13,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "linearize/eigenvalues.hpp"
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
@@ -1200,7 +1201,7 @@ TEST_CASE("a corner is a study with those numbers") {
   REQUIRE(found.achieved.size() == 2 * 5 * 3);
   double worst = infinity;
   for (std::size_t place = 0; place < 10; ++place) {
-    const TunePlace& where = found.achieved[3 * place].place;
+    const Achieved::Place& where = found.achieved[3 * place].place;
     Study own = study_of({where.point == 0 ? transition : level});
     const std::size_t corner = place % 5;
     if (corner > 0) {

@@ -9,6 +9,7 @@
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tune/tune.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 
 using namespace tiltrim;
 

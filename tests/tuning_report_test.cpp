@@ -42,7 +42,7 @@ TuneProblem three_points() {
 }
 
 // One value for each requirement, the goal first.
-void add(TuningReport& report, const TunePlace& place, const std::vector<double>& values) {
+void add(TuningReport& report, const Achieved::Place& place, const std::vector<double>& values) {
   REQUIRE(values.size() == 1 + report.problem.limits.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Requirement& r = i == 0 ? report.problem.goal : report.problem.limits[i - 1];

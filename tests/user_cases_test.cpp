@@ -209,7 +209,8 @@ TEST_CASE("levitation: sensitivities, the trim's own shift included") {
   const Complex at = eigenvalue(gap), slope = 2.0 * at + a0 * k_d;
   const auto moved = [&](const char* name, Complex by) {
     CAPTURE(name);
-    const ModeSensitivity& mode = of(name).modes.at(1);  // of the pair the upper
+    const ParameterSensitivity::ModeSensitivity& mode =
+        of(name).modes.at(1);  // of the pair the upper
     CHECK_NEAR(mode.eigenvalue.real(), by.real(), 1e-4 * std::abs(by));
     CHECK_NEAR(mode.eigenvalue.imag(), by.imag(), 1e-4 * std::abs(by));
   };

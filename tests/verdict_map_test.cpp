@@ -1,4 +1,6 @@
 // Maps of verdicts alone against the detailed maps of the same grids, by parts, stopped, resumed.
+#include "sweep/verdict_map.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <functional>

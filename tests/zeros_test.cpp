@@ -1,6 +1,7 @@
 #include <random>
 
 #include "qualities/qualities.hpp"
+#include "qualities/transfer_function.hpp"
 #include "tests/check.hpp"
 
 using Eigen::Index;

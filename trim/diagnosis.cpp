@@ -10,6 +10,7 @@
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/problem.hpp"
+#include "trim/remedy.hpp"
 
 namespace tiltrim {
 
@@ -110,11 +111,11 @@ Remedy of_equation(const Model& wider, const TrimSpec& spec, const OperatingPoin
 }
 
 // At the least-squares point, Jᵀr + Aᵀμ = 0 over its active limits: μ are their multipliers.
-std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
+std::vector<Diagnosis::Holding> holding(const Problem& p, const VectorXd& z) {
   constexpr double near = 1e-4, negligible = 1e-9;  // an interior point stops short of its bounds
   const Values v = values(p, z);
   const Jacobians s = jacobians(p, z);
-  std::vector<Holding> active;
+  std::vector<Diagnosis::Holding> active;
   if (!v.finite || !s.finite) return active;
   MatrixXd A(0, p.n());
   const auto note = [&](const std::string& name, double value, double lower, double upper,
@@ -137,8 +138,8 @@ std::vector<Holding> holding(const Problem& p, const VectorXd& z) {
   const VectorXd gradient = s.residual.transpose() * v.residual;
   const VectorXd mu = dense::least_squares(A.transpose(), -gradient);
   for (std::size_t i = 0; i < active.size(); ++i) active[i].pull = -mu[Index(i)];
-  std::erase_if(active, [](const Holding& h) { return !(h.pull < -negligible); });
-  std::ranges::stable_sort(active, {}, &Holding::pull);
+  std::erase_if(active, [](const Diagnosis::Holding& h) { return !(h.pull < -negligible); });
+  std::ranges::stable_sort(active, {}, &Diagnosis::Holding::pull);
   return active;
 }
 

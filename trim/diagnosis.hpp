@@ -38,14 +38,14 @@ struct Remedy {
   bool helps() const { return is_equilibrium(trim.status); }
 };
 
-/// A limit that prevents a smaller residual at the closest point.
-struct Holding {
-  ActiveLimit limit;  ///< which
-  double pull = 0.0;  ///< d(½‖scaled residual‖²)/d(bound over its nominal size), never positive
-};
-
 /// Why there is no solution.
 struct Diagnosis {
+  /// A limit that prevents a smaller residual at the closest point.
+  struct Holding {
+    ActiveLimit limit;  ///< which
+    double pull = 0.0;  ///< d(½‖scaled residual‖²)/d(bound over its nominal size), never positive
+  };
+
   OperatingPoint closest;        ///< the least-squares point within the limits
   std::vector<Holding> holding;  ///< largest multiplier first
   std::vector<Remedy> remedies;  ///< limits, equations, decision variables: one at a time
@@ -60,12 +60,5 @@ struct Diagnosis {
                                  const OperatingPoint& guess, const OperatingPoint& closest,
                                  const std::vector<DecisionVariable>& levers,
                                  const TrimOptions& options = {});
-
-/// One decision variable only: the value nearest to the guess at which an equilibrium exists.
-[[nodiscard]] Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                             const DecisionVariable& lever, const TrimOptions& options = {});
-
-/// "theta0 up to 1.31 instead of 1": a remedy as text, its numbers times `factor` in `unit`.
-std::string in_words(const Remedy& remedy, double factor = 1.0, const std::string& unit = "");
 
 }  // namespace tiltrim

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,9 @@
 #include "trim/trim.hpp"
 
 namespace tiltrim {
+
+/// The states whose rates are unconstrained in the trim.
+std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec);
 
 /// A problem's functions at a point. `finite` is false if the model returns NaN or Inf, or throws.
 struct Values {
@@ -64,7 +68,7 @@ struct Problem {
   struct Nearest {
     Eigen::VectorXd z;
     Values values;
-    double residual = unlimited;
+    double residual = std::numeric_limits<double>::infinity();
   };
   mutable Nearest nearest{};  // with the smallest residual
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <map>
 #include <stop_token>
 #include <string>
@@ -23,9 +24,6 @@ struct TrimSpec {
   std::vector<std::string> moving{};      ///< states with unconstrained rates, such as positions
   std::vector<CostTerm> effort{};         ///< empty: every free input over its nominal size
 };
-
-/// The states whose rates are unconstrained in the trim.
-std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec);
 
 /// A trim problem ready to solve: the arguments of trim().
 struct TrimProblem {
@@ -77,9 +75,10 @@ struct TrimOptions {
   int starts = 32;                        ///< further starts over the bounds (a Halton set)
   int max_iterations = 100;               ///< of each solver from each start
   int max_boxes = 200'000;                ///< of the proof that no equilibrium exists; 0: no proof
-  bool closest = true;            ///< if no equilibrium is found, search for the closest point
-  double time_limit = unlimited;  ///< s of wall-clock time; a model call is not interrupted
-  std::stop_token stop{};         ///< checked between solver steps
+  bool closest = true;  ///< if no equilibrium is found, search for the closest point
+  /// s of wall-clock time; a model call is not interrupted.
+  double time_limit = std::numeric_limits<double>::infinity();
+  std::stop_token stop{};                                ///< checked between solver steps
   std::function<void(const OperatingPoint&)> observe{};  ///< every Newton iterate from the guess
 };
 

@@ -15,7 +15,7 @@ namespace tiltrim {
 
 /// An operating point with one set of uncertain parameters, preprocessed.
 struct Place {
-  TunePlace where;
+  Achieved::Place where;
   SweepRequest request;
   std::unique_ptr<Prepared> prepared;
   const Model* loops = nullptr;           // the point's model with inputs, if margins are required

@@ -78,7 +78,7 @@ double margin_score(const Requirement& r, const Place& place, const GridTrim& e,
 double half_time_score(const Requirement& r, const Place& place, const MatrixXd& A) {
   double least = not_a_number;
   const Model& model = place.request.model;
-  for (const Mode& m : modes(A, {}, names(model.states), {.mode_names = model.mode_names}).modes)
+  for (const Mode& m : modes(A, {}, names(model.states), model.mode_names).modes)
     if (m.name == r.of && !(-m.eigenvalue.real() >= least)) least = -m.eigenvalue.real();
   return least;
 }

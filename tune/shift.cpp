@@ -6,6 +6,7 @@
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "model/differentiate.hpp"
+#include "model/lookup.hpp"
 
 namespace tiltrim {
 

@@ -98,7 +98,7 @@ std::string name_of(const TuneProblem& problem, std::size_t variable) {
 }
 
 // Derivatives of the decisive values, and the results with each tuned value 10 % less and more.
-std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
+std::vector<TuneResult::GainEffect> effects(Search& search, const VectorXd& numbers) {
   const std::vector<PlaceModes> here = search.candidates.at(numbers, true);
   const auto slope = [&](std::size_t i, Index j) {
     const Requirement& r = search.asked()[i];
@@ -117,9 +117,10 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
                                       .real();
     return value_slope(r.measure, w.score) * of_score * numbers[j];
   };
-  std::vector<GainEffect> all;
+  std::vector<TuneResult::GainEffect> all;
   for (Index j = 0; j < numbers.size(); ++j) {
-    GainEffect effect{name_of(search.problem, std::size_t(j)), numbers[j], {}, 0, 0, false, false};
+    TuneResult::GainEffect effect{
+        name_of(search.problem, std::size_t(j)), numbers[j], {}, 0, 0, false, false};
     for (std::size_t i = 0; i < search.asked().size(); ++i) effect.slopes.push_back(slope(i, j));
     const auto with = [&](double factor) {
       VectorXd other = numbers;
@@ -137,8 +138,9 @@ std::vector<GainEffect> effects(Search& search, const VectorXd& numbers) {
     effect.limits_more = more.feasible;
     all.push_back(effect);
   }
-  std::ranges::stable_sort(all, std::greater<>(),
-                           [](const GainEffect& e) { return std::abs(e.slopes.front()); });
+  std::ranges::stable_sort(all, std::greater<>(), [](const TuneResult::GainEffect& e) {
+    return std::abs(e.slopes.front());
+  });
   return all;
 }
 

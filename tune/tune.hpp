@@ -71,9 +71,6 @@ struct FreeGain {
   bool logarithmic = true;          ///< search in its logarithm; needs lower > 0
 };
 
-/// A user-defined figure, of which smaller is better, as a function of a model's parameters.
-using FigureOfMerit = std::function<double(const Eigen::VectorXd& parameters)>;
-
 /// A tuning problem.
 struct TuneProblem {
   std::vector<SweepRequest> points;  ///< each trimmed again for every candidate
@@ -91,8 +88,9 @@ struct TuneProblem {
   std::uint64_t sample_seed = 1;       ///< of these samples
   /// Initial deviation of the closed loop from its trim (response_use), by state, in its unit.
   std::map<std::string, double> disturbance{};
-  /// By name, for Measure::figure. Evaluated once per parameter set, at the first point.
-  std::map<std::string, FigureOfMerit> figures{};
+  /// User-defined figures by name, for Measure::figure: functions of a model's parameters, of which
+  /// smaller is better. Evaluated once per parameter set, at the first point.
+  std::map<std::string, std::function<double(const Eigen::VectorXd& parameters)>> figures{};
   Requirement goal{Measure::decay};  ///< its worst value is optimized
   /// Several soft goals in place of `goal`, each with its target as the limit: the smallest reserve
   /// (Achieved::reserve()) over all of them and all places is maximized; 0: all targets are met.
@@ -173,15 +171,15 @@ enum class TuneEnd {
 };
 std::string to_string(TuneEnd end);  ///< as in JSON
 
-/// An operating point with a set of uncertain parameters.
-struct TunePlace {
-  std::size_t point = 0;  ///< index in the problem
-  std::string scatter;    ///< "mass +15 %, CM_de -15 %"; empty: nominal
-};
-
 /// The value of one requirement at one place, or of the goal (limit NaN).
 struct Achieved {
-  TunePlace place;                  ///< its place
+  /// An operating point with a set of uncertain parameters.
+  struct Place {
+    std::size_t point = 0;  ///< index in the problem
+    std::string scatter;    ///< "mass +15 %, CM_de -15 %"; empty: nominal
+  };
+
+  Place place;                      ///< its place
   std::size_t asked = 0;            ///< index: goals, limits, then stability if none bounds it
   Requirement requirement;          ///< the requirement; of a single goal the limit is NaN
   double value = 0.0;               ///< NaN: not applicable (no mode of that name)
@@ -191,17 +189,18 @@ struct Achieved {
   double reserve() const;
 };
 
-/// The effect of one tuned value at the solution.
-struct GainEffect {
-  std::string name;                         ///< "gains.K_Lp", or "gains.K_Lp at eta = 30 deg"
-  double value = 0.0;                       ///< SI
-  std::vector<double> slopes;               ///< [asked]: d(worst value)/d(ln gain) where decisive
-  double goal_less = 0.0, goal_more = 0.0;  ///< worst goal, trimmed again, gain 10 % less and more
-  bool limits_less = false, limits_more = false;  ///< all limits are met there
-};
-
 /// The result of tune().
 struct TuneResult {
+  /// The effect of one tuned value at the solution.
+  struct GainEffect {
+    std::string name;            ///< "gains.K_Lp", or "gains.K_Lp at eta = 30 deg"
+    double value = 0.0;          ///< SI
+    std::vector<double> slopes;  ///< [asked]: d(worst value)/d(ln gain) where decisive
+    double goal_less = 0.0;      ///< worst goal, trimmed again, gain 10 % less
+    double goal_more = 0.0;      ///< the same with 10 % more
+    bool limits_less = false, limits_more = false;  ///< all limits are met there
+  };
+
   TuneStatus status = TuneStatus::no_trim;  ///< outcome
   std::string message;                      ///< if not tuned: which requirement at which point
   Eigen::VectorXd gains;                    ///< SI, TuneProblem::variables() values

@@ -2,8 +2,8 @@
 
 namespace tiltrim {
 
-ModeNames longitudinal_modes() {
-  static const ModeNames names =
+std::shared_ptr<const std::vector<ModeName>> longitudinal_modes() {
+  static const std::shared_ptr<const std::vector<ModeName>> names =
       std::make_shared<const std::vector<ModeName>>(std::vector<ModeName>{
           {"short period", {"theta", "q"}, true},
           {"short period", {"alpha", "q"}, true},

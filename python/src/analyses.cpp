@@ -39,9 +39,9 @@ py::dict sensitive_condition(const HeldCondition& held, const std::vector<std::s
   return d;
 }
 
-py::list listed(const std::vector<Crossing>& crossings) {
+py::list listed(const std::vector<Margins::Crossing>& crossings) {
   py::list all;
-  for (const Crossing& c : crossings) all.append(py::make_tuple(c.frequency, c.change));
+  for (const Margins::Crossing& c : crossings) all.append(py::make_tuple(c.frequency, c.change));
   return all;
 }
 

@@ -47,7 +47,7 @@ py::dict covariance_of(const MatrixXd& A, const MatrixXd& Q) {
 
 py::dict peak_of(const MatrixXd& A, const MatrixXd& B, const MatrixXd& C, const MatrixXd& D,
                  double tolerance, int max_levels) {
-  const Peak found = hinf_norm(A, B, C, D, {tolerance, max_levels});
+  const Peak found = hinf_norm(A, B, C, D, tolerance, max_levels);
   py::dict d;
   d["status"] = to_string(found.status);
   d["gain"] = found.gain;

@@ -38,7 +38,7 @@ py::dict in_dict(const BorderPiece& piece, const Units& in) {
   std::vector<double> along, over, residual;
   std::vector<bool> outer;
   py::list points, outputs;
-  for (const BorderPoint& p : piece.points) {
+  for (const BorderPiece::Point& p : piece.points) {
     along.push_back(in.x(p.x));
     over.push_back(in.y(p.y));
     outer.push_back(p.outer);

@@ -89,7 +89,7 @@ py::dict linearized(const HeldModel& held, const PointTuple& point, const std::s
 
 py::dict modes_of(const MatrixXd& A, const MatrixXd& A_error,
                   const std::vector<std::string>& states) {
-  return dict_of(modes(A, A_error, states, {.mode_names = longitudinal_modes()}));
+  return dict_of(modes(A, A_error, states, longitudinal_modes()));
 }
 
 py::dict sensitive(const HeldModel& held, const py::dict& spec, const PointTuple& trimmed,
@@ -144,7 +144,7 @@ py::dict dict_of(const Sensitivities& s) {
     d["outputs"] = p.outputs;
     std::vector<std::complex<double>> eigenvalue;
     std::vector<double> damping, frequency, error;
-    for (const ModeSensitivity& m : p.modes) {
+    for (const ParameterSensitivity::ModeSensitivity& m : p.modes) {
       eigenvalue.push_back(m.eigenvalue);
       damping.push_back(m.damping);
       frequency.push_back(m.frequency);
@@ -156,7 +156,7 @@ py::dict dict_of(const Sensitivities& s) {
     d["error"] = array_of(error);
     parameters.append(d);
   }
-  for (std::size_t i = 0; i < s.modes.modes.size() && s; ++i) most.append(ranked(s, i));
+  for (std::size_t i = 0; i < s.modes.modes.size() && s; ++i) most.append(s.ranked(i));
   py::dict d;
   d["status"] = to_string(s.status);
   d["message"] = s.message;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "model/feedback.hpp"
+#include "model/lookup.hpp"
 #include "model/many.hpp"
 #include "python/src/answers.hpp"
 #include "python/src/calls.hpp"
@@ -65,8 +66,8 @@ py::tuple arguments(const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   return py::make_tuple(array_of(x), array_of(u), array_of(p));
 }
 
-Function vector_function(const std::shared_ptr<Held>& held, const std::string& what,
-                         Index expected) {
+decltype(Model::f) vector_function(const std::shared_ptr<Held>& held, const std::string& what,
+                                   Index expected) {
   return [held, what, expected](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
     return call_for_vector(*held, what, expected, arguments(x, u, p));
   };
@@ -135,7 +136,7 @@ struct Vectorized {
   }
 };
 
-Function one_of(const Vectorized& function) {
+decltype(Model::f) one_of(const Vectorized& function) {
   return [function](const VectorXd& x, const VectorXd& u, const VectorXd& p) -> VectorXd {
     return function.call(x, u, p).col(0);
   };
@@ -165,7 +166,7 @@ void set_lanes(HeldModel& held, const py::object& function) {
   m.lanes = [own = held.own.back(), rows, n, what = answer_of(m, "lanes")](
                 const double* z, const std::vector<Index>& variables, double* values,
                 double* slopes) {
-    constexpr auto L = Index(model_lanes);
+    constexpr auto L = Index(Model::model_lanes);
     const Index blocks = slopes ? std::ssize(variables) : 0;
     Rows all = Rows::Constant(rows, (1 + blocks) * L, NAN);
     try {

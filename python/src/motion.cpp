@@ -10,6 +10,7 @@
 #include "python/src/models.hpp"
 #include "python/src/verbs.hpp"
 #include "simulate/global_error.hpp"
+#include "simulate/integrate.hpp"
 #include "simulate/simulate.hpp"
 
 namespace tiltrim::python {
@@ -157,7 +158,8 @@ py::dict moved(const HeldModel& held, const PointTuple& start, double duration,
                   : simulate(held.model, from, duration, all, options);
   });
   py::list events;
-  for (const SwitchEvent& e : s.events) events.append(py::make_tuple(e.name, e.t, e.rising));
+  for (const Simulation::SwitchEvent& e : s.events)
+    events.append(py::make_tuple(e.name, e.t, e.rising));
   py::dict d;
   d["status"] = to_string(s.status);
   d["message"] = s.message;

@@ -286,7 +286,7 @@ py::dict moved(const Study& study) {
   d["status"] = answer.motion ? to_string(answer.motion->status) : "no_start";
   d["message"] = answer.motion ? answer.motion->message : answer.start.trim.message;
   if (answer.motion)
-    for (const SwitchEvent& e : answer.motion->events)
+    for (const Simulation::SwitchEvent& e : answer.motion->events)
       events.append(py::make_tuple("switch", e.name, e.t));
   d["events"] = events;
   d["columns"] = columns_of(answer.table);

@@ -287,7 +287,7 @@ TuneProblem tune_problem_of(const std::vector<SweepRequest>& points, const py::d
 py::dict dict_of(const TuneProblem& problem, const TuneResult& r) {
   py::list achieved, effects;
   for (const Achieved& a : r.achieved) achieved.append(in_dict(problem, a));
-  for (const GainEffect& e : r.effects) {
+  for (const TuneResult::GainEffect& e : r.effects) {
     py::dict d;
     d["name"] = e.name;
     d["value"] = e.value;

@@ -1,6 +1,7 @@
 /// Sweeps and tuning, for user-defined problems and for studies.
 #pragma once
 
+#include "model/time_limit.hpp"
 #include "python/src/calls.hpp"
 #include "python/src/models.hpp"
 #include "sweep/sweep.hpp"

@@ -7,9 +7,11 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
+#include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/table_trim.hpp"
 
 namespace tiltrim {

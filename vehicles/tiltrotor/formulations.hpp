@@ -14,7 +14,7 @@ namespace tiltrim {
 
 /// Formulation 1, (15): the closed loop at V, gamma, eta. Unknowns are theta and the two integrals;
 /// theta0, a1s and delta_e follow from the control law and are bounded. Body axes below
-/// body_axes_below.
+/// 0.5 m/s.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command);
 /// The same in given axes.
 TrimProblem closed_loop_problem(const Vehicle& vehicle, const Command& command, Axes axes);
@@ -36,7 +36,7 @@ struct AirframeCondition {
   std::map<std::string, double> rates{};  ///< V, gamma, theta, q: held rates, 0 if not listed
   std::vector<CostTerm> effort{};         ///< empty: theta0² + (a1s/0.35)² + (delta_e/0.53)²
 };
-/// The airframe's problem, in body axes below body_axes_below. Throws std::invalid_argument for
+/// The airframe's problem, in body axes below 0.5 m/s. Throws std::invalid_argument for
 /// other names and if V or eta is missing.
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition);
 /// The same in given axes.

@@ -1,5 +1,6 @@
 // The closed loop (14) in wind axes on SIMD lanes.
 #include "model/lane_scalars.hpp"
+#include "model/scalar.hpp"
 #include "vehicles/tiltrotor/closed_loop.hpp"
 #include "vehicles/tiltrotor/lanes.hpp"
 
@@ -100,14 +101,16 @@ struct Part {
   Number x[states], p[parameters];
 
   Part(const WindLoopTask& t, std::size_t at) : task(t), first(at) {
-    for (std::size_t j = 0; j < states; ++j) x[j].load(t.z + j * model_lanes + at);
-    for (std::size_t j = 0; j < parameters; ++j) p[j].load(t.z + (states + j) * model_lanes + at);
+    for (std::size_t j = 0; j < states; ++j) x[j].load(t.z + j * Model::model_lanes + at);
+    for (std::size_t j = 0; j < parameters; ++j)
+      p[j].load(t.z + (states + j) * Model::model_lanes + at);
   }
 
   void values(const Loop& loop) const {
     Number results[rows];
     evaluate(loop, x, p, results);
-    for (std::size_t i = 0; i < rows; ++i) results[i].store(task.values + i * model_lanes + first);
+    for (std::size_t i = 0; i < rows; ++i)
+      results[i].store(task.values + i * Model::model_lanes + first);
   }
 
   // With the derivatives with respect to variables from .. from + dual_width - 1.
@@ -118,9 +121,10 @@ struct Part {
     for (std::size_t k = 0; k < count; ++k) moving[task.variables[from + k]].slopes[k] = 1.0;
     evaluate(loop, moving, p, results);
     for (std::size_t i = 0; i < rows; ++i) {
-      results[i].value.store(task.values + i * model_lanes + first);
+      results[i].value.store(task.values + i * Model::model_lanes + first);
       for (std::size_t k = 0; k < count; ++k)
-        results[i].slopes[k].store(task.slopes + ((from + k) * rows + i) * model_lanes + first);
+        results[i].slopes[k].store(task.slopes + ((from + k) * rows + i) * Model::model_lanes +
+                                   first);
     }
   }
 };
@@ -129,7 +133,7 @@ struct Part {
 
 void wind_loop(const WindLoopTask& task) {
   const Loop loop{task.polar, task.printed ? Equations::printed : Equations::consistent};
-  for (std::size_t first = 0; first < model_lanes; first += lane_count) {
+  for (std::size_t first = 0; first < Model::model_lanes; first += lane_count) {
     const Part part(task, first);
     if (!task.slopes) part.values(loop);
     for (std::size_t from = 0; task.slopes && from < task.count; from += dual_width)

@@ -14,6 +14,10 @@ struct VehicleAndCommand {
   Vehicle vehicle;  ///< with these aircraft parameters and gains
   Command command;  ///< commanded flight condition
 };
+/// The vehicle's parameters as the parameter vector of airframe().
+Eigen::VectorXd airframe_parameters(const Vehicle& vehicle);
+/// The parameter vector of closed_loop(): the command, then the vehicle's parameters.
+Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& command);
 /// The inverse of closed_loop_parameters(); data that are not parameters are copied from `like`.
 VehicleAndCommand vehicle_from(const Vehicle& like, const Eigen::VectorXd& parameters);
 /// Names, units and nominal sizes of these, in order: "aircraft.mass", ...; "gains.k_V", ...

@@ -80,9 +80,6 @@ enum class Equations { consistent, printed };
 /// Wind axes (V, gamma, theta, q) divide by V; body axes (u, w, theta, q) are valid at any speed.
 enum class Axes { wind, body };
 
-/// Below this airspeed [m/s] the command line uses body axes.
-inline constexpr double body_axes_below = 0.5;
-
 /// All data of a tiltrotor's models.
 struct Vehicle {
   Aircraft aircraft;                            ///< airframe
@@ -94,13 +91,14 @@ struct Vehicle {
 
 /// The airframe (2) or (1): states V, gamma, theta, q (wind) or u, w, theta, q (body); inputs
 /// theta0, a1s, delta_e, eta; parameters "aircraft.*"; outputs airspeed, flight_path, alpha,
-/// thrust.
+/// thrust. The parameters' values are in the guess of airframe_problem() (formulations.hpp).
 Model airframe(const Vehicle& vehicle, Axes axes = Axes::wind);
 
 /// The closed loop (14): states V_err, gamma_err, theta, q, energy_integral,
 /// distribution_integral (wind), or u, w in place of the first two (body); no inputs; parameters
 /// V, gamma, eta (the command), "aircraft.*" and "gains.*"; outputs theta0, a1s, delta_e, airspeed,
 /// flight_path, alpha. At rest, in body axes, the path angle is taken to be the commanded one.
+/// The parameters' values are in the guess of closed_loop_problem() (formulations.hpp).
 Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
 
 /// The same with three inputs, theta0_added, a1s_added and delta_e_added, added to the actuator
@@ -108,8 +106,4 @@ Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
 /// a loop is broken for its margins (linearize/margins.hpp).
 Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes = Axes::wind);
 
-/// The vehicle's parameters as the parameter vector of airframe().
-Eigen::VectorXd airframe_parameters(const Vehicle& vehicle);
-/// The parameter vector of closed_loop(): the command, then the vehicle's parameters.
-Eigen::VectorXd closed_loop_parameters(const Vehicle& vehicle, const Command& command);
 }  // namespace tiltrim

@@ -45,6 +45,9 @@ struct Data {
   Table cyclic;
 };
 
+/// "report_1988", "printed_1983"
+const std::vector<std::string>& variant_names();
+
 Data read_data(const std::filesystem::path& folder, Variant variant);
 
 }  // namespace tiltrim::xv15

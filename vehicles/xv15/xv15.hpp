@@ -19,8 +19,6 @@ enum class Variant {
   report_1988,   ///< the tables of CR-166536 Rev. A
   printed_1983,  ///< what the printed runs of CR-166537 imply
 };
-/// "report_1988", "printed_1983"
-const std::vector<std::string>& variant_names();
 
 struct Data;
 
