@@ -86,15 +86,15 @@ Cubic3 pencil_at(const Pencil& p, const Ball& sigma, const Ball& at, const Ball&
   return all;
 }
 
-Cubic3 product(const Complex3& G, const Cubic3& Z) {
+Cubic3 product(const Cubic3& Z, const Complex3& G) {
   Cubic3 r;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
       Cubic& z = r[i][j];
       z.reserve(Z[0][0].n);
       for (std::size_t m = 0; m < 3; ++m) {
-        for (std::size_t k = 0; k < z.c.size(); ++k) z.c[k].add_product(G[i][m], Z[m][j].c[k]);
-        z.rest += magnitude(G[i][m]) * Z[m][j].rest;
+        for (std::size_t k = 0; k < z.c.size(); ++k) z.c[k].add_product(Z[i][m].c[k], G[m][j]);
+        z.rest += magnitude(G[m][j]) * Z[i][m].rest;
       }
       z.rest = upper(z.rest);
     }
@@ -121,7 +121,7 @@ bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const 
   Complex3 centre;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value());
-  const Cubic z = determinant(product(near_inverse(centre), Z));
+  const Cubic z = determinant(product(Z, near_inverse(centre)));
   if (one_half_plane(v, z)) return true;
   const double middle = from + (to - from) / 2;
   if (halvings == most_halvings || !(from < middle && middle < to)) return false;
