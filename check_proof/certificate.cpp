@@ -171,10 +171,10 @@ Statement statement_of(const json& header) {
   for (const Named& one : names()) {
     if (!numbers.is_object() || !numbers.contains(one.name))
       throw std::runtime_error(fmt::format("the number '{}' is missing", one.name));
-    s.numbers.*(one.member) = Affine(number_of(numbers.at(std::string(one.name))));
+    s.numbers.*(one.member) = Form(number_of(numbers.at(std::string(one.name))));
   }
   const auto blend = std::ranges::find(s.parameters, &Numbers::cyclic_blend, &Parameter::member);
-  if (s.numbers.cyclic_blend.value.is_negative() ||
+  if (s.numbers.cyclic_blend.value().is_negative() ||
       (blend != s.parameters.end() && blend->domain.lower < 0))
     throw std::runtime_error("'aircraft.cyclic_blend' is negative");
   if (numbers.size() != names().size())

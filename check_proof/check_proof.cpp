@@ -91,7 +91,7 @@ std::string not_about(const Statement& s, const std::map<std::string, ProofSubje
     if (replaced.contains(one.name) || (!s.tilts.empty() && one.name.starts_with("gains.")))
       continue;
     const auto own = subject.numbers.find(std::string(one.name));
-    if (own == subject.numbers.end() || !equal((s.numbers.*(one.member)).value, own->second))
+    if (own == subject.numbers.end() || !equal((s.numbers.*(one.member)).value(), own->second))
       return fmt::format("'{}' is not that of the study", one.name);
   }
   for (const Parameter& p : s.parameters) {

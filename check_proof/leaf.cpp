@@ -8,22 +8,21 @@ namespace tiltrim::checking {
 
 bool unbalanced(const Statement& s, const Side& side, std::size_t numbers, const Region& region,
                 const std::array<double, 3>& weights) {
-  std::array<Affine, 3> y;
+  std::array<Form, 3> y;
   for (std::size_t i = 0; i < 3; ++i) {
     const Bounds& of = region[i];
-    y[i] = Affine(halved(Ball(of.lower) + Ball(of.upper)));
-    y[i].n = numbers + 3;
-    y[i].slopes[numbers + i] = halved(Ball(of.upper) - Ball(of.lower));
+    y[i] = Form::variable(halved(Ball(of.lower) + Ball(of.upper)),
+                          halved(Ball(of.upper) - Ball(of.lower)), numbers + i, numbers + 3);
   }
   const Numbers& a = side.numbers;
-  const Affine alpha = y[0] - a.gamma, none;
-  const Affine &a1s = side.cyclic ? y[2] : none, &delta_e = side.cyclic ? none : y[2];
-  const Polars<Affine> polar = (*s.polar)(alpha);
-  const Affine V_rate = speed_rate(a, polar, a.V, a.gamma, alpha, y[1], a1s);
-  const Rates<Affine> rates =
+  const Form alpha = y[0] - a.gamma, none;
+  const Form &a1s = side.cyclic ? y[2] : none, &delta_e = side.cyclic ? none : y[2];
+  const Polars<Form> polar = (*s.polar)(alpha);
+  const Form V_rate = speed_rate(a, polar, a.V, a.gamma, alpha, y[1], a1s);
+  const Rates<Form> rates =
       airframe(a, polar, a.V, a.gamma, alpha, none, y[1], a1s, delta_e, V_rate);
-  const Affine sum = Affine(weights[0]) * rates.V + Affine(weights[1]) * rates.gamma +
-                     Affine(weights[2]) * rates.q;
+  const Form sum =
+      Form(weights[0]) * rates.V + Form(weights[1]) * rates.gamma + Form(weights[2]) * rates.q;
   const Ball all = range(sum);
   return all.is_positive() || all.is_negative();
 }
@@ -33,7 +32,7 @@ namespace {
 // A box within a leaf's, and d of the leaf's record there.
 struct Part {
   Box box;
-  std::vector<Affine> d;
+  std::vector<Form> d;
 };
 
 Part part_of(const Box& whole, const Box& box) {
@@ -42,10 +41,9 @@ Part part_of(const Box& whole, const Box& box) {
     const Ball m((whole[k].lower + whole[k].upper) / 2);
     Ball r = Ball(whole[k].upper) - m;
     if (const Ball other = m - Ball(whole[k].lower); less(r, other)) r = other;
-    Affine d((halved(Ball(box[k].lower) + Ball(box[k].upper)) - m) / r);
-    d.n = box.size();
-    d.slopes[k] = halved(Ball(box[k].upper) - Ball(box[k].lower)) / r;
-    part.d.push_back(std::move(d));
+    const Ball middle = halved(Ball(box[k].lower) + Ball(box[k].upper));
+    const Ball half = halved(Ball(box[k].upper) - Ball(box[k].lower));
+    part.d.push_back(Form::variable((middle - m) / r, half / r, k, box.size()));
   }
   return part;
 }
@@ -55,13 +53,34 @@ constexpr Names integrals{"theta", "energy_integral", "distribution_integral"};
 constexpr Names actuators{"theta", "theta0", "deflection"};
 constexpr std::array<std::size_t, 3> unknown_state{2, 4, 5};
 
-std::array<Affine, 6> tube(const Record& record, const Part& part, bool with_radius) {
-  std::array<Affine, 6> x;
+using Tube = std::array<Form, 3>;
+
+// z + S d
+Tube centre_of(const Record& record, const Part& part) {
+  Tube line;
   for (std::size_t i = 0; i < 3; ++i) {
-    Affine& at = x[unknown_state[i]];
-    at = Affine(record.z[i]);
-    for (std::size_t k = 0; k < part.d.size(); ++k) at += Affine(record.S[i][k]) * part.d[k];
-    if (with_radius) at.value = widened(at.value, Ball(record.Z[i]));
+    line[i] = Form(record.z[i]);
+    for (std::size_t k = 0; k < part.d.size(); ++k) line[i] += Form(record.S[i][k]) * part.d[k];
+  }
+  return line;
+}
+
+Form widened(Form by, const Ball& radius) {
+  by.rest = upper(by.rest + magnitude(radius));
+  return by;
+}
+
+std::array<Form, 6> states(const Tube& tube) {
+  std::array<Form, 6> x;
+  for (std::size_t i = 0; i < 3; ++i) x[unknown_state[i]] = tube[i];
+  return x;
+}
+
+std::array<Dual, 6> independent(const std::array<Form, 6>& values) {
+  std::array<Dual, 6> x;
+  for (std::size_t i = 0; i < 6; ++i) {
+    x[i] = Dual(values[i]);
+    x[i].slopes[i] = Form(1.0);
   }
   return x;
 }
@@ -72,54 +91,59 @@ std::array<S, 3> balance(const Loop<S>& loop) {
   return {S(0.0) - loop.rates.V, S(0.0) - loop.rates.gamma, loop.rates.q};
 }
 
-using Matrix = std::array<std::array<Affine, 3>, 3>;
+using Matrix = std::array<std::array<Form, 3>, 3>;
 
 // 2 C - (C G_z) C with the linear part of C G_z: near the inverse of G_z over the box, not only in
 // its middle. Any matrix for each number of the box serves.
-Matrix preconditioner(const Record& r, const std::array<Dual, 3>& slopes) {
+Matrix preconditioner(const Record& r, const std::array<Dual, 3>& slopes, std::size_t n) {
   Matrix all;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
-      Affine turned;
+      Form turned, linear;
       for (std::size_t m = 0; m < 3; ++m)
-        turned += Affine(r.C[i][m]) * slopes[m].slopes[unknown_state[j]];
-      turned.value = midpoint(turned.value);
-      for (std::size_t k = 0; k < turned.n; ++k) turned.slopes[k] = midpoint(turned.slopes[k]);
-      const Affine left = Affine(i == j ? 2.0 : 0.0) - turned;
-      for (std::size_t m = 0; m < 3; ++m) all[i][m] += left * Affine(r.C[j][m]);
+        turned += Form(r.C[i][m]) * slopes[m].slopes[unknown_state[j]];
+      turned.reserve(n);
+      linear.reserve(n);
+      linear.value() = midpoint(turned.value());
+      for (std::size_t k = 0; k < n; ++k) linear.slope(k) = midpoint(turned.slope(k));
+      const Form left = Form(i == j ? 2.0 : 0.0) - linear;
+      for (std::size_t m = 0; m < 3; ++m) all[i][m] += left * Form(r.C[j][m]);
     }
   return all;
 }
 
 // K = -C G + (I - C G_z) ζ lies strictly inside the radii: then G has exactly one zero in the tube
-// for each number of the box, and C is regular [101].
-std::optional<std::string> krawczyk(const Record& r, const Names& names, const Loop<Affine>& centre,
-                                    const Loop<Dual>& over) {
-  const std::array<Affine, 3> G = balance(centre);
+// for each number of the box, and C is regular [101]. It lies in z + S d + K, which replaces the
+// tube.
+std::optional<std::string> krawczyk(const Record& r, const Names& names, const Loop<Form>& centre,
+                                    const Loop<Dual>& over, Tube& tube) {
+  const std::array<Form, 3> G = balance(centre);
   const std::array<Dual, 3> slopes = balance(over);
-  const Matrix C = preconditioner(r, slopes);
+  const Matrix C = preconditioner(r, slopes, tube[0].n);
   for (std::size_t i = 0; i < 3; ++i) {
-    Affine step;
+    Form step;
     for (std::size_t j = 0; j < 3; ++j) step += C[i][j] * G[j];
-    Ball image = magnitude(range(step));
+    Ball around;
     for (std::size_t j = 0; j < 3; ++j) {
-      Affine left(i == j ? 1.0 : 0.0);
+      Form left(i == j ? 1.0 : 0.0);
       for (std::size_t m = 0; m < 3; ++m) left -= C[i][m] * slopes[m].slopes[unknown_state[j]];
-      image += magnitude(range(left)) * Ball(r.Z[j]);
+      around += magnitude(range(left)) * Ball(r.Z[j]);
     }
+    const Ball image = magnitude(range(step)) + around;
     if (!less(image, Ball(r.Z[i])))
       return fmt::format(
           "no equilibrium is proved: the image of the tube in {} has radius {:.6g}, the tube "
           "{:.6g}",
           names[i], double_above(image), r.Z[i]);
+    tube[i] = widened(tube[i] - step, around);
   }
   return {};
 }
 
 std::optional<std::string> beyond_limits(const Statement& s, const Loop<Dual>& over,
-                                         const Affine& theta) {
+                                         const Form& theta) {
   const auto check = [](const char* name, const Bounds& limits,
-                        const Affine& value) -> std::optional<std::string> {
+                        const Form& value) -> std::optional<std::string> {
     const Ball all = range(value);
     if (less_equal(Ball(limits.lower), all) && less_equal(all, Ball(limits.upper))) return {};
     return fmt::format("{} is not within its limits: {:.9g} to {:.9g}", name, double_below(all),
@@ -133,7 +157,7 @@ std::optional<std::string> beyond_limits(const Statement& s, const Loop<Dual>& o
 
 // Whether theta0 and the deflection determine both integrals.
 bool integrals_follow(const Side& side) {
-  const auto nonzero = [](const Affine& gain) {
+  const auto nonzero = [](const Form& gain) {
     const Ball all = range(gain);
     return all.is_positive() || all.is_negative();
   };
@@ -142,23 +166,22 @@ bool integrals_follow(const Side& side) {
 
 std::optional<std::string> refuted(const Statement& s, const Part& part, const Side& side,
                                    const Record& record) {
-  const std::array<Affine, 6> centre = tube(record, part, false), over = tube(record, part, true);
-  std::array<Dual, 6> x;
-  for (std::size_t i = 0; i < 6; ++i) {
-    x[i] = Dual(over[i]);
-    x[i].slopes[i] = Affine(1.0);
-  }
   if (!range(side.numbers.V).is_positive()) return "the airspeed may vanish";
   if (s.actuators && !integrals_follow(side)) return "the integrals do not follow the actuators";
   const Numbers& a = side.numbers;
-  const Held held{over[4], over[5]};
-  const Loop<Dual> loop = closed_loop(a, *s.polar, x, s.actuators ? &held : nullptr);
-  if (auto failed = s.actuators
-                        ? krawczyk(record, actuators, without_law(a, *s.polar, centre),
-                                   without_law(a, *s.polar, x))
-                        : krawczyk(record, integrals, closed_loop(a, *s.polar, centre), loop))
+  Tube tube = centre_of(record, part), wide = tube;
+  for (std::size_t i = 0; i < 3; ++i) wide[i] = widened(wide[i], Ball(record.Z[i]));
+  const std::array<Form, 6> line = states(tube);
+  const std::array<Dual, 6> around = independent(states(wide));
+  if (auto failed = s.actuators ? krawczyk(record, actuators, without_law(a, *s.polar, line),
+                                           without_law(a, *s.polar, around), tube)
+                                : krawczyk(record, integrals, closed_loop(a, *s.polar, line),
+                                           closed_loop(a, *s.polar, around), tube))
     return failed;
-  if (auto failed = beyond_limits(s, loop, over[2])) return failed;
+  const Held held{tube[1], tube[2]};
+  const Loop<Dual> loop =
+      closed_loop(a, *s.polar, independent(states(tube)), s.actuators ? &held : nullptr);
+  if (auto failed = beyond_limits(s, loop, tube[0])) return failed;
   const Pencil p = pencil(side.numbers, loop);
   const Ball sigma(s.margin);
   if (auto failed = line_excluded(p, sigma, record.line)) return failed;

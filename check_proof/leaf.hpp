@@ -17,7 +17,7 @@ using Box = std::vector<Bounds>;
 
 struct Parameter {
   std::string key;
-  Affine Numbers::*member = nullptr;  ///< null: the height, which sets V, gamma and eta
+  Form Numbers::*member = nullptr;  ///< null: the height, which sets V, gamma and eta
   Bounds domain;
 };
 

@@ -47,14 +47,14 @@ const std::vector<Named>& names() {
   return all;
 }
 
-Affine Numbers::*find_number(std::string_view name) {
+Form Numbers::*find_number(std::string_view name) {
   const auto found = std::ranges::find(names(), name, &Named::name);
   return found == names().end() ? nullptr : found->member;
 }
 
-const std::array<Affine Numbers::*, gain_count>& gains() {
+const std::array<Form Numbers::*, gain_count>& gains() {
   using N = Numbers;
-  static const std::array<Affine Numbers::*, gain_count> all{
+  static const std::array<Form Numbers::*, gain_count> all{
       &N::k_V, &N::K_Ep, &N::K_Ei, &N::K_Lp, &N::K_Li, &N::k_pa, &N::k_da, &N::k_pe, &N::k_de};
   return all;
 }
@@ -152,42 +152,66 @@ static Ball no_number() {
   return r;
 }
 
-Ball Spline::second(std::size_t column, const Ball& a) const {
+Ball Spline::value_at(std::size_t column, const Ball& a) const {
   const auto [first, last] = pieces(a);
   if (first > last) return no_number();
-  const auto at = [&](std::size_t i, const Ball& angle) {
+  Ball all;
+  for (std::size_t i = first; i <= last; ++i) {
     const Piece& p = pieces_[column][i];
-    return Ball(2) * p.half_second + Ball(6) * p.sixth_third * (angle - Ball(alpha_[i]));
-  };
-  Ball all = hull(at(first, lower(a)), at(last, upper(a)));
-  for (std::size_t i = first + 1; i <= last; ++i) all = hull(all, at(i, Ball(alpha_[i])));
+    const Ball t = clipped(a, alpha_[i], alpha_[i + 1]) - Ball(alpha_[i]);
+    const Ball value = p.y + t * (p.slope + t * (p.half_second + t * p.sixth_third));
+    all = i == first ? value : hull(all, value);
+  }
   return all;
 }
 
-Affine Spline::at(std::size_t column, const Affine& alpha) const {
-  const Ball m = midpoint(alpha.value);
-  const auto [first, last] = pieces(m);
-  if (first > last) return {no_number()};
-  // A knot may lie within the rounding of m to a double: the pieces' values agree there.
-  const Piece& p = pieces_[column][first];
-  const Ball t = m - Ball(alpha_[first]);
-  const Ball f = p.y + t * (p.slope + t * (p.half_second + t * p.sixth_third));
-  const Ball slope = p.slope + t * (Ball(2) * p.half_second + Ball(3) * t * p.sixth_third);
-  return composed(alpha, f, slope, second(column, range(alpha)));
+Ball Spline::slope_at(std::size_t column, const Ball& a) const {
+  const auto [first, last] = pieces(a);
+  if (first > last) return no_number();
+  Ball all;
+  for (std::size_t i = first; i <= last; ++i) {
+    const Piece& p = pieces_[column][i];
+    const Ball t = clipped(a, alpha_[i], alpha_[i + 1]) - Ball(alpha_[i]);
+    const Ball slope = p.slope + t * (Ball(2) * p.half_second + Ball(3) * t * p.sixth_third);
+    all = i == first ? slope : hull(all, slope);
+  }
+  return all;
 }
 
-Affine Spline::slope(std::size_t column, const Affine& alpha) const {
-  const Ball m = midpoint(alpha.value), all = range(alpha);
-  const auto [from, to] = pieces(all);
-  const std::size_t here = pieces(m).first;
-  if (from > to) return {no_number()};
-  Ball third = pieces_[column][from].sixth_third;
-  for (std::size_t i = from + 1; i <= to; ++i) third = hull(third, pieces_[column][i].sixth_third);
-  const Piece& p = pieces_[column][here];
-  const Ball t = m - Ball(alpha_[here]);
-  const Ball f = p.slope + t * (Ball(2) * p.half_second + Ball(3) * t * p.sixth_third);
-  const Ball bend = Ball(2) * p.half_second + Ball(6) * t * p.sixth_third;
-  return composed(alpha, f, bend, Ball(6) * third);
+Form Spline::at(std::size_t column, const Form& alpha) const {
+  const auto [first, last] = pieces(range(alpha));
+  if (first > last) return {no_number()};
+  Ball third = pieces_[column][first].sixth_third;
+  for (std::size_t i = first + 1; i <= last; ++i)
+    third = hull(third, pieces_[column][i].sixth_third);
+  return composed(
+      alpha, [&](const Ball& a) { return value_at(column, a); }, Ball(6) * third);
+}
+
+// The slope is a parabola on each piece; by one through three nodes, and how far they are apart.
+Form Spline::slope(std::size_t column, const Form& alpha) const {
+  const Ball all = range(alpha), m = midpoint(all), r = magnitude(all - m);
+  const auto [first, last] = pieces(all);
+  if (first > last) return {no_number()};
+  if (alpha.n == 0 || r.is_zero()) return {slope_at(column, all)};
+  const Ball f0 = slope_at(column, m), a = midpoint(r * Ball(0.8660254));
+  const Ball below = slope_at(column, m - a), above = slope_at(column, m + a);
+  const Ball b1 = (above - below) / (a + a), b2 = (halved(above + below) - f0) / (a * a);
+  Ball most;
+  for (std::size_t i = first; i <= last; ++i) {
+    const Piece& p = pieces_[column][i];
+    const Ball part = clipped(all, alpha_[i], alpha_[i + 1]), c = midpoint(part), u = part - c;
+    const Ball t = c - m, s = c - Ball(alpha_[i]);
+    const Ball e0 = p.slope + s * (Ball(2) * p.half_second + Ball(3) * s * p.sixth_third) -
+                    (f0 + t * (b1 + t * b2));
+    const Ball e1 = Ball(2) * p.half_second + Ball(6) * s * p.sixth_third - (b1 + Ball(2) * t * b2);
+    const Ball e2 = Ball(3) * p.sixth_third - b2;
+    most = upper(hull(most, magnitude(e0 + u * (e1 + u * e2))));
+  }
+  const Form t = alpha - Form(m);
+  Form fit = t * (Form(b1) + Form(b2) * t) + Form(f0);
+  fit.rest = upper(fit.rest + most);
+  return fit;
 }
 
 Polars<Ball> Spline::ranges(const Ball& a) const {
@@ -209,24 +233,22 @@ Polars<Ball> Spline::ranges(const Ball& a) const {
   return {all[0], all[1], all[2]};
 }
 
-Commanded corridor(const Affine& h, int piece) {
+Commanded corridor(const Form& h, int piece) {
   constexpr double climb = 2, cruise = 15;  // m/s
   if (piece == 0) return {{climb}, {halved(pi())}};
-  const Ball m = midpoint(h.value), all = range(h);
   // (16): π (h³/1728000 - h²/9600 + 1/2), which is 0 at 120 m
-  const Ball f = pi() * (m * m * m / Ball(1728000) - m * m / Ball(9600) + Ball(0.5));
-  const Ball slope = pi() * (m * m / Ball(576000) - m / Ball(4800));
-  const Ball second = pi() * (all / Ball(288000) - Ball(1) / Ball(4800));
-  const Affine angle = piece == 3 ? Affine(0.0) : composed(h, f, slope, second);
+  const auto tilt = [](const Ball& at) {
+    return pi() * (at * at * at / Ball(1728000) - at * at / Ball(9600) + Ball(0.5));
+  };
+  const Form angle = piece == 3 ? Form(0.0) : composed(h, tilt, pi() / Ball(288000));
   if (piece == 1) return {{climb}, angle};
   if (piece == 3) return {{cruise}, angle};
   // 2 + 13 (3t² - 2t³),  t = (h - 20)/100
-  const Ball rise(cruise - climb), hundred(100);
-  const Ball t = (m - Ball(20)) / hundred, over = (all - Ball(20)) / hundred;
-  return {composed(h, Ball(climb) + rise * t * t * (Ball(3) - Ball(2) * t),
-                   Ball(6) * rise * t * (Ball(1) - t) / hundred,
-                   Ball(6) * rise * (Ball(1) - Ball(2) * over) / (hundred * hundred)),
-          angle};
+  const auto speed = [](const Ball& at) {
+    const Ball t = (at - Ball(20)) / Ball(100);
+    return Ball(climb) + Ball(cruise - climb) * t * t * (Ball(3) - Ball(2) * t);
+  };
+  return {composed(h, speed, Ball(-12 * (cruise - climb)) / Ball(1e6)), angle};
 }
 
 }  // namespace tiltrim::checking

@@ -8,32 +8,32 @@
 #include <utility>
 #include <vector>
 
-#include "check_proof/affine.hpp"
+#include "check_proof/form.hpp"
 
 namespace tiltrim::checking {
 
 /// The parameters of the loop; each may depend on the box.
 struct Numbers {
   // clang-format off
-  Affine V, gamma, eta;
-  Affine mass, inertia_yy, chord, wing_area, air_density, gravity, rotor_x, rotor_z, thrust_excess,
+  Form V, gamma, eta;
+  Form mass, inertia_yy, chord, wing_area, air_density, gravity, rotor_x, rotor_z, thrust_excess,
       rotor_speed_rpm, rotor_radius, blade_count, blade_chord, blade_lift_slope, pitch_scale,
       wake_immersion, CL_q, CL_de, CM_q, CM_de, cyclic_off, cyclic_blend;
-  Affine k_V, K_Ep, K_Ei, K_Lp, K_Li, k_pa, k_da, k_pe, k_de;
+  Form k_V, K_Ep, K_Ei, K_Lp, K_Li, k_pa, k_da, k_pe, k_de;
   // clang-format on
-  Affine authority;  ///< the cyclic's share of pitch control (12)
+  Form authority;  ///< the cyclic's share of pitch control (12)
 };
 
 struct Named {
   std::string_view name;
-  Affine Numbers::*member;
+  Form Numbers::*member;
 };
 const std::vector<Named>& names();  ///< of all but the authority
 /// Null if there is no such number.
-Affine Numbers::*find_number(std::string_view name);
+Form Numbers::*find_number(std::string_view name);
 inline constexpr std::size_t gain_count = 9;
 /// In the order of a schedule.
-const std::array<Affine Numbers::*, gain_count>& gains();
+const std::array<Form Numbers::*, gain_count>& gains();
 
 template <class S>
 struct Polars {
@@ -47,10 +47,10 @@ class Spline {
   Spline(std::vector<double> alpha, const std::array<std::vector<double>, 3>& y);
 
   /// Not a number for angles outside the nodes.
-  Affine at(std::size_t column, const Affine& alpha) const;
-  Affine slope(std::size_t column, const Affine& alpha) const;
+  Form at(std::size_t column, const Form& alpha) const;
+  Form slope(std::size_t column, const Form& alpha) const;
 
-  Polars<Affine> operator()(const Affine& a) const { return {at(0, a), at(1, a), at(2, a)}; }
+  Polars<Form> operator()(const Form& a) const { return {at(0, a), at(1, a), at(2, a)}; }
   Polars<Dual> operator()(const Dual& a) const {
     const auto of = [&](std::size_t k) { return chained(a, at(k, a.value), slope(k, a.value)); };
     return {of(0), of(1), of(2)};
@@ -65,19 +65,20 @@ class Spline {
   // The first and last piece that have an angle in common with the ball; {1, 0} if it leaves the
   // nodes.
   std::pair<std::size_t, std::size_t> pieces(const Ball& a) const;
-  Ball second(std::size_t column, const Ball& a) const;
+  Ball value_at(std::size_t column, const Ball& a) const;
+  Ball slope_at(std::size_t column, const Ball& a) const;
   std::vector<double> alpha_;
   std::array<std::vector<Piece>, 3> pieces_;
 };
 
 template <class S>
 S induced_velocity(const Numbers& a, const S& theta0) {
-  const Affine tip_speed = a.rotor_speed_rpm * Affine(pi() / Ball(30)) * a.rotor_radius;
-  const Affine c1 =
-      a.blade_lift_slope * a.blade_count * a.blade_chord / (Affine(pi()) * a.rotor_radius);
+  const Form tip_speed = a.rotor_speed_rpm * Form(pi() / Ball(30)) * a.rotor_radius;
+  const Form c1 =
+      a.blade_lift_slope * a.blade_count * a.blade_chord / (Form(pi()) * a.rotor_radius);
   const S x = S(a.pitch_scale) * theta0;
   // (3), without the singular form at zero: ΩR c₁/16 (√(1 + 32|x|/c₁) - 1) sgn x
-  return S(Affine(2.0) * tip_speed) * x / (sqrt(S(1.0) + S(Affine(32.0) / c1) * abs(x)) + S(1.0));
+  return S(Form(2.0) * tip_speed) * x / (sqrt(S(1.0) + S(Form(32.0) / c1) * abs(x)) + S(1.0));
 }
 
 template <class S>
@@ -91,9 +92,9 @@ Rates<S> airframe(const Numbers& a, const Polars<S>& polar, const S& V, const S&
                   const S& alpha, const S& q, const S& theta0, const S& a1s, const S& delta_e,
                   const S& V_rate) {
   const S W = V + S(a.wake_immersion) * induced_velocity(a, theta0);
-  const S rho_W_S = S(Affine(0.5) * a.air_density * a.wing_area) * W;
+  const S rho_W_S = S(Form(0.5) * a.air_density * a.wing_area) * W;
   const S Q = rho_W_S * W;
-  const S Q_qh = S(Affine(0.5) * a.chord) * rho_W_S * q;         // Q q c̄/(2W)
+  const S Q_qh = S(Form(0.5) * a.chord) * rho_W_S * q;           // Q q c̄/(2W)
   const S T = S(a.thrust_excess * a.mass * a.gravity) * theta0;  // (4)
   const S phi = alpha + S(a.eta) - a1s;
   const S deflected = delta_e * cos(alpha);
@@ -109,7 +110,7 @@ template <class S>
 S speed_rate(const Numbers& a, const Polars<S>& polar, const S& V, const S& gamma, const S& alpha,
              const S& theta0, const S& a1s) {
   const S W = V + S(a.wake_immersion) * induced_velocity(a, theta0);
-  const S D = S(Affine(0.5) * a.air_density * a.wing_area) * W * W * polar.CD;
+  const S D = S(Form(0.5) * a.air_density * a.wing_area) * W * W * polar.CD;
   const S T = S(a.thrust_excess * a.mass * a.gravity) * theta0;
   return (T * cos(alpha + S(a.eta) - a1s) - D) / S(a.mass) - S(a.gravity) * sin(gamma);
 }
@@ -122,12 +123,12 @@ struct Loop {
 
 /// theta0 and the deflection of the actuator that controls pitch, at a trim.
 struct Held {
-  Affine theta0, deflection;
+  Form theta0, deflection;
 };
 
 /// A command at this value: only its derivatives remain.
-inline Affine about(Affine value, const Affine&) { return value; }
-inline Dual about(Affine value, const Dual& command) {
+inline Form about(Form value, const Form&) { return value; }
+inline Dual about(Form value, const Dual& command) {
   Dual r{std::move(value)};
   r.slopes = command.slopes;
   return r;
@@ -143,14 +144,13 @@ Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 
   const S gamma = S(a.gamma) - gamma_err;
   const S alpha = theta - gamma;
   const Polars<S> polar = spline(alpha);
-  const Affine weight = a.mass * a.gravity;
-  const S drag = S(Affine(0.5) * a.air_density * a.wing_area / weight) * V * V * polar.CD;
+  const Form weight = a.mass * a.gravity;
+  const S drag = S(Form(0.5) * a.air_density * a.wing_area / weight) * V * V * polar.CD;
   const S common = S(a.k_V / a.gravity) * V_err + sin(gamma) + drag;
   const S turned = sin(gamma_err);
   S theta0 = (S(a.K_Ep) * (common + turned) + S(a.K_Ei) * x1) *
-             S(inverse(Affine(1.0) + a.thrust_excess * a.K_Ep));  // (13)
-  const S a_hat =
-      (S(a.K_Lp) * (common - turned) + S(a.K_Li) * x2) * S(inverse(Affine(1.0) + a.K_Lp));
+             S(inverse(Form(1.0) + a.thrust_excess * a.K_Ep));  // (13)
+  const S a_hat = (S(a.K_Lp) * (common - turned) + S(a.K_Li) * x2) * S(inverse(Form(1.0) + a.K_Lp));
   S a1s = S(a.authority) * (a_hat + S(a.k_pa) * theta + S(a.k_da) * q);  // (12)
   if (held) {
     theta0 = about(held->theta0, theta0);
@@ -158,9 +158,9 @@ Loop<S> closed_loop(const Numbers& a, const Spline& spline, const std::array<S, 
   }
   const S V_rate = speed_rate(a, polar, V, gamma, alpha, theta0, a1s);
   const S Le = (S(a.k_V) * V_err - V_rate) * S(inverse(a.gravity)) - turned;  // (7)
-  S delta_e = S(Affine(1.0) - a.authority) *
+  S delta_e = S(Form(1.0) - a.authority) *
               (S(a.K_Lp) * Le + S(a.K_Li) * x2 + S(a.k_pe) * theta + S(a.k_de) * q);  // (9)
-  if (held) delta_e = about((Affine(1.0) - a.authority) * held->deflection, delta_e);
+  if (held) delta_e = about((Form(1.0) - a.authority) * held->deflection, delta_e);
   return {airframe(a, polar, V, gamma, alpha, q, theta0, a1s, delta_e, V_rate), theta0, a1s,
           delta_e};
 }
@@ -171,7 +171,7 @@ template <class S>
 Loop<S> without_law(const Numbers& a, const Spline& spline, const std::array<S, 6>& x) {
   const S &theta = x[2], &theta0 = x[4];
   const S V(a.V), gamma(a.gamma), q(0.0), alpha = theta - gamma;
-  const S a1s = S(a.authority) * x[5], delta_e = S(Affine(1.0) - a.authority) * x[5];
+  const S a1s = S(a.authority) * x[5], delta_e = S(Form(1.0) - a.authority) * x[5];
   const Polars<S> polar = spline(alpha);
   const S V_rate = speed_rate(a, polar, V, gamma, alpha, theta0, a1s);
   return {airframe(a, polar, V, gamma, alpha, q, theta0, a1s, delta_e, V_rate), theta0, a1s,
@@ -181,8 +181,8 @@ Loop<S> without_law(const Numbers& a, const Spline& spline, const std::array<S, 
 /// Commanded speed, path and tilt at a height (16), on one of the pieces between
 /// 0, 20 m and 120 m: 0 below, 1, 2, 3 above.
 struct Commanded {
-  Affine V, angle;
+  Form V, angle;
 };
-Commanded corridor(const Affine& h, int piece);
+Commanded corridor(const Form& h, int piece);
 
 }  // namespace tiltrim::checking

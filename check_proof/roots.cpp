@@ -9,13 +9,13 @@ namespace tiltrim::checking {
 
 Pencil pencil(const Numbers& a, const Loop<Dual>& loop) {
   Pencil p;
-  const Affine over_g = inverse(a.gravity), kappa = a.k_V * over_g;
-  const std::array<Affine, 6> zero{};
-  const std::array<const std::array<Affine, 6>*, 3> rows{
+  const Form over_g = inverse(a.gravity), kappa = a.k_V * over_g;
+  const std::array<Form, 6> zero{};
+  const std::array<const std::array<Form, 6>*, 3> rows{
       &loop.rates.V.slopes, &loop.rates.gamma.slopes, &loop.rates.q.slopes};
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& [v, c, theta, q, x1, x2] = *rows[i];
-    const Affine both = x1 + x2;
+    const Form both = x1 + x2;
     p.M1[i] = {v + both * over_g, c, q};
     p.M0[i] = {kappa * both, x1 - x2, theta};
     if (i < 2)  // V_err' = -V', gamma_err' = -gamma'
@@ -31,7 +31,7 @@ Pencil pencil(const Numbers& a, const Loop<Dual>& loop) {
 namespace {
 
 using Complex3 = std::array<std::array<Complex, 3>, 3>;
-using Quadratic3 = std::array<std::array<Quadratic, 3>, 3>;
+using Cubic3 = std::array<std::array<Cubic, 3>, 3>;
 
 template <class T>
 T determinant(const std::array<std::array<T, 3>, 3>& m) {
@@ -54,52 +54,59 @@ Complex3 near_inverse(const Complex3& m) {
 }
 
 // s² I - s M1 - M0 for s = -σ + i (at + half d_n), d_n in [-1, 1] after the numbers of the box.
-Quadratic3 pencil_at(const Pencil& p, const Ball& sigma, const Ball& at, const Ball& half) {
+Cubic3 pencil_at(const Pencil& p, const Ball& sigma, const Ball& at, const Ball& half) {
   const Complex s(-sigma, at), step(Ball(0), half);
-  Quadratic3 all;
+  const Monomials &of_form = Form::monomials(), &of_cubic = Cubic::monomials();
+  const std::size_t w = of_cubic.linear(p.n);
+  Cubic3 all;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
-      Quadratic& z = all[i][j];
-      z.n = p.n + 1;
-      const Affine &M1 = p.M1[i][j], &M0 = p.M0[i][j];
-      z.value = Complex(-M0.value, Ball(0)) - s * M1.value;
+      Cubic& z = all[i][j];
+      z.reserve(p.n + 1);
+      Form M1 = p.M1[i][j], M0 = p.M0[i][j];
+      M1.reserve(p.n);
+      M0.reserve(p.n);
+      const auto set = [&](std::size_t from, std::size_t to) {
+        z.c[to] = Complex(-M0.c[from], Ball(0)) - s * M1.c[from];
+        z.c[of_cubic.product(to, w)] = step * -M1.c[from];
+      };
+      set(0, 0);
       for (std::size_t k = 0; k < p.n; ++k) {
-        z.linear[k] = Complex(-M0.slopes[k], Ball(0)) - s * M1.slopes[k];
-        z.second[p.n][k] = step * -M1.slopes[k];
+        set(of_form.linear(k), of_cubic.linear(k));
+        for (std::size_t l = 0; l <= k; ++l)
+          set(of_form.product(of_form.linear(k), of_form.linear(l)),
+              of_cubic.product(of_cubic.linear(k), of_cubic.linear(l)));
       }
-      z.linear[p.n] = step * -M1.value;
+      z.rest = upper(M0.rest + (magnitude(s) + magnitude(step)) * M1.rest);
       if (i != j) continue;
-      z.value += s * s;
-      z.linear[p.n] += s * step * Ball(2);
-      z.second[p.n][p.n] = step * step;
+      z.value() += s * s;
+      z.c[w] += s * step * Ball(2);
+      z.c[of_cubic.product(w, w)] += step * step;
     }
   return all;
 }
 
-Quadratic3 product(const Complex3& G, const Quadratic3& Z) {
-  Quadratic3 r;
+Cubic3 product(const Cubic3& Z, const Complex3& G) {
+  Cubic3 r;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) {
-      Quadratic& z = r[i][j];
-      z.n = Z[0][0].n;
+      Cubic& z = r[i][j];
+      z.reserve(Z[0][0].n);
       for (std::size_t m = 0; m < 3; ++m) {
-        z.value.add_product(G[i][m], Z[m][j].value);
-        for (std::size_t k = 0; k < z.n; ++k) {
-          z.linear[k].add_product(G[i][m], Z[m][j].linear[k]);
-          for (std::size_t l = 0; l <= k; ++l)
-            z.second[k][l].add_product(G[i][m], Z[m][j].second[k][l]);
-        }
+        for (std::size_t k = 0; k < z.c.size(); ++k) z.c[k].add_product(Z[i][m].c[k], G[m][j]);
+        z.rest += magnitude(G[m][j]) * Z[i][m].rest;
       }
+      z.rest = upper(z.rest);
     }
   return r;
 }
 
 // Whether the half-plane of v, or one whose edge runs along a linear term, holds all values: the
 // stated v is for the middle of the whole interval and box, not for those of its halves.
-bool one_half_plane(const Complex& v, const Quadratic& z) {
+bool one_half_plane(const Complex& v, const Cubic& z) {
   if (least_real(v, z).is_positive()) return true;
   for (std::size_t k = 0; k < z.n; ++k) {
-    const Complex across = turned_across(z.linear[k], z.value);
+    const Complex across = turned_across(z.slope(k), z.value());
     if (least_real(across, z).is_positive()) return true;
   }
   return false;
@@ -110,11 +117,11 @@ constexpr int most_halvings = 7;  // of an interval of the certificate
 bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const Complex& v,
               int halvings) {
   const Ball at = halved(Ball(from) + Ball(to)), half = halved(Ball(to) - Ball(from));
-  const Quadratic3 Z = pencil_at(p, sigma, at, half);
+  const Cubic3 Z = pencil_at(p, sigma, at, half);
   Complex3 centre;
   for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value);
-  const Quadratic z = determinant(product(near_inverse(centre), Z));
+    for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value());
+  const Cubic z = determinant(product(Z, near_inverse(centre)));
   if (one_half_plane(v, z)) return true;
   const double middle = from + (to - from) / 2;
   if (halvings == most_halvings || !(from < middle && middle < to)) return false;
@@ -176,8 +183,8 @@ std::array<Ball, 7> characteristic(const Pencil& p) {
   using Polynomial = std::array<Ball, 7>;
   const auto entry = [&](std::size_t i, std::size_t j) {
     Polynomial e;
-    e[0] = -midpoint(p.M0[i][j].value);
-    e[1] = -midpoint(p.M1[i][j].value);
+    e[0] = -midpoint(p.M0[i][j].value());
+    e[1] = -midpoint(p.M1[i][j].value());
     if (i == j) e[2] = Ball(1);
     return e;
   };

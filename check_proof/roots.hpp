@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "check_proof/cubic.hpp"
 #include "check_proof/physics.hpp"
-#include "check_proof/quadratic.hpp"
 
 namespace tiltrim::checking {
 
-using Matrix3 = std::array<std::array<Affine, 3>, 3>;
+using Matrix3 = std::array<std::array<Form, 3>, 3>;
 
 /// det(s I - A) = det(s² I - s M1 - M0): with x1 - V_err/g and x2 - V_err/g as states, only the
 /// rates of V_err, gamma_err and q are more than a state or the two errors

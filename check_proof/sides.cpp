@@ -12,11 +12,9 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-Affine number(const Bounds& of, std::size_t k, std::size_t n) {
-  Affine a(halved(Ball(of.lower) + Ball(of.upper)));
-  a.n = n;
-  a.slopes[k] = halved(Ball(of.upper) - Ball(of.lower));
-  return a;
+Form number(const Bounds& of, std::size_t k, std::size_t n) {
+  return Form::variable(halved(Ball(of.lower) + Ball(of.upper)),
+                        halved(Ball(of.upper) - Ball(of.lower)), k, n);
 }
 
 struct Segment {
@@ -72,17 +70,17 @@ void set_gains(const Statement& s, Numbers& numbers, const Segment& on,
   const std::size_t base = std::min(on.at, s.tilts.size() - 1);
   for (std::size_t k = 0; k < gain_count; ++k) {
     const Ball slope = slope_on(s, on.at, k);
-    Affine gain = Affine(Ball(s.gains[base][k])) +
-                  Affine(slope) * (numbers.eta - Affine(Ball(s.tilts[base])));
+    Form gain =
+        Form(Ball(s.gains[base][k])) + Form(slope) * (numbers.eta - Form(Ball(s.tilts[base])));
     for (const Segment& other : touched)
-      gain.value = widened(gain.value, magnitude(slope - slope_on(s, other.at, k)) * Ball(barely));
+      gain.rest = upper(gain.rest + magnitude(slope - slope_on(s, other.at, k)) * Ball(barely));
     numbers.*gains()[k] = gain;
   }
 }
 
 // Each way in which (12) may share the pitch control.
 void add_authorities(std::vector<Side>& all, const Side& side) {
-  const auto add = [&](const char* name, Affine share, bool cyclic, bool elevator) {
+  const auto add = [&](const char* name, Form share, bool cyclic, bool elevator) {
     Side one = side;
     one.name += name;
     one.numbers.authority = std::move(share);
@@ -91,19 +89,19 @@ void add_authorities(std::vector<Side>& all, const Side& side) {
     all.push_back(std::move(one));
   };
   const Numbers& a = side.numbers;
-  const Affine past = a.eta - a.cyclic_off;
+  const Form past = a.eta - a.cyclic_off;
   if (a.cyclic_blend.is_zero()) {
     const Ball over = range(past);
     if (!over.is_negative()) add("cyclic", 1.0, true, false);
     if (!less_equal(Ball(0), over)) add("elevator", 0.0, false, true);
     return;
   }
-  const Affine t = past / a.cyclic_blend + Affine(0.5);
+  const Form t = past / a.cyclic_blend + Form(0.5);
   const Ball over = range(t);
   if (!less(over, Ball(1))) add("cyclic", 1.0, true, false);
   if (!less(Ball(0), over)) add("elevator", 0.0, false, true);
   if (!less_equal(over, Ball(0)) && !less_equal(Ball(1), over))
-    add("blend", t * t * (Affine(3.0) - Affine(2.0) * t), false, false);
+    add("blend", t * t * (Form(3.0) - Form(2.0) * t), false, false);
 }
 
 // The pieces of (16) whose interior the heights meet; on a common end neighbours agree.

@@ -4,6 +4,7 @@
 #include <array>
 #include <complex>
 #include <functional>
+#include <numeric>
 
 #include "dense/dense.hpp"
 #include "prove/parts.hpp"
@@ -96,14 +97,49 @@ MatrixXd basis(const MatrixXd& B) {
   return T;
 }
 
-void transform(Family& f, bool eigenvectors) {
+// W for which W A_k, W A_kl have few rows: those that others determine, but for a small part, are
+// replaced by that part. Of the tiltrotor these are the rates of the integrals, which follow V'.
+Small few_rows(const Family& f) {
+  const Index n = f.B.rows();
+  MatrixXd left(n, n * std::ssize(f.A) + n * std::ssize(f.bends));
+  Index at = 0;
+  for (const auto* of : {&f.A, &f.bends})
+    for (const Small& A : *of) {
+      left.middleCols(at, n) = A;
+      at += n;
+    }
+  const VectorXd before = left.rowwise().lpNorm<1>();
+  Small W = Small::Identity(n, n), reduced = W;
+  std::vector<Index> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::sort(order, std::greater{}, [&](Index i) { return before[i]; });
+  std::vector<std::pair<Index, Index>> pivots;  // row and column
+  for (const Index i : order) {
+    for (const auto& [row, column] : pivots) {
+      const double by = left(i, column) / left(row, column);
+      left.row(i) -= by * left.row(row);
+      reduced.row(i) -= by * reduced.row(row);
+    }
+    constexpr double small = 0.1, nothing = 1e-12;
+    const double remains = left.row(i).lpNorm<1>();
+    if (remains <= small * before[i]) W.row(i) = reduced.row(i);
+    if (!(remains > nothing * before[i])) continue;
+    Index column = 0;
+    left.row(i).cwiseAbs().maxCoeff(&column);
+    pivots.emplace_back(i, column);
+  }
+  return W;
+}
+
+enum class Basis { plain, few_rows, eigenvectors };
+
+void transform(Family& f, Basis of) {
   const Index n = f.B.rows();
   f.T = Small::Identity(n, n);
   f.W = f.T;
-  if (eigenvectors) {
-    f.T = basis(f.B);
-    f.W = dense::solve(MatrixXd(f.T), MatrixXd::Identity(n, n));
-  }
+  if (of == Basis::eigenvectors) f.T = basis(f.B);
+  if (of == Basis::few_rows) f.T = dense::solve(MatrixXd(few_rows(f)), MatrixXd::Identity(n, n));
+  if (of != Basis::plain) f.W = dense::solve(MatrixXd(f.T), MatrixXd::Identity(n, n));
   f.E.clear();
   f.curved.clear();
   f.spread = Small::Zero(n, n);
@@ -132,7 +168,7 @@ double root_bound(const Family& f) {
   return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
 }
 
-// I - F = G (i w W T - W B(d) T) on an interval of frequencies.
+// I - F = (i w W T - W B(d) T) H(w) on an interval of frequencies.
 struct Value {
   std::vector<Complex> linear;                  // of each parameter, and of the frequency
   std::vector<std::vector<Complex>> quadratic;  // lower triangle
@@ -231,49 +267,74 @@ double beyond(const Value& value, const std::vector<SmallC>& F, const std::vecto
 Value value_at(const Family& f, double from, double to) {
   const Index n = f.B.rows();
   const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
-  const SmallC X = Complex(0, at) * f.P.cast<Complex>() - f.E0.cast<Complex>();
-  const SmallC G = near_inverse(X);
+  const SmallC P = f.P.cast<Complex>(), X = Complex(0, at) * P - f.E0.cast<Complex>();
+  const Complex step(0, from < to ? half : 0.0);
+  // H(t) = Σ H_j t^j, near the inverse of X + step t P for t in [-1, 1]; any matrices serve.
+  constexpr std::size_t terms = 5;
+  std::vector<SmallC> H{near_inverse(X)};
+  if (from < to)
+    for (std::size_t j = 1; j < terms; ++j) H.push_back(-step * (H[0] * (P * H[j - 1])));
+  // |I - (X + step t P) H(t)| <= inverse
+  Small inverse = (SmallC::Identity(n, n) - X * H[0]).cwiseAbs();
+  Small Ha = H[0].cwiseAbs();
+  for (std::size_t j = 1; j < H.size(); ++j) {
+    inverse += (X * H[j] + step * (P * H[j - 1])).cwiseAbs();
+    Ha += H[j].cwiseAbs();
+  }
+  if (from < to) inverse += (step * (P * H.back())).cwiseAbs();
   Value value;
-  std::vector<SmallC> F;
-  for (const Small& E : f.E) F.push_back(G * E.cast<Complex>());
-  if (half > 0) F.push_back(Complex(0, -half) * (G * f.P.cast<Complex>()));
-  const Small Ga = G.cwiseAbs();
+  // F = Σ d_k F_k + Σ d_k d_l Q_kl + ..., the last d is t.
+  std::vector<SmallC> F, Q;
+  Small curved = Small::Zero(n, n), high = curved;  // high: of third order and more
+  for (const Small& A : f.curved) {
+    Q.push_back(A.cast<Complex>() * H[0]);
+    curved += Q.back().cwiseAbs();
+    for (std::size_t j = 1; j < H.size(); ++j) high += (A.cast<Complex>() * H[j]).cwiseAbs();
+  }
+  for (const Small& E : f.E) {
+    F.push_back(E.cast<Complex>() * H[0]);
+    for (std::size_t j = 2; j < H.size(); ++j) high += (E.cast<Complex>() * H[j]).cwiseAbs();
+  }
+  if (from < to) {
+    for (const Small& E : f.E) {
+      Q.push_back(E.cast<Complex>() * H[1]);
+      curved += Q.back().cwiseAbs();
+    }
+    F.push_back(SmallC::Zero(n, n));
+    Q.push_back(F.back());
+  }
   // Rounding of the products above, and of the residual.
   double moduli =
       f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff() + f.bend_moduli.maxCoeff();
   for (const Small& E : f.E) moduli += E.cwiseAbs().maxCoeff();
-  const double rounding = 64 * double(n * n) * unit * Ga.maxCoeff() * moduli;
+  const double rounding = 64 * double(n * n) * unit * Ha.maxCoeff() * moduli;
   const Small rest = f.spread.array() + to * f.P_radius;
-  const Small inverse = (SmallC::Identity(n, n) - G * X).cwiseAbs();
-  Small rho = inverse + Ga * (rest + f.R);
+  Small rho = inverse + high + (rest + f.R) * Ha;
   rho.array() += rounding;
-  // tr(G W R T) = Σ (T G W)_ji R_ij
-  const SmallC TGW = f.T.cast<Complex>() * G * f.W.cast<Complex>();
-  value.weight = TGW.cwiseAbs().transpose();
+  // |tr(W R T H)| <= Σ |T H W|_ji R_ij
+  value.weight = Small::Zero(n, n);
+  for (const SmallC& own : H)
+    value.weight += (f.T.cast<Complex>() * own * f.W.cast<Complex>()).cwiseAbs().transpose();
   double trace = (value.weight.array() * f.radius.array()).sum() * (1 + 1e-9) +
-                 (Ga * rest).trace() + inverse.trace() + double(n) * rounding * 2;
-  trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ga * f.W.cwiseAbs()).maxCoeff() *
+                 (rest * Ha).trace() + inverse.trace() + high.trace() + double(n) * rounding * 2;
+  trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ha * f.W.cwiseAbs()).maxCoeff() *
            f.radius.sum();
   trace = std::min(trace, rho.trace());
   Small linear = Small::Zero(n, n);
-  std::vector<SmallC> Q;
-  for (const Small& A : f.curved) Q.push_back(G * A.cast<Complex>());
   for (std::size_t k = 0, bend = 0; k < F.size(); ++k) {
     linear += F[k].cwiseAbs();
     value.linear.push_back(-F[k].trace());
     value.quadratic.emplace_back();
     for (std::size_t l = 0; l <= k; ++l) {
       const Complex q = value.linear[k] * value.linear[l] - trace_of_product(F[k], F[l]);
-      value.quadratic[k].push_back(k == l ? 0.5 * q : q);
-      if (k < f.E.size()) value.quadratic[k][l] -= Q[bend++].trace();
-    }
-    if (k < f.A.size()) {
-      double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n);
-      for (const Complex q : value.quadratic[k]) share += 0.5 * std::abs(q);
-      value.share.push_back(share);
+      value.quadratic[k].push_back((k == l ? 0.5 * q : q) - Q[bend++].trace());
     }
   }
-  const Small curved = Ga * f.bend_moduli;
+  for (std::size_t k = 0; k < f.E.size(); ++k) {
+    double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n);
+    for (const Complex q : value.quadratic[k]) share += 0.5 * std::abs(q);
+    value.share.push_back(share);
+  }
   value.total = (linear + curved + rho).sum();
   value.rest = beyond(value, F, Q, linear, curved, rho) + trace;
   if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();
@@ -339,8 +400,10 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   for (std::size_t k = 0; k < s.k(); ++k) widths.push_back(f.A[k].norm());
   if (!f.B.allFinite() || !f.radius.allFinite()) return refuse("width", widths);
   Family plain = f;
-  transform(plain, false);
-  transform(f, true);
+  Family rows = f;
+  transform(plain, Basis::plain);
+  transform(rows, Basis::few_rows);
+  transform(f, Basis::eigenvectors);
   const double end = std::min(root_bound(f), root_bound(plain));
   if (!std::isfinite(end)) return refuse("width", widths);
   Record& r = tube.record;
@@ -352,7 +415,7 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
   double step = end / 64;
   while (r.w.back() < end) {
     const double from = r.w.back();
-    Value value = value_at(plain, from, from + step);
+    Value value = value_at(rows, from, from + step);
     Direction direction = best(value);
     if (direction.floor < slack) {
       const Value other = value_at(f, from, from + step);
@@ -368,7 +431,7 @@ bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
       if (r.v.size() > 2000) return refuse("width", value.share, value.weight);
       continue;
     }
-    Value still = value_at(plain, from, from);
+    Value still = value_at(rows, from, from);
     if (best(still).floor < 1.2 * slack) still = value_at(f, from, from);
     if (best(still).floor < 1.2 * slack) return refuse("crossing", still.share, still.weight);
     step *= 0.4;

@@ -81,16 +81,16 @@ TEST_CASE("the checker's loop has the rates and the Jacobian of linearize()") {
     REQUIRE(all.size() == 1);
     std::array<Dual, 6> x;
     for (std::size_t i = 0; i < 6; ++i) {
-      x[i] = Dual(Affine(trimmed.point.x[Eigen::Index(i)]));
-      x[i].slopes[i] = Affine(1.0);
+      x[i] = Dual(Form(trimmed.point.x[Eigen::Index(i)]));
+      x[i].slopes[i] = Form(1.0);
     }
     const Loop<Dual> loop = closed_loop(all[0].numbers, *s.polar, x);
     const auto check_row = [&](Eigen::Index row, const Dual& rate, double sign) {
       for (Eigen::Index j = 0; j < 6; ++j) {
-        const double own = sign * mid(rate.slopes[std::size_t(j)].value);
+        const double own = sign * mid(rate.slopes[std::size_t(j)].value());
         CHECK_NEAR(own, linear.A(row, j), 1e-11 * (1 + std::abs(own)));
       }
-      CHECK_NEAR(mid(rate.value.value), 0.0, 1e-9);  // the trim's tolerance
+      CHECK_NEAR(mid(rate.value.value()), 0.0, 1e-9);  // the trim's tolerance
     };
     check_row(0, loop.rates.V, -1);
     check_row(1, loop.rates.gamma, -1);
@@ -110,14 +110,14 @@ TEST_CASE("the checker's spline and schedule are those of the library") {
   for (int i = 0; i < 300; ++i) {
     const double a = angle(random), h = height(random);
     const Polar::Slope own = asked.study.vehicle.polar->slope_at(a);
-    const Affine at(a);
-    CHECK_NEAR(mid(s.polar->at(0, at).value), own.value.CL, 1e-12);
-    CHECK_NEAR(mid(s.polar->at(1, at).value), own.value.CD, 1e-12);
-    CHECK_NEAR(mid(s.polar->slope(2, at).value), own.slope.CM, 1e-11);
+    const Form at(a);
+    CHECK_NEAR(mid(s.polar->at(0, at).value()), own.value.CL, 1e-12);
+    CHECK_NEAR(mid(s.polar->at(1, at).value()), own.value.CD, 1e-12);
+    CHECK_NEAR(mid(s.polar->slope(2, at).value()), own.slope.CM, 1e-11);
     const Command command = corridor(h);
-    const Commanded commanded = checking::corridor(Affine(h), h < 20 ? 1 : 2);
-    CHECK_NEAR(mid(commanded.V.value), command.V, 1e-13);
-    CHECK_NEAR(mid(commanded.angle.value), command.eta, 1e-14);
+    const Commanded commanded = checking::corridor(Form(h), h < 20 ? 1 : 2);
+    CHECK_NEAR(mid(commanded.V.value()), command.V, 1e-13);
+    CHECK_NEAR(mid(commanded.angle.value()), command.eta, 1e-14);
   }
 }
 
@@ -127,22 +127,20 @@ TEST_CASE("functions of a box enclose their values everywhere in it") {
   std::uniform_real_distribution<double> any(-1, 1);
   for (int i = 0; i < 200; ++i) {
     const double m = 0.9 * any(random), r = 0.3 * std::abs(any(random)), t = any(random);
-    Affine x(m);
-    x.n = 1;
-    x.slopes[0] = Ball(r);
-    const Affine point(Ball(m) + Ball(r) * Ball(t));
-    const auto encloses = [&](const Affine& over, const Affine& at) {
-      return arb_contains(widened(over.value + over.slopes[0] * Ball(t), Ball(1e-15)).get(),
-                          at.value.get());
+    const Form x = Form::variable(m, r, 0, 1);
+    const Form point(Ball(m) + Ball(r) * Ball(t));
+    const auto encloses = [&](const Form& over, const Form& at) {
+      const Ball value = over.value() + Ball(t) * (over.c[1] + Ball(t) * over.c[2]);
+      return arb_contains(widened(value, over.rest + Ball(1e-15)).get(), range(at).get());
     };
     CHECK(encloses(sin(x), sin(point)));
     CHECK(encloses(cos(x), cos(point)));
-    CHECK(encloses(sqrt(x + Affine(2.0)), sqrt(point + Affine(2.0))));
-    CHECK(encloses(inverse(x + Affine(2.0)), inverse(point + Affine(2.0))));
+    CHECK(encloses(sqrt(x + Form(2.0)), sqrt(point + Form(2.0))));
+    CHECK(encloses(inverse(x + Form(2.0)), inverse(point + Form(2.0))));
     CHECK(encloses(x * sin(x), point * sin(point)));
     CHECK(encloses(s.polar->at(0, x), s.polar->at(0, point)));
     CHECK(encloses(s.polar->slope(1, x), s.polar->slope(1, point)));
-    const Affine h = Affine(70.0) + Affine(40.0) * x, at = Affine(70.0) + Affine(40.0) * point;
+    const Form h = Form(70.0) + Form(40.0) * x, at = Form(70.0) + Form(40.0) * point;
     CHECK(encloses(checking::corridor(h, 2).V, checking::corridor(at, 2).V));
     CHECK(encloses(checking::corridor(h, 2).angle, checking::corridor(at, 2).angle));
   }

@@ -26,7 +26,7 @@ VehicleAndCommand vehicle_at_point(const Statement& s, const Study& study,
                                    const std::vector<double>& point) {
   Eigen::VectorXd p(Eigen::Index(names().size()));
   for (std::size_t i = 0; i < names().size(); ++i)
-    p[Eigen::Index(i)] = value_of((s.numbers.*(names()[i].member)).value);
+    p[Eigen::Index(i)] = value_of((s.numbers.*(names()[i].member)).value());
   VehicleAndCommand at = vehicle_from(study.vehicle, p);
   for (std::size_t k = 0; k < point.size(); ++k)
     if (!s.parameters[k].member) at.command = tiltrim::corridor(point[k]);

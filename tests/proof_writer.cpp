@@ -156,7 +156,7 @@ class Writer {
   std::optional<checking::Record> evidence(const Side& side, std::size_t n) {
     Eigen::VectorXd p(Eigen::Index(names().size()));
     for (std::size_t i = 0; i < names().size(); ++i)
-      p[Eigen::Index(i)] = mid((side.numbers.*(names()[i].member)).value);
+      p[Eigen::Index(i)] = mid((side.numbers.*(names()[i].member)).value());
     auto [vehicle, command] = vehicle_from(asked_.study.vehicle, p);
     constexpr double apart = 1e-9;  // rad: the middle may lie on the other side of the handover
     vehicle.aircraft.cyclic_off = command.eta + (side.cyclic ? -apart : apart);
@@ -167,9 +167,9 @@ class Writer {
     std::array<Dual, 6> x;
     for (std::size_t i = 0; i < 3; ++i) {
       r.z[i] = trimmed.point.x[Eigen::Index(state_of[i])];
-      x[state_of[i]] = Dual(Affine(r.z[i]));
+      x[state_of[i]] = Dual(Form(r.z[i]));
     }
-    for (std::size_t i = 0; i < 6; ++i) x[i].slopes[i] = Affine(1.0);
+    for (std::size_t i = 0; i < 6; ++i) x[i].slopes[i] = Form(1.0);
     const Loop<Dual> loop = closed_loop(side.numbers, *s_.polar, x);
     const std::array<Dual, 3> G{Dual(0.0) - loop.rates.V, Dual(0.0) - loop.rates.gamma,
                                 loop.rates.q};
@@ -177,26 +177,26 @@ class Writer {
     Eigen::MatrixXd P(3, Eigen::Index(n));
     for (Eigen::Index i = 0; i < 3; ++i) {
       for (Eigen::Index j = 0; j < 3; ++j)
-        J(i, j) = mid(G[std::size_t(i)].slopes[state_of[std::size_t(j)]].value);
+        J(i, j) = mid(G[std::size_t(i)].slopes[state_of[std::size_t(j)]].value());
       for (Eigen::Index j = 0; j < P.cols(); ++j)
-        P(i, j) = mid(G[std::size_t(i)].value.slopes[std::size_t(j)]);
+        P(i, j) = mid(G[std::size_t(i)].value.slope(std::size_t(j)));
     }
     const Eigen::Matrix3d C = J.inverse();
     const Eigen::MatrixXd S = -C * P;
-    std::array<Affine, 6> at;
+    std::array<Form, 6> at;
     for (std::size_t i = 0; i < 3; ++i) {
-      at[state_of[i]] = Affine(r.z[i]);
-      at[state_of[i]].n = n;
+      at[state_of[i]] = Form(r.z[i]);
+      at[state_of[i]].reserve(n);
       for (std::size_t k = 0; k < n; ++k) {
         r.S[i].push_back(S(Eigen::Index(i), Eigen::Index(k)));
-        at[state_of[i]].slopes[k] = Ball(r.S[i][k]);
+        at[state_of[i]].slope(k) = Ball(r.S[i][k]);
       }
       for (std::size_t j = 0; j < 3; ++j) r.C[i][j] = C(Eigen::Index(i), Eigen::Index(j));
     }
-    const Loop<Affine> left = closed_loop(side.numbers, *s_.polar, at);
+    const Loop<Form> left = closed_loop(side.numbers, *s_.polar, at);
     for (std::size_t i = 0; i < 3; ++i) {
-      const Affine step = Affine(-r.C[i][0]) * left.rates.V - Affine(r.C[i][1]) * left.rates.gamma +
-                          Affine(r.C[i][2]) * left.rates.q;
+      const Form step = Form(-r.C[i][0]) * left.rates.V - Form(r.C[i][1]) * left.rates.gamma +
+                        Form(r.C[i][2]) * left.rates.q;
       r.Z[i] = 1.5 * double_above(magnitude(range(step))) + 1e-14 * (1 + std::abs(r.z[i]));
     }
     const double last = 60;  // rad/s; beyond, the checker goes on by itself
@@ -262,7 +262,7 @@ std::string written_proof(const ProofToWrite& asked) {
 ProofSubject subject_of(const Statement& s) {
   ProofSubject subject;
   for (const Named& one : names())
-    subject.numbers[std::string(one.name)] = mid((s.numbers.*(one.member)).value);
+    subject.numbers[std::string(one.name)] = mid((s.numbers.*(one.member)).value());
   subject.tilts = s.tilts;
   for (const auto& set : s.gains) subject.gains.emplace_back(set.begin(), set.end());
   subject.alpha = s.alpha;
