@@ -1,5 +1,4 @@
 #include <Eigen/Eigenvalues>
-#include <cmath>
 #include <complex>
 
 #include "dense/dense.hpp"
@@ -9,15 +8,6 @@ namespace tiltrim::dense {
 using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
-using Eigen::VectorXcd;
-using Eigen::VectorXd;
-
-Schur schur(const MatrixXd& A, Index max_iterations) {
-  Eigen::RealSchur<MatrixXd> solver(A.rows());
-  solver.setMaxIterations(max_iterations * A.rows()).compute(A);
-  if (solver.info() != Eigen::Success) return {};
-  return {true, solver.matrixU(), solver.matrixT()};
-}
 
 // Replaces solver.eigenvectors(), which returns the real and imaginary parts as two real vectors
 // if the imaginary part of a pair is below ε times its real part.
@@ -50,14 +40,6 @@ Eigensystem eigensystem(const MatrixXd& A, Index max_iterations) {
 
 Eigensystem eigenvalues(const MatrixXd& A, Index max_iterations) {
   return solved(A, max_iterations, false);
-}
-
-VectorXd symmetric_eigenvalues(const MatrixXd& S) {
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(S, Eigen::EigenvaluesOnly).eigenvalues();
-}
-
-double spectral_norm(const MatrixXd& A) {
-  return std::sqrt(symmetric_eigenvalues(A * A.transpose()).maxCoeff());
 }
 
 }  // namespace tiltrim::dense

@@ -118,7 +118,7 @@ void seed(Grid& g, std::deque<Front>& front) {
       g.put(g.place(i, j));
       for (int k = 0; k <= g.options.starts; ++k) {
         TrimOptions options;
-        options.max_iterations = 30;
+        options.max_iterations = 12;  // of trims found, few took more; hopeless starts take all
         const VectorXd z0 = k == 0 ? unknowns_of(g.fixed, g.fixed.base) : start(g.fixed, k);
         VectorXd z = newton(g.fixed, z0, options).z;
         const GridTrim how = settle(g, z, 4);

@@ -23,11 +23,11 @@ FAULTS = [
     ("prove/tube.cpp", "const VectorXd H =\n", 'const VectorXd H = (mutant("no_curvature") ? 0.0 : 1.0) *\n',
      "VectorXd rho = magnitudes(g);", 'VectorXd rho = (mutant("no_curvature") ? 0.01 : 1.0) * magnitudes(g);'),
     # Terms of the determinant beyond the second order in the parameters dropped.
-    ("prove/roots.cpp", "return fourth + third + mixed +",
+    ("prove/determinant.cpp", "return fourth + third + mixed +",
      'return (mutant("no_fourth") ? 0.0 : fourth) + third + (mutant("no_mixed") ? 0.0 : mixed) +'),
-    ("prove/roots.cpp", "third_sum(linear) + cubic_sum(F, Q);",
+    ("prove/determinant.cpp", "third_sum(linear) + cubic_sum(F, Q);",
      'third_sum(linear) + (mutant("no_third") ? 0.0 : cubic_sum(F, Q));'),
-    ("prove/roots.cpp", "t[k] * Q[at].trace() - trace_of_product(F[k], Q[at]);",
+    ("prove/determinant.cpp", "t[k] * Q[at].trace() - trace_of_product(F[k], Q[at]);",
      'mutant("no_cross") ? Complex(0) : t[k] * Q[at].trace() - trace_of_product(F[k], Q[at]);'),
     # One side of a switch is enough.
     ("prove/prove.cpp", "if (sides.taken.empty()) return all;",

@@ -1,6 +1,6 @@
 # The prover with faults, which its tests must find. TILTRIM_MUTANT in the environment chooses one.
 set(mutants ${CMAKE_CURRENT_BINARY_DIR}/mutants)
-set(mutated model/interval.hpp prove/prove.cpp prove/roots.cpp prove/tube.cpp)
+set(mutated model/interval.hpp prove/determinant.cpp prove/prove.cpp prove/roots.cpp prove/tube.cpp)
 list(TRANSFORM mutated PREPEND ${PROJECT_SOURCE_DIR}/ OUTPUT_VARIABLE originals)
 list(TRANSFORM mutated PREPEND ${mutants}/)
 add_custom_command(
@@ -12,7 +12,7 @@ add_library(prove_mutants STATIC ${mutated} ${PROJECT_SOURCE_DIR}/prove/absent.c
 target_include_directories(prove_mutants BEFORE PUBLIC ${mutants})
 target_include_directories(prove_mutants PUBLIC ${PROJECT_SOURCE_DIR})
 target_link_libraries(prove_mutants PUBLIC tiltrim::model tiltrim::dense tiltrim::runtime fmt::fmt)
-set_target_properties(prove_mutants PROPERTIES UNITY_BUILD ${TILTRIM_UNITY})
+set_target_properties(prove_mutants PROPERTIES UNITY_BUILD ${TILTRIM_UNITY} UNITY_BUILD_BATCH_SIZE 2)
 tiltrim_test_options(prove_mutants TRUE)
 
 add_executable(prove_mutants_tests prove_planted_test.cpp prove_tube_test.cpp)

@@ -24,7 +24,7 @@ static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
 }
 
 NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {
-  constexpr double shortest = 1e-8;
+  constexpr double shortest = 1e-4;
   constexpr double rounding = 1e-14;  // a shorter step changes no more than rounding does
   Values &at = problem.memory.here, &next = problem.memory.next;
   Jacobians& slope = problem.memory.slopes;
