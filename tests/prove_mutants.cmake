@@ -20,10 +20,12 @@ target_link_libraries(prove_mutants_tests PRIVATE prove_mutants test_support til
 target_precompile_headers(prove_mutants_tests REUSE_FROM test_support)
 tiltrim_test_options(prove_mutants_tests TRUE)
 
-# prove_mutant(<fault> <what a test says of it>)
+# prove_mutant(<fault> <what a test says of it> [<share of the trials>])
 function(prove_mutant fault words)
+  set(trials 0.3 ${ARGN})
+  list(GET trials -1 trials)
   add_test(NAME prove_mutant_${fault} COMMAND prove_mutants_tests)
-  set_tests_properties(prove_mutant_${fault} PROPERTIES ENVIRONMENT TILTRIM_MUTANT=${fault}
+  set_tests_properties(prove_mutant_${fault} PROPERTIES ENVIRONMENT "TILTRIM_MUTANT=${fault};TILTRIM_TRIALS=${trials}"
                        PASS_REGULAR_EXPRESSION "${words}")
 endfunction()
 prove_mutant(none "Status: SUCCESS")
@@ -33,7 +35,7 @@ prove_mutant(no_curvature "fault.empty.*proved (stable|unstable)")
 foreach(fault no_third no_fourth no_mixed no_cross)
   prove_mutant(${fault} "fault.empty.*proved stable")
 endforeach()
-prove_mutant(one_side "fault.empty.*proved (stable|unstable)")
+prove_mutant(one_side "fault.empty.*proved (stable|unstable)" 1)
 prove_mutant(zero_skipped "fault.empty.*proved (stable|unstable)")
 prove_mutant(not_strict "largest <= 0.9")
 prove_mutant(no_upper_limit "fault.empty.*proved (stable|unstable)")
