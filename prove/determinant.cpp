@@ -24,8 +24,8 @@ double Value::floor(Complex v) const {
 
 namespace {
 
-constexpr double largest =
-    100.0;  // sum of all moduli for which the slack of count_roots covers the rounding
+// The sum of all moduli for which the slack of count_roots covers the rounding.
+constexpr double largest = 100.0;
 
 using SmallC =
     Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, dense::small_size, dense::small_size>;
@@ -104,6 +104,30 @@ double beyond(const Value& value, const std::vector<SmallC>& F, const std::vecto
   return fourth + third + mixed + 1e-12 * (all + size * size * size);  // with the sums' rounding
 }
 
+// The terms of first and second order:
+//   det(I - L - Q) = 1 - tr L + (tr² L - tr L²) / 2 - tr Q + ...
+void add_traces(Value& value, const std::vector<SmallC>& F, const std::vector<SmallC>& Q) {
+  for (std::size_t k = 0, bend = 0; k < F.size(); ++k) {
+    value.linear.push_back(-F[k].trace());
+    value.quadratic.emplace_back();
+    for (std::size_t l = 0; l <= k; ++l) {
+      const Complex q = value.linear[k] * value.linear[l] - trace_of_product(F[k], F[l]);
+      value.quadratic[k].push_back((k == l ? 0.5 * q : q) - Q[bend++].trace());
+    }
+  }
+}
+
+// What each parameter adds, by which a box is cut.
+std::vector<double> shares(const Value& value, const std::vector<SmallC>& F, std::size_t count) {
+  std::vector<double> shares;
+  for (std::size_t k = 0; k < count; ++k) {
+    double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(F[k].rows());
+    for (const Complex q : value.quadratic[k]) share += 0.5 * std::abs(q);
+    shares.push_back(share);
+  }
+  return shares;
+}
+
 }  // namespace
 
 Value value_at(const Family& f, double from, double to) {
@@ -163,20 +187,9 @@ Value value_at(const Family& f, double from, double to) {
            f.radius.sum();
   trace = std::min(trace, rho.trace());
   Small linear = Small::Zero(n, n);
-  for (std::size_t k = 0, bend = 0; k < F.size(); ++k) {
-    linear += F[k].cwiseAbs();
-    value.linear.push_back(-F[k].trace());
-    value.quadratic.emplace_back();
-    for (std::size_t l = 0; l <= k; ++l) {
-      const Complex q = value.linear[k] * value.linear[l] - trace_of_product(F[k], F[l]);
-      value.quadratic[k].push_back((k == l ? 0.5 * q : q) - Q[bend++].trace());
-    }
-  }
-  for (std::size_t k = 0; k < f.E.size(); ++k) {
-    double share = std::abs(value.linear[k]) + 0.2 * F[k].cwiseAbs().sum() / double(n);
-    for (const Complex q : value.quadratic[k]) share += 0.5 * std::abs(q);
-    value.share.push_back(share);
-  }
+  for (const SmallC& A : F) linear += A.cwiseAbs();
+  add_traces(value, F, Q);
+  value.share = shares(value, F, f.E.size());
   value.total = (linear + curved + rho).sum();
   value.rest = beyond(value, F, Q, linear, curved, rho) + trace;
   if (!(value.total < largest)) value.rest = std::numeric_limits<double>::infinity();

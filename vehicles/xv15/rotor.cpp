@@ -58,8 +58,7 @@ Eigen::Matrix3d inverse_of(const Eigen::Matrix3d& J) {
 static RotorMotion<double> start(const RotorInput<double>& in, const Data& d) {
   const double tip = in.omega * d.radius, mu = in.V_e / tip, climb = in.V_n / tip;
   if (std::abs(climb) > closed_form_inflow) return {0.01 * tip, 0, 0};
-  constexpr double most_loading =
-      0.15;  // C_T/solidity of a stalled rotor, which the closed form lacks
+  constexpr double most_loading = 0.15;  // C_T/solidity in stall, which the closed form lacks
   const double k = std::tan(d.delta3);
   const SimpleBlade blade = simple_blade(d, in.theta_75);
   double inflow = 0.05;
