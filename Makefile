@@ -32,7 +32,9 @@ release:
 packages:
 	cmake/install-packages.sh
 
-demo: packages release
+demo:
+	cmake/install-packages.sh program
+	$(MAKE) release
 	build/bin/tiltrim linearize studies/paper.toml
 	build/bin/tiltrim tables
 

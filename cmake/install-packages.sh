@@ -1,16 +1,18 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only those.
-#   cmake/install-packages.sh        what building, testing and benchmarks need
-#   cmake/install-packages.sh dev    and the formatter, the linter, and what some tests compare with:
-#                                    MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; Doxygen, MkDocs; a
-#                                    browser; another compiler; an emulator of other processors;
-#                                    and what the Python package's tests need
+#   cmake/install-packages.sh program  what building the program needs
+#   cmake/install-packages.sh          what building, testing and benchmarks need
+#   cmake/install-packages.sh dev      and the formatter, the linter, and what some tests compare with:
+#                                      MPI, Python's netCDF4 and SciPy, LAPACK; LaTeX; Doxygen, MkDocs; a
+#                                      browser; another compiler; an emulator of other processors;
+#                                      and what the Python package's tests need
 set -eu
 
 packages="build-essential cmake ninja-build pkg-config file
   libeigen3-dev coinor-libipopt-dev liblapack-dev libblas-dev libnlopt-dev libnlopt-cxx-dev libfmt-dev libtomlplusplus-dev
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev libflint-arb-dev libflint-dev
-  doctest-dev libbenchmark-dev gnuplot-nox pybind11-dev python3-dev python3-numpy"
+  gnuplot-nox doctest-dev"
+[ "${1:-}" = program ] || packages="$packages libbenchmark-dev pybind11-dev python3-dev python3-numpy"
 [ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy
   python3-pytest python3-xarray python3-matplotlib python3-joblib python3-jsonschema python3-venv mypy
