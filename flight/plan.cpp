@@ -30,10 +30,10 @@ TrimmedStart trimmed_start(const Flight& flight, const Command& command, double 
   const RoundToNearest environment;
   Vehicle vehicle = flight.vehicle;
   vehicle.gains = gains_at(flight, command.eta);
-  const TrimResult trim = trim_closed_loop(vehicle, command, options);
+  const TrimProblem problem = closed_loop_problem(vehicle, command);
+  const TrimResult trim = trim_closed_loop(problem, vehicle, command, options);
   TrimmedStart answer{trim.status, trim.message, {}};
   if (!answer) return answer;
-  const TrimProblem problem = closed_loop_problem(vehicle, command);
   const Eigen::VectorXd& x = trim.point.x;
   const Evaluation at = evaluate(problem.model, trim.point);
   FlightState& state = answer.start.state;

@@ -7,7 +7,7 @@
 #   - the general folders know no aircraft and no study: they include neither, nor use the names of one's signals.
 cmake_minimum_required(VERSION 3.25)
 
-set(general runtime dense design model trim linearize qualities follow sweep simulate optimize tune)
+set(general runtime dense design model trim linearize qualities follow sweep prove simulate optimize tune)
 set(particular "vehicles/.*|flight|study|tables|report|cli")
 set(aircraft_names "\"(V|gamma|eta|theta0|corridor)\"")
 
