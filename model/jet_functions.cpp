@@ -120,11 +120,18 @@ Jet cosh(const Jet& a) {
     return Jet::Derivatives{c, s, c, s, c};
   });
 }
+// Where b (b-1) ... and b - k are exact, by powers. Elsewhere x^(b-k) would miss its bound with the
+// rounding of b - k: there each derivative is the last one times (b-k)/x.
 Jet pow(const Jet& a, double b) {
-  return smooth(a, [b](const Interval& x) {
-    return Jet::Derivatives{pow(x, b), b * pow(x, b - 1), b * (b - 1) * pow(x, b - 2),
-                            b * (b - 1) * (b - 2) * pow(x, b - 3),
-                            b * (b - 1) * (b - 2) * (b - 3) * pow(x, b - 4)};
+  const bool exact = b == std::floor(b) && std::abs(b) < 1000;
+  return smooth(a, [b, exact](const Interval& x) {
+    Jet::Derivatives g{pow(x, b)};
+    double factor = 1;
+    for (int k = 0; k < 4; ++k) {
+      factor *= b - k;
+      g[k + 1] = exact ? factor * pow(x, b - (k + 1)) : (Interval(b) - double(k)) * g[k] / x;
+    }
+    return g;
   });
 }
 Jet atan2(const Jet& y, const Jet& x) {
