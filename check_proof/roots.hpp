@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "check_proof/cubic.hpp"
-#include "check_proof/physics.hpp"
+#include "check_proof/equations.hpp"
 
 namespace tiltrim::checking {
 

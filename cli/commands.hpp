@@ -12,7 +12,7 @@
 
 #include "cli/terminal.hpp"
 #include "prove/prove.hpp"
-#include "report/branches.hpp"
+#include "report/branch_sheets.hpp"
 #include "report/conditions.hpp"
 #include "report/flights.hpp"
 #include "study/analyses.hpp"

@@ -4,7 +4,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/matrix_file.hpp"
-#include "report/eigenvalues.hpp"
+#include "report/mode_sheets.hpp"
 #include "vehicles/mode_names.hpp"
 
 namespace tiltrim::cli {

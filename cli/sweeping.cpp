@@ -7,8 +7,8 @@
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
-#include "report/qualities.hpp"
-#include "report/sweeps.hpp"
+#include "report/map_sheets.hpp"
+#include "report/quality_sheets.hpp"
 #include "report/verdicts.hpp"
 #include "runtime/ranks.hpp"
 #include "runtime/whole_file.hpp"

@@ -42,12 +42,7 @@ function(tiltrim_light target cold)
       target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
     endif()
   endif()
-  if(target STREQUAL tiltrim_xv15)  # blade elements cost a sixth more with -O2
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
-  endif()
-  if(target STREQUAL tiltrim_dense)  # eigenvalues cost up to a fifth more with -O2
-    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
-  elseif(TILTRIM_UNITY)
+  if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
     # As many as one compiler process takes with less than 1 GB.
     set(batch 12)
     if(target MATCHES "_prove$")

@@ -83,29 +83,29 @@ double seconds_to(const Schedule& schedule, const Place& place) {
 
 // The loop frozen on one side of the handover: constant command, tilt just off the handover.
 Flight frozen(const Flight& flight, const Command& command, bool airplane) {
-  Flight still = flight;
+  Flight steady = flight;
   Command held_at = command;
   held_at.eta = flight.vehicle.aircraft.cyclic_off + (airplane ? -beside : beside);
-  still.schedule = held(held_at);
-  still.wind = {};
-  still.disturbance = {};
-  still.kink_times.clear();
-  still.rates = {};
-  return still;
+  steady.schedule = held(held_at);
+  steady.wind = {};
+  steady.disturbance = {};
+  steady.kink_times.clear();
+  steady.rates = {};
+  return steady;
 }
 
 HandOverSide side_of(const Flight& flight, const Command& command, bool airplane, double height,
                      const TrimOptions& trimming) {
-  const Flight still = frozen(flight, command, airplane);
-  const Command at = still.schedule.command(0.0, height);
+  const Flight steady = frozen(flight, command, airplane);
+  const Command at = steady.schedule.command(0.0, height);
   HandOverSide side;
   side.airplane = airplane;
-  const TrimmedStart trim = trimmed_start(still, at, height, trimming);
+  const TrimmedStart trim = trimmed_start(steady, at, height, trimming);
   side.status = trim.status;
   side.message = trim.message;
   if (!trim) return side;
   side.state = trim.start.state;
-  side.inputs = flight_point(still, {false, airplane}, 0.0, side.state).used;
+  side.inputs = flight_point(steady, {false, airplane}, 0.0, side.state).used;
   Vehicle vehicle = flight.vehicle;
   vehicle.gains = gains_at(flight, at.eta);
   Eigen::VectorXd x(6);

@@ -43,24 +43,24 @@ Response response(const Flight& flight, const Command& command,
   answer.states.resize(states);
   answer.offset = offset_of(answer.states, offset);
 
-  Flight still = flight;
-  still.schedule = held(command);
-  still.axes = Axes::wind;
-  still.wind = {};
-  still.disturbance = {};
-  still.kink_times.clear();
-  still.rates = {};
-  still.vehicle.gains = gains_at(still, command.eta);
-  still.gains = {};
+  Flight steady = flight;
+  steady.schedule = held(command);
+  steady.axes = Axes::wind;
+  steady.wind = {};
+  steady.disturbance = {};
+  steady.kink_times.clear();
+  steady.rates = {};
+  steady.vehicle.gains = gains_at(steady, command.eta);
+  steady.gains = {};
   constexpr double high = 1e6;  // m: no ground
-  const TrimmedStart trim = trimmed_start(still, command, high, options.trimming);
+  const TrimmedStart trim = trimmed_start(steady, command, high, options.trimming);
   answer.message = trim.message;
   if (!trim) return answer;
   VectorXd x(states);
   x << 0, 0, trim.start.state.theta, trim.start.state.q, trim.start.state.x1, trim.start.state.x2;
-  const Model model = closed_loop(still.vehicle);
+  const Model model = closed_loop(steady.vehicle);
   const LinearModel linear =
-      linearize(model, {x, VectorXd(), closed_loop_parameters(still.vehicle, command)});
+      linearize(model, {x, VectorXd(), closed_loop_parameters(steady.vehicle, command)});
   answer.message = linear.message;
   if (!linear) return answer;
   // V_err and gamma_err are commanded minus actual: opposite sign.
@@ -74,7 +74,7 @@ Response response(const Flight& flight, const Command& command,
     flying.duration = options.duration;
     flying.integrate.tolerance = options.tolerance;
     flying.integrate.sample = options.sample;
-    const FlightResult flown = fly(still, {moved(trim.start.state, by), false}, flying);
+    const FlightResult flown = fly(steady, {moved(trim.start.state, by), false}, flying);
     comparing::Nonlinear motion{flown.t, MatrixXd(states, std::ssize(flown.t)), bool(flown),
                                 flown.message};
     for (std::size_t i = 0; i < flown.t.size(); ++i)

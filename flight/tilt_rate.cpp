@@ -116,12 +116,12 @@ class Flights {
   std::vector<Offset> offsets_;
 
   TiltFlight fly_with(double rate, const Offset& offset) const {
-    const bool still = rate == 0;
+    const bool fixed_tilt = rate == 0;
     const FrozenLoop& first = result_.loops.front();
-    const FrozenLoop& last = still ? first : result_.loops.back();
+    const FrozenLoop& last = fixed_tilt ? first : result_.loops.back();
     Flight tilting = flight_;
     tilting.schedule =
-        still ? held(first.command) : corridor_at_tilt_rate(tilting_at(options_, rate));
+        fixed_tilt ? held(first.command) : corridor_at_tilt_rate(tilting_at(options_, rate));
     tilting.wind = {};
     tilting.disturbance = {};
     tilting.kink_times.clear();
@@ -137,7 +137,7 @@ class Flights {
     x.height = high;
     x.eta = first.eta;
     FlyOptions flying;
-    flying.duration = options_.settles + (still ? 0.0 : tilting_at(options_, rate).ends());
+    flying.duration = options_.settles + (fixed_tilt ? 0.0 : tilting_at(options_, rate).ends());
     flying.integrate.tolerance = 1e-7;
     flying.integrate.sample = 0.1;
     flying.integrate.stop = options_.stop;

@@ -128,7 +128,7 @@ template <int N>
   const Mask first = lane.low == double(k);
   const Real x = choose(first, b.begin.x, b.x), y = choose(first, b.begin.y, b.y),
              z = choose(first, b.begin.z, b.z);
-  const Turn t = turn(x, multiply_add(z, z, multiply_add(y, y, x * x)), inside);
+  const Householder t = householder(x, multiply_add(z, z, multiply_add(y, y, x * x)), inside);
   if (k > 0) H(k, k - 1) = choose(inside && !first, t.first, b.x);
   return {t.c, y * t.scale, z * t.scale};
 }

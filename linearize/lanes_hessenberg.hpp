@@ -187,11 +187,12 @@ template <int N>
 
 // A reflector I + c u uᵀ, u = (1, x₂ scale, x₃ scale, ...), that maps x to its first component; the
 // identity if x is zero or `where` is not set.                                [11, alg. 5.1.1]
-struct Turn {
+struct Householder {
   Real c, scale;
   Real first;  // new value of the first component
 };
-[[gnu::always_inline]] inline Turn turn(const Real& first, const Real& squares, const Mask& where) {
+[[gnu::always_inline]] inline Householder householder(const Real& first, const Real& squares,
+                                                  const Mask& where) {
   const Real length = sqrt(squares);
   const Real turned = choose(first < 0.0, length, -length);
   const Real u = first - turned;
@@ -208,7 +209,7 @@ template <int N>
   for (int i = k + 2; i < n; ++i) below = multiply_add(A(i, k), A(i, k), below);
   const Real x = A(k + 1, k);
   const Mask some = Real(least_square) < below;
-  const Turn t = turn(x, multiply_add(x, x, below), some);
+  const Householder t = householder(x, multiply_add(x, x, below), some);
   A(k + 1, k) = choose(some, t.first, x);
 #pragma GCC unroll 8
   for (int i = k + 2; i < n; ++i) {

@@ -146,12 +146,12 @@ bool same_answer(const Evaluation& a, const Evaluation& b) {
 
 // Newton step to the nearest equilibrium in the states that must be at rest, in their units.
 // Derivatives indistinguishable from zero count as zero.
-VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>& still) {
+VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>& steady) {
   const VectorXd size = nominals(linear.states);
-  MatrixXd J = linear.A(still, Eigen::all) * size.asDiagonal();
-  const MatrixXd error = linear.A_error(still, Eigen::all) * size.asDiagonal();
+  MatrixXd J = linear.A(steady, Eigen::all) * size.asDiagonal();
+  const MatrixXd error = linear.A_error(steady, Eigen::all) * size.asDiagonal();
   J = (J.array().abs() > error.array()).select(J, 0.0);
-  return size.cwiseProduct(dense::newton_step(J, linear.rates(still)));
+  return size.cwiseProduct(dense::newton_step(J, linear.rates(steady)));
 }
 
 // Rates that are small only because their derivatives are: Newton's step is long, and the rates are
@@ -159,19 +159,19 @@ VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>
 std::string only_small(const Model& model, const LinearModel& linear,
                        const LinearizeOptions& options) {
   constexpr double far = 0.1;  // nominal sizes
-  std::vector<Index> still;
+  std::vector<Index> steady;
   for (Index i = 0; i < std::ssize(linear.states); ++i)
-    if (!among(options.moving, linear.states[std::size_t(i)].name)) still.push_back(i);
-  if (still.empty() || linear.residual == 0 || std::isinf(options.tolerance)) return {};
+    if (!among(options.moving, linear.states[std::size_t(i)].name)) steady.push_back(i);
+  if (steady.empty() || linear.residual == 0 || std::isinf(options.tolerance)) return {};
   const VectorXd size = nominals(linear.states);
-  const VectorXd step = step_to_equilibrium(linear, still);
+  const VectorXd step = step_to_equilibrium(linear, steady);
   const double away = step.cwiseQuotient(size).norm();
   if (!(away > far)) return {};
   OperatingPoint there = linear.point;
   there.x += far / away * step;
-  VectorXd rates = VectorXd::Constant(std::ssize(still), INFINITY);  // the model throws there
+  VectorXd rates = VectorXd::Constant(std::ssize(steady), INFINITY);  // the model throws there
   try {
-    rates = evaluate(model, there).rates.cwiseQuotient(size)(still);
+    rates = evaluate(model, there).rates.cwiseQuotient(size)(steady);
   } catch (const CallerMistake&) {
     throw;
   } catch (...) {

@@ -128,6 +128,29 @@ std::vector<double> shares(const Value& value, const std::vector<SmallC>& F, std
   return shares;
 }
 
+// H(t) = Σ H_j t^j, near the inverse of X + step t P for t in [-1, 1]; any matrices serve.
+struct Inverse {
+  std::vector<SmallC> H;
+  Small error;   // |I - (X + step t P) H(t)| <= error
+  Small moduli;  // Σ |H_j|
+};
+
+Inverse near_inverse(const SmallC& X, const SmallC& P, Complex step) {
+  constexpr std::size_t terms = 5;
+  const bool wide = step != 0.0;
+  std::vector<SmallC> H{near_inverse(X)};
+  if (wide)
+    for (std::size_t j = 1; j < terms; ++j) H.push_back(-step * (H[0] * (P * H[j - 1])));
+  Small error = (SmallC::Identity(X.rows(), X.rows()) - X * H[0]).cwiseAbs();
+  Small moduli = H[0].cwiseAbs();
+  for (std::size_t j = 1; j < H.size(); ++j) {
+    error += (X * H[j] + step * (P * H[j - 1])).cwiseAbs();
+    moduli += H[j].cwiseAbs();
+  }
+  if (wide) error += (step * (P * H.back())).cwiseAbs();
+  return {H, error, moduli};
+}
+
 }  // namespace
 
 Value value_at(const Family& f, double from, double to) {
@@ -135,19 +158,8 @@ Value value_at(const Family& f, double from, double to) {
   const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
   const SmallC P = f.P.cast<Complex>(), X = Complex(0, at) * P - f.E0.cast<Complex>();
   const Complex step(0, from < to ? half : 0.0);
-  // H(t) = Σ H_j t^j, near the inverse of X + step t P for t in [-1, 1]; any matrices serve.
-  constexpr std::size_t terms = 5;
-  std::vector<SmallC> H{near_inverse(X)};
-  if (from < to)
-    for (std::size_t j = 1; j < terms; ++j) H.push_back(-step * (H[0] * (P * H[j - 1])));
-  // |I - (X + step t P) H(t)| <= inverse
-  Small inverse = (SmallC::Identity(n, n) - X * H[0]).cwiseAbs();
-  Small Ha = H[0].cwiseAbs();
-  for (std::size_t j = 1; j < H.size(); ++j) {
-    inverse += (X * H[j] + step * (P * H[j - 1])).cwiseAbs();
-    Ha += H[j].cwiseAbs();
-  }
-  if (from < to) inverse += (step * (P * H.back())).cwiseAbs();
+  const Inverse inverse = near_inverse(X, P, step);
+  const std::vector<SmallC>& H = inverse.H;
   Value value;
   // F = Σ d_k F_k + Σ d_k d_l Q_kl + ..., the last d is t.
   std::vector<SmallC> F, Q;
@@ -173,18 +185,19 @@ Value value_at(const Family& f, double from, double to) {
   double moduli =
       f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff() + f.bend_moduli.maxCoeff();
   for (const Small& E : f.E) moduli += E.cwiseAbs().maxCoeff();
-  const double rounding = 64 * double(n * n) * unit * Ha.maxCoeff() * moduli;
+  const double rounding = 64 * double(n * n) * unit * inverse.moduli.maxCoeff() * moduli;
   const Small rest = f.spread.array() + to * f.P_radius;
-  Small rho = inverse + high + (rest + f.R) * Ha;
+  Small rho = inverse.error + high + (rest + f.R) * inverse.moduli;
   rho.array() += rounding;
   // |tr(W R T H)| <= Σ |T H W|_ji R_ij
   value.weight = Small::Zero(n, n);
   for (const SmallC& own : H)
     value.weight += (f.T.cast<Complex>() * own * f.W.cast<Complex>()).cwiseAbs().transpose();
   double trace = (value.weight.array() * f.radius.array()).sum() * (1 + 1e-9) +
-                 (rest * Ha).trace() + inverse.trace() + high.trace() + double(n) * rounding * 2;
-  trace += 64 * double(n * n) * unit * (f.T.cwiseAbs() * Ha * f.W.cwiseAbs()).maxCoeff() *
-           f.radius.sum();
+                 (rest * inverse.moduli).trace() + inverse.error.trace() + high.trace() +
+                 double(n) * rounding * 2;
+  trace += 64 * double(n * n) * unit *
+           (f.T.cwiseAbs() * inverse.moduli * f.W.cwiseAbs()).maxCoeff() * f.radius.sum();
   trace = std::min(trace, rho.trace());
   Small linear = Small::Zero(n, n);
   for (const SmallC& A : F) linear += A.cwiseAbs();

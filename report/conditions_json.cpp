@@ -1,6 +1,6 @@
 #include "report/conditions.hpp"
 #include "report/json.hpp"
-#include "report/qualities.hpp"
+#include "report/quality_sheets.hpp"
 
 namespace tiltrim {
 

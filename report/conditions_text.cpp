@@ -5,7 +5,7 @@
 
 #include "model/degrees.hpp"
 #include "report/conditions.hpp"
-#include "report/eigenvalues.hpp"
+#include "report/mode_sheets.hpp"
 #include "report/user_columns.hpp"
 #include "vehicles/tiltrotor/table_trim.hpp"
 

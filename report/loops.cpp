@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "model/degrees.hpp"
-#include "report/eigenvalues.hpp"
 #include "report/json.hpp"
+#include "report/mode_sheets.hpp"
 
 namespace tiltrim {
 

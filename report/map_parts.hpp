@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "report/sweeps.hpp"
+#include "report/map_sheets.hpp"
 
 namespace tiltrim {
 

@@ -9,10 +9,10 @@
 
 #include "report/figure_parts.hpp"
 #include "report/json.hpp"
+#include "report/map_sheets.hpp"
 #include "report/page_assets.hpp"
 #include "report/page_data.hpp"
 #include "report/study_report.hpp"
-#include "report/sweeps.hpp"
 
 namespace tiltrim {
 

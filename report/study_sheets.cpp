@@ -3,11 +3,11 @@
 
 #include <algorithm>
 
-#include "report/eigenvalues.hpp"
 #include "report/loops.hpp"
+#include "report/map_sheets.hpp"
+#include "report/mode_sheets.hpp"
 #include "report/paper.hpp"
 #include "report/study_report.hpp"
-#include "report/sweeps.hpp"
 
 namespace tiltrim {
 

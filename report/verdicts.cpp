@@ -6,7 +6,7 @@
 
 #include "report/json.hpp"
 #include "report/map_parts.hpp"
-#include "report/sweeps.hpp"
+#include "report/map_sheets.hpp"
 #include "sweep/verdict_map.hpp"
 #include "sweep/verdict_runs.hpp"
 

@@ -34,7 +34,7 @@ std::string as_degrees(const std::string& key, double value) {
                      value, value / degree, value * degree);
 }
 
-struct Walk {
+struct AngleCheck {
   std::string file;
   std::vector<std::string> in_rad;  // names of the [model]
   std::vector<std::string> remarks{};
@@ -77,12 +77,12 @@ struct Walk {
 }  // namespace
 
 std::vector<std::string> angle_remarks(const Study& study) {
-  Walk walk{study.file.string(), {}};
+  AngleCheck check{study.file.string(), {}};
   if (study.user_model)
     for (const Key& key : study.user_model->keys)
-      if (key.unit == "rad") walk.in_rad.push_back(key.name);
-  walk.visit_table(reading::parse_toml(study.text, study.file));
-  return walk.remarks;
+      if (key.unit == "rad") check.in_rad.push_back(key.name);
+  check.visit_table(reading::parse_toml(study.text, study.file));
+  return check.remarks;
 }
 
 }  // namespace tiltrim

@@ -143,8 +143,8 @@ std::vector<Remedy> nearest_tilt(const Vehicle& vehicle, const Condition& condit
   return remedies;
 }
 
-std::vector<DecisionVariable> levers(const Vehicle& vehicle, const Condition& condition,
-                                     const TrimProblem& p) {
+std::vector<DecisionVariable> decision_variables(const Vehicle& vehicle, const Condition& condition,
+                                                 const TrimProblem& p) {
   const Aircraft& a = vehicle.aircraft;
   std::vector<DecisionVariable> all;
   if (held(p, "V")) all.push_back({"V", {slowest_V, fastest_V}});
@@ -179,7 +179,8 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
     if (r.helps() && r.kind != RemedyKind::equation)
       e.words.push_back("sufficient alone: " + words(r, model, with_forces));
   for (const Remedy& r : d.remedies)
-    if (!r.helps() && (r.kind == RemedyKind::lever || (r.signal == "theta0" && r.upper)))
+    if (!r.helps() &&
+        (r.kind == RemedyKind::decision_variable || (r.signal == "theta0" && r.upper)))
       e.words.push_back("does not help: " + words(r, model, with_forces));
   if (d.interrupted) e.words.push_back("interrupted: other remedies were not examined");
   if (d.out_of_time) e.words.push_back("not all remedies were examined within time_limit");
@@ -212,8 +213,8 @@ std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& cond
         "the airframe has an equilibrium within the limits, but the control law does not reach it");
     return e;
   }
-  e.diagnosis =
-      diagnose(p.model, p.spec, p.guess, open.point, levers(vehicle, condition, p), options);
+  e.diagnosis = diagnose(p.model, p.spec, p.guess, open.point,
+                         decision_variables(vehicle, condition, p), options);
   if (closed)
     for (Remedy& r : nearest_tilt(vehicle, condition, options)) {
       const bool examined = r.trim.status != TrimStatus::time_limit;

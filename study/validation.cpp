@@ -9,7 +9,7 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "study/analyses.hpp"
-#include "study/loads.hpp"
+#include "study/loads_study.hpp"
 #include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "vehicles/xv15/loads.hpp"

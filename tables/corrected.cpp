@@ -97,11 +97,11 @@ std::string moment_left(const Vehicle& vehicle, const TrimProblem& problem, cons
   const TrimResult forces = without_proof(problem, spec);
   if (!forces) return {};
   const double acceleration = signal(problem.model.states, forces.rates, "q");
-  const double lever = std::abs(std::cos(c.gamma));  // alpha = -gamma
+  const double arm = std::abs(std::cos(c.gamma));  // alpha = -gamma
   return fmt::format(
       "; with both forces balanced a pitching moment of {:+.3f} N m remains, and at this angle of "
       "attack the elevator keeps {:.0f} % of its effectiveness",
-      acceleration * vehicle.aircraft.inertia_yy, 100.0 * lever);
+      acceleration * vehicle.aircraft.inertia_yy, 100.0 * arm);
 }
 
 CorrectedColumn level_body_column(const Vehicle& vehicle, std::size_t i) {
@@ -144,12 +144,13 @@ CorrectedColumn free_pitch_column(const Vehicle& vehicle, const char* name,
   CorrectedColumn column;
   column.name = name;
   column.condition = condition;
-  column.trim = trim_closed_loop(vehicle, condition);
+  const TrimProblem problem = closed_loop_problem(vehicle, condition);
+  column.trim = trim_closed_loop(problem, vehicle, condition);
   if (!column.trim) {
     column.finding = no_equilibrium(column);
     return column;
   }
-  const Model model = closed_loop_problem(vehicle, condition).model;
+  const Model& model = problem.model;
   const auto output = [&](const char* signal_name) {
     return signal(model.outputs, column.trim.outputs, signal_name);
   };

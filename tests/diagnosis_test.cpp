@@ -157,10 +157,11 @@ static Known line(Random& g, bool plain) {
     corner[k] = c[k] * missing > 0 ? box.back().upper : box.back().lower;
   }
   const double p = c.dot(corner) + missing;
-  Known known{{1, box, p, [c](const VectorXd& u, double to) { return vec({c.dot(u) - to}); }},
-              corner,
-              {},
-              {{equation, "x", false, 0, -missing}, {lever, "p", false, p, p - missing}}};
+  Known known{
+      {1, box, p, [c](const VectorXd& u, double to) { return vec({c.dot(u) - to}); }},
+      corner,
+      {},
+      {{equation, "x", false, 0, -missing}, {decision_variable, "p", false, p, p - missing}}};
   known.asked.model.states[0].nominal = rate_size;
   for (Index k = 0; k < n; ++k) {
     Signal& u = known.asked.model.inputs[std::size_t(k)];
@@ -185,7 +186,7 @@ static Known circle(Random& g, bool within) {
       {1, box, p, [](const VectorXd& u, double r) { return vec({u.squaredNorm() - r * r}); }},
       vec({a, b}),
       {{{"u1", within, a}, pull * a}, {{"u2", within, b}, pull * b}},
-      {{equation, "x", false, 0, left}, {lever, "p", false, p, corner}}};
+      {{equation, "x", false, 0, left}, {decision_variable, "p", false, p, corner}}};
   const double u1 = std::sqrt(p * p - b * b), u2 = std::sqrt(p * p - a * a);
   if (p > b) known.ways.push_back({limit, "u1", within, a, u1});
   if (p > a) known.ways.push_back({limit, "u2", within, b, u2});
@@ -213,7 +214,7 @@ static Known disc(Random& g) {
           {{limit, "u4", false, 0, R - p},
            {equation, "x", false, 0, p * p - R * R},
            {equation, "y", false, 0, R - p},
-           {lever, "p", false, p, R}}};
+           {decision_variable, "p", false, p, R}}};
 }
 
 // x' = u1 + u2 - p,  z = u1² + u2² <= Z < p²/2.
@@ -227,7 +228,7 @@ static Known output(Random& g) {
               {{{"z", true, Z}, (most - p) / most}},
               {{limit, "z", true, Z, p * p / 2},
                {equation, "x", false, 0, most - p},
-               {lever, "p", false, p, most}}};
+               {decision_variable, "p", false, p, most}}};
   known.asked.spec.bounds["z"] = {g() % 2 ? -infinity : -1, Z};
   return known;
 }
@@ -249,7 +250,7 @@ static Known two_equations(Random& g) {
           {},
           {{equation, "x", false, 0, b / k - p},
            {equation, "y", false, 0, k * p - b},
-           {lever, "p", false, p, b / k}}};
+           {decision_variable, "p", false, p, b / k}}};
 }
 
 TEST_CASE("out of reach: the closest point, what holds it back, what each thing alone would give") {
@@ -283,7 +284,7 @@ static Range operator*(double c, const Range& r) {
   return {std::min(c * r.lower, c * r.upper), std::max(c * r.lower, c * r.upper)};
 }
 
-TEST_CASE("a lever that cannot help: shown where the model has an enclosure of it") {
+TEST_CASE("a variable that cannot help: shown where the model has an enclosure of it") {
   Asked q(1, {{0, 1}, {0, 0}}, 0,
           [](const VectorXd& u, double p) { return vec({1 + u[0] + u[1] * u[1] + p * p}); });
   const auto status = [&](const char* signal) {
@@ -518,7 +519,7 @@ struct Explained {
 
   // Nothing can be flown nearer than `to` on either side; just beyond it, something can.
   void check_nearest(const char* signal, double Command::*member) const {
-    const Remedy& r = of(d(), lever, signal);
+    const Remedy& r = of(d(), decision_variable, signal);
     CAPTURE(signal);
     check_balanced(r);
     CHECK(r.from == command.*member);
@@ -571,14 +572,14 @@ TEST_CASE("(3) as printed: no climb, for the wing's download" * doctest::skip(sa
       fmt::format("thrust would have to be {:.1f} N, or the download on the wing at most {:.1f} N",
                   mg - f.wing_up, (a.thrust_excess - 1) * mg)));
 
-  CHECK(of(d, lever, "V").trim.status == TrimStatus::infeasible);
+  CHECK(of(d, decision_variable, "V").trim.status == TrimStatus::infeasible);
   CHECK(climb.says("does not help: any V between 0.5 m/s and 60 m/s (proved)"));
   for (int i = 0; i < trials(10); ++i) CHECK_FALSE(flies(v, {0.5 + 6 * i, pi / 2, pi / 2}));
   for (const Remedy& r : d.remedies)
     if (r.signal == "eta") CHECK(r.trim.status == TrimStatus::infeasible);
 
   const auto check_design = [&](const char* signal, double Aircraft::*member) {
-    const Remedy& r = of(d, lever, signal);
+    const Remedy& r = of(d, decision_variable, signal);
     climb.check_balanced(r);
     CHECK(r.from == v.aircraft.*member);
     CHECK(climb.says(fmt::format("{} = {:.6g} instead of {:.6g} ({})", signal, r.to, r.from,
@@ -601,7 +602,7 @@ TEST_CASE("level flight at 5 m/s: the elevator's limit") {
   slow.check_nearest("V", &Command::V);
   slow.check_nearest("gamma", &Command::gamma);
   slow.check_nearest("eta", &Command::eta);
-  const Remedy& V = of(slow.d(), lever, "V");
+  const Remedy& V = of(slow.d(), decision_variable, "V");
   CHECK(V.to > 5);
   CHECK_NEAR(slow.value(V.trim.point, "delta_e"), -0.53, 1e-9);
 }
@@ -663,10 +664,10 @@ TEST_CASE("remedies in words") {
   CHECK(words(limit, false, infeasible, 10, "°") == "s down to -20° (proved)");
   CHECK(words(equation, false, converged) == "s' = 1.25 instead of 1");
   CHECK(words(equation, false, not_found) == "any s' (no equilibrium found in 5 starts)");
-  CHECK(words(lever, false, converged, 1, "m/s") == "s = 1.25 m/s instead of 1 m/s");
-  CHECK(words(lever, false, not_found) ==
+  CHECK(words(decision_variable, false, converged, 1, "m/s") == "s = 1.25 m/s instead of 1 m/s");
+  CHECK(words(decision_variable, false, not_found) ==
         "any s between -2 and 3 (no equilibrium found in 5 starts)");
-  CHECK(words(lever, false, infeasible, 2, "°") == "any s between -4° and 6° (proved)");
+  CHECK(words(decision_variable, false, infeasible, 2, "°") == "any s between -4° and 6° (proved)");
 }
 
 // ---- regressions ----
@@ -692,7 +693,7 @@ TEST_CASE("barely out of reach: held back by the limits all the same") {
 
 // x' = u + g(p), g(p) = p²/4 + sin 8p + ½, u in [0, ½]: from p = 1 down g vanishes at 0.70133, from
 // p = 1 up at 1.33233.
-TEST_CASE("a converged lever is the nearest") {
+TEST_CASE("a converged decision variable is the nearest") {
   Asked q(1, {{0, 0.5}}, 1, [](const VectorXd& u, double p) {
     return vec({u[0] + p * p / 4 + std::sin(8 * p) + 0.5});
   });
@@ -702,7 +703,7 @@ TEST_CASE("a converged lever is the nearest") {
 }
 
 // u1 - 1.5 u2 = p and = 8/3: one direction of (u1, u2) is undetermined, and u runs off along it.
-TEST_CASE("a lever with a free direction left over") {
+TEST_CASE("a decision variable with a free direction left over") {
   const Asked q = conflict(1, -1.5, 0.75, 2, 0, Range{});
   CHECK(nearest(q.model, q.spec, q.guess, {"p", {-100, 100}}).helps());
 }
@@ -711,13 +712,13 @@ TEST_CASE("a glide at 16 m/s: V = 10.66 flies, 40.7 is not the nearest" *
           doctest::skip(sanitized)) {
   const Explained glide(reference_vehicle(), {16, -15 * degree, 15 * degree});
   REQUIRE(flies(glide.vehicle, {10.65, -15 * degree, 15 * degree}));
-  CHECK(of(glide.d(), lever, "V").to < 16);
+  CHECK(of(glide.d(), decision_variable, "V").to < 16);
 }
 
 // From above, the elevator's tilts end just before 60°: at 60° the cyclic is already active.
 TEST_CASE("the nearest tilt flies" * doctest::skip(sanitized)) {
   const Explained descent(reference_vehicle(), {10, -20 * degree, 70 * degree});
-  const Remedy& r = of(descent.d(), lever, "eta");
+  const Remedy& r = of(descent.d(), decision_variable, "eta");
   REQUIRE(r.trim.status == TrimStatus::converged);
   CHECK(flies(descent.vehicle, {10, -20 * degree, r.to}));
 }
@@ -727,7 +728,7 @@ TEST_CASE("tilts are looked for from 0 to 90°" * doctest::skip(sanitized)) {
   v.aircraft.cyclic_off = -30 * degree;
   v.aircraft.cyclic_blend = 40 * degree;
   const Explained slow(v, {5, 0, 0});
-  CHECK(of(slow.d(), lever, "eta").to >= 0);
+  CHECK(of(slow.d(), decision_variable, "eta").to >= 0);
 }
 
 }  // namespace diagnosis_test

@@ -4,6 +4,7 @@
 #   - a public header includes public headers of ours, Eigen and the standard library only;
 #   - a solver's or parser's headers enter a folder by one .cpp, its door;
 #   - of Eigen, only dense/ includes more than Core, which takes seconds and hundreds of megabytes to compile;
+#   - no two folders have a header of one name;
 #   - the general folders know no aircraft and no study: they include neither, nor use the names of one's signals.
 cmake_minimum_required(VERSION 3.25)
 
@@ -85,6 +86,11 @@ foreach(folder IN LISTS folders)
   file(GLOB files ${ROOT}/${folder}/*.hpp ${ROOT}/${folder}/*.cpp)
   foreach(file IN LISTS files)
     cmake_path(GET file FILENAME name)
+    if(name MATCHES "\\.hpp$" AND DEFINED folder_of_${name})
+      message("${folder}/${name}:1: ${folder_of_${name}}/${name} has the same name  -- one header of a name")
+      math(EXPR faults "${faults} + 1")
+    endif()
+    set(folder_of_${name} ${folder})
     execute_process(COMMAND grep -nE "^[ \t]*#[ \t]*include" ${file} OUTPUT_VARIABLE lines)
     string(REGEX MATCHALL "[^\n]+" lines "${lines}")
     foreach(line IN LISTS lines)

@@ -54,6 +54,7 @@ plant(trim/problem.hpp "#include <IpTNLP.hpp>"
 plant(trim/trim_too.cpp "#include <IpTNLP.hpp>"
       "1: #include <IpTNLP.hpp>  -- Ipopt is included in trim/trim.cpp already")
 plant(linearize/modes.cpp "const char* state = \"gamma\";" "1: \"gamma\"  -- linearize is for every vehicle")
+plant(linearize/private.hpp "#pragma once" "1: model/private.hpp has the same name  -- one header of a name")
 write_tree()
 file(APPEND ${TREE}/CMakeLists.txt "tiltrim_module(vehicles/glider SOURCES glider.cpp USES trim)\n")
 file(WRITE ${TREE}/vehicles/glider/glider.cpp "#include \"vehicles/glider/glider.hpp\"\n#include \"trim/trim.hpp\"\n")

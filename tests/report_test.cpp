@@ -2,9 +2,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "report/map_sheets.hpp"
 #include "report/sheet.hpp"
 #include "report/study_report.hpp"
-#include "report/sweeps.hpp"
 #include "tests/check.hpp"
 
 using namespace tiltrim;

@@ -148,14 +148,14 @@ std::vector<Diagnosis::Holding> holding(const Problem& p, const VectorXd& z) {
 // The optimizer's nearest value may be a local minimum: Newton tries values between it and the
 // requested one, with growing distance, and the optimizer continues from the first that has a trim.
 static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given,
-                        OperatingPoint guess, Index lever, const TrimOptions& options,
+                        OperatingPoint guess, Index decision, const TrimOptions& options,
                         Remedy& remedy) {
   constexpr int values_tried = 120;
   TrimOptions once = quiet(options);
   once.max_boxes = 0;
   once.starts = std::min(options.starts, 8);
-  spec.bounds.erase(signal_of(model, lever).name);
-  std::erase(spec.free, signal_of(model, lever).name);
+  spec.bounds.erase(signal_of(model, decision).name);
+  std::erase(spec.free, signal_of(model, decision).name);
   if (!make_problem(model, spec, guess).square()) return;
   once.method = TrimMethod::newton;
   const Range& r = remedy.searched;
@@ -165,7 +165,7 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
     for (const double side : {-1.0, 1.0}) {
       const double value = remedy.from + side * known * k / values_tried;
       if (value < r.lower || value > r.upper) continue;
-      set_value(guess, lever, value);
+      set_value(guess, decision, value);
       const TrimResult there = trim(model, spec, guess, once);
       if (!is_equilibrium(there.status)) continue;
       TrimOptions on = quiet(options);
@@ -175,7 +175,7 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
         nearer = there;
         nearer.status = TrimStatus::not_optimal;  // a trim, not proved to be the nearest
       }
-      const double to = value_of(nearer.point, lever);
+      const double to = value_of(nearer.point, decision);
       if (remedy.helps() && std::abs(to - remedy.from) >= known) return;
       nearer.starts = remedy.trim.starts + 1;
       remedy.trim = nearer;
@@ -185,17 +185,17 @@ static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given
 }
 
 Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-               const DecisionVariable& lever, const TrimOptions& options) {
+               const DecisionVariable& decision, const TrimOptions& options) {
   const RoundToNearest environment;
   TrimSpec given = spec;
-  const Index j = variable(model, lever.signal);
-  Remedy remedy{RemedyKind::lever, lever.signal};
+  const Index j = variable(model, decision.signal);
+  Remedy remedy{RemedyKind::decision_variable, decision.signal};
   remedy.from = value_of(guess, j);
-  remedy.searched = lever.range;
-  if (std::ranges::find(given.free, lever.signal) == given.free.end())
-    given.free.push_back(lever.signal);
-  given.bounds[lever.signal] = lever.range;
-  given.effort = {{lever.signal, signal_of(model, j).nominal, remedy.from}};
+  remedy.searched = decision.range;
+  if (std::ranges::find(given.free, decision.signal) == given.free.end())
+    given.free.push_back(decision.signal);
+  given.bounds[decision.signal] = decision.range;
+  given.effort = {{decision.signal, signal_of(model, j).nominal, remedy.from}};
   remedy.trim = trim(model, given, guess, quiet(options));
   if (remedy.helps()) remedy.to = value_of(remedy.trim.point, j);
   look_nearer(model, spec, given, guess, j, options, remedy);
@@ -203,7 +203,7 @@ Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& g
 }
 
 Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                   const OperatingPoint& closest, const std::vector<DecisionVariable>& levers,
+                   const OperatingPoint& closest, const std::vector<DecisionVariable>& variables,
                    const TrimOptions& options) {
   const RoundToNearest environment;
   const Problem problem = make_problem(model, spec, guess);
@@ -229,8 +229,8 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
     if (row < std::ssize(model.states) && !stopped())
       d.remedies.push_back(
           of_equation(wider, spec, guess, model.states[std::size_t(row)].name, unproved));
-  for (const DecisionVariable& lever : levers)
-    if (!stopped()) d.remedies.push_back(nearest(model, spec, guess, lever, options));
+  for (const DecisionVariable& decision : variables)
+    if (!stopped()) d.remedies.push_back(nearest(model, spec, guess, decision, options));
   // An interrupted search proves nothing about a remedy.
   const auto ended = [](TrimStatus status) {
     return [status](const Remedy& r) { return r.trim.status == status; };
@@ -258,7 +258,7 @@ std::string in_words(const Remedy& r, double factor, const std::string& unit) {
     case RemedyKind::equation:
       if (!r.helps()) return fmt::format("any {}' ({})", r.signal, known);
       return fmt::format("{}' = {} instead of {}", r.signal, number(r.to), number(r.from));
-    case RemedyKind::lever:
+    case RemedyKind::decision_variable:
       if (!r.helps())
         return fmt::format("any {} between {} and {} ({})", r.signal, number(r.searched.lower),
                            number(r.searched.upper), known);

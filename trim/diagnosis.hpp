@@ -17,19 +17,19 @@ struct DecisionVariable {
 
 /// The kinds of change.
 enum class RemedyKind {
-  limit,     ///< one side of one limit is relaxed, everything else is kept
-  equation,  ///< one held rate is released
-  lever,     ///< a variable that is not free in the trim is changed
+  limit,              ///< one side of one limit is relaxed, everything else is kept
+  equation,           ///< one held rate is released
+  decision_variable,  ///< a variable that is not free in the trim is changed
 };
 
 /// The smallest change of one limit, equation or variable that gives an equilibrium.
 struct Remedy {
   RemedyKind kind = RemedyKind::limit;  ///< what changes
-  std::string signal;  ///< limit: its signal; equation: the rate; lever: the variable
+  std::string signal;  ///< limit: its signal; equation: the rate; decision variable: its name
   bool upper = false;  ///< upper side of a limit
   double from = 0.0;   ///< the bound, rate or value requested
   double to = 0.0;     ///< the nearest value with an equilibrium; valid if helps()
-  Range searched{};    ///< limit, lever: where `to` was searched for
+  Range searched{};    ///< limit, decision variable: where `to` was searched for
   /// The equilibrium at `to`: converged: the nearest; not_optimal: not proved to be the nearest;
   /// infeasible: proved that nothing in the range helps; not_found: nothing found.
   TrimResult trim{};
@@ -58,7 +58,7 @@ struct Diagnosis {
 /// equilibrium. Throws std::invalid_argument on invalid arguments, as trim() does.
 [[nodiscard]] Diagnosis diagnose(const Model& model, const TrimSpec& spec,
                                  const OperatingPoint& guess, const OperatingPoint& closest,
-                                 const std::vector<DecisionVariable>& levers,
+                                 const std::vector<DecisionVariable>& variables,
                                  const TrimOptions& options = {});
 
 }  // namespace tiltrim

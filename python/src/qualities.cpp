@@ -1,6 +1,4 @@
 // qualities of a study's condition, by the program's own functions, and of any linear model.
-#include "report/qualities.hpp"
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +6,7 @@
 #include "python/src/calls.hpp"
 #include "python/src/studies.hpp"
 #include "python/src/verbs.hpp"
+#include "report/quality_sheets.hpp"
 
 namespace tiltrim::python {
 

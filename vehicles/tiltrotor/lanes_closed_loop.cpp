@@ -2,7 +2,7 @@
 #include "model/lane_scalars.hpp"
 #include "model/scalar.hpp"
 #include "vehicles/tiltrotor/closed_loop.hpp"
-#include "vehicles/tiltrotor/lanes.hpp"
+#include "vehicles/tiltrotor/closed_loop_kernel.hpp"
 
 namespace tiltrim::TILTRIM_LANES {
 

@@ -6,7 +6,7 @@
 #include "model/exact.hpp"
 #include "model/feedback.hpp"
 #include "vehicles/mode_names.hpp"
-#include "vehicles/xv15/scalar.hpp"
+#include "vehicles/xv15/scalar_functions.hpp"
 #include "vehicles/xv15/xv15.hpp"
 
 namespace tiltrim::xv15 {

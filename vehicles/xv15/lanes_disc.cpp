@@ -1,7 +1,7 @@
 // Sums over a rotor disc, the azimuths on SIMD lanes. No product is fused with a sum and the lanes
 // are summed in one order, so that every instruction set gives the same bits.
 #include "runtime/lanes.hpp"
-#include "vehicles/xv15/lanes.hpp"
+#include "vehicles/xv15/disc_kernel.hpp"
 
 namespace tiltrim::TILTRIM_LANES {
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "vehicles/xv15/data.hpp"
-#include "vehicles/xv15/scalar.hpp"
+#include "vehicles/xv15/scalar_functions.hpp"
 
 namespace tiltrim::xv15 {
 

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "vehicles/xv15/lanes.hpp"
-#include "vehicles/xv15/scalar.hpp"
+#include "vehicles/xv15/disc_kernel.hpp"
+#include "vehicles/xv15/scalar_functions.hpp"
 
 namespace tiltrim::xv15 {
 

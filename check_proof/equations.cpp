@@ -1,4 +1,4 @@
-#include "check_proof/physics.hpp"
+#include "check_proof/equations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "report/loads.hpp"
+#include "report/load_sheets.hpp"
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-#include "report/sweeps.hpp"
+#include "report/map_sheets.hpp"
 
 #include <fmt/core.h>
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "report/sheet.hpp"
-#include "study/loads.hpp"
+#include "study/loads_study.hpp"
 
 namespace tiltrim {
 

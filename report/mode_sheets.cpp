@@ -1,4 +1,4 @@
-#include "report/eigenvalues.hpp"
+#include "report/mode_sheets.hpp"
 
 #include <fmt/ranges.h>
 

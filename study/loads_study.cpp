@@ -1,4 +1,4 @@
-#include "study/loads.hpp"
+#include "study/loads_study.hpp"
 
 #include <fmt/core.h>
 

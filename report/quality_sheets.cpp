@@ -1,4 +1,4 @@
-#include "report/qualities.hpp"
+#include "report/quality_sheets.hpp"
 
 #include <fmt/core.h>
 

@@ -1,4 +1,4 @@
-#include "report/branches.hpp"
+#include "report/branch_sheets.hpp"
 
 #include <fmt/core.h>
 

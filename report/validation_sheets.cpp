@@ -1,4 +1,4 @@
-#include "report/validation.hpp"
+#include "report/validation_sheets.hpp"
 
 #include <fmt/core.h>
 
