@@ -29,6 +29,9 @@ COMMANDS = [
     ("envelope", ["--over", "gamma_deg", "--count", "7"], ["json"], ""),
     ("sensitivities", [], FORMATS, ""),
     ("margins", ["--bode", "bode.csv"], FORMATS, ""),
+    ("qualities", [], FORMATS, ""),
+    ("loads", [], FORMATS, "xv15"),
+    ("prove", ["--certificate", "box.proof"], FORMATS, "[[prove.parameter]]"),
     ("sweep", ["-o", "map.nc"], ["text"], "[[sweep.axis]]"),
     ("sweep", [], ["text", "json", "csv"], "[[sweep.axis]]"),
     ("tune", ["--evaluations", "60", "--gains", "gains.toml"], FORMATS, "[tune]"),
@@ -41,7 +44,8 @@ COMMANDS = [
     ("report", ["-o", "page.html", "--figures", "figures", "--tables", "tables"], [""], ""),
 ]
 ALONE = [["modes", source / "studies/boeing747.csv", "--format", f] for f in FORMATS] + \
-        [["tables", "--format", f] for f in FORMATS]
+        [["tables", "--format", f] for f in FORMATS] + \
+        [["validate", "xv15", "--format", f] for f in FORMATS]
 LONG = {"sweep": {"map_corridor_two_gains", "map_two_gains"}, "report": {"tune_corridor", "tune_transition", "map_two_gains"}}
 
 
@@ -68,6 +72,8 @@ def run(work):
         (place / name).write_bytes(words.replace(str(source).encode(), b"SOURCE"))
     for figure in place.rglob("*.pdf"):  # which gnuplot dates
         figure.write_bytes(re.sub(rb"/CreationDate[^\n]*", b"", figure.read_bytes()))
+    for page in place.glob("*.html"):  # its command names the study
+        page.write_bytes(page.read_bytes().replace(str(source).encode(), b"SOURCE"))
     (place / "code").write_text(f"{done.returncode}\n")
 
 
