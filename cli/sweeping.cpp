@@ -7,6 +7,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
+#include "report/differences.hpp"
 #include "report/map_sheets.hpp"
 #include "report/quality_sheets.hpp"
 #include "report/verdicts.hpp"
@@ -232,15 +233,32 @@ Outcome run(const MergeCommand& command, const TextStyle& style, const std::stop
   return verdicts_written(command.common, merged(std::move(parts), names), style);
 }
 
-Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token&) {
-  const SweepMap before = read_netcdf(command.common.study), after = read_netcdf(command.after);
-  const MapDifference difference = tiltrim::difference(before, after);
+namespace {
+
+Outcome differences(const Common& common, const auto& before, const auto& after,
+                    const TextStyle& style) {
+  const auto difference = tiltrim::difference(before, after);
+  const Sheet changed = difference_sheet(before, difference);
   return {in_format(
-              command.common.format, [&] { return difference_json(before, difference); },
-              [&] { return as_csv(difference_sheet(before, difference)); },
+              common.format, [&] { return difference_json(before, difference); },
+              [&] { return as_csv(changed); },
               [&] { return difference_text(before, difference, style); },
               [&] { return difference_document(before, difference); }),
-          difference.changed.empty() ? answered : unanswered};
+          changed.rows.empty() ? answered : unanswered};
+}
+
+}  // namespace
+
+Outcome run(const DiffCommand& command, const TextStyle& style, const std::stop_token&) {
+  const std::filesystem::path &a = command.common.study, &b = command.after;
+  const auto before = read_map(a), after = read_map(b);
+  const auto *verdicts = std::get_if<VerdictMap>(&before), *later = std::get_if<VerdictMap>(&after);
+  if ((verdicts != nullptr) != (later != nullptr))
+    throw std::invalid_argument(
+        fmt::format("{} is a map of verdicts alone, {} is not; expected two of a kind",
+                    (verdicts ? a : b).string(), (verdicts ? b : a).string()));
+  if (verdicts) return differences(command.common, *verdicts, *later, style);
+  return differences(command.common, std::get<SweepMap>(before), std::get<SweepMap>(after), style);
 }
 
 }  // namespace tiltrim::cli

@@ -1,12 +1,11 @@
 /// @file
-/// Maps of eigenvalues over a grid, and their differences, as text, CSV and JSON. Computes nothing.
+/// Maps of eigenvalues over a grid as text, CSV and JSON. Computes nothing.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "report/sheet.hpp"
-#include "sweep/difference.hpp"
 #include "sweep/map.hpp"
 
 namespace tiltrim {
@@ -28,15 +27,5 @@ std::vector<Sheet> map_document(const SweepMap& map);
 std::string map_text(const SweepMap& map, const TextStyle& style);
 /// JSON as described in docs/sweep.md.
 std::string map_json(const SweepMap& map);
-
-/// One row per point whose status or verdict changed.
-Sheet difference_sheet(const SweepMap& before, const MapDifference& difference);
-/// The contents of the text, for documents.
-std::vector<Sheet> difference_document(const SweepMap& before, const MapDifference& difference);
-/// The changes, as text with tables.
-std::string difference_text(const SweepMap& before, const MapDifference& difference,
-                            const TextStyle& style);
-/// JSON as described in docs/sweep.md.
-std::string difference_json(const SweepMap& before, const MapDifference& difference);
 
 }  // namespace tiltrim

@@ -8,6 +8,9 @@
 #include <map>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
+
+#include "sweep/verdict_runs.hpp"
 
 namespace tiltrim {
 
@@ -105,7 +108,7 @@ std::map<std::size_t, std::size_t> nearest_pairs(const std::vector<AxisCrossing>
 }
 
 void compare_crossings(const std::vector<AxisCrossing>& before,
-                       const std::vector<AxisCrossing>& after, MapDifference& answer) {
+                       const std::vector<AxisCrossing>& after, CrossingDifferences& answer) {
   std::map<Line, std::pair<Numbers, Numbers>> lines;
   for (std::size_t i = 0; i < before.size(); ++i) lines[line_of(before[i])].first.push_back(i);
   for (std::size_t j = 0; j < after.size(); ++j) lines[line_of(after[j])].second.push_back(j);
@@ -130,13 +133,88 @@ void compare_crossings(const std::vector<AxisCrossing>& before,
     if (!paired[j]) answer.appeared.push_back(after[j]);
 }
 
+// ---- verdicts alone ----
+
+using Run = std::pair<std::int8_t, std::size_t>;  // verdict, points
+
+std::vector<Run> next_line(const VerdictMap& map, std::size_t& at) {
+  std::vector<Run> runs;
+  each_run(map.runs, at, map.grid.axes.back().size(),
+           [&](std::int8_t code, std::size_t length) { runs.emplace_back(code, length); });
+  return runs;
+}
+
+void compare_line(std::size_t line, const std::vector<Run>& before, const std::vector<Run>& after,
+                  VerdictDifference& answer) {
+  const auto place_of = [](std::int8_t code) { return code < 0 ? 3 : std::size_t(code); };
+  std::size_t i = 0, j = 0, point = 0, end_i = before[0].second, end_j = after[0].second;
+  while (i < before.size()) {
+    const std::size_t end = std::min(end_i, end_j);
+    const std::int8_t a = before[i].first, b = after[j].first;
+    answer.counts[place_of(a)][place_of(b)] += end - point;
+    if (a != b) answer.stretches.push_back({line, point, end - 1, a, b});
+    point = end;
+    if (end_i == point && ++i < before.size()) end_i += before[i].second;
+    if (end_j == point && ++j < after.size()) end_j += after[j].second;
+  }
+}
+
+// The number of a crossing's line in the map: its coordinates along all axes but the last.
+std::size_t line_number(const SweepMap& grid, const AxisCrossing& crossing) {
+  auto line = std::size_t(crossing.condition);
+  for (std::size_t a = 0; a + 1 < grid.axes.size(); ++a) {
+    const std::vector<double>& values = grid.axes[a].columns.front().values;
+    const auto found = std::ranges::find(values, crossing.at[a]);
+    if (found == values.end())
+      throw std::runtime_error("a crossing of the map is not on a line of its grid");
+    line = line * values.size() + std::size_t(found - values.begin());
+  }
+  return line;
+}
+
+std::vector<AxisCrossing> on_lines(const VerdictMap& map, const std::vector<bool>& lines) {
+  std::vector<AxisCrossing> found;
+  for (const AxisCrossing& crossing : map.grid.crossings)
+    if (lines[line_number(map.grid, crossing)]) found.push_back(crossing);
+  return found;
+}
+
 }  // namespace
 
 MapDifference difference(const SweepMap& before, const SweepMap& after) {
   check_comparable(before, after);
   MapDifference answer;
   compare_points(before, after, answer);
-  compare_crossings(before.crossings, after.crossings, answer);
+  compare_crossings(before.crossings, after.crossings, answer.crossings);
+  return answer;
+}
+
+std::uint64_t VerdictDifference::compared() const {
+  std::uint64_t points = 0;
+  for (const VerdictCounts& row : counts)
+    for (const std::uint64_t n : row) points += n;
+  return points;
+}
+
+std::uint64_t VerdictDifference::changed() const {
+  std::uint64_t points = compared();
+  for (std::size_t v = 0; v < counts.size(); ++v) points -= counts[v][v];
+  return points;
+}
+
+VerdictDifference difference(const VerdictMap& before, const VerdictMap& after) {
+  check_comparable(before.grid, after.grid);
+  if (before.part.of > 1 || after.part.of > 1)
+    throw std::invalid_argument(
+        "the maps cannot be compared: a part of a map; expected whole maps");
+  VerdictDifference answer;
+  std::vector<bool> located;
+  for (std::size_t line = 0, at_a = 0, at_b = 0; line < before.located.size(); ++line) {
+    compare_line(line, next_line(before, at_a), next_line(after, at_b), answer);
+    located.push_back(before.located[line] == 1 && after.located[line] == 1);
+    if (!located.back()) ++answer.lines_not_located;
+  }
+  compare_crossings(on_lines(before, located), on_lines(after, located), answer.crossings);
   return answer;
 }
 

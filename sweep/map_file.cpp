@@ -91,16 +91,21 @@ void write_netcdf(const VerdictMap& map, const std::filesystem::path& file) {
   write_sealed({image.get(), size}, file);
 }
 
-SweepMap read_netcdf(const std::filesystem::path& file) {
+std::variant<SweepMap, VerdictMap> read_map(const std::filesystem::path& file) {
   Contents contents = read_contents(file);
-  if (contents.verdicts)
-    refuse(
-        file,
-        contents.map.part.of > 1
-            ? "is a part of a map of verdicts, for tiltrim merge; expected a whole map"
-            : "is a map of verdicts alone, without equilibria and eigenvalues; expected a map of "
-              "a study without detail = \"verdict\"");
+  if (contents.map.part.of > 1)
+    refuse(file, "is a part of a map of verdicts, for tiltrim merge; expected a whole map");
+  if (contents.verdicts) return std::move(contents.map);
   return std::move(contents.map.grid);
+}
+
+SweepMap read_netcdf(const std::filesystem::path& file) {
+  auto map = read_map(file);
+  if (std::holds_alternative<VerdictMap>(map))
+    refuse(file,
+           "is a map of verdicts alone, without equilibria and eigenvalues; expected a map of a "
+           "study without detail = \"verdict\"");
+  return std::get<SweepMap>(std::move(map));
 }
 
 VerdictMap read_verdict_map(const std::filesystem::path& file) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "sweep/sweep.hpp"
@@ -56,5 +57,8 @@ void write_netcdf(const VerdictMap& map, const std::filesystem::path& file);
 /// Reads a part, or a whole map, that write_netcdf() wrote. Throws std::runtime_error "path:
 /// reason" for any other file.
 [[nodiscard]] VerdictMap read_verdict_map(const std::filesystem::path& file);
+
+/// Reads a whole map of either kind. Throws std::runtime_error "path: reason" for any other file.
+[[nodiscard]] std::variant<SweepMap, VerdictMap> read_map(const std::filesystem::path& file);
 
 }  // namespace tiltrim

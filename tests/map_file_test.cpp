@@ -553,9 +553,9 @@ TEST_CASE("difference: a map and itself") {
   CHECK(same_map.compared == 24);
   CHECK(same_map.changed.empty());
   CHECK(same_map.largest_abscissa_change == 0.0);
-  CHECK(same_map.appeared.empty());
-  CHECK(same_map.vanished.empty());
-  CHECK(same_map.moved.empty());
+  CHECK(same_map.crossings.appeared.empty());
+  CHECK(same_map.crossings.vanished.empty());
+  CHECK(same_map.crossings.moved.empty());
 }
 
 TEST_CASE("difference: changes of points are found where they were planted") {
@@ -599,22 +599,23 @@ TEST_CASE("difference: crossings that moved, vanished and appeared") {
   after.crossings = {at(21), at(10), at(40.5, 0.1), at(30, 0.4), at(55, 0.4)};
   after.crossings[3].kind = CrossingKind::touch;
   const MapDifference found = difference(before, after);
-  REQUIRE(found.moved.size() == 3);
-  CHECK(found.moved[0].before.at[1] == 20);
-  CHECK(found.moved[0].after.at[1] == 21);
-  CHECK(found.moved[1].before.at[1] == 40);
-  CHECK(found.moved[1].after.at[1] == 40.5);
-  CHECK(found.moved[2].before.at[1] == 30);  // the one of its kind that is left on the line
-  CHECK(found.moved[2].after.at[1] == 55);
-  REQUIRE(found.vanished.size() == 1);
-  CHECK(found.vanished[0].at[1] == 80);
-  REQUIRE(found.appeared.size() == 1);
-  CHECK(found.appeared[0].kind == CrossingKind::touch);
+  REQUIRE(found.crossings.moved.size() == 3);
+  CHECK(found.crossings.moved[0].before.at[1] == 20);
+  CHECK(found.crossings.moved[0].after.at[1] == 21);
+  CHECK(found.crossings.moved[1].before.at[1] == 40);
+  CHECK(found.crossings.moved[1].after.at[1] == 40.5);
+  CHECK(found.crossings.moved[2].before.at[1] ==
+        30);  // the one of its kind that is left on the line
+  CHECK(found.crossings.moved[2].after.at[1] == 55);
+  REQUIRE(found.crossings.vanished.size() == 1);
+  CHECK(found.crossings.vanished[0].at[1] == 80);
+  REQUIRE(found.crossings.appeared.size() == 1);
+  CHECK(found.crossings.appeared[0].kind == CrossingKind::touch);
 
   after = before;
   after.crossings[2].unstable_after = 1;  // at its place, but it is not what it was
-  REQUIRE(difference(before, after).moved.size() == 1);
-  CHECK(difference(before, after).moved[0].after.unstable_after == 1);
+  REQUIRE(difference(before, after).crossings.moved.size() == 1);
+  CHECK(difference(before, after).crossings.moved[0].after.unstable_after == 1);
 }
 
 TEST_CASE("difference: maps of other grids are refused with what is another") {

@@ -76,9 +76,9 @@ def studied(folder):
                 yield command, study, *arguments
 
 
-def compared(folder):
+def compared(folder, more=""):
     """Two maps that differ."""
-    levitation = (source / "studies/levitation.toml").read_text()
+    levitation = (source / "studies/levitation.toml").read_text() + more
     for name, mass in (("before", "0.1"), ("after", "0.11")):
         study = folder / f"{name}.toml"
         study.write_text(re.sub(r'(name = "mass".*?value = )[0-9.]+', rf"\g<1>{mass}", levitation, flags=re.DOTALL))
@@ -94,6 +94,7 @@ def runs():
                 ("diff", *compared(folder))]  # fmt: skip
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             yield from zip([w[0] for w in work], pool.map(lambda w: printed(*w), work))
+        yield "diff of verdicts", printed("diff", *compared(folder, '\n[sweep]\ndetail = "verdict"\n'))
         printed("linearize", source / "studies/paper.toml", "--models", folder / "paper.json")
         yield "linearize --models FILE.json", json.loads((folder / "paper.json").read_text())
         printed("prove", source / "studies/prove_reference.toml", "--boxes", "60", "--certificate", folder / "certificate")

@@ -43,6 +43,9 @@ TEST_CASE(
   scratch.write("s.toml", study_of(verdicts));
   scratch.write("other.toml", study_of(verdicts + "\ncrossings = \"skip\""));
   scratch.write("full.toml", study_of("crossings = \"skip\""));
+  scratch.write("few.toml",
+                "[[condition]]\nname = \"a\"\nV = 8\ngamma_deg = 30\neta_deg = 30\n"
+                "[[sweep.axis]]\nkey = \"gains.k_de\"\nvalues = [1, 2]\n");
   const Ran whole = run(scratch, "sweep s.toml -o whole.nc --threads 1");
   CHECK(whole.exit_code == 0);
   CHECK(contains(whole.out, "80 with all borders located"));
@@ -75,9 +78,40 @@ TEST_CASE(
   refused("sweep s.toml -o p.nc --part 3/2", "3/2 is not a part; expected I/N");
   refused("sweep s.toml -o p.nc --part one", "one is not a part; expected I/N");
   refused("sweep full.toml -o p.nc --part 1/2", "detail = \"verdict\"");
-  refused("diff whole.nc map.nc", "whole.nc: is a map of verdicts alone");
+  CHECK(run(scratch, "sweep few.toml -o few.nc").exit_code == 0);
+  refused("diff few.nc whole.nc",
+          "whole.nc is a map of verdicts alone, few.nc is not; expected two of a kind");
   refused("diff 1.nc 2.nc", "1.nc: is a part of a map of verdicts");
   refused("report s.toml --sweep whole.nc", "whole.nc: is a map of verdicts alone");
+}
+
+TEST_CASE("verdicts: two maps, and what changed between them") {
+  const Scratch scratch("verdict-diff");
+  scratch.write("before.toml", study_of(verdicts));
+  scratch.write("after.toml", "[gains]\nK_Li = 3\n" + study_of(verdicts));
+  for (const auto& [map, borders] : {std::pair("before", 80), std::pair("after", 74)})
+    CHECK(contains(run(scratch, fmt::format("sweep {0}.toml -o {0}.nc", map)).out,
+                   fmt::format("located, {} borders\n", borders)));
+  const Ran same = run(scratch, "diff before.nc before.nc");
+  CHECK(same.exit_code == 0);
+  CHECK(same.out ==
+        "0 of 1600000 points changed stability\ncrossings: 0 moved, 0 appeared, 0 vanished\n");
+
+  const Ran text = run(scratch, "diff before.nc after.nc");
+  CHECK(text.exit_code == 1);
+  CHECK(contains(text.out, "of 1600000 points changed stability\n  stable, now unstable: "));
+  CHECK(contains(text.out, "crossings: 74 moved, 0 appeared, 6 vanished\n"));
+  CHECK(contains(text.out, "more: --format csv lists all"));
+  const json all = json::parse(run(scratch, "diff before.nc after.nc --format json").out);
+  std::uint64_t changed = 0;
+  for (const json& stretch : all["changed"]) changed += stretch["points"].get<std::uint64_t>();
+  CHECK(text.out.starts_with(fmt::format("{} of 1600000 points", changed)));
+  CHECK(all["moved"].size() == 74);
+  const std::string csv = run(scratch, "diff before.nc after.nc --format csv").out;
+  CHECK(
+      csv.starts_with("condition,gains.K_Lp,gains.k_de_from,gains.k_de_to,points,verdict_before,"
+                      "verdict_after\n"));
+  CHECK(std::size_t(std::ranges::count(csv, '\n')) == 1 + all["changed"].size());
 }
 
 TEST_CASE("verdicts: killed and resumed, the same bytes") {

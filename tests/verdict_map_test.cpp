@@ -10,6 +10,7 @@
 
 #include "study/problems.hpp"
 #include "study/study.hpp"
+#include "sweep/difference.hpp"
 #include "sweep/sweep.hpp"
 #include "sweep/verdict_runs.hpp"
 #include "tests/algebra.hpp"
@@ -444,6 +445,84 @@ TEST_CASE("the file: read back, refused where a map with eigenvalues is expected
   VerdictMap short_of_a_line = map;
   short_of_a_line.located.pop_back();
   CHECK_THROWS_AS(write_netcdf(short_of_a_line, file), std::invalid_argument);
+}
+
+// ---- Two maps ----
+
+TEST_CASE("differences are those of the detailed maps of the same grids, point by point") {
+  const std::string axes = axis("gains.K_Lp", 0.05, 5, 15) + axis("gains.k_de", 0.05, 20, 60);
+  const Grid first = grid_of(airplane + helicopter + axes),
+             second = grid_of("[gains]\nK_Li = 3\n" + airplane + helicopter + axes);
+  const VerdictMap before = sweep_verdicts(first.requests, first.axes),
+                   after = sweep_verdicts(second.requests, second.axes);
+  const SweepMap a = sweep(first.requests, first.axes), b = sweep(second.requests, second.axes);
+  const VerdictDifference found = difference(before, after);
+  const MapDifference expected = difference(a, b);
+
+  std::array<VerdictCounts, 4> counts{};
+  Codes changed = a.verdict;  // by the stretches: those after
+  for (std::size_t p = 0; p < a.points(); ++p)
+    ++counts[a.verdict[p] < 0 ? 3 : std::size_t(a.verdict[p])]
+            [b.verdict[p] < 0 ? 3 : std::size_t(b.verdict[p])];
+  for (const VerdictStretch& stretch : found.stretches)
+    for (std::size_t k = stretch.from; k <= stretch.to; ++k) {
+      CHECK(changed[stretch.line * 60 + k] == stretch.before);
+      changed[stretch.line * 60 + k] = std::int8_t(stretch.after);
+    }
+  CHECK(found.counts == counts);
+  CHECK(changed == b.verdict);
+  CHECK(found.compared() == a.points());
+  std::size_t other_verdict = 0;
+  for (const PointDifference& p : expected.changed)
+    other_verdict += p.verdict_before != p.verdict_after;
+  CHECK(found.changed() == other_verdict);
+  CHECK(found.changed() > 0);
+
+  CHECK(found.lines_not_located == 0);
+  const auto along_last = [](const AxisCrossing& c) { return c.axis == 1; };
+  const CrossingDifferences& crossings = found.crossings;
+  CHECK(std::ssize(crossings.appeared) ==
+        std::ranges::count_if(expected.crossings.appeared, along_last));
+  CHECK(std::ssize(crossings.vanished) ==
+        std::ranges::count_if(expected.crossings.vanished, along_last));
+  CHECK(std::ssize(crossings.moved) ==
+        std::ranges::count_if(expected.crossings.moved,
+                              [&](const auto& m) { return along_last(m.before); }));
+  CHECK(!crossings.moved.empty());
+}
+
+TEST_CASE("differences of equal maps, of lines without borders, of maps that do not compare") {
+  const Grid p =
+      grid_of(airplane + axis("gains.K_Lp", 0.05, 5, 4) + axis("gains.k_de", 0.05, 20, 60));
+  const VerdictMap map = sweep_verdicts(p.requests, p.axes);
+  const VerdictDifference none = difference(map, map);
+  CHECK(none.compared() == 240);
+  CHECK(none.changed() == 0);
+  CHECK(none.stretches.empty());
+  CHECK(none.crossings.moved.empty());
+  CHECK(none.crossings.appeared.empty());
+  CHECK(none.crossings.vanished.empty());
+
+  VerdictMap doubtful = map;  // a border is missing where not all are located: no difference
+  REQUIRE(!map.grid.crossings.empty());
+  const double line = map.grid.crossings.front().at[0];
+  std::erase_if(doubtful.grid.crossings, [&](const AxisCrossing& c) { return c.at[0] == line; });
+  CHECK(!difference(map, doubtful).crossings.vanished.empty());
+  const auto number =
+      std::ranges::find(p.axes[0].columns[0].values, line) - p.axes[0].columns[0].values.begin();
+  doubtful.located[std::size_t(number)] = 0;
+  CHECK(difference(map, doubtful).crossings.vanished.empty());
+  CHECK(difference(map, doubtful).lines_not_located == 1);
+
+  VerdictMap part = map;
+  part.part = {1, 2};
+  CHECK(contains(refusal<std::invalid_argument>([&] { (void)difference(map, part); }),
+                 "a part of a map"));
+  const Grid other =
+      grid_of(airplane + axis("gains.K_Lp", 0.05, 5, 4) + axis("gains.k_de", 0.05, 21, 60));
+  CHECK(contains(refusal<std::invalid_argument>(
+                     [&] { (void)difference(map, sweep_verdicts(other.requests, other.axes)); }),
+                 "the maps cannot be compared: value 2 of gains.k_de"));
 }
 
 }  // namespace verdict_map_test
