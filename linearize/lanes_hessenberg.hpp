@@ -192,7 +192,7 @@ struct Householder {
   Real first;  // new value of the first component
 };
 [[gnu::always_inline]] inline Householder householder(const Real& first, const Real& squares,
-                                                  const Mask& where) {
+                                                      const Mask& where) {
   const Real length = sqrt(squares);
   const Real turned = choose(first < 0.0, length, -length);
   const Real u = first - turned;
