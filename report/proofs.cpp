@@ -1,6 +1,11 @@
 #include "report/proofs.hpp"
 
 #include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <iterator>
+#include <map>
+#include <set>
 
 #include "flight/closed_loop_proof.hpp"
 #include "report/json.hpp"
@@ -147,18 +152,108 @@ std::string certificate_of(const Study& study, const std::vector<Theorem>& theor
   return text;
 }
 
+namespace {
+
+// "h from 0 to 45 m"
+std::string interval(const Study& study, std::size_t k, double from, double to) {
+  const Key& key = study.prove->parameters[k].key;
+  return fmt::format("{} from {:.9g} to {:.9g}{}{}", key.name, in_study_unit(study, k, from),
+                     in_study_unit(study, k, to), key.unit.empty() ? "" : " ", key.unit);
+}
+
+std::string box_in_words(const Study& study, const std::vector<Range>& box) {
+  std::string words;
+  for (std::size_t k = 0; k < box.size(); ++k)
+    words += (k == 0 ? "" : ", ") + interval(study, k, box[k].lower, box[k].upper);
+  return words;
+}
+
+std::string verdict_and_cause(const ProofNode& region) {
+  return to_string(region.verdict) + (region.cause.empty() ? "" : " (" + region.cause + ")");
+}
+
+constexpr std::size_t most_lines = 40;  // of regions
+
+// One line a region, for one parameter.
+std::string each_region(const Study& study, const std::vector<ProofNode>& regions) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(most_lines, regions.size()); ++i)
+    text += fmt::format("  {}: {}\n", verdict_and_cause(regions[i]),
+                        box_in_words(study, regions[i].box));
+  if (regions.size() > most_lines)
+    text += fmt::format("  and {} more regions: --format json\n", regions.size() - most_lines);
+  return text;
+}
+
+// What is found somewhere in a stretch of the first parameter.
+struct Stretch {
+  double from, to;
+  std::set<std::string> verdicts;
+};
+
+std::vector<Stretch> along_the_first(const std::vector<ProofNode>& regions) {
+  std::map<double, std::set<std::string>> from;  // the verdicts from there to the next
+  for (const ProofNode& r : regions) from[r.box[0].lower], from[r.box[0].upper];
+  for (const ProofNode& r : regions)
+    for (auto at = from.find(r.box[0].lower); at->first < r.box[0].upper; ++at)
+      at->second.insert(verdict_and_cause(r));
+  std::vector<Stretch> stretches;
+  for (auto at = from.begin(); std::next(at) != from.end(); ++at) {
+    const double end = std::next(at)->first;
+    if (!stretches.empty() && stretches.back().verdicts == at->second)
+      stretches.back().to = end;
+    else
+      stretches.push_back({at->first, end, at->second});
+  }
+  return stretches;
+}
+
+// The smallest box about all regions that are not stable, for each verdict and cause.
+std::string where_not_stable(const Study& study, const std::vector<ProofNode>& regions) {
+  std::map<std::string, ProofNode> about;
+  std::map<std::string, std::size_t> count;
+  for (const ProofNode& r : regions) {
+    if (r.verdict == ProofVerdict::stable) continue;
+    const std::string verdict = verdict_and_cause(r);
+    ++count[verdict];
+    const auto [found, first] = about.try_emplace(verdict, r);
+    if (first) continue;
+    found->second.volume += r.volume;
+    for (std::size_t k = 0; k < r.box.size(); ++k) {
+      Range& range = found->second.box[k];
+      range = {std::min(range.lower, r.box[k].lower), std::max(range.upper, r.box[k].upper)};
+    }
+  }
+  std::string text;
+  for (const auto& [verdict, all] : about)
+    text +=
+        fmt::format("  {}: {}, {:.3g} of the volume, within {}\n", verdict,
+                    number_of(count[verdict], "region"), all.volume, box_in_words(study, all.box));
+  return text;
+}
+
+// For several parameters: stretches of the first one, and where the others matter.
+std::string regions_in_words(const Study& study, const std::vector<ProofNode>& regions) {
+  std::string text;
+  const std::vector<Stretch> stretches = along_the_first(regions);
+  for (std::size_t i = 0; i < std::min(most_lines, stretches.size()); ++i)
+    text += fmt::format("  {}: {}\n", interval(study, 0, stretches[i].from, stretches[i].to),
+                        fmt::join(stretches[i].verdicts, ", "));
+  if (stretches.size() > most_lines)
+    text += fmt::format("  and {} more stretches\n", stretches.size() - most_lines);
+  return text + where_not_stable(study, regions) +
+         fmt::format("  {} in all: --format json\n", number_of(regions.size(), "region"));
+}
+
+}  // namespace
+
 std::string theorems_text(const Study& study, const std::vector<Theorem>& theorems) {
-  constexpr std::size_t most = 40;  // regions
   std::string text;
   for (const Theorem& t : theorems) {
     text += fmt::format("{}{}\n", text.empty() ? "" : "\n", t.name);
-    const auto interval = [&](std::size_t k, double from, double to) {
-      const Key& key = study.prove->parameters[k].key;
-      return fmt::format("{} from {:.9g} to {:.9g}{}{}", key.name, in_study_unit(study, k, from),
-                         in_study_unit(study, k, to), key.unit.empty() ? "" : " ", key.unit);
-    };
     for (std::size_t k = 0; k < t.parameters.size(); ++k)
-      text += fmt::format("  {}\n", interval(k, t.parameters[k].lower, t.parameters[k].upper));
+      text +=
+          fmt::format("  {}\n", interval(study, k, t.parameters[k].lower, t.parameters[k].upper));
     text += fmt::format("  {}: {} boxes{}\n", to_string(t.status()), t.boxes,
                         t.interrupted ? ", interrupted" : "");
     text += fmt::format(
@@ -166,16 +261,8 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
         "    {} stable, {} unstable, {} without trim, {} undecided\n",
         t.margin == 0 ? 0.0 : -t.margin, share_in_words(t.stable), share_in_words(t.unstable),
         share_in_words(t.no_trim), share_in_words(t.undecided));
-    for (std::size_t i = 0; i < std::min(most, t.regions.size()); ++i) {
-      const ProofNode& r = t.regions[i];
-      std::string where;
-      for (std::size_t k = 0; k < r.box.size(); ++k)
-        where += (k == 0 ? "" : ", ") + interval(k, r.box[k].lower, r.box[k].upper);
-      text += fmt::format("  {}{}: {}\n", to_string(r.verdict),
-                          r.cause.empty() ? "" : " (" + r.cause + ")", where);
-    }
-    if (t.regions.size() > most)
-      text += fmt::format("  and {} more regions: --format json\n", t.regions.size() - most);
+    text += t.parameters.size() == 1 || t.regions.size() <= 1 ? each_region(study, t.regions)
+                                                              : regions_in_words(study, t.regions);
   }
   return text;
 }

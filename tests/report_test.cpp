@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "report/map_sheets.hpp"
+#include "report/proofs.hpp"
 #include "report/sheet.hpp"
 #include "report/study_report.hpp"
 #include "tests/check.hpp"
@@ -91,6 +92,49 @@ TEST_CASE("an interrupted report says what was examined and what was not") {
       "The one condition examined is in verified equilibrium and stable."));
   report.conditions.clear();
   CHECK(verdict_in_words(report).ends_with("No condition was examined."));
+}
+
+TEST_CASE("a theorem of several parameters: stretches of the first, what is not stable and where") {
+  const Study study = parse_study(
+      "[[condition]]\nname = \"level\"\nV = 15\ngamma_deg = 0\neta_deg = 0\n"
+      "[[prove.parameter]]\nkey = \"h\"\nfrom = 0\nto = 120\n"
+      "[[prove.parameter]]\nkey = \"aircraft.mass\"\nfrom = 3.5\nto = 4.5\n",
+      "report_test.toml");
+  const auto region = [](ProofVerdict verdict, const char* cause, Range h, Range mass) {
+    ProofNode r;
+    r.verdict = verdict;
+    r.cause = cause;
+    r.box = {h, mass};
+    r.volume = (h.upper - h.lower) * (mass.upper - mass.lower) / 120;
+    return r;
+  };
+  Theorem t;
+  t.name = "level";
+  t.parameters = {{"h", 0, 120}, {"mass", 3.5, 4.5}};
+  t.boxes = 15;
+  t.stable = 0.9375;
+  t.undecided = 0.0625;
+  t.regions = {region(ProofVerdict::stable, "", {0, 30}, {3.5, 4.5}),
+               region(ProofVerdict::stable, "", {30, 45}, {3.5, 4}),
+               region(ProofVerdict::undecided, "switch", {30, 37.5}, {4, 4.5}),
+               region(ProofVerdict::undecided, "limit", {37.5, 45}, {4, 4.5}),
+               region(ProofVerdict::stable, "", {45, 120}, {3.5, 4.5})};
+  CHECK(theorems_text(study, {t}) ==
+        "level\n"
+        "  h from 0 to 120 m\n"
+        "  aircraft.mass from 3.5 to 4.5 kg\n"
+        "  partly: 15 boxes\n"
+        "  shares of the volume; stable: every eigenvalue left of 0 1/s\n"
+        "    0.9375 stable, none unstable, none without trim, 0.0625 undecided\n"
+        "  h from 0 to 30 m: proved_stable\n"
+        "  h from 30 to 37.5 m: proved_stable, undecided (switch)\n"
+        "  h from 37.5 to 45 m: proved_stable, undecided (limit)\n"
+        "  h from 45 to 120 m: proved_stable\n"
+        "  undecided (limit): 1 region, 0.0312 of the volume, within h from 37.5 to 45 m, "
+        "aircraft.mass from 4 to 4.5 kg\n"
+        "  undecided (switch): 1 region, 0.0312 of the volume, within h from 30 to 37.5 m, "
+        "aircraft.mass from 4 to 4.5 kg\n"
+        "  5 regions in all: --format json\n");
 }
 
 TEST_CASE("points at which the model threw: how many, and the first exception") {
