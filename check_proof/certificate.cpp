@@ -152,7 +152,7 @@ Statement statement_of(const json& header) {
   expect_keys(header,
               {"tiltrim_proof", "condition", "system", "parameters", "margin", "numbers", "polar",
                "limits", "states", "unknowns", "equations", "equations_are", "boxes"},
-              {"schedule"});
+              {"schedule", "damping"});
   expect(header, "tiltrim_proof", 1);
   expect(header, "system", "tiltrotor closed loop, wind axes");
   expect(header, "states",
@@ -167,6 +167,11 @@ Statement statement_of(const json& header) {
   s.parameters = parameters_of(header.at("parameters"));
   s.margin = number_of(header.at("margin"));
   if (s.margin < 0) throw std::runtime_error("the margin is negative");
+  if (header.contains("damping")) {
+    s.damping = number_of(header.at("damping"));
+    if (!(s.damping > 0 && s.damping < 1))
+      throw std::runtime_error("the damping ratio is not between 0 and 1");
+  }
   const json& numbers = header.at("numbers");
   for (const Named& one : names()) {
     if (!numbers.is_object() || !numbers.contains(one.name))
@@ -195,28 +200,42 @@ Statement statement_of(const json& header) {
   return s;
 }
 
-Record record_of(const json& side, std::size_t numbers) {
-  expect_keys(side, {"z", "S", "C", "Z", "w", "v", "roots"}, {"T"});
+std::vector<Half> intervals_of(const json& evidence) {
+  const std::vector<double> w = numbers_of(evidence.at("w"));
+  const json& v = evidence.at("v");
+  if (!v.is_array() || v.empty() || w.size() != v.size() + 1)
+    throw std::runtime_error("'w' must have one number more than 'v'");
+  std::vector<Half> intervals;
+  for (std::size_t j = 0; j < v.size(); ++j) {
+    const auto [re, im] = fixed<2>(v[j], "v");
+    intervals.push_back({w[j], w[j + 1], re, im});
+  }
+  return intervals;
+}
+
+Record record_of(const json& side, std::size_t numbers, bool damped) {
+  expect_keys(side, {"z", "S", "C", "Z", "w", "v", "roots"}, {"T", "ray"});
   Record r;
   r.z = fixed<3>(side.at("z"), "z");
   r.Z = fixed<3>(side.at("Z"), "Z");
-  const json &S = side.at("S"), &C = side.at("C"), &v = side.at("v");
-  if (!S.is_array() || S.size() != 3 || !C.is_array() || C.size() != 3 || !v.is_array())
-    throw std::runtime_error("expected three rows in 'S' and in 'C', and an array 'v'");
+  const json &S = side.at("S"), &C = side.at("C");
+  if (!S.is_array() || S.size() != 3 || !C.is_array() || C.size() != 3)
+    throw std::runtime_error("expected three rows in 'S' and in 'C'");
   for (std::size_t i = 0; i < 3; ++i) {
     r.S[i] = numbers_of(S[i]);
     r.C[i] = fixed<3>(C[i], "C");
     if (r.S[i].size() != numbers)
       throw std::runtime_error(fmt::format("expected {} numbers in a row of 'S'", numbers));
   }
-  const std::vector<double> w = numbers_of(side.at("w"));
-  if (v.empty() || w.size() != v.size() + 1)
-    throw std::runtime_error("'w' must have one number more than 'v'");
-  for (std::size_t j = 0; j < v.size(); ++j) {
-    const auto [re, im] = fixed<2>(v[j], "v");
-    r.line.push_back({w[j], w[j + 1], re, im});
-  }
+  r.line = intervals_of(side);
   r.roots = integer_of(side.at("roots"), 6, "roots");
+  if (damped != side.contains("ray"))
+    throw std::runtime_error("a 'ray' belongs to a damping ratio, and only to that");
+  if (!damped) return r;
+  const json& ray = side.at("ray");
+  expect_keys(ray, {"w", "v", "roots"});
+  r.ray = intervals_of(ray);
+  r.less_damped = integer_of(ray.at("roots"), 6, "roots") > 0;
   return r;
 }
 
@@ -239,7 +258,7 @@ Exclusion exclusion_of(const json& side) {
   return tree;
 }
 
-Leaf leaf_of(const json& object, std::size_t numbers) {
+Leaf leaf_of(const json& object, std::size_t numbers, bool damped) {
   Leaf leaf;
   const std::string claim = text_of(object.at("leaf"), "leaf");
   if (claim == "undecided") {
@@ -263,7 +282,7 @@ Leaf leaf_of(const json& object, std::size_t numbers) {
   if (claim != "stable" && claim != "unstable")
     throw std::runtime_error("unknown leaf '" + claim + "'");
   leaf.claim = claim == "stable" ? Claim::stable : Claim::unstable;
-  for (const json& side : sides) leaf.records.push_back(record_of(side, numbers));
+  for (const json& side : sides) leaf.records.push_back(record_of(side, numbers, damped));
   return leaf;
 }
 
@@ -296,7 +315,7 @@ class Reader {
     Box box = std::move(open.back());
     open.pop_back();
     if (object.contains("leaf")) {
-      Leaf leaf = leaf_of(object, box.size());
+      Leaf leaf = leaf_of(object, box.size(), t.statement.damping > 0);
       leaf.line = line_;
       leaf.box = std::move(box);
       t.leaves.push_back(std::move(leaf));

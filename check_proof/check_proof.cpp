@@ -66,6 +66,7 @@ CheckedTheorem told(const Theorem& t) {
   CheckedTheorem all{s.condition,
                      {},
                      s.margin,
+                     s.damping,
                      t.leaves.size(),
                      share_of(t, Claim::stable),
                      share_of(t, Claim::unstable),
@@ -103,6 +104,7 @@ std::string not_about(const Statement& s, const std::map<std::string, ProofSubje
   if (!subject.domain.empty() && subject.domain.size() != s.parameters.size())
     return "the parameters are not those of the study";
   if (s.margin < subject.margin) return "the margin is less than that of the study";
+  if (s.damping < subject.damping) return "the damping ratio is less than that of the study";
   if (s.tilts != subject.tilts) return "the tilts of the schedule are not those of the study";
   for (std::size_t i = 0; i < s.tilts.size(); ++i)
     if (!std::ranges::equal(s.gains[i], subject.gains[i]))

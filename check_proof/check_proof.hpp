@@ -23,6 +23,7 @@ struct CheckedTheorem {
   std::string condition;        ///< its name in the study
   std::vector<Number> numbers;  ///< the box
   double margin = 0;            ///< 1/s: every root has Re < -margin where proved stable
+  double damping = 0;           ///< and a damping ratio above this; 0: any
   std::size_t leaves = 0;       ///< of the tree
   double stable = 0;            ///< share of the box's volume
   double unstable = 0;          ///< the same
@@ -55,6 +56,7 @@ struct ProofSubject {
   std::array<std::vector<double>, 3> polar;  ///< CL, CD, CM there
   std::map<std::string, std::array<double, 2>> domain{};  ///< of the parameters, by key; empty: any
   double margin = 0;                                      ///< at least
+  double damping = 0;                                     ///< at least
   std::map<std::string, std::array<double, 2>> limits;    ///< theta0, a1s, delta_e, theta
 };
 

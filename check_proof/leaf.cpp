@@ -164,6 +164,17 @@ bool integrals_follow(const Side& side) {
   return (side.cyclic || side.elevator) && nonzero(side.numbers.K_Ei) && nonzero(side.numbers.K_Li);
 }
 
+std::optional<std::string> sector_refuted(const Pencil& p, const Ball& damping,
+                                          const Record& record) {
+  if (auto failed = excluded(p, ray_of(damping), record.ray))
+    return "of the damping ratio: " + *failed;
+  const std::optional<bool> less = less_damped(p, damping);
+  if (!less) return "the damping of the roots is undecided";
+  if (*less != record.less_damped)
+    return fmt::format("{} root has less damping, the file states otherwise", *less ? "a" : "no");
+  return {};
+}
+
 std::optional<std::string> refuted(const Statement& s, const Part& part, const Side& side,
                                    const Record& record) {
   if (!range(side.numbers.V).is_positive()) return "the airspeed may vanish";
@@ -184,12 +195,12 @@ std::optional<std::string> refuted(const Statement& s, const Part& part, const S
   if (auto failed = beyond_limits(s, loop, tube[0])) return failed;
   const Pencil p = pencil(side.numbers, loop);
   const Ball sigma(s.margin);
-  if (auto failed = line_excluded(p, sigma, record.line)) return failed;
+  if (auto failed = excluded(p, line_at(sigma), record.line)) return failed;
   const std::optional<int> roots = roots_right(p, sigma);
   if (!roots) return "the roots right of the line cannot be counted";
   if (*roots != record.roots)
     return fmt::format("{} roots right of the line, the file states {}", *roots, record.roots);
-  return {};
+  return s.damping > 0 ? sector_refuted(p, Ball(s.damping), record) : std::nullopt;
 }
 
 constexpr int most_halvings_of_regions = 12;
@@ -292,8 +303,9 @@ std::optional<std::string> refuted(const Statement& s, const Leaf& leaf, int hal
   if (leaf.claim == Claim::no_trim)
     return box_refuted(s, leaf.box, leaf.box, leaf.exclusions, halvings);
   for (const Record& record : leaf.records)
-    if ((record.roots == 0) != (leaf.claim == Claim::stable))
-      return fmt::format("a leaf with {} roots right of the line is not {}", record.roots,
+    if ((record.roots == 0 && !record.less_damped) != (leaf.claim == Claim::stable))
+      return fmt::format("a leaf with {} roots right of the line{} is not {}", record.roots,
+                         record.less_damped ? " and some of less damping" : "",
                          leaf.claim == Claim::stable ? "stable" : "unstable");
   return box_refuted(s, leaf.box, leaf.box, leaf.records, halvings);
 }

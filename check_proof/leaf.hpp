@@ -26,6 +26,7 @@ struct Statement {
   std::string condition;
   std::vector<Parameter> parameters;
   double margin = 0;
+  double damping = 0;         ///< 0: any
   Numbers numbers;            ///< constants; parameters and scheduled gains replace their own
   std::vector<double> tilts;  ///< of the schedule; empty: constant gains
   std::vector<std::array<double, gain_count>> gains;  ///< one set per tilt
@@ -44,6 +45,8 @@ struct Record {
   std::array<std::array<double, 3>, 3> C{};
   std::vector<Half> line;
   int roots = 0;
+  std::vector<Half> ray;     ///< of the damping ratio, if the statement has one
+  bool less_damped = false;  ///< some root is
 };
 
 /// Evidence for no equilibrium: a tree over theta, theta0 and the actuator, in preorder.

@@ -53,9 +53,9 @@ Complex3 near_inverse(const Complex3& m) {
   return r;
 }
 
-// s² I - s M1 - M0 for s = -σ + i (at + half d_n), d_n in [-1, 1] after the numbers of the box.
-Cubic3 pencil_at(const Pencil& p, const Ball& sigma, const Ball& at, const Ball& half) {
-  const Complex s(-sigma, at), step(Ball(0), half);
+// s² I - s M1 - M0 for w = at + half d_n, d_n in [-1, 1] after the numbers of the box.
+Cubic3 pencil_at(const Pencil& p, const Ray& ray, const Ball& at, const Ball& half) {
+  const Complex s = ray.from + ray.along * at, step = ray.along * half;
   const Monomials &of_form = Form::monomials(), &of_cubic = Cubic::monomials();
   const std::size_t w = of_cubic.linear(p.n);
   Cubic3 all;
@@ -114,10 +114,10 @@ bool one_half_plane(const Complex& v, const Cubic& z) {
 
 constexpr int most_halvings = 7;  // of an interval of the certificate
 
-bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const Complex& v,
+bool excluded(const Pencil& p, const Ray& ray, double from, double to, const Complex& v,
               int halvings) {
   const Ball at = halved(Ball(from) + Ball(to)), half = halved(Ball(to) - Ball(from));
-  const Cubic3 Z = pencil_at(p, sigma, at, half);
+  const Cubic3 Z = pencil_at(p, ray, at, half);
   Complex3 centre;
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j) centre[i][j] = midpoint(Z[i][j].value());
@@ -125,8 +125,8 @@ bool excluded(const Pencil& p, const Ball& sigma, double from, double to, const 
   if (one_half_plane(v, z)) return true;
   const double middle = from + (to - from) / 2;
   if (halvings == most_halvings || !(from < middle && middle < to)) return false;
-  return excluded(p, sigma, from, middle, v, halvings + 1) &&
-         excluded(p, sigma, middle, to, v, halvings + 1);
+  return excluded(p, ray, from, middle, v, halvings + 1) &&
+         excluded(p, ray, middle, to, v, halvings + 1);
 }
 
 // Whether no member has a root of a modulus of at least w: a positive x with N x < x for the
@@ -154,8 +154,14 @@ bool none_beyond(const Pencil& p, double w) {
 
 }  // namespace
 
-std::optional<std::string> line_excluded(const Pencil& p, const Ball& sigma,
-                                         const std::vector<Half>& intervals) {
+Ray line_at(const Ball& sigma) { return {Complex(-sigma, Ball(0)), Complex(Ball(0), Ball(1))}; }
+
+Ray ray_of(const Ball& damping) {
+  return {Complex(Ball(0), Ball(0)), Complex(-damping, sqrt(Ball(1) - damping * damping))};
+}
+
+std::optional<std::string> excluded(const Pencil& p, const Ray& ray,
+                                    const std::vector<Half>& intervals) {
   double end = 0;
   for (const Half& half : intervals) {
     if (half.from != end || !(half.to > half.from))
@@ -165,14 +171,14 @@ std::optional<std::string> line_excluded(const Pencil& p, const Ball& sigma,
     if (!(half.re > 0))
       return fmt::format("the direction for w in [{:.6g}, {:.6g}] rad/s excludes the middle",
                          half.from, half.to);
-    if (!excluded(p, sigma, half.from, half.to, Complex(Ball(half.re), Ball(half.im)), 0))
+    if (!excluded(p, ray, half.from, half.to, Complex(Ball(half.re), Ball(half.im)), 0))
       return fmt::format("a root on the line is not excluded for w in [{:.6g}, {:.6g}] rad/s",
                          half.from, half.to);
   }
   constexpr int most_further = 60;
   for (int more = 0; !none_beyond(p, end); ++more) {
     if (more == most_further || !(end > 0)) return "no bound of the roots";
-    if (!excluded(p, sigma, end, 1.5 * end, Complex(Ball(1), Ball(0)), 0))
+    if (!excluded(p, ray, end, 1.5 * end, Complex(Ball(1), Ball(0)), 0))
       return fmt::format("a root on the line is not excluded beyond w = {:.6g} rad/s", end);
     end *= 1.5;
   }
@@ -204,25 +210,54 @@ std::array<Ball, 7> characteristic(const Pencil& p) {
   return sum;
 }
 
-// Routh's array of p(s - σ): the changes of sign in its first column are the roots right of the
-// axis.
+namespace {
+
+// Routh's array: the changes of sign in its first column are the roots right of the axis. The
+// coefficients of s⁰ to sⁿ, the last of them positive.
+std::optional<int> changes_of_sign(const std::vector<Ball>& c) {
+  const std::size_t n = c.size() - 1, width = n / 2 + 1;
+  std::vector<Ball> above(width), row(width);
+  for (std::size_t j = 0; j <= n; ++j) (j % 2 == 0 ? above : row)[j / 2] = c[n - j];
+  int changes = 0;
+  bool positive = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!row[0].is_positive() && !row[0].is_negative()) return {};
+    changes += row[0].is_positive() != positive;
+    positive = row[0].is_positive();
+    std::vector<Ball> next(width);
+    for (std::size_t j = 0; j + 1 < width; ++j)
+      next[j] = above[j + 1] - above[0] * row[j + 1] / row[0];
+    above = std::move(row);
+    row = std::move(next);
+  }
+  return changes;
+}
+
+}  // namespace
+
+// Of p(s - σ).
 std::optional<int> roots_right(const Pencil& p, const Ball& sigma) {
   std::array<Ball, 7> c = characteristic(p);
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t j = 6; j-- > i;) c[j] -= sigma * c[j + 1];
-  std::array<Ball, 4> above{c[6], c[4], c[2], c[0]}, row{c[5], c[3], c[1], Ball(0)};
-  int changes = 0;
-  bool positive = true;
-  for (int i = 0; i < 6; ++i) {
-    if (!row[0].is_positive() && !row[0].is_negative()) return {};
-    changes += row[0].is_positive() != positive;
-    positive = row[0].is_positive();
-    std::array<Ball, 4> next;
-    for (std::size_t j = 0; j < 3; ++j) next[j] = above[j + 1] - above[0] * row[j + 1] / row[0];
-    above = row;
-    row = next;
-  }
-  return changes;
+  return changes_of_sign({c.begin(), c.end()});
+}
+
+// Of p(s exp(iφ)) p(s exp(-iφ)), whose coefficients are real, Σ c_k c_l cos((k - l) φ): its roots
+// are those of p turned by φ either way, which leaves one right of the axis if and only if p has
+// one outside the sector.
+std::optional<bool> less_damped(const Pencil& p, const Ball& damping) {
+  const std::array<Ball, 7> c = characteristic(p);
+  std::array<Ball, 7> cosine{Ball(1), sqrt(Ball(1) - damping * damping)};
+  for (std::size_t k = 2; k < cosine.size(); ++k)
+    cosine[k] = Ball(2) * cosine[1] * cosine[k - 1] - cosine[k - 2];
+  std::vector<Ball> both(2 * c.size() - 1);
+  for (std::size_t k = 0; k < c.size(); ++k)
+    for (std::size_t l = 0; l < c.size(); ++l)
+      both[k + l].add_product(c[k] * c[l], cosine[k < l ? l - k : k - l]);
+  const std::optional<int> changes = changes_of_sign(both);
+  if (!changes) return {};
+  return *changes > 0;
 }
 
 }  // namespace tiltrim::checking

@@ -1,4 +1,5 @@
-/// The roots of the linearized loop right of a line. Internal to check_proof/.
+/// The roots of the linearized loop right of a line, and those of less damping. Internal to
+/// check_proof/.
 #pragma once
 
 #include <array>
@@ -27,13 +28,27 @@ struct Half {
   double from, to, re, im;
 };
 
-/// Empty if s = i w - sigma is no root for any w ≥ 0 and any member; else where that fails.
-/// The intervals begin at 0 and are connected.
-std::optional<std::string> line_excluded(const Pencil& p, const Ball& sigma,
-                                         const std::vector<Half>& intervals);
+/// s = from + w along for w ≥ 0, |s| ≥ w.
+struct Ray {
+  Complex from, along;
+};
+/// s = i w - sigma
+Ray line_at(const Ball& sigma);
+/// s = w exp(i (pi/2 + phi)), sin(phi) = damping: on and left of it and its conjugate a root has at
+/// least that damping ratio.
+Ray ray_of(const Ball& damping);
+
+/// Empty if no s of the ray is a root of any member; else where that fails. The intervals of w
+/// begin at 0 and are connected.
+std::optional<std::string> excluded(const Pencil& p, const Ray& ray,
+                                    const std::vector<Half>& intervals);
 
 /// Roots right of -sigma of a member of the pencil; empty if undecided by rounding.
 std::optional<int> roots_right(const Pencil& p, const Ball& sigma);
+
+/// Whether a member of the pencil has a root right of the ray of this damping ratio and its
+/// conjugate; empty if undecided by rounding.
+std::optional<bool> less_damped(const Pencil& p, const Ball& damping);
 
 /// det(s² I - s M1 - M0) at a member, coefficients of s⁰ to s⁶.
 std::array<Ball, 7> characteristic(const Pencil& p);

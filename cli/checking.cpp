@@ -36,6 +36,7 @@ std::string proof_json(const std::string& file, const ProofCheck& check,
     all["theorems"].push_back({{"condition", t.condition},
                                {"parameters", numbers},
                                {"margin", t.margin},
+                               {"damping", t.damping},
                                {"leaves", t.leaves},
                                {"proved_stable", t.stable},
                                {"proved_unstable", t.unstable},
@@ -63,8 +64,13 @@ Sheet theorem_sheet(const CheckedTheorem& t) {
   const auto add = [&](const std::string& what, double share, Tone tone) {
     if (share > 0) sheet.rows.push_back({{what, tone}, 100 * share});
   };
-  add("one trim in the tube, every eigenvalue left of " + line, t.stable, Tone::good);
-  add("one trim in the tube, an eigenvalue right of " + line, t.unstable, Tone::bad);
+  const bool damped = t.damping > 0;
+  add("one trim in the tube, every eigenvalue left of " + line +
+          (damped ? fmt::format(", with a damping ratio above {:.6g}", t.damping) : ""),
+      t.stable, Tone::good);
+  add("one trim in the tube, an eigenvalue right of " + line +
+          (damped ? fmt::format(" or with a damping ratio below {:.6g}", t.damping) : ""),
+      t.unstable, Tone::bad);
   add("no trim within the limits", t.no_trim, Tone::plain);
   add("nothing", t.undecided, Tone::doubtful);
   return sheet;
@@ -118,6 +124,7 @@ std::map<std::string, ProofSubject> subjects(const Study& study) {
                       {"theta", both(limits.theta)}};
     if (!study.prove) continue;
     subject.margin = study.prove->margin;
+    subject.damping = study.prove->damping;
     for (const ProveTable::Parameter& one : study.prove->parameters)
       subject.domain[one.key.name] = {one.from, one.to};
   }
@@ -129,7 +136,8 @@ std::map<std::string, ProofSubject> subjects(const Study& study) {
 std::string compared(const Study& study, const ProofCheck& check) {
   std::string text =
       fmt::format("compared with {}: numbers, gains, limits, polar", study.file.string());
-  text += study.prove ? ", box, margin" : "; it has no [prove], so box and margin are the file's";
+  text += study.prove ? ", box, margin, damping"
+                      : "; it has no [prove], so box, margin and damping are the file's";
   const auto is_height = [](const ProveTable::Parameter& one) { return one.key.name == "h"; };
   const bool over_h = study.prove && std::ranges::any_of(study.prove->parameters, is_height);
   std::string missing;

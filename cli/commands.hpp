@@ -114,6 +114,7 @@ struct ProveCommand {
   Common common;
   int threads = 0;                    ///< 0: one per processor
   std::optional<double> margin;       ///< 1/s; these two: default from the study
+  std::optional<double> damping;      ///< damping ratio
   bool largest = false;               ///< the largest margin that it can prove
   std::optional<std::size_t> boxes;   ///< examined at most
   std::filesystem::path certificate;  ///< empty: none

@@ -28,6 +28,11 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
   prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
       ->check(CLI::Range(0.0, 1e3))
       ->type_name("SIGMA");
+  prove
+      ->add_option("--damping", command.damping,
+                   "damping ratio to prove as well (the study's, or any)")
+      ->check(CLI::Range(0.0, 0.99))
+      ->type_name("ZETA");
   prove->add_flag("--largest-margin", command.largest,
                   "search the largest decay rate that can be proved");
   prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")

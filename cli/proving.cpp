@@ -52,6 +52,7 @@ std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
   const std::vector<Condition> conditions = to_prove(study, command.common.only);
   ProveOptions options;
   options.margin = command.margin.value_or(study.prove->margin);
+  options.damping = command.damping.value_or(study.prove->damping);
   options.max_boxes = command.boxes.value_or(study.prove->boxes);
   options.undecided = study.prove->undecided;
   options.stop = stop;

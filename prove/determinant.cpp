@@ -156,8 +156,8 @@ Inverse near_inverse(const SmallC& X, const SmallC& P, Complex step) {
 Value value_at(const Family& f, double from, double to) {
   const Index n = f.B.rows();
   const double at = 0.5 * (from + to), half = (0.5 * (to - from)) * (1 + 4 * unit) + 4 * unit * to;
-  const SmallC P = f.P.cast<Complex>(), X = Complex(0, at) * P - f.E0.cast<Complex>();
-  const Complex step(0, from < to ? half : 0.0);
+  const SmallC P = f.P.cast<Complex>(), X = (at * f.along) * P - f.E0.cast<Complex>();
+  const Complex step = (from < to ? half : 0.0) * f.along;
   const Inverse inverse = near_inverse(X, P, step);
   const std::vector<SmallC>& H = inverse.H;
   Value value;
@@ -181,7 +181,7 @@ Value value_at(const Family& f, double from, double to) {
     F.push_back(SmallC::Zero(n, n));
     Q.push_back(F.back());
   }
-  // Rounding of the products above, and of the residual.
+  // Rounding of the products above, of s, and of the residual.
   double moduli =
       f.E0.cwiseAbs().maxCoeff() + 2 * to * f.P.cwiseAbs().maxCoeff() + f.bend_moduli.maxCoeff();
   for (const Small& E : f.E) moduli += E.cwiseAbs().maxCoeff();

@@ -28,9 +28,10 @@ struct Family {
   Small bend_moduli;             // Σ |W A_kl T|
   Small R;                       // |W| radius |T|
   double P_radius = 0;
+  Complex along{0, 1};  // s = w along; i: the axis
 };
 
-/// I - F = (i w W T - W B(d) T) H(w) on an interval of frequencies.
+/// I - F = (s W T - W B(d) T) H(w), s = w along, on an interval of w.
 struct Value {
   std::vector<Complex> linear;                  // of each parameter, and of the frequency
   std::vector<std::vector<Complex>> quadratic;  // lower triangle

@@ -89,8 +89,13 @@ int within_limits(const Setup& setup, const Tube& tube, Failure& failure);
 /// Whether they hold at the middle of the box, as far as seen.
 bool middle_within_limits(const Setup& setup, const Tube& tube);
 
-/// Counts the roots right of the line Re s = -margin; false with failure if it cannot.
-bool count_roots(const Setup& setup, Tube& tube, double margin, Failure& failure);
+/// What is required of every eigenvalue: docs/prove.md.
+struct Required {
+  double margin = 0.0, damping = 0.0;
+};
+/// Counts the roots right of the line Re s = -margin and, if a damping ratio is required, those
+/// with less; false with failure if it cannot.
+bool count_roots(const Setup& setup, Tube& tube, const Required& required, Failure& failure);
 
 /// Proves that no equilibrium exists within the limits; fills record.absent.
 bool prove_absent(const Setup& setup, const Cell& cell, const Branches& sides, Record& record);

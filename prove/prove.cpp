@@ -1,6 +1,8 @@
 // Branch and bound over the box of parameters.
 #include "prove/prove.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -99,8 +101,8 @@ std::vector<Branches> all_sides(const Setup& s, const Cell& cell, const VectorXd
 }
 
 // One side of the switches on one box.
-ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, double margin,
-                      Answer& answer) {
+ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides,
+                      const Required& required, Answer& answer) {
   Tube tube;
   int limits = 0;
   bool near = false;  // an equilibrium at the middle, within the limits as far as seen
@@ -127,12 +129,13 @@ ProofVerdict one_side(const Setup& s, const Cell& cell, const Branches& sides, d
     answer.sides.push_back(std::move(absent));
     return ProofVerdict::no_trim;
   }
-  if (limits != 1 || !count_roots(s, tube, margin, answer.failure)) {
+  if (limits != 1 || !count_roots(s, tube, required, answer.failure)) {
     answer.failure.cut = worst(s, cell, tube.record, sides, answer.failure);
     return ProofVerdict::undecided;
   }
   answer.sides.push_back(std::move(tube.record));
-  return answer.sides.back().roots == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
+  const Record& found = answer.sides.back();
+  return found.roots + found.outside == 0 ? ProofVerdict::stable : ProofVerdict::unstable;
 }
 
 int widest(const Setup& s, const std::vector<Range>& box) {
@@ -161,7 +164,7 @@ int across(const Setup& s, const Cell& cell, const VectorXd& z) {
 }
 
 Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& start,
-               double margin) {
+               const Required& required) {
   const RoundToNearest environment;
   const Cell cell(box);
   Answer answer;
@@ -177,7 +180,7 @@ Answer examine(const Setup& s, const std::vector<Range>& box, const VectorXd& st
     }
   }
   for (const Branches& sides : all) {
-    const ProofVerdict side = one_side(s, cell, sides, margin, answer);
+    const ProofVerdict side = one_side(s, cell, sides, required, answer);
     const bool other = &sides != &all.front() && side != verdict;
     verdict = other ? ProofVerdict::undecided : side;
     if (verdict != ProofVerdict::undecided) continue;
@@ -215,6 +218,7 @@ class Search {
     theorem_.parameters = problem.parameters;
     theorem_.unknowns = problem.unknowns;
     theorem_.margin = options.margin;
+    theorem_.damping = options.damping;
     ProofNode root;
     for (const Uncertain& p : problem.parameters) root.box.push_back({p.lower, p.upper});
     root.volume = 1;
@@ -243,7 +247,8 @@ class Search {
     std::vector<std::optional<Answer>> answers(level_.size());
     in_parallel(level_.size(), [&](std::size_t i) {
       if (options_.stop.stop_requested()) return;
-      answers[i] = examine(s_, theorem_.tree[level_[i].node].box, level_[i].z, options_.margin);
+      answers[i] = examine(s_, theorem_.tree[level_[i].node].box, level_[i].z,
+                           {options_.margin, options_.damping});
     });
     std::vector<Open> next;
     for (std::size_t i = 0; i < level_.size(); ++i)
@@ -333,6 +338,9 @@ void join(std::vector<ProofNode>& regions) {
 
 Theorem prove(const ProveProblem& problem, const ProveOptions& options) {
   const RoundToNearest environment;
+  if (!(options.damping >= 0 && options.damping < 1))
+    throw CallerMistake(
+        fmt::format("damping = {}; expected a ratio from 0 to below 1", options.damping));
   Theorem theorem = Search(problem, options).run();
   // Anew: the running difference may lose the smallest leaves.
   theorem.undecided = 0;

@@ -66,6 +66,10 @@ struct ProofNode {
     std::vector<double> w;                ///< frequencies, one more than directions
     std::vector<std::complex<double>> v;  ///< directions
     int roots = 0;                        ///< right of the line
+    /// The same along the ray of the damping ratio, if one is required.
+    std::vector<double> ray_w{};
+    std::vector<std::complex<double>> ray_v{};  ///< directions
+    int outside = 0;                            ///< roots of less damping
     /// A node of the tree over the unknowns that excludes a trim.
     struct Exclusion {
       int split = -1;             ///< unknown, or -1: `weights`
@@ -95,6 +99,7 @@ struct Theorem {
   std::vector<Uncertain> parameters{};                          ///< the box
   std::vector<std::string> unknowns{};                          ///< of the tubes
   double margin = 0.0;                                          ///< decay rate [1/s]
+  double damping = 0.0;                                         ///< damping ratio
   std::vector<ProofNode> tree{};                                ///< the first is the whole box
   std::size_t boxes = 0;                                        ///< examined
   double stable = 0, unstable = 0, no_trim = 0, undecided = 0;  ///< shares of the volume
@@ -106,6 +111,7 @@ struct Theorem {
 /// Options of prove().
 struct ProveOptions {
   double margin = 0.0;             ///< σ: all eigenvalues have a real part below -σ [1/s]
+  double damping = 0.0;            ///< and a damping ratio above this, from 0 to below 1; 0: any
   std::size_t max_boxes = 20000;   ///< examined at most
   double smallest = 1e-10;         ///< share of a parameter's range that is not cut further
   double undecided = 0.0;          ///< stop once the undecided volume is at most this share
@@ -116,7 +122,8 @@ struct ProveOptions {
 
 /// Proves, for every value of the parameters within their ranges, that there is exactly one
 /// equilibrium in a stated tube, within the limits, and that every eigenvalue has a real part below
-/// -margin; or that an eigenvalue has one above; or that there is no equilibrium within the limits.
+/// -margin and a damping ratio above options.damping; or that an eigenvalue has not; or that there
+/// is no equilibrium within the limits.
 /// Throws std::invalid_argument if the model has no jets or a name is unknown.
 [[nodiscard]] Theorem prove(const ProveProblem& problem, const ProveOptions& options = {});
 

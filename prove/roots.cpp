@@ -1,6 +1,8 @@
-// The roots right of a line, for every matrix of a family: zero excluded from a determinant.
+// The roots right of a line and outside a sector, for every matrix of a family: zero excluded from
+// a determinant.
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numeric>
 
@@ -144,84 +146,140 @@ double root_bound(const Family& f) {
   return sum.rowwise().sum().maxCoeff() / (1 - off) * 1.001;
 }
 
-// Roots right of the axis of one matrix, by discs of its pencil s W V - W B V, homotopic to the
-// diagonal: on s = i w, |s - λ_i| > Σ_j |s| |P_ij| + |Q_ij|. Negative: not certified.
-int roots_of(const MatrixXd& B) {
+// Eigenvalues λ_i of one matrix, and the discs of its pencil s W V - W B V, homotopic to the
+// diagonal: s is no root if |s - λ_i| > Σ_j |s| |P_ij| + |Q_ij|, at most p_i |s| + q_i, for all i.
+struct Discs {
+  Eigen::VectorXcd values;  // empty: not known
+  VectorXd p, q;
+};
+
+Discs discs_of(const MatrixXd& B) {
   const dense::Eigensystem solved = dense::eigensystem(B);
-  if (!solved.converged) return -1;
+  if (!solved.converged) return {};
   const MatrixXcd &V = solved.V, W = dense::inverse(V);
   const Index n = B.rows();
   const MatrixXcd P = W * V - MatrixXcd::Identity(n, n);
   const MatrixXcd Q = W * B.cast<Complex>() * V - MatrixXcd(solved.values.asDiagonal());
   const MatrixXd Wa = W.cwiseAbs(), Va = V.cwiseAbs();
   const double rounding = 64 * double(n * n) * unit;
-  const VectorXd p = (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum();
-  const VectorXd q = (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va)).rowwise().sum() +
-                     rounding * solved.values.cwiseAbs();
+  return {solved.values, (P.cwiseAbs() + rounding * (Wa * Va)).rowwise().sum(),
+          (Q.cwiseAbs() + rounding * (Wa * B.cwiseAbs() * Va)).rowwise().sum() +
+              rounding * solved.values.cwiseAbs()};
+}
+
+// Roots right of the axis. Negative: not certified.
+int roots_right(const Discs& d) {
+  if (d.values.size() == 0) return -1;
   int count = 0;
-  for (Index i = 0; i < n; ++i) {
-    const Complex at = solved.values[i];
+  for (Index i = 0; i < d.values.size(); ++i) {
+    const Complex at = d.values[i];
     const bool clear =
-        p[i] < 0.5 && std::abs(at.real()) > 1.5 * (p[i] * std::abs(at.imag()) + q[i]);
+        d.p[i] < 0.5 && std::abs(at.real()) > 1.5 * (d.p[i] * std::abs(at.imag()) + d.q[i]);
     if (!clear) return -1;
     count += at.real() > 0;
   }
   return count;
 }
 
-}  // namespace
+// Roots right of the ray s = w along, w >= 0, and its conjugate. On them |s| <= |λ| + |s - λ|: with
+// p < 1/2, s is in no disc if |s - λ| > 2 (p |λ| + q).
+int roots_outside(const Discs& d, Complex along) {
+  if (d.values.size() == 0) return -1;
+  int count = 0;
+  for (Index i = 0; i < d.values.size(); ++i) {
+    const Complex at(d.values[i].real(), std::abs(d.values[i].imag()));  // the upper ray is nearer
+    const Complex turned = at * std::conj(along);
+    const double distance = turned.real() > 0 ? std::abs(turned.imag()) : std::abs(at);
+    if (!(d.p[i] < 0.5 && distance > 3 * (d.p[i] * std::abs(at) + d.q[i]))) return -1;
+    count += turned.imag() < 0;
+  }
+  return count;
+}
 
-bool count_roots(const Setup& s, Tube& tube, double margin, Failure& failure) {
-  Family f = family(s, tube, margin);
-  const auto refuse = [&](const char* cause, const std::vector<double>& share,
-                          const Small& weight = {}) {
-    failure = {cause, -1, Eigen::Map<const VectorXd>(share.data(), std::ssize(share)), weight};
-    return false;
-  };
-  std::vector<double> widths;
-  for (std::size_t k = 0; k < s.k(); ++k) widths.push_back(f.A[k].norm());
-  if (!f.B.allFinite() || !f.radius.allFinite()) return refuse("width", widths);
-  Family plain = f;
-  Family rows = f;
+// The family in the two bases that prove most.
+struct Bases {
+  Family own, rows;  // eigenvectors; few rows
+  double end;        // no member has a root of this modulus; infinite: not known
+};
+
+Bases bases_of(Family f, Complex along) {
+  f.along = along;
+  Family plain = f, rows = f;
   transform(plain, Basis::plain);
   transform(rows, Basis::few_rows);
   transform(f, Basis::eigenvectors);
   const double end = std::min(root_bound(f), root_bound(plain));
-  if (!std::isfinite(end)) return refuse("width", widths);
-  Record& r = tube.record;
-  r.roots = roots_of(f.B);  // zero is excluded for all remainders in the radius, so for none
-  if (r.roots < 0) return refuse("crossing", widths);
-  r.T = f.T;
-  r.w = {0.0};
-  r.v.clear();
+  return {std::move(f), std::move(rows), end};
+}
+
+// Directions on intervals of w that prove that no member has a root s = w along, w >= 0; false with
+// failure if there are none.
+bool exclude(const Bases& bases, std::vector<double>& w, std::vector<Complex>& v,
+             Failure& failure) {
+  const auto refuse = [&](const char* cause, const Value& value) {
+    failure = {cause, -1, Eigen::Map<const VectorXd>(value.share.data(), std::ssize(value.share)),
+               value.weight};
+    return false;
+  };
+  constexpr std::size_t most = 2000;  // intervals
+  const double end = bases.end;
+  w = {0.0};
+  v.clear();
   double step = end / 64;
-  while (r.w.back() < end) {
-    const double from = r.w.back();
-    Value value = value_at(rows, from, from + step);
+  while (w.back() < end) {
+    const double from = w.back();
+    Value value = value_at(bases.rows, from, from + step);
     Direction direction = best(value);
     if (direction.floor < slack) {
-      const Value other = value_at(f, from, from + step);
+      const Value other = value_at(bases.own, from, from + step);
       if (const Direction own = best(other); own.floor > direction.floor) {
         value = other;
         direction = own;
       }
     }
     if (direction.floor >= slack) {
-      r.w.push_back(from + step);
-      r.v.push_back(direction.v);
+      w.push_back(from + step);
+      v.push_back(direction.v);
       step *= direction.floor > 0.4 ? 3 : 1.5;
-      if (r.v.size() > 2000) return refuse("width", value.share, value.weight);
+      if (v.size() > most) return refuse("width", value);
       continue;
     }
-    Value still = value_at(rows, from, from);
-    if (best(still).floor < 1.2 * slack) still = value_at(f, from, from);
-    if (best(still).floor < 1.2 * slack) return refuse("crossing", still.share, still.weight);
+    Value fixed = value_at(bases.rows, from, from);
+    if (best(fixed).floor < 1.2 * slack) fixed = value_at(bases.own, from, from);
+    if (best(fixed).floor < 1.2 * slack) return refuse("crossing", fixed);
     step *= 0.4;
-    if (step < 1e-9 * end && step < 1e-6 * from)
-      return refuse("crossing", still.share, still.weight);
-    if (step < 1e-14 * end) return refuse("crossing", still.share, still.weight);
+    if (step < 1e-9 * end && step < 1e-6 * from) return refuse("crossing", fixed);
+    if (step < 1e-14 * end) return refuse("crossing", fixed);
   }
   return true;
+}
+
+}  // namespace
+
+bool count_roots(const Setup& s, Tube& tube, const Required& required, Failure& failure) {
+  const Family f = family(s, tube, required.margin);
+  std::vector<double> widths;
+  for (std::size_t k = 0; k < s.k(); ++k) widths.push_back(f.A[k].norm());
+  const auto refuse = [&](const char* cause) {
+    failure = {cause, -1, Eigen::Map<const VectorXd>(widths.data(), std::ssize(widths)), {}};
+    return false;
+  };
+  if (!f.B.allFinite() || !f.radius.allFinite()) return refuse("width");
+  const Bases line = bases_of(f, {0, 1});
+  if (!std::isfinite(line.end)) return refuse("width");
+  Record& r = tube.record;
+  r.roots = roots_right(discs_of(f.B));  // zero is excluded for all remainders in the radius
+  if (r.roots < 0) return refuse("crossing");
+  r.T = line.own.T;
+  if (!exclude(line, r.w, r.v, failure)) return false;
+  if (required.damping == 0) return true;
+  const Complex along(-required.damping, std::sqrt(1 - required.damping * required.damping));
+  const Family unmoved = family(s, tube, 0);
+  const Bases ray = bases_of(unmoved, along);
+  if (!std::isfinite(ray.end)) return refuse("width");
+  r.outside = roots_outside(discs_of(unmoved.B), along);
+  if (r.outside < 0) return refuse("crossing");
+  return exclude(ray, r.ray_w, r.ray_v, failure);
 }
 
 }  // namespace tiltrim::proving

@@ -60,6 +60,12 @@ ordered_json evidence(const ProofNode::Record& r) {
   side["v"] = ordered_json::array();
   for (const auto& v : r.v) side["v"].push_back({hex(v.real()), hex(v.imag())});
   side["roots"] = r.roots;
+  if (!r.ray_w.empty()) {
+    ordered_json& ray = side["ray"];
+    for (const double w : r.ray_w) ray["w"].push_back(hex(w));
+    for (const auto& v : r.ray_v) ray["v"].push_back({hex(v.real()), hex(v.imag())});
+    ray["roots"] = r.outside;
+  }
   return side;
 }
 
@@ -132,6 +138,7 @@ ordered_json header(const Study& study, const Theorem& t) {
     CM.push_back(hex(row.CM));
   }
   head["polar"] = {{"alpha", alpha}, {"CL", CL}, {"CD", CD}, {"CM", CM}};
+  if (t.damping > 0) head["damping"] = hex(t.damping);
   head["limits"] = limits_of(study.vehicle.limits);
   head["states"] = names(model.states);
   head["unknowns"] = t.unknowns;
@@ -257,10 +264,12 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
     text += fmt::format("  {}: {} boxes{}\n", to_string(t.status()), t.boxes,
                         t.interrupted ? ", interrupted" : "");
     text += fmt::format(
-        "  shares of the volume; stable: every eigenvalue left of {:.6g} 1/s\n"
+        "  shares of the volume; stable: every eigenvalue left of {:.6g} 1/s{}\n"
         "    {} stable, {} unstable, {} without trim, {} undecided\n",
-        t.margin == 0 ? 0.0 : -t.margin, share_in_words(t.stable), share_in_words(t.unstable),
-        share_in_words(t.no_trim), share_in_words(t.undecided));
+        t.margin == 0 ? 0.0 : -t.margin,
+        t.damping > 0 ? fmt::format(", with a damping ratio above {:.6g}", t.damping) : "",
+        share_in_words(t.stable), share_in_words(t.unstable), share_in_words(t.no_trim),
+        share_in_words(t.undecided));
     text += t.parameters.size() == 1 || t.regions.size() <= 1 ? each_region(study, t.regions)
                                                               : regions_in_words(study, t.regions);
   }
@@ -277,6 +286,7 @@ std::string theorems_json(const Study& study, const std::vector<Theorem>& theore
                                    {"from", in_study_unit(study, k, t.parameters[k].lower)},
                                    {"to", in_study_unit(study, k, t.parameters[k].upper)}});
     one["margin"] = t.margin;
+    one["damping"] = t.damping;
     one["status"] = to_string(t.status());
     one["boxes"] = t.boxes;
     one["proved_stable"] = t.stable;

@@ -12,7 +12,7 @@ namespace tiltrim::reading {
 
 namespace {
 
-constexpr double most_parameters = 6;
+constexpr double most_parameters = 6, most_damping = 0.99;
 
 Key parameter_key(const Section& section) {
   const std::string name = section.text("key");
@@ -61,9 +61,10 @@ ProveTable::Parameter read_parameter(const Section& section, const Vehicle& vehi
 }  // namespace
 
 ProveTable read_prove(const Section& section, const Vehicle& vehicle) {
-  section.allow_only({"parameter", "margin", "boxes", "undecided"});
+  section.allow_only({"parameter", "margin", "damping", "boxes", "undecided"});
   ProveTable table;
   read_number(section, "margin", {0, 1e3, "1/s"}, table.margin);
+  read_number(section, "damping", {0, most_damping}, table.damping);
   read_whole(section, "boxes", {1, 1e8}, table.boxes);
   read_number(section, "undecided", {0, 1}, table.undecided);
   for (const Section& parameter : section.tables("parameter")) {

@@ -182,6 +182,7 @@ struct ProveTable {
   };
   std::vector<Parameter> parameters;  ///< at least one
   double margin = 0.0;                ///< decay rate that every eigenvalue shall exceed, 1/s
+  double damping = 0.0;               ///< damping ratio that it shall exceed; 0: any
   std::size_t boxes = 20'000;         ///< examined at most
   double undecided = 0.0;             ///< share of the volume at which the search ends
 };

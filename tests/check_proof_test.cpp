@@ -197,6 +197,58 @@ TEST_CASE("what prove() writes is verified, and its verdicts are those of the ch
   CHECK(both.undecided < 1e-4);
 }
 
+TEST_CASE("a damping ratio is verified on its own ray, and refused where it is altered") {
+  const Study study = load_study(studies + "prove_corridor.toml");
+  const auto proved = [&](double from, double to, double damping) {
+    ProveOptions options;
+    options.damping = damping;
+    options.smallest = 1e-5;
+    return prove(
+        closed_loop_proof(study.vehicle, study.schedule, "corridor", {15, 0, 0}, {{"h", from, to}}),
+        options);
+  };
+  // Across the height at which a mode's damping ratio passes through 0.3, left of the axis all
+  // along.
+  const tiltrim::Theorem both = proved(76.5, 77.2, 0.3);
+  const std::string text = certificate_of(study, {both});
+  const ProofCheck check = check_proof_text(text);
+  CHECK_MESSAGE(check.reason == "", check.box);
+  REQUIRE(check.theorems.size() == 1);
+  CHECK(check.theorems[0].damping == 0.3);
+  CHECK(check.theorems[0].stable > 0.2);
+  CHECK(check.theorems[0].unstable > 0.2);
+  CHECK(check.theorems[0].undecided < 1e-3);
+  const OracleFindings found = oracle(read_certificate(text).front(), study, 200, 7);
+  CHECK_MESSAGE(found.contradictions == 0, found.first);
+
+  const std::vector<std::string> lines = lines_of(certificate_of(study, {proved(70, 72, 0.1)}));
+  REQUIRE(refused(text_of(lines)) == "");
+  const auto altered = [&](std::size_t line, const auto& change) {
+    std::vector<std::string> all = lines;
+    auto object = nlohmann::ordered_json::parse(all[line]);
+    change(object);
+    all[line] = object.dump();
+    return refused(text_of(all));
+  };
+  std::size_t leaf = 1;
+  while (!json::parse(lines[leaf]).contains("leaf")) ++leaf;
+  CHECK(altered(0, [](auto& header) { header["damping"] = "0x1.6666666666666p-1"; }) != "");  // 0.7
+  CHECK(altered(0, [](auto& header) { header["damping"] = "0x0p+0"; }) != "");
+  CHECK(altered(0, [](auto& header) { header.erase("damping"); }).find("a 'ray' belongs") !=
+        std::string::npos);
+  CHECK(altered(leaf, [](auto& one) { one["sides"][0].erase("ray"); }).find("a 'ray' belongs") !=
+        std::string::npos);
+  CHECK(altered(leaf, [](auto& one) { one["sides"][0]["ray"]["roots"] = 2; }) != "");
+  CHECK(altered(leaf, [](auto& one) {
+          one["leaf"] = "unstable";
+          one["sides"][0]["ray"]["roots"] = 2;
+        }).find("no root has less damping") != std::string::npos);
+  CHECK(altered(leaf, [](auto& one) {
+          one["sides"][0]["ray"]["v"][0] = {"-0x1p+0", "0x0p+0"};
+        }) != "");
+  CHECK(altered(leaf, [](auto& one) { one["sides"][0]["ray"]["w"][0] = "0x1p-1"; }) != "");
+}
+
 TEST_CASE("a tube of the actuators is no tube of the integrals, and needs integrals that follow") {
   const Study study = load_study(studies + "prove_corridor.toml");
   const ProveProblem problem =
@@ -261,6 +313,9 @@ TEST_CASE("a certificate must be about the study") {
   other = subject;
   other.margin = 0.1;
   CHECK(reason(other) == "the margin is less than that of the study");
+  other = subject;
+  other.damping = 0.1;
+  CHECK(reason(other) == "the damping ratio is less than that of the study");
   other = subject;
   other.numbers["aircraft.CM_q"] = std::nextafter(other.numbers["aircraft.CM_q"], 0);
   CHECK(reason(other) == "'aircraft.CM_q' is not that of the study");

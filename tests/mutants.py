@@ -33,7 +33,10 @@ FAULTS = [
     ("prove/prove.cpp", "if (sides.taken.empty()) return all;",
      'if (mutant("one_side") || sides.taken.empty()) return all;'),
     # The frequencies begin above zero, where a real eigenvalue crosses.
-    ("prove/roots.cpp", "r.w = {0.0};", 'r.w = {mutant("zero_skipped") ? end / 64 : 0.0};'),
+    ("prove/roots.cpp", "  w = {0.0};", '  w = {mutant("zero_skipped") ? end / 64 : 0.0};'),
+    # Roots of little damping not counted; the axis searched instead of the ray.
+    ("prove/roots.cpp", "count += turned.imag() < 0;", 'count += !mutant("all_damped") && turned.imag() < 0;'),
+    ("prove/roots.cpp", "f.along = along;", 'f.along = mutant("no_ray") ? Complex(0, 1) : along;'),
     # The image of the tube may touch its border.
     ("prove/tube.cpp", "K.array() <= 0.9 * r.Z.array()",
      'K.array() <= (mutant("not_strict") ? 1.0 : 0.9) * r.Z.array()'),

@@ -83,10 +83,14 @@ std::string judged(const checking::Theorem& t, const Leaf& leaf, const VehicleAn
       inside =
           inside && std::abs(there[i] - start[i]) <= record.Z[i] + 1e-8 * (1 + std::abs(start[i]));
     if (!inside) continue;
-    const double rightmost =
-        linearize(problem.model, trimmed.point).A.eigenvalues().real().maxCoeff();
-    if ((rightmost < -t.statement.margin) == (leaf.claim == Claim::stable)) return {};
-    why = fmt::format("rightmost eigenvalue {:.9g}", rightmost);
+    const Eigen::VectorXcd lambda = linearize(problem.model, trimmed.point).A.eigenvalues();
+    const double rightmost = lambda.real().maxCoeff();
+    const double damping = (-lambda.real().array() / lambda.cwiseAbs().array()).minCoeff();
+    const bool stable = rightmost < -t.statement.margin &&
+                        (t.statement.damping == 0 || damping > t.statement.damping);
+    if (stable == (leaf.claim == Claim::stable)) return {};
+    why =
+        fmt::format("rightmost eigenvalue {:.9g}, least damping ratio {:.9g}", rightmost, damping);
   }
   return why;
 }

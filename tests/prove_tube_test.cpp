@@ -1,5 +1,6 @@
 // Ranges contain what a wider arithmetic computes, and a tube that is accepted is one that the
-// Krawczyk test of a plain evaluation accepts too, with the slack that a checker needs.
+// Krawczyk test of a plain evaluation accepts too, with the slack that a checker needs. Damping
+// ratios.
 #include <Eigen/Core>
 #include <cmath>
 #include <random>
@@ -84,6 +85,49 @@ TEST_CASE("the image of an accepted tube lies within nine tenths of it") {
   CHECK(accepted < 400);
   CHECK(largest > 0.8);  // the bound is met
   CHECK(largest <= 0.9 * (1 + 1e-12));
+}
+
+TEST_CASE("a damping ratio holds where the closed form says so, and nowhere else") {
+  // x'' + x' + k x = 0: s = (-1 ± √(1 - 4 k)) / 2. A root right of the axis for k < 0; a damping
+  // ratio of 1/(2 √k) for k > 1/4, above 1/4 for k < 4.
+  Model m;
+  m.name = "spring";
+  m.states = {{"x", "", 1}, {"y", "", 1}};
+  m.parameters = {{"k", "", 1}};
+  m.outputs = {{"out", "", 1}};
+  const auto f = [](auto x, auto, auto p, auto rates) {
+    rates[0] = x[1];
+    rates[1] = -1.0 * x[1] - p[0] * x[0];
+  };
+  ProveProblem problem;
+  problem.name = "spring";
+  problem.model = provable_model(m, f, [](auto x, auto, auto, auto out) { out[0] = x[0]; });
+  problem.unknowns = problem.equations = {"x", "y"};
+  problem.guess = {Eigen::Vector2d(0, 0), Eigen::VectorXd(0), Eigen::VectorXd::Constant(1, 2.0)};
+  problem.parameters = {{"k", -1, 7}};
+  ProveOptions options;
+  options.smallest = 1e-6;
+  const auto check = [&](double damping, double last) {
+    options.damping = damping;
+    const Theorem t = prove(problem, options);
+    CHECK(t.damping == damping);
+    CHECK_NEAR(t.stable, last / 8, 1e-4);
+    CHECK_NEAR(t.unstable, 1 - last / 8, 1e-4);
+    for (const ProofNode& r : t.regions) {
+      if (r.verdict == ProofVerdict::stable) CHECK((r.box[0].lower > 0 && r.box[0].upper < last));
+      if (r.verdict == ProofVerdict::unstable) CHECK((r.box[0].upper < 0 || r.box[0].lower > last));
+    }
+  };
+  check(0.25, 4);
+  check(0.5, 1);
+  check(0.99, 0.25 / (0.99 * 0.99));
+  problem.parameters = {{"k", 0.5, 7}};
+  options.damping = 0;
+  CHECK(prove(problem, options).stable == 1);
+  for (const double wrong : {-0.1, 1.0, std::nan("")}) {
+    options.damping = wrong;
+    CHECK_THROWS_AS((void)prove(problem, options), std::invalid_argument);
+  }
 }
 
 }  // namespace prove_tube_test

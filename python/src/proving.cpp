@@ -18,12 +18,13 @@ namespace {
 
 // Theorems as JSON, and the certificate of each.
 py::tuple proved(const HeldStudy& held, const std::vector<std::string>& only,
-                 std::optional<double> margin, std::optional<std::size_t> boxes, int threads,
-                 const py::object& listener) {
+                 std::optional<double> margin, std::optional<double> damping,
+                 std::optional<std::size_t> boxes, int threads, const py::object& listener) {
   refuse_within_callable("prove", no_ipopt);
   cli::ProveCommand command;
   command.common.only = only;
   command.margin = margin;
+  command.damping = damping;
   command.boxes = boxes;
   command.threads = threads;
   Progress progress(listener);
@@ -49,8 +50,8 @@ py::tuple proved(const HeldStudy& held, const std::vector<std::string>& only,
 
 void add_proving(py::module_& module) {
   using py::arg;
-  module.def("prove", &proved, arg("study"), arg("only"), arg("margin"), arg("boxes"),
-             arg("threads"), arg("progress"));
+  module.def("prove", &proved, arg("study"), arg("only"), arg("margin"), arg("damping"),
+             arg("boxes"), arg("threads"), arg("progress"));
 }
 
 }  // namespace tiltrim::python

@@ -32,6 +32,7 @@ class Theorem(Shown):
     condition: str
     status: str  #: proved, partly, refuted
     margin: float  #: 1/s: every eigenvalue has a real part below -margin where proved stable
+    damping: float  #: and a damping ratio above this; 0: any
     parameters: Dict[str, Tuple[float, float]]  #: the box, in units of the study
     boxes: int  #: examined
     stable: float  #: share of the volume; the next three too
@@ -80,6 +81,7 @@ def prove(
     *,
     condition: None = None,
     margin: Optional[float] = None,
+    damping: Optional[float] = None,
     boxes: Optional[int] = None,
     threads: int = 0,
     progress: Progress = None,
@@ -90,6 +92,7 @@ def prove(
     *,
     condition: str,
     margin: Optional[float] = None,
+    damping: Optional[float] = None,
     boxes: Optional[int] = None,
     threads: int = 0,
     progress: Progress = None,
@@ -100,6 +103,7 @@ def prove(
     *,
     condition: None = None,
     margin: Optional[float] = None,
+    damping: Optional[float] = None,
     boxes: Optional[int] = None,
     threads: int = 0,
     progress: Progress = None,
@@ -109,6 +113,7 @@ def prove(
     *,
     condition: Optional[str] = None,
     margin: Optional[float] = None,
+    damping: Optional[float] = None,
     boxes: Optional[int] = None,
     threads: int = 0,
     progress: Progress = None,
@@ -118,6 +123,7 @@ def prove(
     what   : a Study or its path: {name: theorem}, or the one of condition=; or a Condition. Over h,
              which sets the command, the first condition stands for all
     margin : 1/s; default: the study's
+    damping : damping ratio; default: the study's, or any
     boxes  : examined at most; default: the study's
     progress : True, or progress(done, total, text): returning False stops with what is proved
 
@@ -134,10 +140,12 @@ def prove(
         study[condition]  # names those that there are
     if margin is not None and not 0 <= margin <= 1000:
         raise _tiltrim.InvalidArgument(f"margin: {margin}; expected 0 to 1000 1/s")
+    if damping is not None and not 0 <= damping <= 0.99:
+        raise _tiltrim.InvalidArgument(f"damping: {damping}; expected 0 to 0.99")
     if boxes is not None and boxes < 1:
         raise _tiltrim.InvalidArgument(f"boxes: {boxes}; expected at least 1")
     only = [] if condition is None else [condition]
     with told(progress) as tell:
-        text, certificates = _tiltrim.prove(study._core, only, margin, boxes, threads, tell)
+        text, certificates = _tiltrim.prove(study._core, only, margin, damping, boxes, threads, tell)
     theorems = [_theorem(r, c) for r, c in zip(json.loads(text)["theorems"], certificates)]
     return theorems[0] if single else {t.condition: t for t in theorems}
