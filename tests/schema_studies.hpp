@@ -225,6 +225,7 @@ count = 2
     level + R"([prove]
 margin = 0.1
 boxes = 1000
+damping = 0.05
 undecided = 1e-3
 [[prove.parameter]]
 key = "h"

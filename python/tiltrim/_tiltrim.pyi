@@ -147,6 +147,7 @@ def prove(
     study: Study,
     only: Sequence[str],
     margin: Optional[float],
+    damping: Optional[float],
     boxes: Optional[int],
     threads: int,
     progress: _Progress,
