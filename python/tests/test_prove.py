@@ -55,5 +55,7 @@ def test_mistakes(short):
         tiltrim.prove(short, condition="coridor")
     with pytest.raises(ValueError, match="margin"):
         tiltrim.prove(short, margin=-1.0)
+    with pytest.raises(tiltrim.InvalidArgument, match=r"damping: 1.0; expected 0 to 0.99"):
+        tiltrim.prove(short, damping=1.0)
     with pytest.raises(tiltrim.StudyError, match="prove"):
         tiltrim.prove(CORRIDOR.with_name("paper.toml"))
