@@ -5,32 +5,23 @@
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
-#include "flight/closed_loop_proof.hpp"
 #include "report/proofs.hpp"
 #include "runtime/threads.hpp"
-#include "study/study.hpp"
+#include "study/problems.hpp"
 
 namespace tiltrim::cli {
 
 namespace {
 
-ProveProblem problem_of(const Study& study, const Condition& condition) {
-  std::vector<Uncertain> parameters;
-  for (const ProveTable::Parameter& p : study.prove->parameters) {
-    const std::string& signal = p.key.signal.empty() ? p.key.name : p.key.signal;
-    parameters.push_back({signal, p.from, p.to});
-  }
-  return closed_loop_proof(study.vehicle, study.schedule, condition.name, *condition.command(),
-                           parameters);
-}
-
-// The closed-loop conditions; of a box over h, which sets their commands, the first.
+// All conditions of a [model]; of the tiltrotor those of its closed loop, of a box over h, which
+// sets their commands, the first.
 std::vector<Condition> to_prove(const Study& study, const std::vector<std::string>& only) {
   if (!study.prove)
     throw StudyError(
         fmt::format("{}: no [prove] table; expected [[prove.parameter]], one or more, "
                     "with key, from and to, or percent",
                     study.file.string()));
+  if (study.user_model) return chosen(study, only);
   if (study.vehicle.equations == Equations::printed)
     throw StudyError(
         fmt::format("{}: prove needs equations = \"consistent\"", study.file.string()));
@@ -62,8 +53,8 @@ std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
   };
   with_threads(command.threads, [&] {
     for (const Condition& condition : conditions)
-      all.push_back(command.largest ? prove_largest_margin(problem_of(study, condition), options)
-                                    : prove(problem_of(study, condition), options));
+      all.push_back(command.largest ? prove_largest_margin(prove_problem(study, condition), options)
+                                    : prove(prove_problem(study, condition), options));
   });
   return all;
 }
@@ -72,6 +63,8 @@ Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token
   const Study study = read_study(command.common.study);
   Progress progress(to_prove(study, command.common.only).size());
   check_apart(command.certificate, "--certificate", command.common.study, "the study");
+  if (study.user_model && !command.certificate.empty())
+    throw std::invalid_argument(fmt::format("--certificate: {}", no_certificate));
   if (!command.certificate.empty()) check_writable(command.certificate);
   const std::vector<Theorem> all = theorems(
       study, command, stop, [&](std::size_t, std::size_t, double proved, std::size_t boxes) {

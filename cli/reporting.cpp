@@ -12,6 +12,7 @@
 #include "cli/terminal.hpp"
 #include "report/study_report.hpp"
 #include "study/axes.hpp"
+#include "study/problems.hpp"
 #include "study/reference_vehicle.hpp"
 #include "study/section.hpp"
 #include "sweep/map.hpp"
@@ -236,6 +237,21 @@ bool wants_flight(const Study& study) {
   return has_closed_loop(study) && (!study.report || study.report->flight.value_or(true));
 }
 
+// Conditions that the study's [prove] can be about.
+std::vector<std::string> provable(const Study& study, const std::vector<std::string>& only) {
+  std::vector<std::string> all;
+  if (!study.prove || (!study.user_model && !has_closed_loop(study))) return all;
+  for (const Condition& condition : chosen(study, only)) {
+    if (!condition.user() && !condition.command()) continue;
+    try {
+      (void)prove_problem(study, condition);
+      all.push_back(condition.name);
+    } catch (const std::invalid_argument&) {  // `prove` reports why
+    }
+  }
+  return all;
+}
+
 StudyReport computed(const Study& study, const ReportCommand& command,
                      const std::stop_token& stop) {
   StudyReport report{study, "tiltrim " TILTRIM_VERSION, {}, {}, {}, {}, {}, {}, {}};
@@ -257,13 +273,11 @@ StudyReport computed(const Study& study, const ReportCommand& command,
                  "the margins of '" + c.name + "'"))
       report.loops.push_back(actuator_loops(vehicle_at(study, c), c, {}, trimming));
   });
-  const bool provable = study.prove && has_closed_loop(study) &&
-                        std::ranges::any_of(chosen(study, command.common.only),
-                                            [](const Condition& c) { return bool(c.command()); });
-  if (examined(provable, "the proofs")) {
+  const std::vector<std::string> to_prove = provable(study, command.common.only);
+  if (examined(!to_prove.empty(), "the proofs")) {
     constexpr std::size_t most_boxes = 3000;  // `prove` takes as many as the study asks for
     ProveCommand proving;
-    proving.common.only = command.common.only;
+    proving.common.only = to_prove;
     proving.threads = command.threads;
     proving.boxes = std::min(study.prove->boxes, most_boxes);
     report.theorems = theorems(study, proving, stop, [](auto...) {});

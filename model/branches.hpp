@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace tiltrim {
@@ -15,6 +16,9 @@ struct Branches {
   bool blocked = false;       ///< a comparison of unknowns was open, or one contradicts `taken`
   bool replay = false;        ///< `taken` is complete: a further open comparison blocks
   bool values = false;        ///< no derivatives are wanted: |a| of a range across zero is a range
+  /// The first function of a formula that blocks or has no known value, and where:
+  /// "switch: abs in the rate of 'v'", "undefined: sqrt in the output 'lift'".
+  std::string trouble{};
 };
 
 /// The sides of this thread; null: an open comparison gives NaN.

@@ -10,6 +10,7 @@
 
 #include "model/formula.hpp"
 #include "model/formula_check.hpp"
+#include "model/formula_jets.hpp"
 #include "model/lookup.hpp"
 #include "model/scalar.hpp"
 
@@ -92,6 +93,36 @@ MatrixXd slopes(const Program& program, const OperatingPoint& point,
   return J;
 }
 
+// Formulas with what they are in messages.
+struct TitledProgram {
+  std::vector<formula::Titled> let, rows;
+  std::size_t count, depth;
+
+  TitledProgram(const Formulas& m, const Program& program)
+      : count(program.nominal.size()), depth(program.depth) {
+    for (std::size_t i = 0; i < m.let.size(); ++i)
+      let.push_back({program.let[i], fmt::format("the value of '{}'", m.let[i].name)});
+    for (std::size_t i = 0; i < m.states.size(); ++i)
+      rows.push_back({program.rows[i], fmt::format("the rate of '{}'", m.states[i].name)});
+    for (std::size_t i = 0; i < m.outputs.size(); ++i)
+      rows.push_back(
+          {program.rows[m.states.size() + i], fmt::format("the output '{}'", m.outputs[i].name)});
+  }
+};
+
+decltype(Model::jets) on_jets(const Formulas& formulas, const Program& program) {
+  return [all = std::make_shared<const TitledProgram>(formulas, program)](
+             const std::vector<Jet>& x, const std::vector<Jet>& u, const std::vector<Jet>& p) {
+    std::vector<Jet> variables;
+    for (const std::vector<Jet>* part : {&x, &u, &p})
+      variables.insert(variables.end(), part->begin(), part->end());
+    if (variables.size() != all->count)
+      throw CallerMistake(fmt::format("expected {} states, inputs and parameters together, got {}",
+                                      all->count, variables.size()));
+    return formula::on_ranges(all->let, all->rows, all->depth, std::move(variables));
+  };
+}
+
 void check_count(std::size_t have, std::size_t want, const char* what) {
   if (have != want)
     throw std::invalid_argument(fmt::format("{} formulas for {} {}", have, want, what));
@@ -148,6 +179,7 @@ Model model_of(const Formulas& formulas) {
   m.derivatives = [program](const OperatingPoint& at, const std::vector<Index>& variables) {
     return slopes(*program, at, variables);
   };
+  m.jets = on_jets(formulas, *program);
   for (std::size_t i = 0; i < formulas.switches.size(); ++i)
     m.switches.push_back({formulas.switches[i].name, [program, i](const OperatingPoint& at) {
                             return values(*program, &program->switches[i], 1, at.x, at.u, at.p)[0];

@@ -179,25 +179,45 @@ Jet Jet::derivative(std::size_t i) const {
   return quadratic({from, from + Quadratic::length(n_)});
 }
 
+// Of derivatives one side is chosen only if the ranges do not touch: where they do, there may be a
+// kink.
 bool below(const Jet& a, const Jet& b, bool or_equal) {
   const Interval x = a.range(), y = b.range();
+  const bool unknown = a.moving_ || b.moving_;
+  const bool apart = unknown && current_branches && !current_branches->values;
   int told = -1;
-  if (or_equal ? x.upper() <= y.lower() : x.upper() < y.lower()) told = 1;
-  if (or_equal ? x.lower() > y.upper() : x.lower() >= y.upper()) told = 0;
+  if (or_equal && !apart ? x.upper() <= y.lower() : x.upper() < y.lower()) told = 1;
+  if (or_equal || apart ? x.lower() > y.upper() : x.lower() >= y.upper()) told = 0;
   if (!current_branches) return told == 1;
   const double p = a.row(0)[0], q = b.row(0)[0];
-  return side_of(a.moving_ || b.moving_, told, or_equal ? p <= q : p < q);
+  return side_of(unknown, told, or_equal ? p <= q : p < q);
+}
+
+// Whether an unknown moves it and no derivatives are wanted, so that both sides of a kink may
+// count.
+bool Jet::only_values(const Jet& a) {
+  return a.moving_ && current_branches && current_branches->values;
+}
+
+Jet Jet::value_within(const Interval& range) {
+  Jet x{range};
+  x.moving_ = true;
+  return x;
 }
 
 Jet abs(const Jet& a) {
   const Interval all = a.range();
-  if (a.moving_ && current_branches && current_branches->values && all.lower() < 0 &&
-      all.upper() > 0) {
-    Jet x{Interval(0.0, magnitude(all))};
-    x.moving_ = true;
-    return x;
-  }
+  if (Jet::only_values(a) && all.lower() < 0 && all.upper() > 0)
+    return Jet::value_within({0.0, magnitude(all)});
   return a >= 0.0 ? a : -a;
+}
+
+Jet min(const Jet& a, const Jet& b) {
+  const Interval x = a.range(), y = b.range();
+  const bool across = x.lower() < y.upper() && y.lower() < x.upper();
+  if ((Jet::only_values(a) || Jet::only_values(b)) && across)
+    return Jet::value_within({std::min(x.lower(), y.lower()), std::min(x.upper(), y.upper())});
+  return b < a ? b : a;
 }
 
 Jet operator-(const Jet& a) {

@@ -37,7 +37,8 @@ class Quadratic {
 
 /// A scalar for proofs: a Quadratic of the box with its derivatives along m directions, which are
 /// Quadratics as well. Constants have none. Functions are those of DualOf that are smooth, and min,
-/// max, abs where one side holds.
+/// max, abs where one side holds. Where a function or its slope may not exist, the answer is not
+/// known, and nothing is proved with it.
 struct Jet {
   Jet() = default;                                ///< 0
   Jet(double x) : constant_{x, 0.0} {}            ///< a constant
@@ -63,7 +64,9 @@ struct Jet {
   Interval range() const { return value().range(); }    ///< all values
   bool depends_on_unknowns() const { return moving_; }  ///< whether a direction may move it
   bool constant() const { return n_ == 0; }             ///< over the box
-  Jet widened(double by) const;                         ///< with a rest that is larger by this
+  /// Whether the value has a bound.
+  bool known() const { return std::isfinite(value().centre()) && std::isfinite(value().rest()); }
+  Jet widened(double by) const;  ///< with a rest that is larger by this
 
   /// A function with its first four derivatives on a range.
   using Derivatives = std::array<Interval, 5>;
@@ -95,8 +98,8 @@ struct Jet {
   friend bool below(const Jet& a, const Jet& b, bool or_equal);
 
   friend Jet abs(const Jet& a);
-  friend Jet min(const Jet& a, const Jet& b) { return b < a ? b : a; }
-  friend Jet max(const Jet& a, const Jet& b) { return a < b ? b : a; }
+  friend Jet min(const Jet& a, const Jet& b);
+  friend Jet max(const Jet& a, const Jet& b) { return -min(-a, -b); }
   friend Jet clamp(const Jet& a, const Jet& low, const Jet& high) { return min(max(a, low), high); }
 
   friend Jet sin(const Jet& a) { return sine_cosine(a)[0]; }
@@ -113,7 +116,16 @@ struct Jet {
   friend Jet sinh(const Jet& a);
   friend Jet cosh(const Jet& a);
   friend Jet pow(const Jet& a, double b);
+  friend Jet pow(const Jet& a, const Jet& b);
   friend Jet atan2(const Jet& y, const Jet& x);
+  friend Jet asin(const Jet& a);
+  friend Jet acos(const Jet& a);
+  friend Jet asinh(const Jet& a);
+  friend Jet acosh(const Jet& a);
+  friend Jet atanh(const Jet& a);
+  friend Jet log10(const Jet& a);
+  friend Jet cbrt(const Jet& a);
+  friend Jet hypot(const Jet& a, const Jet& b);
   /// @endcond
 
  private:
@@ -127,6 +139,8 @@ struct Jet {
   }
   bool active(std::size_t i) const { return i < m_ && (active_ >> i & 1) != 0; }
   static Jet reciprocal(const Jet& a);
+  static bool only_values(const Jet& a);
+  static Jet value_within(const Interval& range);
 
   std::array<double, 2> constant_{};  // c and r, if n = 0
   std::vector<double> rows_;          // the value, then one per direction

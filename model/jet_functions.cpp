@@ -129,7 +129,10 @@ Jet pow(const Jet& a, double b) {
     double factor = 1;
     for (int k = 0; k < 4; ++k) {
       factor *= b - k;
-      g[k + 1] = exact ? factor * pow(x, b - (k + 1)) : (Interval(b) - double(k)) * g[k] / x;
+      if (exact)
+        g[k + 1] = factor == 0 ? 0.0 : factor * pow(x, b - (k + 1));
+      else
+        g[k + 1] = (Interval(b) - double(k)) * g[k] / x;
     }
     return g;
   });
@@ -143,5 +146,29 @@ Jet atan2(const Jet& y, const Jet& x) {
   constexpr double half = std::numbers::pi / 2;
   return side * Jet(Interval::around(half, half)) - atan(x / y);
 }
+
+// By identities, each undefined where a function in it is.
+Jet pow(const Jet& a, const Jet& b) {
+  const Quadratic exponent = b.value();
+  if (b.constant() && exponent.rest() == 0) return pow(a, exponent.centre());
+  return exp(b * log(a));
+}
+Jet asin(const Jet& a) { return atan(a / sqrt((1.0 - a) * (1.0 + a))); }
+Jet acos(const Jet& a) {
+  constexpr double half = std::numbers::pi / 2;
+  return Jet(Interval::around(half, half)) - asin(a);
+}
+Jet asinh(const Jet& a) {
+  if (a.value().centre() < 0) return -asinh(-a);  // without cancellation
+  return log(a + sqrt(a * a + 1.0));
+}
+Jet acosh(const Jet& a) { return log(a + sqrt((a - 1.0) * (a + 1.0))); }
+Jet atanh(const Jet& a) { return 0.5 * log((1.0 + a) / (1.0 - a)); }
+Jet log10(const Jet& a) { return log(a) / Jet(log(Interval(10.0))); }
+Jet cbrt(const Jet& a) {
+  if (a.range().upper() < 0) return -cbrt(-a);
+  return exp(log(a) / 3.0);
+}
+Jet hypot(const Jet& a, const Jet& b) { return sqrt(a * a + b * b); }
 
 }  // namespace tiltrim

@@ -41,9 +41,9 @@ struct Cell {
   Jets numbers() const;  // the parameters on the box
 };
 
-/// The model's inputs and parameters on a cell, on one side of the switches.
+/// The model's variables on a cell, on one side of the switches; of unknowns the guess.
 struct Known {
-  Jets u, p;
+  Jets x, u, p;
   std::size_t next = 0;  // comparisons it took
 };
 Known known(const Setup& setup, const Cell& cell);

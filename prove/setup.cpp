@@ -38,7 +38,10 @@ Setup::Setup(const ProveProblem& p) : problem(p), states(p.model.states.size()) 
   for (const Uncertain& parameter : p.parameters) {
     if (!(parameter.lower < parameter.upper))
       throw CallerMistake(fmt::format("{}: expected from < to", parameter.name));
-    if (!p.numbers) placed.push_back(variable(p.model, parameter.name));
+    if (p.numbers) continue;
+    placed.push_back(variable(p.model, parameter.name));
+    if (std::ranges::find(unknowns, placed.back()) != unknowns.end())
+      throw CallerMistake(fmt::format("'{}' is an unknown and cannot vary", parameter.name));
   }
   if (k() > most_parameters)
     throw CallerMistake(fmt::format("{} parameters; at most {}", k(), most_parameters));
@@ -74,14 +77,14 @@ Known known(const Setup& s, const Cell& cell) {
   const Jets c = cell.numbers();
   Known at;
   at.u.assign(guess.u.begin(), guess.u.end());
-  if (s.problem.numbers) {
-    at.p = s.problem.numbers(c);
-  } else {
-    at.p.assign(guess.p.begin(), guess.p.end());
-    for (std::size_t k = 0; k < s.k(); ++k) {
-      const std::size_t own = std::size_t(s.placed[k]), first = s.states + at.u.size();
-      (own < first ? at.u[own - s.states] : at.p[own - first]) = c[k];
-    }
+  at.p.assign(guess.p.begin(), guess.p.end());
+  for (const double value : guess.x) at.x.push_back(Jet::number(value, 0, 0, s.k()));
+  if (s.problem.numbers) at.p = s.problem.numbers(c);
+  for (std::size_t k = 0; k < s.placed.size(); ++k) {
+    const std::size_t own = std::size_t(s.placed[k]), nu = at.u.size();
+    (own < s.states        ? at.x[own]
+     : own < s.states + nu ? at.u[own - s.states]
+                           : at.p[own - s.states - nu]) = c[k];
   }
   if (current_branches) at.next = current_branches->next;
   return at;

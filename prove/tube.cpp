@@ -27,12 +27,8 @@ Jet linear(double centre, const VectorXd& slopes) {
 
 Jets evaluate(const Setup& s, const Known& known, const Jets& unknowns, Along along) {
   const std::size_t m = along == Along::nothing ? 0 : along == Along::unknowns ? s.nz() : s.states;
-  const VectorXd flat = VectorXd::Zero(Index(s.k()));
-  Jets x, u = known.u;
-  for (std::size_t j = 0; j < s.states; ++j) {
-    const Jet state = linear(s.problem.guess.x[Index(j)], flat);
-    x.push_back(along == Along::states ? state.unknown(j, m) : state);
-  }
+  Jets x = known.x, u = known.u;
+  for (std::size_t j = 0; j < s.states && along == Along::states; ++j) x[j] = x[j].unknown(j, m);
   for (std::size_t j = 0; j < s.nz(); ++j) {
     const std::size_t at = std::size_t(s.unknowns[j]);
     const std::size_t direction = along == Along::states ? s.direction(j) : j;
@@ -191,6 +187,19 @@ bool linearize_middle(const Setup& s, const Known& numbers, Record& r) {
   return r.S.allFinite() && r.C.allFinite();
 }
 
+// Before an evaluation whose switches and undefined functions count.
+void clear(Branches& sides) {
+  sides.blocked = false;
+  sides.trouble.clear();
+}
+
+// The cause of a failure, with the formula's function if one is to blame.
+std::string cause_of(const std::string& cause, const Branches& sides) {
+  const bool blamed = sides.trouble.starts_with("undefined") ||
+                      (sides.trouble.starts_with("switch") && cause == "switch");
+  return blamed ? sides.trouble : cause;
+}
+
 // Widens the tube about its line until it contains its image by 0.9, with the contraction on it in
 // `kappa`; otherwise the cause.
 const char* widen(const Setup& s, const Known& numbers, const std::vector<Jets>& C,
@@ -203,7 +212,7 @@ const char* widen(const Setup& s, const Known& numbers, const std::vector<Jets>&
     Jets wide = line(r.z, r.S);
     for (Index i = 0; i < r.z.size(); ++i)
       wide[std::size_t(i)] = wide[std::size_t(i)].widened(r.Z[i]);
-    sides.blocked = false;
+    clear(sides);
     const Equations at(s, evaluate(s, numbers, wide, Along::unknowns));
     if (sides.blocked) return "switch";
     kappa = contraction(C, at, shares);
@@ -221,11 +230,11 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   Record& r = tube.record;
   const Watched watched(sides);
   sides.next = 0;
-  sides.blocked = false;
+  clear(sides);
   const Known numbers = known(s, cell);
   r.z = start;
   const auto refuse = [&](const char* cause, Failure failure = {}) {
-    failure.cause = cause;
+    failure.cause = cause_of(cause, sides);
     tube.failed = std::move(failure);
     return tube;
   };
@@ -234,7 +243,7 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   if (!linearize_middle(s, numbers, r)) return refuse("fold");
   tube.trimmed = true;
   tube.line = evaluate(s, numbers, line(r.z, r.S), Along::nothing);
-  sides.blocked = false;
+  clear(sides);
   const Equations on_line(s, evaluate(s, numbers, line(r.z, r.S), Along::unknowns));
   if (sides.blocked) return refuse("switch");
   const std::vector<Jets> C = preconditioner(r.C, on_line, s.k());
@@ -260,9 +269,12 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   for (Index i = 0; i < n; ++i)
     tube.unknowns[std::size_t(i)] =
         (tube.unknowns[std::size_t(i)] - g[std::size_t(i)]).widened(left[i]);
-  sides.blocked = false;
+  clear(sides);
   tube.over = evaluate(s, numbers, tube.unknowns, Along::states);
   if (sides.blocked) return refuse("switch", failure);
+  if (!std::all_of(tube.over.begin(), tube.over.begin() + Index(s.states),
+                   [](const Jet& rate) { return rate.known(); }))
+    return refuse("undefined", failure);
   return tube;
 }
 

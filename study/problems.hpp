@@ -1,5 +1,5 @@
-/// A study's conditions as sweep requests, its [tune] as a problem, its flight, and the motion of a
-/// user-defined model.
+/// A study's conditions as sweep requests, its [tune] and [prove] as problems, its flight, and the
+/// motion of a user-defined model.
 #pragma once
 
 #include <functional>
@@ -8,6 +8,7 @@
 
 #include "flight/fly.hpp"
 #include "flight/monte_carlo.hpp"
+#include "prove/prove.hpp"
 #include "simulate/simulate.hpp"
 #include "study/analyses.hpp"
 #include "study/study.hpp"
@@ -28,6 +29,11 @@ namespace tiltrim {
 /// The study's algorithms, seed and budget; the search starts at the study's own values. Throws
 /// like tune_problem().
 [[nodiscard]] TuneOptions tune_options(const Study& study);
+
+/// The study's [prove] for a condition of its closed loop or of its [model]. Throws
+/// std::invalid_argument, naming the condition, if a proof cannot be about it: more unknowns than
+/// equations, an unknown parameter, a rate that is implied, an output held at a value.
+[[nodiscard]] ProveProblem prove_problem(const Study& study, const Condition& condition);
 
 /// The answer to a study's [tune].
 struct TuningReport {

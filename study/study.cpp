@@ -238,12 +238,14 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
   std::vector<std::string> allowed{"time_limit", "condition", "follow", "envelope", "sweep",
                                    "tune",       "simulate",  "report", "qualities"};
   allowed.insert(allowed.begin(), own.begin(), own.end());
-  if (published) allowed.push_back("gains");
+  allowed.push_back(published ? "gains" : "prove");
   top.allow_only(allowed, {{"equations", others},
                            {"aircraft", others},
                            {"gains", others},
                            {"limits", others},
-                           {"prove", others},
+                           {"prove",
+                            "proofs need equations as formulas, as in [model], or the "
+                            "built-in tiltrotor"},
                            {"montecarlo", others}});
   const fs::path& file = study.file;
   if (published)
@@ -258,6 +260,9 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
              [&](const Section& s) { study.envelope = read_user_envelope(s, keys); });
   with_table(root, "sweep", file,
              [&](const Section& s) { study.sweep = read_sweep(s, file, study.user_model); });
+  with_table(root, "prove", file, [&](const Section& s) {
+    study.prove = read_user_prove(s, *study.user_model, study.conditions);
+  });
   with_table(root, "qualities", file, [&](const Section& s) {
     study.qualities = read_qualities(s, &study.user_model->model, study.conditions);
   });

@@ -41,13 +41,15 @@ class Theorem(Shown):
     undecided: float
     interrupted: bool
     regions: List[ProvedRegion]
-    certificate: str  #: the evidence, for `tiltrim check-proof`
+    certificate: str  #: the evidence, for `tiltrim check-proof`; empty for a study with [model]
 
     def __bool__(self) -> bool:
         return self.status == "proved"
 
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
-        """Writes the certificate, which `tiltrim check-proof` verifies."""
+        """Writes the certificate, which `tiltrim check-proof` verifies. ValueError if there is none."""
+        if not self.certificate:
+            raise ValueError("a proof about [model] has no certificate")
         Path(path).write_text(self.certificate, encoding="utf-8")
 
     def _page(self) -> Page:
