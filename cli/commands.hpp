@@ -118,6 +118,7 @@ struct ProveCommand {
   bool largest = false;               ///< the largest margin that it can prove
   std::optional<std::size_t> boxes;   ///< examined at most
   std::filesystem::path certificate;  ///< empty: none
+  std::filesystem::path log;          ///< of examined boxes; empty: none
 };
 
 struct TuneCommand {
@@ -230,9 +231,10 @@ ConditionReport judged(const Study& study, const Condition& condition, const Tri
                        const LinearizeOptions& options = {});
 /// theorems before this one, of how many, share of the volume proved, boxes
 using ProofProgress = std::function<void(std::size_t, std::size_t, double, std::size_t)>;
-/// What [prove] of a study that has been read asks for.
+/// What [prove] of a study that has been read asks for; the log is that of the command, opened.
 std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
-                              const std::stop_token& stop, const ProofProgress& observe);
+                              const std::stop_token& stop, const ProofProgress& observe,
+                              Log* log = nullptr);
 /// The report of a study that has been read; the command's path names it.
 Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,
                  const std::stop_token& stop);

@@ -33,13 +33,18 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
                    "damping ratio to prove as well (the study's, or any)")
       ->check(CLI::Range(0.0, 0.99))
       ->type_name("ZETA");
-  prove->add_flag("--largest-margin", command.largest,
-                  "search the largest decay rate that can be proved");
+  CLI::Option* largest = prove->add_flag("--largest-margin", command.largest,
+                                         "search the largest decay rate that can be proved");
   prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
       ->check(CLI::Range(1.0, 1e8))
       ->type_name("N");
   prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
       ->type_name("FILE");
+  prove
+      ->add_option("--log", command.log,
+                   "log of examined boxes, from which a stopped or killed run resumes")
+      ->type_name("FILE")
+      ->excludes(largest);
   add_threads(prove, command.threads);
   return prove;
 }

@@ -2,14 +2,20 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <memory>
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
 #include "report/proofs.hpp"
+#include "runtime/log.hpp"
 #include "runtime/threads.hpp"
+#include "runtime/whole_file.hpp"
 #include "study/problems.hpp"
 
 namespace tiltrim::cli {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -36,28 +42,77 @@ std::vector<Condition> to_prove(const Study& study, const std::vector<std::strin
   return conditions;
 }
 
+double margin_of(const Study& study, const ProveCommand& command) {
+  return command.margin.value_or(study.prove->margin);
+}
+double damping_of(const Study& study, const ProveCommand& command) {
+  return command.damping.value_or(study.prove->damping);
+}
+std::size_t boxes_of(const Study& study, const ProveCommand& command) {
+  return command.boxes.value_or(study.prove->boxes);
+}
+
 }  // namespace
 
 std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
-                              const std::stop_token& stop, const ProofProgress& observe) {
+                              const std::stop_token& stop, const ProofProgress& observe, Log* log) {
   const std::vector<Condition> conditions = to_prove(study, command.common.only);
   ProveOptions options;
-  options.margin = command.margin.value_or(study.prove->margin);
-  options.damping = command.damping.value_or(study.prove->damping);
-  options.max_boxes = command.boxes.value_or(study.prove->boxes);
+  options.margin = margin_of(study, command);
+  options.damping = damping_of(study, command);
+  options.max_boxes = boxes_of(study, command);
   options.undecided = study.prove->undecided;
   options.stop = stop;
+  options.log = log;
   std::vector<Theorem> all;
   options.observe = [&](double proved, std::size_t boxes) {
     observe(all.size(), conditions.size(), proved, boxes);
   };
   with_threads(command.threads, [&] {
-    for (const Condition& condition : conditions)
+    for (const Condition& condition : conditions) {
+      options.log_part = all.size();
       all.push_back(command.largest ? prove_largest_margin(prove_problem(study, condition), options)
                                     : prove(prove_problem(study, condition), options));
+    }
   });
   return all;
 }
+
+namespace {
+
+std::string in_its_format(const Study& study, const ProveCommand& command,
+                          const std::vector<Theorem>& all) {
+  if (command.common.format == Format::json)
+    return theorems_json(study, all, command.certificate.string());
+  if (command.common.format != Format::text)
+    throw std::invalid_argument("prove writes text and json");
+  return theorems_text(study, all);
+}
+
+std::unique_ptr<Log> opened(const Study& study, const ProveCommand& command) {
+  if (command.log.empty()) return {};
+  check_apart(command.log, "--log", command.common.study, "the study");
+  check_apart(command.log, "--log", command.certificate, "the certificate");
+  check_apart(command.log, "--log", command.common.output, "the output");
+  const bool exists = fs::exists(command.log);
+  auto log =
+      std::make_unique<Log>(filing::target_of(command.log),
+                            identity_of(study, to_prove(study, command.common.only)) +
+                                fmt::format("\nprove: margin {:a}, damping {:a}",
+                                            margin_of(study, command), damping_of(study, command)));
+  if (exists)
+    fmt::print(stderr, "tiltrim: resumed from {}: its boxes are not examined again\n",
+               command.log.string());
+  return log;
+}
+
+// Whether more boxes would change nothing.
+bool at_its_end(const Study& study, const ProveCommand& command, const Theorem& t) {
+  return !t.interrupted &&
+         (t.boxes < boxes_of(study, command) || t.undecided <= study.prove->undecided);
+}
+
+}  // namespace
 
 Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
   const Study study = read_study(command.common.study);
@@ -66,20 +121,33 @@ Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token
   if (study.user_model && !command.certificate.empty())
     throw std::invalid_argument(fmt::format("--certificate: {}", no_certificate));
   if (!command.certificate.empty()) check_writable(command.certificate);
+  const std::unique_ptr<Log> log = opened(study, command);
   const std::vector<Theorem> all = theorems(
-      study, command, stop, [&](std::size_t, std::size_t, double proved, std::size_t boxes) {
+      study, command, stop,
+      [&](std::size_t, std::size_t, double proved, std::size_t boxes) {
         progress.tell(fmt::format("{:.6f} of the volume proved, {} boxes", proved, boxes), proved);
-      });
+      },
+      log.get());
   if (!command.certificate.empty()) write_whole(command.certificate, certificate_of(study, all));
   const int code =
       std::ranges::all_of(all, [](const Theorem& t) { return t.status() == ProofStatus::proved; })
           ? answered
           : unanswered;
-  if (command.common.format == Format::json)
-    return {theorems_json(study, all, command.certificate.string()), code};
-  if (command.common.format != Format::text)
-    throw std::invalid_argument("prove writes text and json");
-  return {theorems_text(study, all), code};
+  const std::string text = in_its_format(study, command, all);
+  if (!log) return {text, code};
+  // The log is removed only after the result is saved.
+  if (command.common.output.empty())
+    print_whole(text);
+  else
+    write_whole(command.common.output, text);
+  if (std::ranges::all_of(all, [&](const Theorem& t) { return at_its_end(study, command, t); }))
+    log->remove();
+  else
+    fmt::print(stderr,
+               "tiltrim: the examined boxes are in {}: the same command continues from there, with "
+               "more --boxes too\n",
+               command.log.string());
+  return {"", code, true};
 }
 
 }  // namespace tiltrim::cli

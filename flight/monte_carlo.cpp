@@ -180,7 +180,7 @@ class Trials {
     if (!options_.log.empty()) log = std::make_unique<Log>(options_.log, options_.identity);
     std::set<std::uint64_t> known;
     if (log)
-      for (const Record& record : log->recovered()) {
+      for (const Log::Record& record : log->recovered()) {
         all_.add(tally_from(record.bytes));
         known.insert(record.tile);
       }

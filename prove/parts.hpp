@@ -67,6 +67,17 @@ struct Failure {
 int worst(const Setup& setup, const Cell& cell, const Record& tube, const Branches& sides,
           const Failure& failure);
 
+/// What is found of a box.
+struct Answer {
+  ProofVerdict verdict = ProofVerdict::undecided;
+  Failure failure{"stopped", -1, {}, {}};
+  std::vector<Record> sides{};
+  Eigen::VectorXd z{};
+  Eigen::MatrixXd S{};
+  bool found = false;    // a tube of equilibria within the limits
+  bool trimmed = false;  // z was searched for here
+};
+
 struct Tube {
   Record record;
   Jets unknowns;  // that solve the equations, to second order

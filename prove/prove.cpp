@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "model/lookup.hpp"
+#include "prove/examined.hpp"
 #include "prove/parts.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
@@ -52,16 +53,6 @@ namespace {
 struct Open {
   std::size_t node = 0;
   VectorXd z;  // empty: none
-};
-
-struct Answer {
-  ProofVerdict verdict = ProofVerdict::undecided;
-  Failure failure{"stopped", -1, {}, {}};
-  std::vector<Record> sides;
-  VectorXd z;
-  Eigen::MatrixXd S;
-  bool found = false;    // a tube of equilibria within the limits
-  bool trimmed = false;  // z was searched for here
 };
 
 VectorXd first_start(const Setup& s, const Cell& cell) {
@@ -213,7 +204,7 @@ int cut_of(const Setup& s, const std::vector<Range>& box, std::size_t wanted, do
 class Search {
  public:
   Search(const ProveProblem& problem, const ProveOptions& options)
-      : s_(problem), options_(options) {
+      : s_(problem), options_(options), examined_(options) {
     theorem_.name = problem.name;
     theorem_.parameters = problem.parameters;
     theorem_.unknowns = problem.unknowns;
@@ -245,15 +236,24 @@ class Search {
  private:
   void step() {
     std::vector<std::optional<Answer>> answers(level_.size());
-    in_parallel(level_.size(), [&](std::size_t i) {
-      if (options_.stop.stop_requested()) return;
-      answers[i] = examine(s_, theorem_.tree[level_[i].node].box, level_[i].z,
-                           {options_.margin, options_.damping});
-    });
+    for (std::size_t from = 0; from < level_.size() && !options_.stop.stop_requested();) {
+      const std::size_t count = std::min(level_.size() - from, examined_.at_once());
+      in_parallel(count, [&](std::size_t i) { answers[from + i] = answer_of(from + i); });
+      examined_.append(theorem_.boxes + from, std::span(answers).subspan(from, count));
+      from += count;
+    }
     std::vector<Open> next;
     for (std::size_t i = 0; i < level_.size(); ++i)
       if (answers[i]) settle(level_[i].node, *answers[i], next);
     level_ = std::move(next);
+  }
+
+  // Of a box of this level; none after a stop.
+  std::optional<Answer> answer_of(std::size_t i) {
+    if (auto known = examined_.take(theorem_.boxes + i)) return known;
+    if (options_.stop.stop_requested()) return {};
+    return examine(s_, theorem_.tree[level_[i].node].box, level_[i].z,
+                   {options_.margin, options_.damping});
   }
 
   void settle(std::size_t at, Answer& answer, std::vector<Open>& next) {
@@ -291,6 +291,7 @@ class Search {
 
   Setup s_;
   const ProveOptions& options_;
+  Examined examined_;
   Theorem theorem_;
   std::vector<Open> level_;
 };
@@ -353,6 +354,7 @@ Theorem prove(const ProveProblem& problem, const ProveOptions& options) {
 
 Theorem prove_largest_margin(const ProveProblem& problem, const ProveOptions& options) {
   ProveOptions at = options;
+  at.log = nullptr;
   Theorem best = prove(problem, at);
   if (best.status() != ProofStatus::proved) return best;
   // A box that is unstable, or needs as many boxes again as the first proof took, ends a trial.

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <complex>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -15,6 +16,8 @@
 #include "model/model.hpp"
 
 namespace tiltrim {
+
+class Log;
 
 /// What prove() shall prove.
 struct ProveProblem {
@@ -118,6 +121,10 @@ struct ProveOptions {
   bool refuted_is_enough = false;  ///< stop at the first box that is unstable
   std::stop_token stop{};          ///< what is proved until then is kept
   std::function<void(double proved, std::size_t boxes)> observe{};  ///< progress
+  /// Of examined boxes (runtime/log.hpp): those found in it are not examined again. Its identity
+  /// must tell the problem and the margin. prove_largest_margin() does without.
+  Log* log = nullptr;
+  std::uint64_t log_part = 0;  ///< which of the proofs that share the log
 };
 
 /// Proves, for every value of the parameters within their ranges, that there is exactly one

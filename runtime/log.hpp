@@ -15,18 +15,18 @@ struct LogError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One finished piece of work.
-struct Record {
-  std::uint64_t tile = 0;
-  std::vector<std::byte> bytes;
-};
-
 /// The file has a header with the identity of the work and its checksum, then records, each with
 /// its length, its tile and a checksum over itself and everything before it, so that a record is
 /// valid only at its own position in its own log. Everything after the first damaged or truncated
 /// record is dropped. One process at a time: the file is locked while open.
 class Log {
  public:
+  /// One finished piece of work.
+  struct Record {
+    std::uint64_t tile = 0;
+    std::vector<std::byte> bytes;
+  };
+
   /// Opens or creates the log. Refuses a log of another identity (another study or program), and
   /// quotes the first line in which the identities differ; also refuses a log with a damaged
   /// header, any other file, and a log open in another process. Throws LogError.

@@ -97,7 +97,7 @@ std::unique_ptr<Log> open_log(Work& work, const std::string& identity) {
 void recover(Work& work) {
   std::vector<std::pair<std::uint64_t, Bytes>> found;
   if (work.log)
-    for (const Record& record : work.log->recovered())
+    for (const Log::Record& record : work.log->recovered())
       found.emplace_back(record.tile, record.bytes);
   unpack(broadcast(packed(found)), [&](std::uint64_t number, Bytes bytes) {
     work.recovered.emplace(number, std::move(bytes));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+#include <filesystem>
 #include <random>
 
 #include "flight/closed_loop_proof.hpp"
@@ -11,6 +12,7 @@
 #include "model/jet.hpp"
 #include "model/lookup.hpp"
 #include "model/provable.hpp"
+#include "runtime/log.hpp"
 #include "runtime/threads.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
@@ -129,6 +131,40 @@ TEST_CASE(
       CHECK(ordinary[k].upper < rigorous[k].value.upper() + 1e-13);
       CHECK(rigorous[k].value.upper() - rigorous[k].value.lower() < 1e-12);
     }
+  }
+}
+
+TEST_CASE("a proof that is stopped at any box goes on from its log, with the same tree") {
+  const ProveProblem problem = windowed(0.3, 0.01);
+  const Theorem whole = prove(problem, few());
+  const std::filesystem::path file = "prove_test.log";
+  std::filesystem::remove(file);
+  ProveOptions options = few();
+  for (const std::size_t boxes : {1, 2, 5, 20, 21, 60, 150}) {
+    Log log(file, "windowed");
+    options.log = &log;
+    options.max_boxes = boxes;
+    const Theorem t = prove(problem, options);
+    CHECK(log.recovered().empty() == (boxes == 1));
+    if (boxes < 150) continue;
+    REQUIRE(t.tree.size() == whole.tree.size());
+    for (std::size_t i = 0; i < t.tree.size(); ++i) {
+      const ProofNode &a = t.tree[i], &b = whole.tree[i];
+      CHECK(a.verdict == b.verdict);
+      CHECK(a.cause == b.cause);
+      REQUIRE(a.sides.size() == b.sides.size());
+      for (std::size_t k = 0; k < a.sides.size(); ++k) {
+        CHECK(a.sides[k].z == b.sides[k].z);
+        CHECK(a.sides[k].Z == b.sides[k].Z);
+        CHECK(a.sides[k].w == b.sides[k].w);
+        CHECK(a.sides[k].v == b.sides[k].v);
+        CHECK(a.sides[k].roots == b.sides[k].roots);
+      }
+    }
+    options.log_part = 1;  // another proof's answers are not taken
+    options.max_boxes = 1;
+    CHECK(prove(windowed(0.3, none), options).boxes == 1);
+    log.remove();
   }
 }
 

@@ -35,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::filesystem::resize_file(file, std::filesystem::file_size(file) - size / 2);
     {
       const Log log(file, "identity\n");
-      for (const Record& record : log.recovered()) read_lines(record.bytes);
+      for (const Log::Record& record : log.recovered()) read_lines(record.bytes);
     }
     as_file(file, bytes);
     const Log log(file, "identity\n");

@@ -1,0 +1,64 @@
+// `tiltrim prove` as a user runs it: stopped, killed, and taken up again from its log.
+#include <doctest/doctest.h>
+#include <signal.h>
+
+#include "tests/check.hpp"
+#include "tests/program.hpp"
+
+using namespace program;
+
+namespace prove_cli_test {
+
+namespace {
+
+const std::string prove =
+    "prove " TILTRIM_SOURCE_DIR "/studies/prove_reference.toml --certificate c.proof --log c.log ";
+
+std::string uninterrupted() {
+  const Scratch scratch("prove-whole");
+  const Ran ran = run(scratch, prove);
+  CHECK(ran.exit_code == 1);  // refuted
+  CHECK_FALSE(fs::exists(scratch.path / "c.log"));
+  return slurp(scratch.path / "c.proof");
+}
+
+}  // namespace
+
+TEST_CASE("a proof that ran out of boxes goes on with more: the same bytes") {
+  const Scratch scratch("prove-boxes");
+  const std::string whole = uninterrupted();
+  const Ran first = run(scratch, prove + "--boxes 40 --threads 2");
+  CHECK(first.exit_code == 1);
+  CHECK(first.err.find("the examined boxes are in c.log") != std::string::npos);
+  CHECK(slurp(scratch.path / "c.proof") != whole);
+  CHECK(fs::exists(scratch.path / "c.log"));
+
+  const Ran other = run(scratch, prove + "--margin 0.1");
+  CHECK(other.exit_code == 2);
+  CHECK(other.err.find("prove: margin") != std::string::npos);
+  CHECK(run(scratch, prove + "--largest-margin").exit_code == 2);
+
+  const Ran second = run(scratch, prove);
+  CHECK(second.err.find("resumed from c.log") != std::string::npos);
+  CHECK(slurp(scratch.path / "c.proof") == whole);
+  CHECK_FALSE(fs::exists(scratch.path / "c.log"));
+}
+
+TEST_CASE("a proof that is killed goes on from its log: the same bytes") {
+  const Scratch scratch("prove-killed");
+  const std::string whole = uninterrupted();
+  std::uintmax_t logged = 0;
+  for (int kill = 0; kill < 3; ++kill) {
+    const Running run = start(scratch, prove + "--threads 1");
+    holds_soon([&] { return has_ended(run) || size_of(scratch.path / "c.log") > logged + 10000; });
+    ::kill(run.pid, SIGKILL);
+    CHECK(finish(run).signal == SIGKILL);
+    CHECK(size_of(scratch.path / "c.log") > logged);
+    logged = size_of(scratch.path / "c.log");
+  }
+  CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
+  CHECK(run(scratch, prove).err.find("resumed from c.log") != std::string::npos);
+  CHECK(slurp(scratch.path / "c.proof") == whole);
+}
+
+}  // namespace prove_cli_test
