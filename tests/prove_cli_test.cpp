@@ -36,12 +36,25 @@ TEST_CASE("a proof that ran out of boxes goes on with more: the same bytes") {
   const Ran other = run(scratch, prove + "--margin 0.1");
   CHECK(other.exit_code == 2);
   CHECK(other.err.find("prove: margin") != std::string::npos);
+  CHECK(run(scratch, prove + "--damping 0.1").exit_code == 2);
   CHECK(run(scratch, prove + "--largest-margin").exit_code == 2);
 
   const Ran second = run(scratch, prove);
   CHECK(second.err.find("resumed from c.log") != std::string::npos);
   CHECK(slurp(scratch.path / "c.proof") == whole);
   CHECK_FALSE(fs::exists(scratch.path / "c.log"));
+}
+
+TEST_CASE("the log has the evidence of a damping ratio too") {
+  const Scratch scratch("prove-damping");
+  const std::string damped = prove + "--damping 0.01 --boxes ";
+  CHECK(run(scratch, damped + "60").exit_code == 1);
+  CHECK(run(scratch, damped + "150").err.find("resumed from c.log") != std::string::npos);
+  const std::string resumed = slurp(scratch.path / "c.proof");
+  fs::remove(scratch.path / "c.log");
+  CHECK(run(scratch, damped + "150").exit_code == 1);
+  CHECK(slurp(scratch.path / "c.proof") == resumed);
+  CHECK(run(scratch, "check-proof c.proof").exit_code == 0);
 }
 
 TEST_CASE("a proof that is killed goes on from its log: the same bytes") {

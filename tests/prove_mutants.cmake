@@ -8,7 +8,8 @@ add_custom_command(
   COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/mutants.py ${PROJECT_SOURCE_DIR} ${mutants}
   DEPENDS mutants.py ${originals}
   VERBATIM)
-add_library(prove_mutants STATIC ${mutated} ${PROJECT_SOURCE_DIR}/prove/absent.cpp ${PROJECT_SOURCE_DIR}/prove/setup.cpp)
+add_library(prove_mutants STATIC ${mutated} ${PROJECT_SOURCE_DIR}/prove/absent.cpp
+            ${PROJECT_SOURCE_DIR}/prove/examined.cpp ${PROJECT_SOURCE_DIR}/prove/setup.cpp)
 target_include_directories(prove_mutants BEFORE PUBLIC ${mutants})
 target_include_directories(prove_mutants PUBLIC ${PROJECT_SOURCE_DIR})
 target_link_libraries(prove_mutants PUBLIC tiltrim::model tiltrim::dense tiltrim::runtime fmt::fmt)

@@ -384,6 +384,31 @@ spacing = "log"
 )",
     R"([model]
 [[model.state]]
+name = "x"
+rate = "u - p*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "p"
+value = 1
+[[condition]]
+name = "rest"
+u = 1
+[prove]
+margin = 0.1
+damping = 0.05
+boxes = 1000
+undecided = 1e-3
+[[prove.parameter]]
+key = "u"
+from = 1
+to = 2
+[[prove.parameter]]
+key = "p"
+percent = 5
+)",
+    R"([model]
+[[model.state]]
 name = "angle"
 rate = "push - angle"
 [[model.input]]
