@@ -24,7 +24,7 @@ def answer(program, command, study):
 
 
 def crossings(program):
-    """Each crossing of a sweep beside the undecided interval of the proof around it."""
+    """Each crossing of a sweep, and the undecided interval of the proof around it."""
     found = [c["at"]["h"] for c in answer(program, "sweep", STUDIES / "map_corridor.toml")["crossings"]]
     theorem = answer(program, "prove", STUDIES / "prove_reference.toml")["theorems"][0]
     open_ = [(r["from"]["h"], r["to"]["h"]) for r in theorem["regions"] if r["verdict"] == "undecided"]

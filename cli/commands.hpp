@@ -113,7 +113,7 @@ struct MergeCommand {
 struct ProveCommand {
   Common common;
   int threads = 0;                    ///< 0: one per processor
-  std::optional<double> margin;       ///< 1/s; these two: default from the study
+  std::optional<double> margin;       ///< 1/s; default, as of the next and of boxes: the study's
   std::optional<double> damping;      ///< damping ratio
   bool largest = false;               ///< the largest margin that it can prove
   std::optional<std::size_t> boxes;   ///< examined at most

@@ -84,8 +84,6 @@ std::string in_its_format(const Study& study, const ProveCommand& command,
                           const std::vector<Theorem>& all) {
   if (command.common.format == Format::json)
     return theorems_json(study, all, command.certificate.string());
-  if (command.common.format != Format::text)
-    throw std::invalid_argument("prove writes text and json");
   return theorems_text(study, all);
 }
 
@@ -115,6 +113,8 @@ bool at_its_end(const Study& study, const ProveCommand& command, const Theorem& 
 }  // namespace
 
 Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
+  if (command.common.format != Format::json && command.common.format != Format::text)
+    throw std::invalid_argument("prove writes text and json");
   const Study study = read_study(command.common.study);
   Progress progress(to_prove(study, command.common.only).size());
   check_apart(command.certificate, "--certificate", command.common.study, "the study");
