@@ -45,6 +45,15 @@ TEST_CASE("a proof that ran out of boxes goes on with more: the same bytes") {
   CHECK_FALSE(fs::exists(scratch.path / "c.log"));
 }
 
+TEST_CASE("a format that prove does not write is refused before anything is computed") {
+  const Scratch scratch("prove-format");
+  const Ran ran = run(scratch, prove + "--format csv");
+  CHECK(ran.exit_code == 2);
+  CHECK(ran.err.find("prove writes text and json") != std::string::npos);
+  CHECK_FALSE(fs::exists(scratch.path / "c.log"));
+  CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
+}
+
 TEST_CASE("the log has the evidence of a damping ratio too") {
   const Scratch scratch("prove-damping");
   const std::string damped = prove + "--damping 0.01 --boxes ";
