@@ -307,6 +307,46 @@ const std::vector<Forgery> of_no_trim{
      }},
 };
 
+// Over the boxes that are certified no damping ratio of 0.3 is kept.
+const std::vector<Forgery> of_damping{
+    {"damping raised",
+     [](Forger& f) {
+       const double to = 0.3 + 0.69 * f.share();
+       return f.header([&](Json& h) { h["damping"] = hex(to); });
+     }},
+    {"ray lost", [](Forger& f) { return f.records([](Json&, Json& r) { r.erase("ray"); }); }},
+    {"ray without damping",
+     [](Forger& f) { return f.header([](Json& h) { h.erase("damping"); }); }},
+    {"root of less damping",
+     [](Forger& f) {
+       const int count = 1 + int(f.below(6));
+       return f.records([&](Json& o, Json& r) {
+         o["leaf"] = "unstable";
+         r["ray"]["roots"] = count;
+       });
+     }},
+    {"ray not from zero",
+     [](Forger& f) {
+       return f.records(
+           [&](Json&, Json& r) { r["ray"]["w"][0] = hex(0.1 * f.share() + 1e-300); });
+     }},
+    {"frequencies of the ray turned",
+     [](Forger& f) {
+       return f.records([&](Json&, Json& r) {
+         Json& w = r["ray"]["w"];
+         const std::size_t i = f.below(w.size() - 1);
+         std::swap(w[i], w[i + 1]);
+       });
+     }},
+    {"direction of the ray reversed",
+     [](Forger& f) {
+       return f.records([&](Json&, Json& r) {
+         Json& v = r["ray"]["v"];
+         negate(v[f.below(v.size())]);
+       });
+     }},
+};
+
 // Edits a random leaf with two different tubes: of cyclic and elevator, whose deflections differ.
 template <class Edit>
 std::string of_two_tubes(Forger& f, const Edit& edit) {
@@ -378,6 +418,7 @@ std::vector<Forgery> forgeries_for(const Forger& of) {
   if (of.has("[\"theta\",\"energy_integral\"")) add({{"gains changed", gains_changed}});
   if (of.has("\"undecided\"")) add({{"undecided leaf claimed", undecided_claimed}});
   if (of.has("\"exclude\"")) add(of_no_trim);
+  if (of.has("\"damping\"")) add(of_damping);
   const auto two_tubes = [](const std::string& line) {
     if (line.find("\"roots\"") == line.npos) return false;
     const Json sides = Json::parse(line)["sides"];

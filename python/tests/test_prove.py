@@ -7,6 +7,7 @@ import pytest
 import tiltrim
 
 CORRIDOR = Path(__file__).resolve().parents[2] / "studies/prove_corridor.toml"
+LEVITATION = CORRIDOR.with_name("prove_levitation.toml")
 
 
 @pytest.fixture
@@ -41,6 +42,26 @@ def test_the_certificate_is_that_of_the_program(short, tmp_path, program):
     tiltrim.prove(short, condition="corridor").save(tmp_path / "python.proof")
     program("prove", short, "--certificate", tmp_path / "program.proof")
     assert (tmp_path / "python.proof").read_bytes() == (tmp_path / "program.proof").read_bytes()
+
+
+def test_a_model_given_as_formulas(tmp_path, program):
+    study = tmp_path / "held.toml"
+    study.write_text(LEVITATION.read_text().replace("percent = 20", "percent = 2"))
+    theirs = program("prove", study)["theorems"][0]
+    held = tiltrim.prove(study, condition="held")
+    assert held.stable > 0.5 and held.unstable > 0.1
+    assert (held.boxes, held.stable, held.unstable, held.undecided) == (
+        theirs["boxes"], theirs["proved_stable"], theirs["proved_unstable"], theirs["undecided"]
+    )  # fmt: skip
+    # In closed form: stable where k_p exceeds the current over the gap.
+    for r in held.regions:
+        lower, upper = ((end["mass"] * 9.81 / 9.81e-5) ** 0.5 for end in (r.lower, r.upper))
+        if r.verdict == "proved_stable":
+            assert r.lower["k_p"] >= upper
+        if r.verdict == "proved_unstable":
+            assert r.upper["k_p"] <= lower
+    with pytest.raises(ValueError, match="certificate"):
+        held.save("levitation.proof")
 
 
 def test_margin_boxes_and_progress(short):
