@@ -3,7 +3,7 @@ string(COMPARE EQUAL "${CMAKE_CXX_COMPILER_ID}" GNU x86_kernels)
 option(TILTRIM_X86_KERNELS "On x86-64, kernels for AVX2 and AVX-512 too; without, what other architectures have" ${x86_kernels})
 
 # tiltrim_lanes(<folder> <source>...): compiles the sources of a module once for each instruction
-# set, in namespace lanes_<set>; the module selects by runtime/instruction_set.hpp.
+# set, each a version kernel<InstructionSet>; the module selects by runtime/instruction_set.hpp.
 function(tiltrim_lanes folder)
   cmake_path(GET folder FILENAME module)
   list(TRANSFORM ARGN PREPEND ${folder}/ OUTPUT_VARIABLE sources)
@@ -21,7 +21,7 @@ function(tiltrim_lanes folder)
   foreach(set IN LISTS sets)
     add_library(tiltrim_${module}_${set} OBJECT ${sources})
     target_compile_features(tiltrim_${module}_${set} PRIVATE cxx_std_20)
-    target_compile_definitions(tiltrim_${module}_${set} PRIVATE TILTRIM_LANES=lanes_${set} ${x86})
+    target_compile_definitions(tiltrim_${module}_${set} PRIVATE TILTRIM_SET=${set} TILTRIM_LANES=lanes_${set} ${x86})
     if(set STREQUAL scalar)
       target_compile_definitions(tiltrim_${module}_${set} PRIVATE TILTRIM_LANES_SCALAR)
     endif()

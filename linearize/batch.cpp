@@ -7,8 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "linearize/dispatch.hpp"
 #include "linearize/eigenvalues.hpp"
+#include "linearize/lanes_eigenvalues.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
@@ -101,8 +101,8 @@ void eigenvalues(const MatrixBatch& A, BatchEigenvalues& answer, const BatchOpti
   answer.status.assign(count, LaneStatus::converged);
   if (n == 0 || count == 0) return;
   static_assert(sizeof(LaneStatus) == 1);
-  const auto kernel = chosen(lanes_scalar::eigenvalues, lanes_baseline::eigenvalues,
-                             lanes_avx2::eigenvalues, lanes_avx512::eigenvalues);
+  const auto kernel = chosen(
+      []<InstructionSet set>() -> void (*)(const EigenvalueTask&) { return &eigenvalues<set>; });
   kernel({A.entries.data(), n, count, 0, count, options.max_iterations, answer.re.data(),
           answer.im.data(), reinterpret_cast<unsigned char*>(answer.status.data())});
   for (Index k = 0; k < A.count; ++k)

@@ -3,8 +3,7 @@
 #include <stdexcept>
 
 #include "linearize/batch.hpp"
-#include "linearize/dispatch.hpp"
-#include "linearize/routh.hpp"
+#include "linearize/lanes_routh.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
@@ -31,8 +30,7 @@ void check_batch(const MatrixBatch& A, double entry_error) {
 }
 
 std::vector<RouthVerdict> by_routh(const MatrixBatch& A, double entry_error, bool balanced) {
-  const auto kernel = chosen(&lanes_scalar::routh_of_matrices, &lanes_baseline::routh_of_matrices,
-                             &lanes_avx2::routh_of_matrices, &lanes_avx512::routh_of_matrices);
+  const auto kernel = chosen([]<InstructionSet set>() { return &routh_of_matrices<set>; });
   std::vector<RouthVerdict> said(static_cast<std::size_t>(A.count));
   kernel({A.entries.data(), std::size_t(A.n), std::size_t(A.count), 0, said.size(), entry_error,
           balanced, said.data()});

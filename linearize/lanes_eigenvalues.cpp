@@ -4,9 +4,10 @@
 // deflated; the loops run over the union of the windows, and a lane outside its own window is given
 // the identity as its reflector. The bits of a lane therefore depend only on its own matrix: an
 // identity may change the sign of a zero, but no result here depends on that sign.
+#include "linearize/lanes_eigenvalues.hpp"
+
 #include <cstddef>
 
-#include "linearize/dispatch.hpp"
 #include "linearize/lanes_hessenberg.hpp"
 
 namespace tiltrim::TILTRIM_LANES {
@@ -351,7 +352,14 @@ void solve_all(const EigenvalueTask& task) {
 
 }  // namespace
 
-void eigenvalues(const EigenvalueTask& task) {
+}  // namespace tiltrim::TILTRIM_LANES
+
+namespace tiltrim {
+
+using namespace TILTRIM_LANES;
+
+template <>
+void eigenvalues<InstructionSet::TILTRIM_SET>(const EigenvalueTask& task) {
   switch (task.n) {
     case 4:
       return solve_all<4>(task);
@@ -362,4 +370,4 @@ void eigenvalues(const EigenvalueTask& task) {
   }
 }
 
-}  // namespace tiltrim::TILTRIM_LANES
+}  // namespace tiltrim

@@ -1,10 +1,11 @@
 // Verdicts without eigenvalues: Householder reduction to Hessenberg form, its characteristic
 // polynomial by La Budde's recursion, and Routh's array, each with an error bound. The bounds are
 // derived in docs/linearize.md; u = ε/2 throughout.                          [32, 33, 34, 35]
+#include "linearize/lanes_routh.hpp"
+
 #include <cstddef>
 #include <cstdint>
 
-#include "linearize/routh.hpp"
 #include "runtime/lanes.hpp"
 
 namespace tiltrim::TILTRIM_LANES {
@@ -319,8 +320,20 @@ void by_size(const Task& task) {
 
 }  // namespace
 
-void routh_of_matrices(const MatrixTask& task) { by_size(task); }
-
-void routh_of_line(const LineTask& task) { by_size(task); }
-
 }  // namespace tiltrim::TILTRIM_LANES
+
+namespace tiltrim {
+
+using namespace TILTRIM_LANES;
+
+template <>
+void routh_of_matrices<InstructionSet::TILTRIM_SET>(const MatrixTask& task) {
+  by_size(task);
+}
+
+template <>
+void routh_of_line<InstructionSet::TILTRIM_SET>(const LineTask& task) {
+  by_size(task);
+}
+
+}  // namespace tiltrim

@@ -10,8 +10,7 @@
 
 #include "linearize/batch.hpp"
 #include "linearize/characteristic.hpp"
-#include "linearize/dispatch.hpp"
-#include "linearize/routh.hpp"
+#include "linearize/lanes_routh.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
@@ -122,8 +121,7 @@ void stability_map(const AffineFamily& family, std::span<const double> a, std::s
   }
   const Plane all = plane(family, a_most, b_most, options.entry_error);
   const MatrixXd error = options.entry_error * largest_entries(family, a_most, b_most);
-  const auto kernel = chosen(&lanes_scalar::routh_of_line, &lanes_baseline::routh_of_line,
-                             &lanes_avx2::routh_of_line, &lanes_avx512::routh_of_line);
+  const auto kernel = chosen([]<InstructionSet set>() { return &routh_of_line<set>; });
   std::vector<RouthVerdict> said(b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     const Line row = line(all, a[i]);

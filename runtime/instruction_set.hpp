@@ -2,8 +2,6 @@
 /// Internal to tiltrim.
 #pragma once
 
-#include <cstddef>
-
 namespace tiltrim {
 
 enum class InstructionSet { scalar, baseline, avx2, avx512 };
@@ -13,11 +11,22 @@ const char* name_of(InstructionSet set);  ///< "scalar", "baseline", ...
 /// Throws std::invalid_argument if that names an unknown or unsupported one.
 InstructionSet chosen();
 
-/// Selects the version of a kernel to run.
-template <class Kernel>
-Kernel* chosen(Kernel* scalar, Kernel* baseline, Kernel* avx2, Kernel* avx512) {
-  Kernel* const kernels[] = {scalar, baseline, avx2, avx512};
-  return kernels[static_cast<std::size_t>(chosen())];
+/// The version of a kernel to run: `of` of the chosen instruction set, as in
+/// `chosen([]<InstructionSet set>() { return &newton_step<set>; })`.
+template <class Versions>
+auto chosen(const Versions& of) {
+  switch (chosen()) {
+    case InstructionSet::scalar:
+      return of.template operator()<InstructionSet::scalar>();
+#ifdef TILTRIM_X86
+    case InstructionSet::avx2:
+      return of.template operator()<InstructionSet::avx2>();
+    case InstructionSet::avx512:
+      return of.template operator()<InstructionSet::avx512>();
+#endif
+    default:
+      return of.template operator()<InstructionSet::baseline>();
+  }
 }
 
 }  // namespace tiltrim

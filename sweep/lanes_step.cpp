@@ -59,9 +59,16 @@ template <std::size_t N>
 
 }  // namespace
 
-void newton_step(const StepTask& task) {
+}  // namespace tiltrim::TILTRIM_LANES
+
+namespace tiltrim {
+
+using namespace TILTRIM_LANES;
+
+template <>
+void newton_step<InstructionSet::TILTRIM_SET>(const StepTask& task) {
   for (std::size_t first = 0; first < StepTask::lanes; first += lane_count)
     task.n == 3 ? solve<3>(task, first) : solve<0>(task, first);
 }
 
-}  // namespace tiltrim::TILTRIM_LANES
+}  // namespace tiltrim

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 
+#include "runtime/instruction_set.hpp"
+
 namespace tiltrim {
 
 /// Solves J dz = -r for the `Model::model_lanes` points of Model::lanes: entry (i, k) of point l is
@@ -14,22 +16,7 @@ struct StepTask {
   double *dz, *regular;
 };
 
-namespace lanes_scalar {
+template <InstructionSet>
 void newton_step(const StepTask& task);
-}
-namespace lanes_baseline {
-void newton_step(const StepTask& task);
-}
-#ifdef TILTRIM_X86
-namespace lanes_avx2 {
-void newton_step(const StepTask& task);
-}
-namespace lanes_avx512 {
-void newton_step(const StepTask& task);
-}
-#else  // never selected there
-namespace lanes_avx2 = lanes_baseline;
-namespace lanes_avx512 = lanes_baseline;
-#endif
 
 }  // namespace tiltrim

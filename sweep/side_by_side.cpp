@@ -55,8 +55,7 @@ struct Group {
         before_last(J),
         r(n * L),
         dz(r),
-        step(chosen(&lanes_scalar::newton_step, &lanes_baseline::newton_step,
-                    &lanes_avx2::newton_step, &lanes_avx512::newton_step)) {
+        step(chosen([]<InstructionSet set>() { return &newton_step<set>; })) {
     for (std::size_t l = 0; l < L; ++l) put(l, lines[std::min(l, lines.size() - 1)]->base);
   }
 

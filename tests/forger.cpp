@@ -327,8 +327,7 @@ const std::vector<Forgery> of_damping{
      }},
     {"ray not from zero",
      [](Forger& f) {
-       return f.records(
-           [&](Json&, Json& r) { r["ray"]["w"][0] = hex(0.1 * f.share() + 1e-300); });
+       return f.records([&](Json&, Json& r) { r["ray"]["w"][0] = hex(0.1 * f.share() + 1e-300); });
      }},
     {"frequencies of the ray turned",
      [](Forger& f) {

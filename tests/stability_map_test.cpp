@@ -5,10 +5,9 @@
 #include <numbers>
 
 #include "linearize/batch.hpp"
-#include "linearize/dispatch.hpp"
 #include "linearize/eigenvalues.hpp"
+#include "linearize/lanes_routh.hpp"
 #include "linearize/modes.hpp"
-#include "linearize/routh.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
@@ -61,8 +60,8 @@ int contradictions(const std::vector<MatrixXd>& matrices) {
 double undecided_share(const std::vector<MatrixXd>& matrices, bool balanced) {
   const MatrixBatch b = batch(matrices);
   std::vector<RouthVerdict> said(matrices.size());
-  lanes_baseline::routh_of_matrices({b.entries.data(), std::size_t(b.n), said.size(), 0,
-                                     said.size(), 0.0, balanced, said.data()});
+  routh_of_matrices<InstructionSet::baseline>({b.entries.data(), std::size_t(b.n), said.size(), 0,
+                                               said.size(), 0.0, balanced, said.data()});
   return double(std::ranges::count(said, RouthVerdict::undecided)) / double(said.size());
 }
 

@@ -87,10 +87,9 @@ std::vector<Model::Affine> affine_gains(const Vehicle& vehicle, const Model& mod
 // The kernel of the instruction set; none if TILTRIM_SIMD names one that does not exist, which the
 // kernels that need one report.
 void set_lanes(Model& model, const Vehicle& vehicle) {
-  decltype(&lanes_scalar::wind_loop) kernel = nullptr;
+  void (*kernel)(const WindLoopTask&) = nullptr;
   try {
-    kernel = chosen(&lanes_scalar::wind_loop, &lanes_baseline::wind_loop, &lanes_avx2::wind_loop,
-                    &lanes_avx512::wind_loop);
+    kernel = chosen([]<InstructionSet set>() { return &wind_loop<set>; });
   } catch (const std::invalid_argument&) {
     return;
   }

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "model/model.hpp"
+#include "runtime/instruction_set.hpp"
 
 namespace tiltrim {
 
@@ -31,22 +32,7 @@ struct WindLoopTask {
   bool printed;
 };
 
-namespace lanes_scalar {
+template <InstructionSet>
 void wind_loop(const WindLoopTask& task);
-}
-namespace lanes_baseline {
-void wind_loop(const WindLoopTask& task);
-}
-#ifdef TILTRIM_X86
-namespace lanes_avx2 {
-void wind_loop(const WindLoopTask& task);
-}
-namespace lanes_avx512 {
-void wind_loop(const WindLoopTask& task);
-}
-#else  // never selected there
-namespace lanes_avx2 = lanes_baseline;
-namespace lanes_avx512 = lanes_baseline;
-#endif
 
 }  // namespace tiltrim

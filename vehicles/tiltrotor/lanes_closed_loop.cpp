@@ -131,7 +131,14 @@ struct Part {
 
 }  // namespace
 
-void wind_loop(const WindLoopTask& task) {
+}  // namespace tiltrim::TILTRIM_LANES
+
+namespace tiltrim {
+
+using namespace TILTRIM_LANES;
+
+template <>
+void wind_loop<InstructionSet::TILTRIM_SET>(const WindLoopTask& task) {
   const Loop loop{task.polar, task.printed ? Equations::printed : Equations::consistent};
   for (std::size_t first = 0; first < Model::model_lanes; first += lane_count) {
     const Part part(task, first);
@@ -141,4 +148,4 @@ void wind_loop(const WindLoopTask& task) {
   }
 }
 
-}  // namespace tiltrim::TILTRIM_LANES
+}  // namespace tiltrim

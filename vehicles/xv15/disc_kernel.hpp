@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "runtime/instruction_set.hpp"
+
 namespace tiltrim {
 
 namespace xv15 {
@@ -55,22 +57,7 @@ struct Silence {
 
 }  // namespace xv15
 
-namespace lanes_scalar {
+template <InstructionSet>
 xv15::Silence disc_sums(const xv15::DiscTask& task);
-}
-namespace lanes_baseline {
-xv15::Silence disc_sums(const xv15::DiscTask& task);
-}
-#ifdef TILTRIM_X86
-namespace lanes_avx2 {
-xv15::Silence disc_sums(const xv15::DiscTask& task);
-}
-namespace lanes_avx512 {
-xv15::Silence disc_sums(const xv15::DiscTask& task);
-}
-#else  // never selected there
-namespace lanes_avx2 = lanes_baseline;
-namespace lanes_avx512 = lanes_baseline;
-#endif
 
 }  // namespace tiltrim

@@ -210,9 +210,16 @@ constexpr double cosines[count]{1, diagonal, 0, -diagonal, -1, -diagonal, 0, dia
 
 }  // namespace
 
+}  // namespace tiltrim::TILTRIM_LANES
+
+namespace tiltrim {
+
+using namespace TILTRIM_LANES;
+
 //   U_T = Omega r + V_e sin psi
 //   U_P = V_n + v (1 + k_x r/R cos psi) + r (beta' - q cos psi) + V_e beta cos psi
-Silence disc_sums(const DiscTask& t) {
+template <>
+xv15::Silence disc_sums<InstructionSet::TILTRIM_SET>(const xv15::DiscTask& t) {
   Disc disc;
   disc.s.load(sines);
   disc.c.load(cosines);
@@ -258,4 +265,4 @@ Silence disc_sums(const DiscTask& t) {
   return {};
 }
 
-}  // namespace tiltrim::TILTRIM_LANES
+}  // namespace tiltrim

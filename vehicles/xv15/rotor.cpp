@@ -10,8 +10,7 @@
 namespace tiltrim::xv15 {
 
 DiscSums disc_sums(const RotorInput<double>& in, const RotorMotion<double>& y, const Blade& blade) {
-  static const auto sums = chosen(lanes_scalar::disc_sums, lanes_baseline::disc_sums,
-                                  lanes_avx2::disc_sums, lanes_avx512::disc_sums);
+  static const auto sums = chosen([]<InstructionSet set>() { return &tiltrim::disc_sums<set>; });
   DiscSums disc;
   const double cosine = inflow_cosine(in, y.v, blade.radius);
   const Silence silent =

@@ -1,4 +1,4 @@
-/// The SIMD kernels, compiled once for each instruction set.
+/// The SIMD kernel of eigenvalues, compiled once for each instruction set.
 /// Internal to linearize/.
 #pragma once
 
@@ -18,22 +18,7 @@ struct EigenvalueTask {
   unsigned char* status;  ///< a LaneStatus; `fallback` is requested here, performed by the caller
 };
 
-namespace lanes_scalar {
+template <InstructionSet>
 void eigenvalues(const EigenvalueTask& task);
-}
-namespace lanes_baseline {
-void eigenvalues(const EigenvalueTask& task);
-}
-#ifdef TILTRIM_X86
-namespace lanes_avx2 {
-void eigenvalues(const EigenvalueTask& task);
-}
-namespace lanes_avx512 {
-void eigenvalues(const EigenvalueTask& task);
-}
-#else  // never selected there
-namespace lanes_avx2 = lanes_baseline;
-namespace lanes_avx512 = lanes_baseline;
-#endif
 
 }  // namespace tiltrim

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 
+#include "runtime/instruction_set.hpp"
+
 namespace tiltrim {
 
 /// A kernel's result for one matrix or point; a Verdict in one byte.
@@ -28,23 +30,9 @@ struct LineTask {
   RouthVerdict* verdict;
 };
 
-namespace lanes_scalar {
+template <InstructionSet>
 void routh_of_matrices(const MatrixTask& task);
+template <InstructionSet>
 void routh_of_line(const LineTask& task);
-}  // namespace lanes_scalar
-namespace lanes_baseline {
-void routh_of_matrices(const MatrixTask& task);
-void routh_of_line(const LineTask& task);
-}  // namespace lanes_baseline
-#ifdef TILTRIM_X86
-namespace lanes_avx2 {
-void routh_of_matrices(const MatrixTask& task);
-void routh_of_line(const LineTask& task);
-}  // namespace lanes_avx2
-namespace lanes_avx512 {
-void routh_of_matrices(const MatrixTask& task);
-void routh_of_line(const LineTask& task);
-}  // namespace lanes_avx512
-#endif  // elsewhere dispatch.hpp maps these names to lanes_baseline
 
 }  // namespace tiltrim
