@@ -20,8 +20,8 @@ using Values = std::array<double, flight_states>;
 constexpr double never = -1.0;     // value of an event function that does not apply at present
 constexpr double rounding = 1e-6;  // m: level flight at ground height is no contact
 
-// Event functions in the order of watched(): each is positive beyond its bound. Zero counts as
-// below: at the tilt of the handover the cyclic controls pitch.
+// Event functions in the order of event_functions(): each is positive beyond its bound. Zero counts
+// as below: at the tilt of the handover the cyclic controls pitch.
 enum Watch : std::size_t {
   theta0_upper,
   theta0_lower,
@@ -53,7 +53,7 @@ void write(const FlightState& state, double* x) {
   std::ranges::copy(std::bit_cast<Values>(state), x);
 }
 
-std::vector<EventFunction> watched(const Flight& flight) {
+std::vector<EventFunction> event_functions(const Flight& flight) {
   using enum EventFunction::Direction;
   std::vector<EventFunction> all;
   for (const char* name : limit_names) all.push_back({name});
@@ -168,13 +168,13 @@ FlightState lifted(const Flight& flight, double t, FlightState x) {
 // Too fast or turned over initially, before an event function could cross zero.
 bool lost_at_once(const Motion& motion, double t, const std::vector<double>& x0, int number,
                   FlightResult& result) {
-  std::vector<double> g(motion.watched.size());
+  std::vector<double> g(motion.event_functions.size());
   motion.g(t, x0.data(), number, g.data());
   for (const std::size_t bound : {too_fast, turned_over}) {
     if (!(g[bound] > 0)) continue;
     const FlightState x = state_of(x0.data());
     const FlightMode mode = mode_of(number);
-    const std::string& why = motion.watched[bound].name;
+    const std::string& why = motion.event_functions[bound].name;
     result = {FlightStatus::lost, why, {t}, {x}, {mode}, std::move(result.events)};
     result.events.push_back({FlightEventKind::lost, why, t, x, x, mode, mode});
     return true;
@@ -224,7 +224,7 @@ FlightMode mode_at(const Flight& flight, const FlightStart& start, double t) {
 Motion motion_of(const Flight& flight, const FlyOptions& options) {
   Motion motion;
   motion.states = flight_signals(flight.axes);
-  motion.watched = watched(flight);
+  motion.event_functions = event_functions(flight);
   std::ranges::set_union(flight.schedule.kink_times, flight.kink_times,
                          std::back_inserter(motion.breaks));
   motion.f = [&flight](double t, const double* x, int mode, double* rates) {
@@ -267,7 +267,7 @@ static FlightResult flown_once(const Flight& flight, const FlightStart& start,
   const auto at = motion.at;
   motion.at = [&](const MotionEvent& event, double* x, int number) {
     FlightEvent happened{kind_of(event),
-                         motion.watched[event.which].name,
+                         motion.event_functions[event.which].name,
                          event.t,
                          state_of(x),
                          {},

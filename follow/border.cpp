@@ -133,17 +133,17 @@ VectorXd distances(const Plane& plane, const std::vector<LimitName>& limits, con
   return d;
 }
 
-// Event functions on the way to the border, by position in watches().
+// Test functions on the way to the border, by position in test_functions().
 struct OnWay {
   enum : std::size_t { fold, target, origin, limit };
 };
 
-std::vector<Watch> watches(const Plane& plane, const std::vector<LimitName>& limits,
-                           const Line& line) {
+std::vector<TestFunction> test_functions(const Plane& plane, const std::vector<LimitName>& limits,
+                                         const Line& line) {
   const auto along = [&line](const Vector2d& v) {
     return VectorXd(VectorXd::Constant(1, line.direction.dot(v)));
   };
-  std::vector<Watch> all(4);
+  std::vector<TestFunction> all(4);
   all[OnWay::fold] = [along](const CurvePoint& p) { return along(p.tangent.tail<2>()); };
   all[OnWay::target] = [along, &line](const CurvePoint& p) {
     return along(p.y.tail<2>() - line.to);
@@ -178,7 +178,7 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
   const std::vector<LimitName> limits = plane.limits();
   // Returns whether to continue: past a fold, to find where the branch turns back to.
   const auto meet = [&](const LocatedEvent& c) {
-    if (c.watch == OnWay::target && !way.met) {
+    if (c.which == OnWay::target && !way.met) {
       // Starting outwards on a limit gives no crossing: the line stops at the start.
       Index worst = 0;
       if (limits.empty() || distances(plane, limits, c.at.y).minCoeff(&worst) >= -slack)
@@ -187,14 +187,14 @@ Way go(const Plane& plane, const VectorXd& from, const Vector2d& to) {
         way.met = Met{{limits[std::size_t(worst)]}, from};
       return false;
     }
-    if (c.watch == OnWay::fold && way.met) return false;  // a second fold: do not go back
-    if (c.watch == OnWay::fold) way.met = Met{{}, c.at.y};
-    if (c.watch == OnWay::origin && !c.rising) way.back = c.at.y;
-    if (c.watch == OnWay::limit && !c.rising && !way.met)
+    if (c.which == OnWay::fold && way.met) return false;  // a second fold: do not go back
+    if (c.which == OnWay::fold) way.met = Met{{}, c.at.y};
+    if (c.which == OnWay::origin && !c.rising) way.back = c.at.y;
+    if (c.which == OnWay::limit && !c.rising && !way.met)
       way.met = Met{{limits[std::size_t(c.index)]}, c.at.y};
-    return c.rising || c.watch == OnWay::fold || c.watch == OnWay::target;
+    return c.rising || c.which == OnWay::fold || c.which == OnWay::target;
   };
-  trace(curve, at, watches(plane, limits, line), options,
+  trace(curve, at, test_functions(plane, limits, line), options,
         [&](const CurvePoint&, std::vector<LocatedEvent>& found) {
           return std::ranges::all_of(found, meet);
         });

@@ -100,18 +100,18 @@ bool may_dip(double s0, double g0, double s1, double g1, double s2, double g2) {
   return (g1 + slope * at + curvature * at * at) * g1 <= 0;
 }
 
-struct EventValues {
+struct TestValues {
   CurvePoint point;
   std::vector<VectorXd> values;
 };
 
-EventValues event_values(const CurvePoint& point, const std::vector<Watch>& watches) {
-  EventValues w{point, {}};
-  for (const Watch& watch : watches) w.values.push_back(watch(point));
+TestValues test_values(const CurvePoint& point, const std::vector<TestFunction>& tests) {
+  TestValues w{point, {}};
+  for (const TestFunction& test : tests) w.values.push_back(test(point));
   return w;
 }
 
-bool hides_a_dip(const EventValues& before, const EventValues& a, const EventValues& b) {
+bool hides_a_dip(const TestValues& before, const TestValues& a, const TestValues& b) {
   for (std::size_t w = 0; w < a.values.size(); ++w)
     for (Index i = 0; i < a.values[w].size(); ++i)
       if (may_dip(before.point.s, before.values[w][i], a.point.s, a.values[w][i], b.point.s,
@@ -122,8 +122,8 @@ bool hides_a_dip(const EventValues& before, const EventValues& a, const EventVal
 
 // Locates one sign change between a and b to round-off in s. If Newton finds no point close to it,
 // as at a branch point or a kink, the nearest point found is used.
-std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, const EventValues& b,
-                                    const Watch& watch, std::size_t w, Index i,
+std::optional<LocatedEvent> located(const Curve& curve, const TestValues& a, const TestValues& b,
+                                    const TestFunction& test, std::size_t w, Index i,
                                     const TraceOptions& options) {
   constexpr double jumps = 1e-3;  // share of the function's values that remains if there is no zero
   const double h = b.point.s - a.point.s;
@@ -139,7 +139,7 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
       return 0.0;
     }
     at.s = a.point.s + s;
-    const double value = watch(at)[i];
+    const double value = test(at)[i];
     if (std::abs(value) < least) best = at, least = std::abs(value);
     return std::isnan(value) ? 0.0 : value;
   };
@@ -169,18 +169,18 @@ std::optional<LocatedEvent> located(const Curve& curve, const EventValues& a, co
 }
 
 // All sign changes between a and b in order; empty if one cannot be located.
-std::optional<std::vector<LocatedEvent>> crossings(const Curve& curve, const EventValues& a,
-                                                   const EventValues& b,
-                                                   const std::vector<Watch>& watches,
+std::optional<std::vector<LocatedEvent>> crossings(const Curve& curve, const TestValues& a,
+                                                   const TestValues& b,
+                                                   const std::vector<TestFunction>& tests,
                                                    const TraceOptions& options) {
   std::vector<LocatedEvent> found;
-  for (std::size_t w = 0; w < watches.size(); ++w)
+  for (std::size_t w = 0; w < tests.size(); ++w)
     for (Index i = 0; i < a.values[w].size(); ++i) {
       const double from = a.values[w][i], to = b.values[w][i];
       if (!((from > 0 && to <= 0) || (from < 0 && to >= 0))) continue;
       const auto one = to == 0 ? std::optional(LocatedEvent{w, i, to > from, b.point,
                                                             (to - from) / (b.point.s - a.point.s)})
-                               : located(curve, a, b, watches[w], w, i, options);
+                               : located(curve, a, b, tests[w], w, i, options);
       if (!one) return {};
       found.push_back(*one);
     }
@@ -273,14 +273,14 @@ double next_length(const Step& s, double h, const TraceOptions& options) {
 
 }  // namespace
 
-CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
+CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<TestFunction>& tests,
                const TraceOptions& options, const Visit& visit) {
   constexpr double subtle = 1e-4;  // below this step a hidden pair of crossings is not searched for
   constexpr double crawl = 1e-7;   // a step so short that many of them make no progress
   constexpr int most_crawled = 50;
   int crawled = 0;
-  EventValues at = event_values(start, watches);
-  std::optional<EventValues> before;
+  TestValues at = test_values(start, tests);
+  std::optional<TestValues> before;
   double h = options.first_step;
   Failure failure = Failure::none;
   for (int points = 1; points < options.max_points;) {
@@ -295,9 +295,9 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Wa
     }
     const bool closes = points > 3 && back_at(start, at.point, taken.to);
     if (closes) close(start, at.point, taken.to);
-    EventValues next = event_values(taken.to, watches);
+    TestValues next = test_values(taken.to, tests);
     const bool hides = before && h > subtle && !closes && hides_a_dip(*before, at, next);
-    auto events = hides ? std::nullopt : crossings(curve, at, next, watches, options);
+    auto events = hides ? std::nullopt : crossings(curve, at, next, tests, options);
     if (!events) {
       failure = Failure::no_convergence;
       h /= 2;

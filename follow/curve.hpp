@@ -26,12 +26,12 @@ struct CurvePoint {
   double step = 0.0;        ///< size of a further Newton step
 };
 
-/// Event functions along the curve; a sign change of a component is an event.
-using Watch = std::function<Eigen::VectorXd(const CurvePoint&)>;
+/// Test functions along the curve; a sign change of a component is an event.
+using TestFunction = std::function<Eigen::VectorXd(const CurvePoint&)>;
 
-/// Component `index` of event function `watch` changes sign at the point.
+/// Component `index` of test function `which` changes sign at the point.
 struct LocatedEvent {
-  std::size_t watch;
+  std::size_t which;
   Eigen::Index index;
   bool rising;
   CurvePoint at;
@@ -73,7 +73,7 @@ using Visit = std::function<bool(const CurvePoint& next, std::vector<LocatedEven
 
 /// Follows the curve from `start` with steps adapted to its curvature and to Newton's iterations.
 /// A step is repeated with a shorter length if a pair of crossings may lie in it. [25, ch. 6]
-CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Watch>& watches,
+CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<TestFunction>& tests,
                const TraceOptions& options, const Visit& visit);
 
 }  // namespace tiltrim

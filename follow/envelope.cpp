@@ -58,8 +58,9 @@ struct HalfWay {
 enum BorderEvent : std::size_t { plane_edge, other_limits, folding };
 
 // What ends a piece: the edges of the plane, the other limits, a fold of the sheet.
-std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<LimitName>& limits) {
-  std::vector<Watch> all(3);
+std::vector<TestFunction> test_functions(const Grid& g, const Stop& stop,
+                                         const std::vector<LimitName>& limits) {
+  std::vector<TestFunction> all(3);
   all[plane_edge] = [&g](const CurvePoint& p) {
     VectorXd d(4);
     d << p.y.tail<2>() - g.plane.lower, g.plane.upper - p.y.tail<2>();
@@ -80,13 +81,13 @@ std::vector<Watch> watches(const Grid& g, const Stop& stop, const std::vector<Li
 }
 
 // If the start lies on the plane's edge or another limit and heads outwards: its name.
-std::string leaves_at_once(const CurvePoint& at, const std::vector<Watch>& watching,
+std::string leaves_at_once(const CurvePoint& at, const std::vector<TestFunction>& tests,
                            const std::vector<LimitName>& limits) {
   constexpr double ahead = 1e-6, on = 1e-9;
   CurvePoint beyond = at;
   beyond.y += ahead * at.tangent;
   for (const BorderEvent what : {plane_edge, other_limits}) {
-    const VectorXd here = watching[what](at), there = watching[what](beyond);
+    const VectorXd here = tests[what](at), there = tests[what](beyond);
     for (Index k = 0; k < here.size(); ++k)
       if (here[k] <= on && there[k] < here[k])
         return what == plane_edge ? "edge" : Stop{limits[std::size_t(k)]}.name();
@@ -110,28 +111,28 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
     return seed.stop.limit && l.signal == seed.stop.limit->signal &&
            l.upper == seed.stop.limit->upper;
   });
-  const std::vector<Watch> watching = watches(g, seed.stop, limits);
-  HalfWay half{{at.y}, leaves_at_once(at, watching, limits), {}};
+  const std::vector<TestFunction> tests = test_functions(g, seed.stop, limits);
+  HalfWay half{{at.y}, leaves_at_once(at, tests, limits), {}};
   if (!half.end.empty()) return half;
   const auto visit = [&](const CurvePoint& next, std::vector<LocatedEvent>& found) {
     for (const LocatedEvent& c : found) {
-      if (c.watch != folding && c.rising) continue;
+      if (c.which != folding && c.rising) continue;
       half.way.push_back(c.at.y);
-      if (c.watch == other_limits)
+      if (c.which == other_limits)
         half.corner = Seed{{limits[std::size_t(c.index)]}, c.at.y, !seed.stop.limit};
-      if (c.watch == folding) half.corner = Seed{{}, c.at.y};
+      if (c.which == folding) half.corner = Seed{{}, c.at.y};
       half.end = half.corner ? half.corner->stop.name() : "edge";
       return false;
     }
     half.way.push_back(next.y);
     return true;
   };
-  const CurveEnd end = trace(curve, at, watching, options, visit);
+  const CurveEnd end = trace(curve, at, tests, options, visit);
   if (end == CurveEnd::closed) half.end = "loop";
   if (!half.end.empty()) return half;
   // The model may end at the plane's edge, as at a switch: then no edge can be crossed.
   at.y = half.way.back();
-  const bool at_edge = watching[plane_edge](at).minCoeff() < differences;
+  const bool at_edge = tests[plane_edge](at).minCoeff() < differences;
   half.end = at_edge ? "edge" : end == CurveEnd::points ? "too many points" : "lost";
   return half;
 }

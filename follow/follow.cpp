@@ -36,12 +36,12 @@ std::string words(const LimitName& limit) {
   return limit.signal + (limit.upper ? " upper" : " lower");
 }
 
-// Event functions: positions in watches().
+// Test functions: positions in test_functions().
 enum BranchEvent : std::size_t { turning, target, limits, branching, stability };
 
-std::vector<Watch> watches(const Follower& f, const std::vector<LimitName>& names) {
+std::vector<TestFunction> test_functions(const Follower& f, const std::vector<LimitName>& names) {
   const Index parameter = f.path.parameter();
-  std::vector<Watch> all(5);
+  std::vector<TestFunction> all(5);
   all[turning] = [parameter](const CurvePoint& at) {
     return VectorXd::Constant(1, at.tangent[parameter]);
   };
@@ -62,10 +62,10 @@ void merge(std::vector<LocatedEvent>& found) {
   const auto known = [&](const LocatedEvent& c) {
     const auto same = [&](const LocatedEvent& other) {
       if (std::abs(other.at.s - c.at.s) > same_place + other.within + c.within) return false;
-      return other.watch == turning || other.watch == branching ||
-             (other.watch == stability && other.index < c.index);
+      return other.which == turning || other.which == branching ||
+             (other.which == stability && other.index < c.index);
     };
-    return c.watch == stability && std::ranges::any_of(found, same);
+    return c.which == stability && std::ranges::any_of(found, same);
   };
   std::vector<LocatedEvent> distinct;
   for (const LocatedEvent& c : found)
@@ -75,7 +75,7 @@ void merge(std::vector<LocatedEvent>& found) {
 
 // Returns whether the branch continues.
 bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName>& names) {
-  switch (crossing.watch) {
+  switch (crossing.which) {
     case turning:
       add_singular(f, EventKind::fold, crossing.at);
       if (!f.path.optimal || f.path.deciding()) return true;
@@ -166,7 +166,7 @@ void stretch(Follower& f, const CurvePoint& start) {
       f.options.observe(f.branch.points.back().parameter, f.branch.points.size());
     return true;
   };
-  const CurveEnd came_to = trace(curve, start, watches(f, names), options, visit);
+  const CurveEnd came_to = trace(curve, start, test_functions(f, names), options, visit);
   if (!ended) end(f, came_to);
 }
 

@@ -25,12 +25,12 @@ struct Branches {
 inline thread_local Branches* current_branches = nullptr;
 
 /// Makes these the sides of this thread during its lifetime.
-class Watched {
+class BranchScope {
  public:
-  explicit Watched(Branches& sides) { current_branches = &sides; }  ///< from now on
-  ~Watched() { current_branches = nullptr; }
-  Watched(const Watched&) = delete;
-  Watched& operator=(const Watched&) = delete;
+  explicit BranchScope(Branches& sides) { current_branches = &sides; }  ///< from now on
+  ~BranchScope() { current_branches = nullptr; }
+  BranchScope(const BranchScope&) = delete;
+  BranchScope& operator=(const BranchScope&) = delete;
 };
 
 }  // namespace tiltrim

@@ -35,7 +35,7 @@ class Rows {
     const std::size_t k = cell_.m.size(), n = at_.size() + k;
     Jets c;
     for (std::size_t j = 0; j < k; ++j) c.push_back(Jet::number(cell_.m[j], cell_.r[j], j, n));
-    const Watched watched(branches_);
+    const BranchScope scope(branches_);
     branches_.next = 0;
     branches_.blocked = false;
     branches_.values = true;

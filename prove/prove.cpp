@@ -75,7 +75,7 @@ std::vector<Branches> all_sides(const Setup& s, const Cell& cell, const VectorXd
     sides.next = 0;
     sides.blocked = false;
     {
-      const Watched watched(sides);
+      const BranchScope scope(sides);
       (void)evaluate(s, known(s, cell), unknowns, Along::nothing);
     }
     sides.blocked = false;

@@ -228,7 +228,7 @@ const char* widen(const Setup& s, const Known& numbers, const std::vector<Jets>&
 Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches sides) {
   Tube tube;
   Record& r = tube.record;
-  const Watched watched(sides);
+  const BranchScope scope(sides);
   sides.next = 0;
   clear(sides);
   const Known numbers = known(s, cell);
@@ -303,7 +303,7 @@ int worst(const Setup& s, const Cell& cell, const Record& r, const Branches& bra
   if (failure.cut >= 0 || failure.share.size() == 0) return failure.cut;
   VectorXd share = failure.share;
   Branches sides = branches;
-  const Watched watched(sides);
+  const BranchScope scope(sides);
   for (std::size_t k = 0; k < s.k() && failure.weight.size() > 0; ++k) {
     Cell alone = cell;
     for (std::size_t j = 0; j < s.k(); ++j)

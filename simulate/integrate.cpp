@@ -29,7 +29,7 @@ void check(const Motion& motion, const State& x0, double from, double to,
   require(!motion.states.empty(), "the motion has no states");
   require(x0.size() == motion.states.size(),
           fmt::format("{} values for {} states", x0.size(), motion.states.size()));
-  require(motion.watched.empty() || bool(motion.g),
+  require(motion.event_functions.empty() || bool(motion.g),
           "events are named but there is no event function g");
   require(std::isfinite(from) && std::isfinite(to) && to > from,
           fmt::format("from t = {} to t = {}; the end must come after the start", from, to));
@@ -63,8 +63,8 @@ class Integration {
         error_(n_),
         trial_(n_),
         trial_rates_(n_),
-        g_(motion.watched.size()),
-        above_(motion.watched.size()) {}
+        g_(motion.event_functions.size()),
+        above_(motion.event_functions.size()) {}
 
   Trajectory run() {
     begin();
@@ -170,7 +170,7 @@ class Integration {
     for (std::size_t k = 0; k < g_.size() && !finished_; ++k)
       if (std::isnan(g_[k]))
         stop(MotionStatus::not_finite,
-             fmt::format("the event function '{}' is nan", motion_.watched[k].name));
+             fmt::format("the event function '{}' is nan", motion_.event_functions[k].name));
   }
 
   // A hundredth of the time in which the fastest state changes by its size.
@@ -304,20 +304,20 @@ class Integration {
     if (t_ - instant_ > instant()) at_once_ = 0;
     instant_ = t_;
     above_[which] = !above_[which];
-    const EventFunction& watched = motion_.watched[which];
+    const EventFunction& function = motion_.event_functions[which];
     const MotionEvent event{which, bool(above_[which]), t_};
     using enum EventFunction::Direction;
-    if (watched.direction == both || (watched.direction == rising) == event.rising) {
+    if (function.direction == both || (function.direction == rising) == event.rising) {
       sample_here();
       result_.events.push_back(event);
       if (motion_.at) mode_ = motion_.at(event, x_.data(), mode_);
       sample(t_, x_);
-      if (watched.ends) return stop(MotionStatus::ended_by_event, watched.name);
+      if (function.ends) return stop(MotionStatus::ended_by_event, function.name);
     }
     const long at_most = 20 * long(above_.size());  // simultaneous, 20 of each: chattering
     if (long(result_.events.size()) >= options_.max_events || ++at_once_ > at_most)
       stop(MotionStatus::event_limit,
-           fmt::format("'{}' chatters, {} events", watched.name, result_.events.size()));
+           fmt::format("'{}' chatters, {} events", function.name, result_.events.size()));
     else
       onward();
   }

@@ -30,16 +30,16 @@ struct MotionEvent {
   double t = 0.0;         ///< s
 };
 
-/// Rates [states] or event functions [watched] at a time and state, on one side of all jumps,
-/// identified by the caller's number `mode`.
+/// Rates [states] or event functions [event_functions] at a time and state, on one side of all
+/// jumps, identified by the caller's number `mode`.
 using Evaluate = std::function<void(double t, const double* x, int mode, double* values)>;
 
 /// A motion, smooth except at its breaks and events.
 struct Motion {
-  Signals states;                        ///< of x
-  Evaluate f;                            ///< their rates
-  std::vector<EventFunction> watched{};  ///< the event functions
-  Evaluate g{};                          ///< their values; required if `watched` is not empty
+  Signals states;                                ///< of x
+  Evaluate f;                                    ///< their rates
+  std::vector<EventFunction> event_functions{};  ///< the event functions
+  Evaluate g{};  ///< their values; required if `event_functions` is not empty
   /// Ascending times at which f or g has a kink or a jump; there both have right-hand values.
   std::vector<double> breaks{};
   /// Called just after each event; may change the state, returns the mode from there on.

@@ -196,7 +196,7 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
   Moving moving(model, start, checked(model, changes));
   Motion motion{model.states,
                 [&](double t, const double* x, int, double* f) { moving.rates(t, x, f); }};
-  for (const Model::Switch& s : model.switches) motion.watched.push_back({s.name});
+  for (const Model::Switch& s : model.switches) motion.event_functions.push_back({s.name});
   if (!model.switches.empty())
     motion.g = [&](double t, const double* x, int, double* g) { moving.switches(t, x, g); };
   motion.breaks = breaks_of(changes, duration);

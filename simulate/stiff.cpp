@@ -28,8 +28,8 @@ class StiffIntegration {
         to_(to),
         z_(n_),
         x_(n_),
-        g_(motion.watched.size()),
-        above_(motion.watched.size()) {
+        g_(motion.event_functions.size()),
+        above_(motion.event_functions.size()) {
     for (std::size_t i = 0; i < n_; ++i) z_[i] = x0[i] / nominal(i);
   }
 

@@ -102,7 +102,7 @@ bool continuous(const MatrixLine& line, const Sample& a, const Sample& m, const 
 }
 
 // The real part that changes sign when the number of unstable eigenvalues changes as given.
-double watched(const Sample& s, int before, int after) {
+double crossing_part(const Sample& s, int before, int after) {
   const Index k = s.eigenvalues.size() - 1 - std::min(before, after);
   return s.eigenvalues[k].real();
 }
@@ -172,10 +172,10 @@ class Search {
       at = line_.sample(t, a);
       if (!at) at = line_.sample(t, b);
       lost = lost || !at;
-      return at ? watched(*at, before, after) : 0.0;
+      return at ? crossing_part(*at, before, after) : 0.0;
     };
     boost::uintmax_t most = 60;
-    const double at_a = watched(a, before, after), at_b = watched(b, before, after);
+    const double at_a = crossing_part(a, before, after), at_b = crossing_part(b, before, after);
     if (!(at_a * at_b < 0)) return false;
     const auto [low, high] = boost::math::tools::toms748_solve(
         real_part, std::min(a.t, b.t), std::max(a.t, b.t), a.t < b.t ? at_a : at_b,

@@ -31,7 +31,7 @@ std::vector<Jet> around(double a, double b, double radius_a, double radius_b) {
 // What blocked or is not known where a is within [-0.1, 0.1] and b is 1.
 std::string trouble(const std::string& text, double radius = 0.1) {
   Branches sides;
-  const Watched watched(sides);
+  const BranchScope scope(sides);
   const Jet rate = rate_of(text).jets(around(0, 1, radius, 0), {}, {})[0];
   const bool given = !sides.blocked && rate.known();
   CHECK(given == sides.trouble.empty());

@@ -43,10 +43,10 @@ static Motion oscillator() {
   return motion;
 }
 
-static void watch(Motion& motion, const EventFunction& watched,
+static void watch(Motion& motion, const EventFunction& function,
                   std::function<double(double t, const double* x)> g) {
-  motion.watched.push_back(watched);
-  motion.g = [before = motion.g, g = std::move(g), k = motion.watched.size() - 1](
+  motion.event_functions.push_back(function);
+  motion.g = [before = motion.g, g = std::move(g), k = motion.event_functions.size() - 1](
                  double t, const double* x, int mode, double* values) {
     if (before) before(t, x, mode, values);
     values[k] = g(t, x);
@@ -279,7 +279,8 @@ TEST_CASE("a hundred states, each with a decay of its own") {
   for (int i = 0; i < 100; ++i) CHECK_NEAR(last(flown)[i], std::exp(-0.05 * (i + 1)), 1e-8);
 }
 
-TEST_CASE("an unwatched jump costs steps, and accuracy within a hundred tolerances") {
+TEST_CASE(
+    "a jump without an event function costs steps, and accuracy within a hundred tolerances") {
   const Motion motion =
       of_one([](double t, double x) { return (t < 1 / std::sqrt(2.0) ? 1.0 : -1.0) - x; });
   const Trajectory flown = integrate(motion, {0.0}, 0, 0.0, 2.0);
@@ -359,10 +360,10 @@ TEST_CASE("crossings of an oscillator, in each direction") {
   }
 }
 
-// A clock, watched.
-static Motion clock_with(const EventFunction& watched, std::function<double(double t)> g) {
+// A clock with an event function.
+static Motion clock_with(const EventFunction& function, std::function<double(double t)> g) {
   Motion motion = of_one([](double, double) { return 1.0; });
-  watch(motion, watched, [g = std::move(g)](double, const double* x) { return g(x[0]); });
+  watch(motion, function, [g = std::move(g)](double, const double* x) { return g(x[0]); });
   return motion;
 }
 
@@ -402,7 +403,7 @@ TEST_CASE("events at the start, in the first step and at the end") {
   }
 }
 
-TEST_CASE("a watched function that only touches zero from below has no event") {
+TEST_CASE("an event function that only touches zero from below has no event") {
   CHECK(integrate(clock_with({"touch"}, [](double x) { return -(x - 0.5) * (x - 0.5); }), {0.0}, 0,
                   0.0, 1.0)
             .events.empty());
@@ -412,7 +413,7 @@ TEST_CASE("a watched function that only touches zero from below has no event") {
             .events.empty());
 }
 
-TEST_CASE("a watched function infinite on one side is located too") {
+TEST_CASE("an event function infinite on one side is located too") {
   const Trajectory flown = integrate(
       clock_with({"edge"}, [](double x) { return x > 0.3 ? inf : -inf; }), {0.0}, 0, 0.0, 1.0);
   REQUIRE(flown.events.size() == 1);
@@ -483,7 +484,7 @@ TEST_CASE("what one event moves makes another happen at the same instant") {
   CHECK_NEAR(last(flown)[0], 6.7, 1e-13);
 }
 
-TEST_CASE("a jump of a watched function at a break is an event at the break") {
+TEST_CASE("a jump of an event function at a break is an event at the break") {
   Motion motion = clock_with({"switch"}, [](double) { return 0.0; });
   motion.g = [](double t, const double*, int, double* g) { g[0] = t < 0.6 ? -1 : 1; };
   motion.breaks = {0.6};
@@ -544,7 +545,7 @@ TEST_CASE("not finite: at the start, after some time, behind a break, in fixed s
   CHECK(behind.rejected == 0);
 }
 
-TEST_CASE("not finite: a watched function, at the start and later") {
+TEST_CASE("not finite: an event function, at the start and later") {
   for (const double from : {0.0, 0.6}) {
     const Trajectory flown =
         integrate(clock_with({"g"}, [=](double x) { return x < from ? -1.0 : nan_value; }), {0.0},
@@ -595,7 +596,7 @@ TEST_CASE("event limit: a relay that switches to and fro at once, and too many e
   CHECK(flown.events.size() == 5);
 }
 
-TEST_CASE("interrupted, from rates or from a watched function") {
+TEST_CASE("interrupted, from rates or from an event function") {
   for (const bool from_rates : {true, false}) {
     std::stop_source source;
     const auto stop_behind = [&source](double t) {
@@ -686,7 +687,7 @@ TEST_CASE("what does not fit is refused in words") {
   check_refused(refusal(motion, {}, 0, 1), "no states");
   check_refused(refusal(good, {1.0, 2.0}, 0, 1), "2 values for 1 states");
   motion = good;
-  motion.watched = {{"a"}};
+  motion.event_functions = {{"a"}};
   check_refused(refusal(motion, {1.0}, 0, 1), "no event function g");
   motion = good;
   motion.breaks = {2.0, 1.0};

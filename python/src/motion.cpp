@@ -114,7 +114,7 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   Motion motion{model.states,
                 [&](double t, const double* x, int, double* f) { driven.rates(t, x, f); }};
   motion.breaks = breaks;
-  for (const Model::Switch& s : model.switches) motion.watched.push_back({s.name});
+  for (const Model::Switch& s : model.switches) motion.event_functions.push_back({s.name});
   if (!model.switches.empty())
     motion.g = [&](double t, const double* x, int, double* g) { driven.switches(t, x, g); };
   const std::vector<double> x0(start.x.begin(), start.x.end());
