@@ -95,7 +95,7 @@ forge: packages
 	cmake --preset release $(PARTS)
 	cmake --build --preset release -j $(JOBS) --target check_proof_tests
 	for seed in $$(seq 10); do \
-	  TILTRIM_SEED=$$seed TILTRIM_TRIALS=15.63 build/tests/check_proof_tests --source-file=*/forged_proof_test.cpp || exit 1; done
+	  TILTRIM_SEED=$$seed TILTRIM_TRIALS=6.95 build/tests/check_proof_tests --source-file=*/forged_proof_test.cpp || exit 1; done
 
 # A million random points of what is proved of a study, trimmed and linearized: a minute of processor time.
 ORACLE ?= studies/prove_corridor.toml

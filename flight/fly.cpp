@@ -22,7 +22,7 @@ constexpr double rounding = 1e-6;  // m: level flight at ground height is no con
 
 // Event functions in the order of event_functions(): each is positive beyond its bound. Zero counts
 // as below: at the tilt of the handover the cyclic controls pitch.
-enum Watch : std::size_t {
+enum EventIndex : std::size_t {
   theta0_upper,
   theta0_lower,
   a1s_upper,
@@ -118,14 +118,14 @@ void check(const Flight& flight, const FlightStart& start, const FlyOptions& opt
 FlightEventKind kind_of(const MotionEvent& event) {
   using enum FlightEventKind;
   switch (event.which) {
-    case Watch::hand_over:
+    case EventIndex::hand_over:
       return hand_over;
-    case Watch::ground:
+    case EventIndex::ground:
       return ground_contact;
-    case Watch::lift_off:
+    case EventIndex::lift_off:
       return lift_off;
-    case Watch::too_fast:
-    case Watch::turned_over:
+    case EventIndex::too_fast:
+    case EventIndex::turned_over:
       return lost;
     default:
       if (event.which >= first_kink) return schedule_kink;

@@ -73,7 +73,7 @@ TEST_CASE("no altered certificate is accepted") {
                                               3, 4, 0, 1, 2, 3, 4, 5};  // 5: slow
   constexpr std::array names{"integrals", "actuators", "handover", "no trim", "damping", "scatter"};
   std::array<std::size_t, names.size()> made{};
-  int count = trials(64);
+  int count = trials(144);
   std::map<std::string, int> accepted;
   for (int i = 0; i < count; ++i) {
     const std::size_t kind = turns[std::size_t(i) % turns.size()];
@@ -97,7 +97,7 @@ TEST_CASE("a certificate with a flipped bit is refused, or proves the same") {
   Forger forger(genuine);
   const ProofCheck truth = check_proof_text(genuine);
   REQUIRE(truth.status == CertificateStatus::verified);
-  int count = trials(30);
+  int count = trials(50);
   int harmless = 0;
   for (int i = 0; i < count; ++i) {
     std::string text = genuine;
