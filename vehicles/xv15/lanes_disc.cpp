@@ -7,7 +7,7 @@ namespace tiltrim::TILTRIM_LANES {
 
 namespace {
 
-using xv15::AxisView, xv15::Corner, xv15::DiscTask, xv15::Element, xv15::SectionView, xv15::Silence;
+using xv15::AxisView, xv15::Corner, xv15::Element, xv15::SectionView, xv15::Silence;
 
 constexpr std::size_t count = xv15::azimuth_count;
 constexpr double pi = 3.14159265358979323846;
