@@ -1,4 +1,4 @@
-// Nonlinear conversion flights of the XV-15 under total-energy control: hover in a wind of 10 kt,
+// Nonlinear conversion flights of the XV-15 under total-energy control: hover,
 // 160 kt as an airplane, and back; the first as studied, the others with scattered mass, air
 // density, rotor speed and start.
 //
@@ -23,8 +23,8 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180, knot = 0.514444;
 constexpr double flap = 20 * degree;
-constexpr double slow = 10, fast = 160, rise = 75, hold = 15;  // kt; s
-constexpr double until = 5 + rise + hold + rise + 20;          // s
+constexpr double slow = 0, fast = 160, rise = 75, hold = 15;  // kt; s
+constexpr double until = 5 + rise + hold + rise + 20;         // s
 
 double smooth(double s) {
   s = std::clamp(s, 0.0, 1.0);

@@ -166,6 +166,30 @@ TEST_CASE("figure of merit of the measured hover run") {
   }
 }
 
+TEST_CASE("flow from behind: the fuselage continues its tables, while it is slow") {
+  const auto data = data_of(Variant::report_1988);
+  const auto fuselage_at = [&](double degrees, double knots) -> Eigen::Vector3d {
+    State<double> s{};
+    s.u = knots * knot * std::cos(degrees * degree);
+    s.w = knots * knot * std::sin(degrees * degree);
+    s.density = 1.225;
+    s.sound = 340;
+    const Stream<double> f = stream(s);
+    const LoadOf<double> l = fuselage(*data, f, geometry(*data, 0.0));
+    return Eigen::Vector3d(l.X, l.Z, l.M) / f.pressure;  // m², m³
+  };
+  constexpr double slow = 19, step = 1e-7;
+  for (const double across : {-90.0, 90.0})
+    CHECK((fuselage_at(across - step, slow) - fuselage_at(across + step, slow)).norm() < 1e-5);
+  CHECK((fuselage_at(180 - step, slow) - fuselage_at(-180 + step, slow)).norm() < 1e-5);
+  // backwards it drags as forwards, and the sides' forces are each other's images
+  CHECK_NEAR(fuselage_at(180, slow)[0], -fuselage_at(0, slow)[0], 1e-9);
+  CHECK_NEAR(fuselage_at(120, slow)[0], -fuselage_at(60, slow)[0], 1e-9);
+  CHECK_NEAR(fuselage_at(120, slow)[1], fuselage_at(60, slow)[1], 1e-9);
+  CHECK_THROWS_AS((void)fuselage_at(120, 21), std::domain_error);
+  CHECK_NOTHROW((void)fuselage_at(60, 21));
+}
+
 TEST_CASE("component loads of the printed runs") {
   // data/xv15/trims_gtrs_loads.csv (CR-166537, A-11 and A-17), lbf and lbf ft
   struct Printed {

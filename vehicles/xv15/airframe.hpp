@@ -85,12 +85,28 @@ Stream<S> stream(const State<S>& s) {
   return f;
 }
 
+// Flow from behind, of which the tables of fuselage and downwash say nothing.
+template <class S>
+bool from_behind(const Stream<S>& f, const S& degrees) {
+  constexpr double fastest = 20;  // kt: of a hover's drift, where these loads are small
+  return std::abs(real_part(degrees)) > 90 && real_part(f.knots) < fastest;
+}
+
+// From behind the fuselage is its own image fore and aft, which continues the tables at 90 degrees:
+//   L(a) = -L(180° - a),  D(a) = D(180° - a),  M(a) = 2 M(90°) |sin a| - M(180° - a)
 template <class S>
 LoadOf<S> fuselage(const Data& d, const Stream<S>& f, const Geometry<S>& g) {
-  const S lift = f.pressure * d.fuselage_lift.at(f.alpha_degrees);
-  const S drag = f.pressure * (d.fuselage_drag.at(f.alpha_degrees) + d.extra_drag);
-  const S moment = f.pressure * d.fuselage_moment.at(f.alpha_degrees);
-  return load(lift, drag, moment, f.cos, f.sin, g.arm(d.fuselage));
+  const bool behind = from_behind(f, f.alpha_degrees);
+  const double across = real_part(f.alpha_degrees) < 0 ? -90.0 : 90.0;
+  const S alpha = behind ? S(2 * across - f.alpha_degrees) : f.alpha_degrees;
+  S lift = d.fuselage_lift.at(alpha), moment = d.fuselage_moment.at(alpha);
+  if (behind) {
+    lift = -lift;
+    moment = 2 * d.fuselage_moment.at(across) * (across / 90) * f.sin - moment;
+  }
+  const S drag = d.fuselage_drag.at(alpha) + d.extra_drag;
+  return load(S(f.pressure * lift), S(f.pressure * drag), S(f.pressure * moment), f.cos, f.sin,
+              g.arm(d.fuselage));
 }
 
 /// The wing's effective incidence: the free stream turned by the rotors.
@@ -116,6 +132,12 @@ void check_wing(const Stream<S>& f) {
         "unless mast_angle is 90 degrees");
 }
 
+// The same angle within ±180 degrees.
+template <class S>
+S within_a_turn(const S& degrees) {
+  return degrees - 360.0 * std::round(real_part(degrees) / 360.0);
+}
+
 // The share of the wing in the rotors' wake at low speed, as an area.
 //   S_i = S_max [sin(1.386 n) + cos(3.114 n)](1 - V/V_max), n = pi/2 - mast, never negative
 template <class S>
@@ -131,7 +153,7 @@ LoadOf<S> wing(const Data& d, const State<S>& s, const Stream<S>& f, const Geome
                const S& alpha, const S& v) {
   check_wing(f);
   const auto coefficients = [&](const S& mast, const S& at) {
-    const S degrees = at * (1 / degree);
+    const S degrees = within_a_turn(S(at * (1 / degree)));
     return std::array<S, 2>{d.wing_cl.at(mast, f.flap_degrees, f.mach, degrees),
                             d.wing_cd.at(mast, f.flap_degrees, f.mach, degrees)};
   };
@@ -176,10 +198,15 @@ LoadOf<S> tail(const Data& d, const State<S>& s, const Stream<S>& f, const Geome
   const Arm<S> r = g.arm(d.tail);
   const S k = d.tail_wake.at(f.mast_degrees, f.knots, f.alpha_degrees);
   const S u = s.u + s.q * r.z + k * v * g.sin, w = s.w - s.q * r.x - k * v * g.cos;
-  const S epsilon = d.downwash.at(f.mast_degrees, f.flap_degrees, S(wing_alpha * (1 / degree))) *
-                    degree / sqrt(1.0 - f.mach * f.mach);
+  // At ±90 degrees the tables' downwash is zero.
+  const S at_wing = wing_alpha * (1 / degree);
+  const S epsilon = from_behind(f, at_wing)
+                        ? S(0.0)
+                        : S(d.downwash.at(f.mast_degrees, f.flap_degrees, at_wing) * degree /
+                            sqrt(1.0 - f.mach * f.mach));
   const bool still = real_part(u) * real_part(u) + real_part(w) * real_part(w) < 1e-12;
-  const S a = (still ? S(0.0) : S(atan2(w, u))) - epsilon, alpha = a * (1 / degree);
+  const S a = (still ? S(0.0) : S(atan2(w, u))) - epsilon;
+  const S alpha = within_a_turn(S(a * (1 / degree)));
   const S elevator = d.elevator_per_stick * (s.stick - d.stick_neutral) * (1 / degree);
   const S size = real_part(elevator) < 0 ? S(-elevator) : elevator;
   const S K_e = d.elevator_mach.at(f.mach) - d.D_Ke / 15 * rounded_ramp(S(size - 15.0), 1.0);
@@ -187,7 +214,7 @@ LoadOf<S> tail(const Data& d, const State<S>& s, const Stream<S>& f, const Geome
   const S q_S = d.pressure_factor * d.tail_area * f.pressure *
                 d.tail_pressure.at(f.mast_degrees, f.knots, f.alpha_degrees);
   const S lift = q_S * tail_lift(d, f.mach, alpha, elevator, worth);
-  const S drag = q_S * d.tail_cd.at(f.mach, S(alpha + worth));
+  const S drag = q_S * d.tail_cd.at(f.mach, within_a_turn(S(alpha + worth)));
   return load(lift, drag, S(0.0), S(cos(a)), S(sin(a)), r);
 }
 
