@@ -66,12 +66,9 @@ std::string read_of(const Section& section, const Tuned& tuned, const Requiremen
 
 // ---- keys of single measures ----
 
-// Of all measures; the tiltrotor has no transfers between signals.
-std::vector<std::string> subjects_of(const Tuned& tuned) {
-  std::vector<std::string> keys{"of", "weight", "decay", "damping", "frequency"};
-  if (!tuned.tiltrotor) keys.insert(keys.end(), {"input", "output", "weights", "band"});
-  return keys;
-}
+// Of all measures.
+const std::vector<std::string> subjects{"of",    "weight", "decay",   "damping", "frequency",
+                                        "input", "output", "weights", "band"};
 
 // The keys that a measure has, besides `of`.
 std::vector<std::string> keys_of(Measure measure) {
@@ -149,7 +146,7 @@ void read_region(const Section& section, Requirement& asked) {
 void read_subject(const Section& section, const Tuned& tuned, Requirement& asked) {
   const std::vector<std::string> own = keys_of(asked.measure);
   const auto has = [&](const char* key) { return std::ranges::find(own, key) != own.end(); };
-  for (const std::string& key : subjects_of(tuned))
+  for (const std::string& key : subjects)
     if (const Entry* given = section.find(key); given && key != "of" && !has(key.c_str()))
       section.refuse(*given, fmt::format("{} does not apply to {}", key, name_of(asked)));
   if (has("input")) {
@@ -192,33 +189,17 @@ std::size_t read_count(const Section& section, double most) {
       section.whole(section.require("count", "a whole number of points"), {2, most}));
 }
 
-namespace {
-
-// All measures, each figure of merit by name, that are `usable`.
-template <class Usable>
-std::vector<Requirement> measures_with(const std::vector<std::string>& figures, Usable usable) {
+// Each figure of merit by its name.
+std::vector<Requirement> measures_with(const std::vector<std::string>& figures) {
   std::vector<Requirement> all;
   for (const Measure measure : measures()) {
     if (measure == Measure::figure)
       for (const std::string& figure : figures)
         all.push_back({.measure = measure, .figure = figure});
-    else if (usable(measure))
+    else
       all.push_back({.measure = measure});
   }
   return all;
-}
-
-}  // namespace
-
-std::vector<Requirement> measures_of_tiltrotor(const std::vector<std::string>& figures) {
-  return measures_with(figures, [](Measure measure) {
-    return measure <= Measure::sensitivity || measure == Measure::peak_sensitivity ||
-           measure == Measure::pole_region;
-  });
-}
-
-std::vector<Requirement> measures_of_models(const std::vector<std::string>& figures) {
-  return measures_with(figures, [](Measure) { return true; });
 }
 
 // A name alone is short for {measure = name}; a list has a target for each.
@@ -243,13 +224,12 @@ void read_goals(const Section& section, const path& file, const Tuned& tuned, Tu
   }
   const Section asked(file, written, "in goal", "tune.goal.");
   const std::string no_limit = "a single goal has no limit";
-  asked.allow_only(with({"measure"}, subjects_of(tuned)),
-                   {{"at_least", no_limit}, {"at_most", no_limit}});
+  asked.allow_only(with({"measure"}, subjects), {{"at_least", no_limit}, {"at_most", no_limit}});
   tune.goal = read_measure(asked, tuned, tune);
 }
 
 Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTable& tune) {
-  section.allow_only(with({"measure", "at_least", "at_most"}, subjects_of(tuned)));
+  section.allow_only(with({"measure", "at_least", "at_most"}, subjects));
   Requirement limit = read_measure(section, tuned, tune);
   const bool more = more_is_better(limit.measure);
   const char* right = more ? "at_least" : "at_most";
@@ -262,7 +242,7 @@ Requirement read_limit(const Section& section, const Tuned& tuned, const TuneTab
 
 TuneTable::Front read_front(const Section& section, const Tuned& tuned, const TuneTable& tune) {
   const std::string moves = "the limit goes from `from` to `to`";
-  section.allow_only(with({"measure", "from", "to", "count"}, subjects_of(tuned)),
+  section.allow_only(with({"measure", "from", "to", "count"}, subjects),
                      {{"at_least", moves}, {"at_most", moves}});
   TuneTable::Front front{read_measure(section, tuned, tune)};
   const Accepted accepted = range_of(front.limit.measure);

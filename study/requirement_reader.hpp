@@ -21,14 +21,12 @@ struct Tuned {
   std::vector<std::string> actuators;
   std::vector<Requirement> measures;  // without limits
   bool tiltrotor = true;
-  // What transfers start from and lead to; of the tiltrotor none.
+  // What transfers start from and lead to.
   std::vector<std::string> inputs{}, outputs{}, states{};
 };
 
-/// All measures that a study can ask for, with these figures of merit; the tiltrotor has no
-/// transfers by signal.
-std::vector<Requirement> measures_of_tiltrotor(const std::vector<std::string>& figures);
-std::vector<Requirement> measures_of_models(const std::vector<std::string>& figures);
+/// All measures that a study can ask for, with these figures of merit.
+std::vector<Requirement> measures_with(const std::vector<std::string>& figures);
 
 void read_goals(const Section& section, const std::filesystem::path& file, const Tuned& tuned,
                 TuneTable& tune);

@@ -131,6 +131,8 @@ bool is_margin(const Requirement& r) {
          (r.measure >= Measure::gain_margin_db && r.measure <= Measure::disk_margin);
 }
 
+bool is_transfer(const Requirement& r) { return !r.from.empty(); }
+
 bool asks(const TuneTable& table, bool (*which)(const Requirement&)) {
   return which(table.goal) || std::ranges::any_of(table.goals, which) ||
          std::ranges::any_of(table.limits, which) || (table.front && which(table.front->limit));
@@ -159,6 +161,7 @@ void add_tiltrotor(const Study& study, TuneProblem& problem) {
   problem.disturbance = state_of(table.disturbance);
   if (asks(table, [](const Requirement& r) { return r.measure == Measure::figure; }))
     problem.figures = flight_figures(study);
+  const bool transfers = asks(table, is_transfer);
   for (const SweepRequest& r : problem.points) {
     const bool wind = find(r.model.states, "V_err") >= 0;
     if (!wind && !problem.disturbance.empty())
@@ -166,7 +169,9 @@ void add_tiltrotor(const Study& study, TuneProblem& problem) {
           fmt::format("condition '{}' is too slow for a disturbance in wind axes; expected V of at "
                       "least {} m/s",
                       r.name, body_axes_below));
-    problem.loops.push_back(closed_loop_with_inputs(study.vehicle, wind ? Axes::wind : Axes::body));
+    const Axes axes = wind ? Axes::wind : Axes::body;
+    problem.loops.push_back(closed_loop_with_inputs(study.vehicle, axes));
+    if (transfers) problem.responses.push_back(closed_loop_with_commands(study.vehicle, axes));
   }
 }
 

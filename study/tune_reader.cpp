@@ -284,7 +284,11 @@ TuneTable read_tune(const Section& section, const path& file, const Vehicle& veh
                      {"theta_deg", "theta", "degrees", turn},
                      {"q_deg", "q", "degrees/s", any}},
                     {"theta0", "a1s", "delta_e"},
-                    measures_of_tiltrotor({"flight", "tracking"})};
+                    measures_with({"flight", "tracking"}),
+                    true,
+                    {"V_added", "gamma_added", "theta0_added", "a1s_added", "delta_e_added"},
+                    {"theta0", "a1s", "delta_e", "airspeed", "flight_path", "alpha"},
+                    {"theta", "q", "energy_integral", "distribution_integral"}};
   read_rest(section, file, tuned, tune);
   return tune;
 }
@@ -305,7 +309,7 @@ TuneTable read_user_tune(const Section& section, const path& file, const UserMod
               },
               keys_in(own, own.model.states),
               {},
-              measures_of_models(figures),
+              measures_with(figures),
               false,
               with_parameters(own.model),
               names(own.model.outputs),

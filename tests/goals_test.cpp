@@ -2,6 +2,7 @@
 // differences, or as printed.
 #include <fmt/ranges.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -9,13 +10,16 @@
 #include <random>
 
 #include "design/design.hpp"
+#include "model/differentiate.hpp"
 #include "model/lookup.hpp"
 #include "study/problems.hpp"
+#include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
 #include "tune/requirement.hpp"
 #include "tune/step_response.hpp"
 #include "tune/tune.hpp"
+#include "vehicles/tiltrotor/formulations.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -198,6 +202,124 @@ TEST_CASE("peaks, norms and costs of a mass on a spring") {
              0.5, 1e-12);
   CHECK_NEAR(value("measure = 'pole_region', decay = 0.25, frequency = 1", kp, kd), 0.5, 1e-12);
   CHECK_NEAR(value("measure = 'pole_region', decay = 2", kp, kd), 0.25, 1e-12);
+}
+
+// ---- commands of the tiltrotor ----
+
+namespace {
+
+TuneProblem of_level_flight(const std::string& goal) {
+  return problem_of(
+      "[[condition]]\nname = 'level'\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n"
+      "[tune]\ngain = [{key = 'gains.k_V', from = 0.1, to = 1}]\n"
+      "disturbance = {V = 1}\ngoal = {" +
+      goal + "}\n");
+}
+
+double score_at(const TuneProblem& problem, double k_V) {
+  return described(problem, VectorXd::Constant(1, k_V)).scores[0];
+}
+
+// In body axes the command is a parameter, and its step changes nothing else.
+TuneProblem in_body_axes(TuneProblem problem) {
+  const Vehicle vehicle = reference_vehicle();
+  TrimProblem body = closed_loop_problem(vehicle, {15.0, 0.0, 0.0}, Axes::body);
+  SweepRequest& point = problem.points.front();
+  point.model = body.model;
+  point.spec = body.spec;
+  point.guess = body.guess;
+  point.cold = {};
+  problem.loops = {closed_loop_with_inputs(vehicle, Axes::body)};
+  problem.responses.clear();
+  problem.disturbance.clear();
+  for (std::string& from : problem.goal.from) from = from.substr(0, from.find("_added"));
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("a command's transfers and steps are the same in wind and body axes") {
+  const double k_V = 0.35;
+  for (const char* goal :
+       {"measure = 'peak_gain', input = 'V_added', output = 'airspeed'",
+        "measure = 'peak_gain', input = ['V_added', 'gamma_added'], output = ['theta', 'delta_e']",
+        "measure = 'h2_norm', input = 'gamma_added', output = 'energy_integral'",
+        "measure = 'overshoot', input = 'V_added', output = 'airspeed'",
+        "measure = 'settling_time', input = 'gamma_added', output = 'flight_path'"}) {
+    CAPTURE(goal);
+    const TuneProblem wind = of_level_flight(goal);
+    const double own = score_at(wind, k_V), other = score_at(in_body_axes(wind), k_V);
+    CHECK(std::isfinite(own));
+    CHECK_NEAR(own / other, 1.0, 1e-7);
+    // its slope, against fourth-order differences
+    const PlaceModes place = described(wind, VectorXd::Constant(1, k_V), true);
+    const double h = 2e-3;
+    const auto at = [&](double k) { return score_at(wind, k); };
+    const double slope =
+        (8 * (at(k_V + h) - at(k_V - h)) - (at(k_V + 2 * h) - at(k_V - 2 * h))) / (12 * h);
+    CHECK_NEAR(place.score_slopes(0, 0), slope, 1e-4 * std::max(1.0, std::abs(slope)));
+  }
+}
+
+TEST_CASE("a small step of the commanded speed, flown: its overshoot") {
+  const double k_V = 0.35, step = 1e-4, dt = 0.01;
+  Vehicle vehicle = reference_vehicle();
+  vehicle.gains.k_V = k_V;
+  const TrimProblem level = closed_loop_problem(vehicle, {15.0, 0.0, 0.0}, Axes::body);
+  const OperatingPoint start = trim(level.model, level.spec, level.guess).point;
+  const Model& loop = level.model;
+  VectorXd x = start.x, p = start.p;
+  p[index_of(loop.parameters, "V", "parameter")] += step;
+  const auto f = [&](const VectorXd& z) { return loop.f(z, start.u, p); };
+  double fastest = 0;
+  for (double t = 0; t < 100; t += dt) {
+    const VectorXd k1 = f(x), k2 = f(x + 0.5 * dt * k1), k3 = f(x + 0.5 * dt * k2),
+                   k4 = f(x + dt * k3);
+    x += dt / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+    fastest = std::max(fastest, loop.h(x, start.u, p)[3]);
+  }
+  CHECK_NEAR(loop.h(x, start.u, p)[3], 15 + step, 1e-3 * step);
+  const double overshoot = -score_at(
+      of_level_flight("measure = 'overshoot', input = 'V_added', output = 'airspeed'"), k_V);
+  CHECK(overshoot > 0.01);
+  CHECK_NEAR((fastest - 15) / step - 1, overshoot, 1e-3);
+}
+
+TEST_CASE("a disturbance at the elevator, over all frequencies; the cost of a deviation in speed") {
+  const double k_V = 0.35;
+  const auto value_at = [&](const std::string& goal) {
+    return -score_at(of_level_flight(goal), k_V);
+  };
+  Vehicle vehicle = reference_vehicle();
+  vehicle.gains.k_V = k_V;
+  const TrimProblem level = closed_loop_problem(vehicle, {15.0, 0.0, 0.0});
+  OperatingPoint at = trim(level.model, level.spec, level.guess).point;
+  at.u = VectorXd::Zero(3);
+  const MatrixXd J = jacobian(closed_loop_with_inputs(vehicle), at, {0, 1, 2, 3, 4, 5, 8});
+  const MatrixXd A = J.topLeftCorner(6, 6);
+  double largest = 0;
+  for (double w = 1e-3; w < 1e3; w *= 1.001) {
+    const Eigen::MatrixXcd M = std::complex(0.0, w) * MatrixXd::Identity(6, 6) - A;
+    const VectorXd b = J.col(6).head(6);
+    const Eigen::VectorXcd x = M.partialPivLu().solve(b.cast<std::complex<double>>());
+    largest = std::max(largest, std::abs((J.row(8).head(6) * x)(0) + J(8, 6)));
+  }
+  CHECK_NEAR(
+      value_at("measure = 'peak_gain', input = 'delta_e_added', output = 'delta_e'") / largest, 1.0,
+      1e-5);
+  // ∫ V_err² dt from an airspeed 1 m/s too high, by steps of exp(A dt)
+  const double dt = 1e-3;
+  const MatrixXd Adt = A * dt;
+  const MatrixXd step = MatrixXd::Identity(6, 6) + Adt + Adt * Adt / 2 + Adt * Adt * Adt / 6;
+  VectorXd x = -VectorXd::Unit(6, 0);
+  double cost = 0;
+  for (double t = 0; t < 200; t += dt) {
+    const VectorXd next = step * x;
+    cost += dt * (x[0] * x[0] + x[0] * next[0] + next[0] * next[0]) / 3;
+    x = next;
+  }
+  const double tuned_cost = value_at("measure = 'quadratic_cost', weights = {airspeed = 2}");
+  CHECK_NEAR(tuned_cost / (2 * cost), 1.0, 1e-5);
 }
 
 TEST_CASE("a loop may have the name of a state") {

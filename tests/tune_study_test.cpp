@@ -288,7 +288,9 @@ TEST_CASE("a region of poles, several goals with targets, efforts of regulators"
     CAPTURE(said);
     CHECK(said.find(words) != said.npos);
   };
-  refused("'peak_gain'", "'peak_gain' is not known");  // the tiltrotor has no inputs
+  refused("'peak_gain'", "the name of a signal");
+  refused("{measure = 'overshoot', input = 'V', output = 'airspeed'}", "no signal 'V'");
+  refused("{measure = 'overshoot', input = 'V_added', output = 'V_err'}", "no signal 'V_err'");
   refused("{measure = 'pole_region', decay = 0}", "positive decay, damping or frequency");
   refused("{measure = 'damping', decay = 1}", "decay does not apply to damping");
   refused("[{measure = 'decay'}]", "at_least");

@@ -86,19 +86,25 @@ void check_asked(const TuneProblem& problem, const Requirement& r, bool limit) {
   if (r.measure == Measure::sensitivity && problem.uncertain.empty())
     throw std::invalid_argument("sensitivity without uncertain numbers; expected some");
   if (of_a_response(r.measure))
-    for (const SweepRequest& point : problem.points) check_response(problem, r, point.model);
+    for (std::size_t i = 0; i < problem.points.size(); ++i)
+      check_response(problem, r,
+                     problem.responses.empty() ? problem.points[i].model : problem.responses[i]);
   if (r.measure == Measure::pole_region && !(r.decay > 0 || r.damping > 0 || r.frequency > 0))
     throw std::invalid_argument(
         "pole_region without bounds; expected a positive decay, damping or frequency");
 }
 
-// The loops must be the points' models, except for their inputs.
-void check_loops(const TuneProblem& problem) {
-  for (std::size_t i = 0; i < problem.loops.size(); ++i) {
-    const Model &loop = problem.loops[i], &own = problem.points[i].model;
-    if (names(loop.states) != names(own.states) || names(loop.parameters) != names(own.parameters))
+// These must be the points' models, except for their inputs.
+void check_like(const TuneProblem& problem, const std::vector<Model>& models, const char* what) {
+  if (!models.empty() && models.size() != problem.points.size())
+    throw std::invalid_argument(fmt::format("{} models of {} for {} points; expected one for each",
+                                            models.size(), what, problem.points.size()));
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const Model& own = problem.points[i].model;
+    if (names(models[i].states) != names(own.states) ||
+        names(models[i].parameters) != names(own.parameters))
       throw std::invalid_argument(
-          fmt::format("the loops of '{}' have other states or parameters than its model",
+          fmt::format("the {} of '{}' have other states or parameters than its model", what,
                       problem.points[i].name));
   }
 }
@@ -195,10 +201,11 @@ Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
     : problem_(problem) {
   if (problem.points.empty()) throw std::invalid_argument("no operating point to tune for");
   check_gains(problem);
+  check_like(problem, problem.loops, "loops");
+  check_like(problem, problem.responses, "responses");
   if (problem.goals.empty()) check_asked(problem, problem.goal, false);
   for (const Requirement& r : problem.goals) check_asked(problem, r, true);
   for (const Requirement& r : problem.limits) check_asked(problem, r, true);
-  check_loops(problem);
   asked_ = asked_of(problem);
   const std::vector<Scatter> scatter = scatter_of(problem);
   places_.resize(problem.points.size() * scatter.size());
@@ -209,6 +216,7 @@ Candidates::Candidates(const TuneProblem& problem, const TrimOptions& trimming)
     place.where = {point, own.words};
     place.request = problem.points[point];
     if (!problem.loops.empty()) place.loops = &problem.loops[point];
+    if (!problem.responses.empty()) place.responses = &problem.responses[point];
     for (Index k = 0; k < own.values.size(); ++k)
       set_value(place.request.guess,
                 variable(place.request.model, problem.uncertain[std::size_t(k)].name),

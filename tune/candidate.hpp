@@ -19,6 +19,7 @@ struct Place {
   SweepRequest request;
   std::unique_ptr<Prepared> prepared;
   const Model* loops = nullptr;           // the point's model with inputs, if margins are required
+  const Model* responses = nullptr;       // the same for transfers; null: the point's own
   std::vector<Eigen::Index> gains;        // variables of the model
   std::vector<Eigen::Index> uncertain;    // variables of the model
   Eigen::VectorXd shares;                 // weight of each schedule breakpoint, summing to one

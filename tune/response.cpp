@@ -133,8 +133,10 @@ Path along_states(const Model& model, const OperatingPoint& at) {
 }
 
 Path path_of(const Requirement& r, const Place& place, const GridTrim& e) {
-  const Model& model = place.request.model;
-  Path path = along_states(model, e.at);
+  const Model& model = place.responses ? *place.responses : place.request.model;
+  OperatingPoint at = e.at;
+  if (place.responses) at.u = VectorXd::Zero(std::ssize(model.inputs));
+  Path path = along_states(model, at);
   if (r.measure == Measure::quadratic_cost) {
     for (const auto& [name, weight] : r.weights) {
       path.rows.push_back(row_of(model, name));

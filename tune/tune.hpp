@@ -77,6 +77,9 @@ struct TuneProblem {
   /// Each point's model with inputs added after its control law, "theta0_added" for the output
   /// theta0 and so on (closed_loop_with_inputs()); needed only for margins, otherwise empty.
   std::vector<Model> loops{};
+  /// Each point's model with the inputs from which peak_gain, h2_norm and steps lead, if they are
+  /// not its own (closed_loop_with_commands()); otherwise empty.
+  std::vector<Model> responses{};
   std::vector<FreeGain> gains{};  ///< at least one
   /// Gains are linear between their values at these (ascending) values of a parameter of the
   /// points; empty: constant. The values at each are tuned, first all of the first gain.

@@ -199,11 +199,13 @@ TuneProblem tuning_of(const std::vector<HeldCondition>& conditions, const py::di
   for (std::size_t i = 0; i < conditions.size(); ++i) {
     if (!conditions[i].condition.command()) {
       problem.loops.clear();  // an airframe has no loop to break
+      problem.responses.clear();
       break;
     }
     const bool wind = find(points[i].model.states, "V_err") >= 0;
-    problem.loops.push_back(
-        closed_loop_with_inputs(conditions[i].vehicle(), wind ? Axes::wind : Axes::body));
+    const Axes axes = wind ? Axes::wind : Axes::body;
+    problem.loops.push_back(closed_loop_with_inputs(conditions[i].vehicle(), axes));
+    problem.responses.push_back(closed_loop_with_commands(conditions[i].vehicle(), axes));
   }
   return problem;
 }

@@ -153,4 +153,51 @@ Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes) {
   return model_of<LoopInputs::inputs>(vehicle, axes);
 }
 
+Model closed_loop_with_commands(const Vehicle& vehicle, Axes axes) {
+  const Model loop = closed_loop_with_inputs(vehicle, axes);
+  const Index nx = std::ssize(loop.states), nu = std::ssize(loop.inputs);
+  const std::vector<Index> commands{find(loop.parameters, "V"), find(loop.parameters, "gamma")};
+  const Index added = std::ssize(commands);
+  const bool errors = axes == Axes::wind;  // the first two states
+  const auto total = [=](OperatingPoint at) {
+    for (Index k = 0; k < added; ++k) {
+      at.p[commands[std::size_t(k)]] += at.u[nu + k];
+      if (errors) at.x[k] += at.u[nu + k];
+    }
+    at.u.conservativeResize(nu);
+    return at;
+  };
+  const auto of_total = [total](const auto& function) {
+    return [function, total](const auto& x, const auto& u, const auto& p) {
+      const OperatingPoint at = total({x, u, p});
+      return function(at.x, at.u, at.p);
+    };
+  };
+  Model model = loop;
+  model.name += ", with commands";
+  model.inputs.push_back({"V_added", "m/s", 1.0});
+  model.inputs.push_back({"gamma_added", "rad", 0.1});
+  model.f = of_total(loop.f);
+  model.h = of_total(loop.h);
+  model.affine.clear();
+  model.derivatives = [=, slopes = loop.derivatives](const OperatingPoint& at,
+                                                     const std::vector<Index>& variables) {
+    std::vector<Index> own, columns, of_errors;
+    for (const Index j : variables) {
+      const Index k = j - nx - nu;
+      const bool command = k >= 0 && k < added;
+      if (command && errors) {
+        columns.push_back(std::ssize(own));
+        of_errors.push_back(k);
+      }
+      own.push_back(command ? nx + nu + commands[std::size_t(k)] : k < 0 ? j : j - added);
+    }
+    Eigen::MatrixXd J = slopes(total(at), own);
+    // ∂/∂added = ∂/∂command + ∂/∂error
+    if (!columns.empty()) J(Eigen::all, columns) += slopes(total(at), of_errors);
+    return J;
+  };
+  return model;
+}
+
 }  // namespace tiltrim

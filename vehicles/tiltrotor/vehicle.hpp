@@ -106,4 +106,8 @@ Model closed_loop(const Vehicle& vehicle, Axes axes = Axes::wind);
 /// a loop is broken for its margins (linearize/margins.hpp).
 Model closed_loop_with_inputs(const Vehicle& vehicle, Axes axes = Axes::wind);
 
+/// The same with two more inputs, V_added and gamma_added, added to the commands, whose steps they
+/// are. V_err and gamma_err remain errors from the commands without the additions.
+Model closed_loop_with_commands(const Vehicle& vehicle, Axes axes = Axes::wind);
+
 }  // namespace tiltrim
