@@ -159,69 +159,6 @@ from = 2
 to = 8
 count = 7
 )",
-    level + R"([tune]
-regulator_starts = [1]
-placed_starts = [1]
-[[tune.goal]]
-measure = "pole_region"
-decay = 0.1
-damping = 0.4
-frequency = 20
-at_least = 1
-[[tune.goal]]
-measure = "peak_sensitivity"
-of = "a1s"
-weight = {numerator = [1, 2], denominator = [1, 3]}
-at_most = 2
-[[tune.gain]]
-key = "gains.K_Lp"
-from = 0.02
-to = 10
-[[tune.limit]]
-measure = "pole_region"
-decay = 0.1
-damping = 0.4
-frequency = 20
-at_least = 1
-[[tune.limit]]
-measure = "peak_sensitivity"
-weight = {numerator = [1, 2], denominator = [1, 3]}
-at_most = 2
-[tune.front]
-measure = "pole_region"
-decay = 0.1
-damping = 0.4
-frequency = 20
-from = 0.5
-to = 1
-count = 2
-)",
-    level + R"([tune]
-goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
-[[tune.gain]]
-key = "gains.K_Lp"
-from = 0.02
-to = 10
-)",
-    level + R"([tune]
-goal = {measure = "peak_sensitivity", of = "a1s", weight = {numerator = [1, 2], denominator = [1, 3]}}
-[[tune.gain]]
-key = "gains.K_Lp"
-from = 0.02
-to = 10
-)",
-    level + R"([tune]
-[[tune.gain]]
-key = "gains.K_Lp"
-from = 0.02
-to = 10
-[tune.front]
-measure = "peak_sensitivity"
-weight = {numerator = [1, 2], denominator = [1, 3]}
-from = 2
-to = 3
-count = 2
-)",
     level + R"([prove]
 margin = 0.1
 boxes = 1000
@@ -422,31 +359,34 @@ rates = {angle = 0}
 duration = 1
 tolerance = 1e-8
 offset = {angle = 0.1}
-)",
-    one_loop + R"([[tune.goal]]
+)"};
+
+// [tune] over responses, of either kind of study.
+inline const std::vector<std::string> over_responses{
+    R"([[tune.goal]]
 measure = "peak_gain"
-input = "u"
-output = ["y", "x"]
+input = "INPUT"
+output = ["OUTPUT", "STATE"]
 weight = {numerator = [1, 2], denominator = [1, 3]}
 at_most = 1
 [[tune.goal]]
 measure = "h2_norm"
-input = ["u"]
-output = "y"
+input = ["INPUT"]
+output = "OUTPUT"
 at_most = 1
 [[tune.goal]]
 measure = "settling_time"
-input = "u"
-output = "x"
+input = "INPUT"
+output = "STATE"
 band = 0.05
 at_most = 1
 [[tune.goal]]
 measure = "quadratic_cost"
-weights = {x = 1, y = 1}
+weights = {WEIGHTS}
 at_most = 1
 [[tune.goal]]
 measure = "peak_sensitivity"
-of = "loop"
+of = "LOOP"
 at_most = 1
 [[tune.goal]]
 measure = "pole_region"
@@ -456,28 +396,28 @@ frequency = 20
 at_least = 1
 [[tune.limit]]
 measure = "peak_gain"
-input = "u"
-output = ["y", "x"]
+input = "INPUT"
+output = ["OUTPUT", "STATE"]
 weight = {numerator = [1, 2], denominator = [1, 3]}
 at_most = 1
 [[tune.limit]]
 measure = "h2_norm"
-input = ["u"]
-output = "y"
+input = ["INPUT"]
+output = "OUTPUT"
 at_most = 1
 [[tune.limit]]
 measure = "settling_time"
-input = "u"
-output = "x"
+input = "INPUT"
+output = "STATE"
 band = 0.05
 at_most = 1
 [[tune.limit]]
 measure = "quadratic_cost"
-weights = {x = 1, y = 1}
+weights = {WEIGHTS}
 at_most = 1
 [[tune.limit]]
 measure = "peak_sensitivity"
-of = "loop"
+of = "LOOP"
 at_most = 1
 [[tune.limit]]
 measure = "pole_region"
@@ -487,37 +427,37 @@ frequency = 20
 at_least = 1
 [tune.front]
 measure = "peak_gain"
-input = "u"
-output = ["y", "x"]
+input = "INPUT"
+output = ["OUTPUT", "STATE"]
 weight = {numerator = [1, 2], denominator = [1, 3]}
 from = 1
 to = 2
 count = 2
 )",
-    one_loop + R"([tune.front]
+    R"([tune.front]
 measure = "settling_time"
-input = ["u"]
-output = "x"
+input = ["INPUT"]
+output = "STATE"
 band = 0.05
 from = 0.5
 to = 1
 count = 2
 )",
-    one_loop + R"([tune.front]
+    R"([tune.front]
 measure = "quadratic_cost"
-weights = {x = 1, y = 1}
+weights = {WEIGHTS}
 from = 0.5
 to = 1
 count = 2
 )",
-    one_loop + R"([tune.front]
+    R"([tune.front]
 measure = "peak_sensitivity"
-of = "loop"
+of = "LOOP"
 from = 0.5
 to = 1
 count = 2
 )",
-    one_loop + R"([tune.front]
+    R"([tune.front]
 measure = "pole_region"
 decay = 0.1
 damping = 0.4
@@ -526,16 +466,26 @@ from = 0.5
 to = 1
 count = 2
 )",
-    one_loop +
-        R"(goal = {measure = "peak_gain", input = "u", output = "y", weight = {numerator = [1], denominator = [1, 2]}}
+    R"(goal = {measure = "peak_gain", input = "INPUT", output = "OUTPUT", weight = {numerator = [1], denominator = [1, 2]}}
 )",
-    one_loop + R"(goal = {measure = "settling_time", input = "u", output = "y", band = 0.1}
+    R"(goal = {measure = "settling_time", input = "INPUT", output = "OUTPUT", band = 0.1}
 )",
-    one_loop + R"(goal = {measure = "quadratic_cost", weights = {x = 1, y = 1}}
+    R"(goal = {measure = "quadratic_cost", weights = {WEIGHTS}}
 )",
-    one_loop + R"(goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
+    R"(goal = {measure = "pole_region", decay = 0.1, damping = 0.4, frequency = 20}
 )",
-    one_loop + R"(goal = {measure = "peak_sensitivity", of = "loop"}
+    R"(goal = {measure = "peak_sensitivity", of = "LOOP"}
 )"};
+
+// One gain of the tiltrotor to tune, as one_loop.
+inline const std::string one_gain = level + R"([tune]
+regulator_starts = [1]
+placed_starts = [1]
+disturbance = {theta_deg = 1}
+gain = [{key = "gains.K_Lp", from = 0.02, to = 10}]
+)";
+inline const std::string all_of_the_loop =
+    "theta0 = 1, a1s = 1, delta_e = 1, airspeed = 1, flight_path = 1, alpha = 1, theta = 1, q = 1, "
+    "energy_integral = 1, distribution_integral = 1";
 
 }  // namespace tiltrim

@@ -221,6 +221,15 @@ std::vector<std::string> shipped() {
   return texts;
 }
 
+// `text` with the names of this kind of study's signals.
+std::string with_signals(std::string text,
+                         const std::vector<std::pair<std::string, std::string>>& names) {
+  for (const auto& [placeholder, name] : names)
+    for (std::size_t at = 0; (at = text.find(placeholder, at)) != text.npos; at += name.size())
+      text.replace(at, placeholder.size(), name);
+  return text;
+}
+
 // The published vehicle is a model whose equations are built in.
 bool of_a_model(const std::string& text) {
   return text.find("[model]") != text.npos || text.find("vehicle = \"xv15\"") != text.npos;
@@ -234,6 +243,18 @@ TEST_CASE("the schema of studies is what the readers ask") {
   for (const std::string& text : shipped()) learn(of_a_model(text) ? user : tiltrotor, text);
   for (const std::string& text : of_the_tiltrotor) learn(tiltrotor, text);
   for (const std::string& text : with_a_model) learn(user, text);
+  for (const std::string& text : over_responses) {
+    learn(tiltrotor, one_gain + with_signals(text, {{"INPUT", "V_added"},
+                                                    {"OUTPUT", "airspeed"},
+                                                    {"STATE", "theta"},
+                                                    {"LOOP", "a1s"},
+                                                    {"WEIGHTS", all_of_the_loop}}));
+    learn(user, one_loop + with_signals(text, {{"INPUT", "u"},
+                                               {"OUTPUT", "y"},
+                                               {"STATE", "x"},
+                                               {"LOOP", "loop"},
+                                               {"WEIGHTS", "x = 1, y = 1"}}));
+  }
   share(tiltrotor, user);
   tiltrotor.choices["tune.goal"] = tiltrotor.choices.at("tune.goal.measure");
   user.choices["tune.goal"] = user.choices.at("tune.goal.measure");
