@@ -146,12 +146,17 @@ function tip(name) {
 
 // ---- Colours -------------------------------------------------------------------------------------
 
+const known = new Map();
+
 // [red, green, blue, alpha] of any CSS colour, 0 to 1.
 function rgba(colour) {
-  const canvas = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
-  canvas.fillStyle = colour;
-  canvas.fillRect(0, 0, 1, 1);
-  return [...canvas.getImageData(0, 0, 1, 1).data].map((v) => v / 255);
+  if (!known.has(colour)) {
+    const canvas = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
+    canvas.fillStyle = colour;
+    canvas.fillRect(0, 0, 1, 1);
+    known.set(colour, [...canvas.getImageData(0, 0, 1, 1).data].map((v) => v / 255));
+  }
+  return known.get(colour);
 }
 
 const luminance = (colour) => colour.slice(0, 3)

@@ -20,6 +20,8 @@ import subprocess
 import sys
 import tempfile
 
+import numpy
+
 sys.dont_write_bytecode = True
 import colour_vision  # noqa: E402
 from packages import need, skip  # noqa: E402
@@ -51,7 +53,9 @@ def browser(profile):
                  "--hide-scrollbars", "--window-size=1200,1000", f"--user-data-dir={profile}"):
         options.add_argument(flag)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    return webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+    driver.set_script_timeout(600)  # on a machine under load
+    return driver
 
 
 def ask(driver, call, *arguments):
@@ -316,7 +320,9 @@ def check_locus(driver, data, points):
         spots = {(i, m): place(panel, mode["re"], abs(mode["im"])) for i, p in enumerate(points) for m, mode in enumerate(p["modes"])}
         spots = {key: at for key, at in spots.items() if at}
         # Points that stand alone, so that there is no doubt which one is meant.
-        alone = [key for key, at in spots.items() if sum(math.dist(at, other) < 1.5 for other in spots.values()) == 1]
+        x, y = numpy.array(list(spots.values())).T
+        near = numpy.hypot(x[:, None] - x, y[:, None] - y) < 1.5
+        alone = [key for key, count in zip(spots, near.sum(axis=1)) if count == 1]
         for i, m in alone[:: max(1, len(alone) // 4)]:
             mode = mode_words(track, [m])
             values = [number_at(points[i], f"{part}_{m}") for part in ("re", "im", "zeta", "omega")]
