@@ -114,6 +114,19 @@ void sweep_trimmed_at_every_point(benchmark::State& state) {
   count_points(state, points);
 }
 
+void verdicts_trimmed_at_every_point(benchmark::State& state) {
+  const Study study = gain_over_corridor();
+  const auto requests = sweep_requests(study, study.conditions, study.sweep->axes);
+  std::size_t points = 0;
+  for (auto _ : state) {
+    const VerdictMap map =
+        sweep_verdicts(requests, study.sweep->axes, {.threads = 1, .crossings = false});
+    benchmark::DoNotOptimize(map.runs.data());
+    points = map.grid.points();
+  }
+  count_points(state, points);
+}
+
 // CPU time of the lines alone over that of eight side by side, the least of each in alternation.
 void sweep_lines_alone_over_side_by_side(benchmark::State& state) {
   keep_memory();
@@ -154,6 +167,7 @@ void sweep_two_cores_over_one(benchmark::State& state) {
 BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(verdicts_two_gains_written)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(verdicts_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_lines_alone_over_side_by_side)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 

@@ -267,9 +267,9 @@ void clear(LineTracker& w, std::size_t k) {
   if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
 }
 
-Room& room_of_thread() {
-  static thread_local Room room;
-  return room;
+std::vector<Room>& rooms_of_thread() {
+  static thread_local std::vector<Room> rooms(Model::model_lanes);
+  return rooms;
 }
 
 std::optional<AffineLine> structure_of(const Prepared& sweep, const LineStart& start) {
@@ -277,14 +277,38 @@ std::optional<AffineLine> structure_of(const Prepared& sweep, const LineStart& s
   return affine_line(sweep, start.place, sweep.axes.size() - 1, start.first);
 }
 
-// The equilibria and matrices of all points.
-LineTracker track_line(const Prepared& sweep, const LineStart& start,
-                       const std::optional<AffineLine>& line, LinePoints& points, Room& room) {
-  LineTracker w = begin(sweep, start, points, room);
-  const bool affine = line && walk_affine(w, start, *line, room.shares);
-  for (std::size_t k = 0; !affine && k < w.count; ++k) (void)step_forward(w, start, k);
-  walk_backward(w, start, affine && line->steady);
-  return w;
+// The equilibria and matrices of all points of some lines of these structures; those along which
+// every point has a trim of its own are walked side by side.
+std::vector<LineTracker> track_lines(const Prepared& sweep,
+                                     const std::vector<const LineStart*>& starts,
+                                     const std::vector<std::optional<AffineLine>>& structures,
+                                     const std::vector<LinePoints*>& points,
+                                     std::vector<Room>& rooms) {
+  std::vector<LineTracker> lines;
+  std::vector<LineTracker*> unaided;  // not along an affine axis
+  std::vector<std::size_t> numbers;
+  std::vector<char> steady(starts.size(), 0);
+  lines.reserve(starts.size());
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    LineTracker& w = lines.emplace_back(begin(sweep, *starts[i], *points[i], rooms.at(i)));
+    const std::optional<AffineLine>& line = structures[i];
+    const bool affine = line && walk_affine(w, *starts[i], *line, rooms[i].shares);
+    steady[i] = affine && line->steady;
+    if (affine) continue;
+    unaided.push_back(&w);
+    numbers.push_back(i);
+  }
+  const auto alone = [&](std::size_t l, std::size_t k) {
+    return step_forward(*unaided[l], *starts[numbers[l]], k);
+  };
+  if (has_lanes(sweep) && !unaided.empty())
+    walk_side_by_side(unaided, alone);
+  else
+    for (std::size_t l = 0; l < unaided.size(); ++l)
+      for (std::size_t k = 0; k < unaided[l]->count; ++k) (void)alone(l, k);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    walk_backward(lines[i], *starts[i], steady[i] != 0);
+  return lines;
 }
 
 void finish_line(LineTracker& w, const LineStart& start, Room& room) {
@@ -311,65 +335,72 @@ std::size_t lines_together(const Prepared& sweep) {
 
 void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& starts,
                 const std::vector<LinePoints*>& points) {
-  static thread_local std::vector<Room> rooms(Model::model_lanes);
-  std::vector<LineTracker> lines;
-  std::vector<LineTracker*> unaided;  // not along an affine axis
-  std::vector<std::size_t> numbers;
-  std::vector<char> steady(starts.size(), 0);
-  lines.reserve(starts.size());
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    const LineStart& start = *starts[i];
-    LineTracker& w = lines.emplace_back(begin(sweep, start, *points[i], rooms.at(i)));
-    const std::optional<AffineLine> line = structure_of(sweep, start);
-    const bool affine = line && walk_affine(w, start, *line, rooms[i].shares);
-    steady[i] = affine && line->steady;
-    if (affine) continue;
-    unaided.push_back(&w);
-    numbers.push_back(i);
-  }
-  const auto alone = [&](std::size_t l, std::size_t k) {
-    return step_forward(*unaided[l], *starts[numbers[l]], k);
-  };
-  if (has_lanes(sweep) && !unaided.empty())
-    walk_side_by_side(unaided, alone);
-  else
-    for (std::size_t l = 0; l < unaided.size(); ++l)
-      for (std::size_t k = 0; k < unaided[l]->count; ++k) (void)alone(l, k);
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    walk_backward(lines[i], *starts[i], steady[i] != 0);
-    finish_line(lines[i], *starts[i], rooms[i]);
-  }
+  std::vector<Room>& rooms = rooms_of_thread();
+  std::vector<std::optional<AffineLine>> structures;
+  for (const LineStart* start : starts) structures.push_back(structure_of(sweep, *start));
+  std::vector<LineTracker> lines = track_lines(sweep, starts, structures, points, rooms);
+  for (std::size_t i = 0; i < lines.size(); ++i) finish_line(lines[i], *starts[i], rooms[i]);
 }
 
-JudgedLine judge_line(const Prepared& sweep, const LineStart& start,
-                      std::vector<std::int8_t>& codes) {
-  Room& room = room_of_thread();
-  static thread_local LinePoints points;
-  const std::optional<AffineLine> line = structure_of(sweep, start);
-  if (line && line->steady && by_matrix(start.first.exact, start.first.status) &&
-      same_from_end(sweep, start)) {
-    room.shares = shares_along(sweep, start, *line);
-    if (!room.shares.empty() && judge_by_polynomial(*line, room.shares, room.verdicts)) {
-      codes.resize(room.shares.size());
-      std::ranges::transform(room.verdicts, codes.begin(),
-                             [](Verdict v) { return std::int8_t(v); });
-      return {line, room.shares};
-    }
-  }
-  LineTracker w = track_line(sweep, start, line, points, room);
+namespace {
+
+// Of a line whose matrices are affine in φ, with one equilibrium; false where that is not so or
+// the polynomial cannot tell.
+bool judge_by_polynomial(const Prepared& sweep, const LineStart& start,
+                         std::optional<AffineLine>& line, JudgedLine& judged) {
+  static thread_local std::vector<Verdict> verdicts;
+  if (!line || !line->steady || !by_matrix(start.first.exact, start.first.status) ||
+      !same_from_end(sweep, start))
+    return false;
+  judged.shares = shares_along(sweep, start, *line);
+  if (judged.shares.empty() || !judge_by_polynomial(*line, judged.shares, verdicts)) return false;
+  judged.verdicts.resize(verdicts.size());
+  std::ranges::transform(verdicts, judged.verdicts.begin(),
+                         [](Verdict v) { return std::int8_t(v); });
+  judged.affine = std::move(line);
+  return true;
+}
+
+void judge_tracked(LineTracker& w, const LineStart& start, Room& room,
+                   std::vector<std::int8_t>& codes) {
+  const LinePoints& points = w.points;
   bool plain = true;
   for (std::size_t k = 0; k < w.count; ++k)
     plain = plain && (!w.valid[k] || by_matrix(w.exact[k], TrimStatus(points.status[k])));
   if (!plain) {
     finish_line(w, start, room);
     codes = points.verdict;
-    return {};
+    return;
   }
   verdicts(w.A, room.verdicts);
   codes.resize(w.count);
   for (std::size_t k = 0; k < w.count; ++k)
     codes[k] = w.valid[k] ? std::int8_t(room.verdicts[k]) : std::int8_t(-1);
-  return {};
+}
+
+}  // namespace
+
+void judge_lines(const Prepared& sweep, std::span<const LineStart> starts,
+                 std::vector<JudgedLine>& judged) {
+  static thread_local std::vector<LinePoints> points(Model::model_lanes);
+  std::vector<const LineStart*> left;
+  std::vector<LinePoints*> points_left;
+  std::vector<std::optional<AffineLine>> structures;
+  std::vector<std::size_t> numbers;
+  judged.resize(starts.size());
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    judged[i].affine.reset();
+    std::optional<AffineLine> line = structure_of(sweep, starts[i]);
+    if (judge_by_polynomial(sweep, starts[i], line, judged[i])) continue;
+    points_left.push_back(&points[left.size()]);
+    left.push_back(&starts[i]);
+    structures.push_back(std::move(line));
+    numbers.push_back(i);
+  }
+  std::vector<Room>& rooms = rooms_of_thread();
+  std::vector<LineTracker> lines = track_lines(sweep, left, structures, points_left, rooms);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    judge_tracked(lines[i], *left[i], rooms[i], judged[numbers[i]].verdicts);
 }
 
 }  // namespace tiltrim

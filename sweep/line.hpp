@@ -59,15 +59,17 @@ std::size_t lines_together(const Prepared& sweep);
 void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& starts,
                 const std::vector<LinePoints*>& points);
 
-/// How a line was judged: by one polynomial if its matrices are affine in φ and all its points have
-/// one equilibrium.
+/// The verdicts of a line, as in LinePoints; `affine` and the shares of its points where one
+/// polynomial gave them: the matrices are affine in φ and all points have one equilibrium.
 struct JudgedLine {
+  std::vector<std::int8_t> verdicts{};
   std::optional<AffineLine> affine{};
-  std::span<const double> shares{};  ///< of each point; the memory of the thread's last line
+  std::vector<double> shares{};
 };
-/// The verdicts of walk_lines() without its numbers: Verdict, or -1 without an equilibrium.
-JudgedLine judge_line(const Prepared& sweep, const LineStart& start,
-                      std::vector<std::int8_t>& codes);
+/// The verdicts of walk_lines() without its other numbers, of up to Model::model_lanes lines;
+/// the memory of `judged` is reused.
+void judge_lines(const Prepared& sweep, std::span<const LineStart> starts,
+                 std::vector<JudgedLine>& judged);
 
 /// The eigenvalues of B in mode order, confidences (255: certain); `between` as in link().
 struct Ordered {

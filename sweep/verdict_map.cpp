@@ -50,18 +50,23 @@ void check_part(const SweepPart& part, std::size_t units) {
         fmt::format("{} parts of a map that divides into {}; expected no more", part.of, units));
 }
 
-VerdictLines judge_lines(const Prepared& condition, int number, std::span<const LineStart> starts,
-                         bool borders) {
-  static thread_local std::vector<std::int8_t> codes;
+VerdictLines judge(const Prepared& condition, int number, std::span<const LineStart> starts,
+                   bool borders) {
+  static thread_local std::vector<JudgedLine> together;
+  const std::size_t most = lines_together(condition);
   VerdictLines lines;
-  for (const LineStart& start : starts) {
-    const JudgedLine judged = judge_line(condition, start, codes);
-    append_runs(codes, lines.runs);
-    std::optional<std::vector<AxisCrossing>> found;
-    if (borders && judged.affine)
-      found = affine_borders(condition, number, start.place, *judged.affine, judged.shares);
-    lines.located.push_back(found.has_value());
-    if (found) lines.borders.insert(lines.borders.end(), found->begin(), found->end());
+  for (std::size_t from = 0; from < starts.size(); from += most) {
+    const auto some = starts.subspan(from, std::min(most, starts.size() - from));
+    judge_lines(condition, some, together);
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      const JudgedLine& judged = together[i];
+      append_runs(judged.verdicts, lines.runs);
+      std::optional<std::vector<AxisCrossing>> found;
+      if (borders && judged.affine)
+        found = affine_borders(condition, number, some[i].place, *judged.affine, judged.shares);
+      lines.located.push_back(found.has_value());
+      if (found) lines.borders.insert(lines.borders.end(), found->begin(), found->end());
+    }
   }
   return lines;
 }
@@ -101,10 +106,10 @@ void judge_units(const Prepared& condition, const Units& units, std::size_t from
         work, begin, end - begin, 1,
         [&](const std::vector<std::size_t>& one, const std::vector<VerdictLines*>& lines) {
           const std::size_t unit = begin + one.front();
-          *lines.front() = judge_lines(
-              condition, int(number),
-              std::span(starts).subspan(units.first_line(unit) - first, units.size(unit)),
-              work.options.crossings);
+          *lines.front() =
+              judge(condition, int(number),
+                    std::span(starts).subspan(units.first_line(unit) - first, units.size(unit)),
+                    work.options.crossings);
         },
         [&](const Bytes& bytes) {
           const LineSizes sizes{units.conditions, map.grid.axes.size(), points, 0, 0};
