@@ -1,6 +1,6 @@
-// Nonlinear conversion flights of the XV-15 under total-energy control: hover,
-// 160 kt as an airplane, and back; the first as studied, the others with scattered mass, air
-// density, rotor speed and start.
+// Nonlinear conversion flights of the XV-15 under total-energy control: from hover to 160 kt as an
+// airplane and back to hover; the first as studied, the others with scattered mass, air density,
+// rotor speed and start.
 //
 //     xv15_conversion [flights] [studies/xv15_conversion.toml] [first-flight.csv] [seed]
 #include <fmt/core.h>
@@ -45,7 +45,7 @@ struct Conversion {
   Eigen::Index airspeed =
       variable(loop, "airspeed_kt") - std::ssize(loop.states) - std::ssize(loop.inputs);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(6);
-  Eigen::Vector2d u{flap, 0};
+  Eigen::Vector4d u{flap, 0, 0, 0};
 
   void at(double t) {
     p[airspeed] = command(t);
@@ -143,11 +143,9 @@ int main(int count, char** arguments) {
              std::max(worst.end, one.end)};
   }
   fmt::print(
-      "{} of {} flights end within 3 kt of {} kt with the stick in its travel\nlargest: pitch "
-      "{:.1f} "
-      "degrees, climb {:.2f} m/s, speed error {:.1f} kt, stick {:.2f} to {:.2f} in, height {:.0f} "
-      "m, "
-      "speed error at the end {:.2f} kt\n",
+      "{} of {} flights end within 3 kt of {} kt with the stick in its travel\n"
+      "largest: pitch {:.1f} degrees, climb {:.2f} m/s, speed error {:.1f} kt, stick {:.2f} to "
+      "{:.2f} in, height {:.0f} m, speed error at the end {:.2f} kt\n",
       good, flights, slow, worst.pitch, worst.climb, worst.speed, worst.stick_low, worst.stick_high,
       worst.height, worst.end);
   return good == flights ? 0 : 1;

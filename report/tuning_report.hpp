@@ -22,8 +22,8 @@ std::string tuning_json(const TuningReport& report);
 Sheet tuning_sheet(const TuningReport& report);
 /// "[gains]" (and "[aircraft]") with the tuned values in the study's units, from which
 /// parse_study() recovers the same bits (angles: to rounding). With a schedule, lists over
-/// schedule_eta_deg. For a study with [model] "[model.values]". Empty if the result has no gains; a
-/// comment for variables that no study has.
+/// schedule_eta_deg. For a study with [model] "[model.values]", of a published vehicle "[gains]".
+/// Empty if the result has no gains; a comment for variables that no study has.
 std::string tuning_toml(const TuningReport& report);
 
 }  // namespace tiltrim

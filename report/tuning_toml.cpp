@@ -116,11 +116,18 @@ std::string scheduled_toml(const TuneProblem& problem, const TuneResult& result)
                      gains, others);
 }
 
-std::string user_toml(const TuneProblem& problem, const TuneResult& result) {
-  std::string text = "[model.values]\n";
-  for (std::size_t g = 0; g < problem.gains.size(); ++g)
-    text += fmt::format("{} = {}\n", problem.gains[g].name, toml_number(result.gains[Index(g)]));
-  return text;
+std::string user_toml(const UserModel& own, const TuneProblem& problem, const TuneResult& result) {
+  std::string text, others;
+  for (std::size_t g = 0; g < problem.gains.size(); ++g) {
+    const std::string& name = problem.gains[g].name;
+    const std::string line = fmt::format("{} = {}", name, toml_number(result.gains[Index(g)]));
+    if (own.xv15 && std::ranges::find(own.gains, name) == own.gains.end())
+      others += as_comment(line + ", which [gains] does not have");
+    else
+      text += line + '\n';
+  }
+  if (text.empty()) return others;
+  return (own.xv15 ? "[gains]\n" : "[model.values]\n") + text + others;
 }
 
 }  // namespace
@@ -128,7 +135,7 @@ std::string user_toml(const TuneProblem& problem, const TuneResult& result) {
 std::string tuning_toml(const TuningReport& report) {
   if (report.result.status == TuneStatus::no_trim) return "";  // no trim: gains are meaningless
   if (!has_gains(report.problem, report.result) || !report.result.gains.allFinite()) return "";
-  if (report.user_model) return user_toml(report.problem, report.result);
+  if (report.user_model) return user_toml(*report.user_model, report.problem, report.result);
   return report.problem.schedule.empty() ? constant_toml(report.problem, report.result)
                                          : scheduled_toml(report.problem, report.result);
 }

@@ -26,8 +26,11 @@ std::vector<std::string> places_of(const Condition& condition) {
 void check(const Condition& condition, const LoopsOptions& options) {
   if (condition.user() && condition.user()->model->loops.empty())
     throw std::invalid_argument(
-        "the model has no [[model.loop]], so no loop can be broken; expected [[model.loop]] tables "
-        "with input and output");
+        condition.user()->model->xv15
+            ? "the vehicle has no control law, so no loop can be broken; expected control = "
+              "\"energy\""
+            : "the model has no [[model.loop]], so no loop can be broken; expected [[model.loop]] "
+              "tables with input and output");
   if (!condition.user() && !condition.command())
     throw std::invalid_argument("margins need a closed loop; expected formulation closed_loop");
   const std::vector<std::string> all = places_of(condition);

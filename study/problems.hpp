@@ -37,8 +37,9 @@ namespace tiltrim {
 
 /// The answer to a study's [tune].
 struct TuningReport {
-  TuneProblem problem;                     ///< as the study defines it
-  bool user_model = false;                 ///< of a study with [model]
+  TuneProblem problem;  ///< as the study defines it
+  std::shared_ptr<const UserModel>
+      user_model{};                        ///< of a study with [model] or a published vehicle
   TuneOptions options{};                   ///< as given; `global` is the one that found `result`
   TuneResult result{};                     ///< the best of these optima
   std::string second_algorithm{};          ///< that found the other; empty: none

@@ -95,7 +95,7 @@ void search_from_front(TuningReport& report, const Observer& observe) {
 
 TuningReport tune_study(const Study& study, const TuneOptions& options, const Observer& observe) {
   TuningReport report{
-      .problem = tune_problem(study), .user_model = bool(study.user_model), .options = options};
+      .problem = tune_problem(study), .user_model = study.user_model, .options = options};
   const TuneTable& table = *study.tune;
   if (!table.regulator_starts.empty())
     report.options.starts = regulator_starts(report.problem, report.options.start,

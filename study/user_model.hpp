@@ -29,6 +29,8 @@ struct UserModel {
 
   /// Of vehicle = "xv15"; null for [model].
   std::shared_ptr<const xv15::Data> xv15{};
+  /// The published vehicle's parameters that [gains] sets: its control law's.
+  std::vector<std::string> gains{};
 };
 
 /// [simulate] of a study with [model]: the motion from a condition's trim.

@@ -22,14 +22,16 @@ UserModel read_published(const Section& top, const std::filesystem::path& data) 
   own.parameters =
       controlled ? xv15::closed_loop_parameters(*own.xv15) : xv15::parameters(*own.xv15);
   own.keys = keys_of(own.model);
+  if (controlled) {
+    const std::vector<std::string> all = names(own.model.parameters);
+    own.gains.assign(all.begin() + xv15::parameters(*own.xv15).size(), all.end());
+    own.loops = {{"collective", "collective_added", "collective_command"},
+                 {"stick", "stick_added", "stick_command"}};
+  }
   if (const std::optional<Section> values = top.table("gains")) {
     if (!controlled) top.refuse("gains", "it belongs to control = \"energy\"");
-    std::vector<std::string> gains;
-    for (auto k = std::size_t(xv15::parameters(*own.xv15).size()); k < own.model.parameters.size();
-         ++k)
-      gains.push_back(own.model.parameters[k].name);
-    values->allow_only(gains);
-    for (const std::string& name : gains)
+    values->allow_only(own.gains);
+    for (const std::string& name : own.gains)
       if (values->find(name))
         own.parameters[index_of(own.model.parameters, name, "gain")] =
             values->number(name, {-1e100, 1e100});

@@ -84,6 +84,33 @@ TEST_CASE("trims: pitch within 1 degree of the printed ones, stick within 5 perc
   }
 }
 
+TEST_CASE(
+    "the control law's loops have margins, which limit tuned gains; these fit into the study") {
+  const Scratch scratch("xv15_law");
+  const std::string study =
+      "vehicle = 'xv15'\ncontrol = 'energy'\n[[condition]]\nname = 'half way'\nairspeed_kt = 100\n"
+      "mast_angle_deg = 45\nflap_deg = 20\n";
+  scratch.write("study.toml", study);
+  const json margins = answer_of(run(scratch, "margins study.toml --format json"));
+  const json& loops = margins["conditions"][0]["loops"];
+  REQUIRE(loops.size() == 2);
+  constexpr double degree = 0.017453292519943295;
+  CHECK(loops[1]["margins"]["phase"] > 70 * degree);
+  scratch.write("tune.toml",
+                study +
+                    "[tune]\ngoal = 'decay'\nevaluations = 60\nrobustness = 0\nsecond = 'none'\n"
+                    "limit = [{measure = 'phase_margin_deg', of = 'stick', at_least = 70}]\n"
+                    "gain = [{key = 'k_d_helicopter', from = 1, to = 20}, {key = 'mass', from = "
+                    "5000, to = 6000}]\n");
+  const json tuned = answer_of(run(scratch, "tune tune.toml --gains gains.toml --format json"));
+  const std::string gains = contents(scratch.path / "gains.toml");
+  CHECK(gains.starts_with("[gains]\nk_d_helicopter = "));
+  CHECK(gains.find("\n# mass = ") != std::string::npos);
+  scratch.write("with_gains.toml", study + gains);
+  const json again = answer_of(run(scratch, "margins with_gains.toml --format json"));
+  CHECK(again["conditions"][0]["loops"][1]["margins"]["phase"] > 70 * degree);
+}
+
 TEST_CASE("the page of the validation is what the program prints") {
   const Scratch scratch("xv15_page");
   const fs::path file = source / "docs/validation-xv15.md";

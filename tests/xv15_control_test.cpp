@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "linearize/linearize.hpp"
+#include "linearize/margins.hpp"
 #include "linearize/modes.hpp"
 #include "simulate/integrate.hpp"
 #include "study/reference_vehicle.hpp"
@@ -34,7 +35,7 @@ constexpr double flap = 20 * degree;
 
 TrimResult level_flight(const Model& loop, double knots, const Eigen::VectorXd& p) {
   const double V = knots * knot, mast = mast_at(knots);
-  OperatingPoint at{Eigen::VectorXd::Zero(6), Eigen::Vector2d(flap, mast), p};
+  OperatingPoint at{Eigen::VectorXd::Zero(6), Eigen::Vector4d(flap, mast, 0, 0), p};
   at.p[airspeed_kt] = knots;
   const OperatingPoint plant{Eigen::Vector4d::Zero(), Eigen::Vector4d(0, 0, flap, mast),
                              at.p.head(8)};
@@ -72,6 +73,38 @@ TEST_CASE("the corridor is stable under the control law") {
   }
 }
 
+// The closed loop with a factor k on what the law commands, A + (k - 1) b c, is at the border of
+// stability at the gain margins, and stable between.
+TEST_CASE("a factor on a command destabilizes the loop at its gain margins") {
+  const Model loop = closed_loop(published());
+  const Eigen::VectorXd p = closed_loop_parameters(*published());
+  int limited = 0;
+  for (const double knots : {0.0, 100.0, 160.0})
+    for (const std::string control : {"collective", "stick"}) {
+      CAPTURE(knots);
+      CAPTURE(control);
+      const LinearModel linear = linearize(loop, level_flight(loop, knots, p).point);
+      const Eigen::VectorXd b = linear.B.col(find(loop.inputs, control + "_added"));
+      const Eigen::RowVectorXd c = linear.C.row(find(loop.outputs, control + "_command"));
+      const auto abscissa = [&](double k) {
+        double largest = -1e9;
+        for (const Mode& mode : modes(linear.A + (k - 1) * b * c).modes)
+          largest = std::max(largest, mode.eigenvalue.real());
+        return largest;
+      };
+      const Margins m = margins(opened(linear, control + "_added", control + "_command"));
+      REQUIRE(m.stable());
+      REQUIRE(m.complete);
+      const bool above = std::isfinite(m.gain_up), below = m.gain_down > 0;
+      limited += above + below;
+      if (above) CHECK(std::abs(abscissa(m.gain_up)) < 1e-6);
+      if (below) CHECK(std::abs(abscissa(m.gain_down)) < 1e-6);
+      for (const double share : {0.01, 0.3, 0.6, 0.99})
+        CHECK(abscissa(m.gain_down + share * (std::min(m.gain_up, 1e3) - m.gain_down)) < 0);
+    }
+  CHECK(limited >= 2);
+}
+
 TEST_CASE("a nonlinear conversion from hover to 160 kt and back") {
   const Model loop = closed_loop(published());
   Eigen::VectorXd p = closed_loop_parameters(*published());
@@ -83,7 +116,7 @@ TEST_CASE("a nonlinear conversion from hover to 160 kt and back") {
   const TrimResult start = level_flight(loop, 0, p);
   REQUIRE(start.status == TrimStatus::converged);
   Eigen::VectorXd x(6);
-  Eigen::Vector2d u(flap, 0);
+  Eigen::Vector4d u(flap, 0, 0, 0);
   Motion motion{.states = loop.states, .f = [&](double t, const double* at, int, double* rates) {
                   x = Eigen::Map<const Eigen::VectorXd>(at, 6);
                   p[airspeed_kt] = command(t);

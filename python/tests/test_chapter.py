@@ -1,4 +1,4 @@
-"""The Python blocks of README.md, docs/python.md, docs/design.md and the tutorials print the output below them.
+"""The Python blocks of README.md, docs/python.md, design.md, xv15.md and the tutorials print the output below them.
 
 test_chapter.py --write updates the output in the documents.
 """
@@ -19,7 +19,7 @@ BLOCK = re.compile(r"```python\n(.*?)```\n\n```text\n(.*?)```", re.DOTALL)
 STUDY = re.compile(r"```toml\n(# (\S+\.toml)\n.*?)```", re.DOTALL)
 ROUND_OFF = re.compile(r"-?\d(?:\.\d+)?e-1[2-9]\b|\b\de-\d\d\b")  # differs between compilers
 
-DOCUMENTS = [ROOT / "README.md", ROOT / "docs/python.md", ROOT / "docs/design.md"]
+DOCUMENTS = [ROOT / "README.md", ROOT / "docs/python.md", ROOT / "docs/design.md", ROOT / "docs/xv15.md"]
 DOCUMENTS += [page for page in TUTORIALS if "```python" in page.read_text()]
 
 
@@ -31,11 +31,11 @@ def printed(code, document, namespace):
 
 
 @contextlib.contextmanager
-def studies_of_the_tutorials():
-    """A working folder with the studies printed in the tutorials, from "# my.toml" on."""
+def studies_of_the_documents():
+    """A working folder with the studies printed in the documents, from "# my.toml" on."""
     before = os.getcwd()
     with tempfile.TemporaryDirectory() as folder:
-        for page in TUTORIALS:
+        for page in DOCUMENTS:
             for text, name in STUDY.findall(page.read_text()):
                 Path(folder, name).write_text(text)
         os.chdir(folder)
@@ -56,7 +56,7 @@ def test_python_blocks_print_what_stands_below_them(document):
     blocks = BLOCK.findall(text)
     assert len(blocks) == text.count("```python") > 0
     namespace = {}
-    with studies_of_the_tutorials():
+    with studies_of_the_documents():
         for code, expected in blocks:
             got = printed(code, document, namespace)
             assert without_round_off(got) == without_round_off(expected)
@@ -76,6 +76,6 @@ def rewritten(document):
 
 
 if __name__ == "__main__" and sys.argv[1:] == ["--write"]:
-    with studies_of_the_tutorials():
+    with studies_of_the_documents():
         for path in DOCUMENTS:
             path.write_text(rewritten(path))

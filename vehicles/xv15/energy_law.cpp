@@ -15,6 +15,8 @@ namespace {
 
 // Inputs in order: what the plant measures.
 enum Measured { forward_error, climb_error, pitch, pitch_rate, nacelle, inflow };
+// Then what is added to its commands.
+enum Added { to_collective = inflow + 1, to_stick };
 
 // Gains in helicopter mode, then in airplane mode: linear over the nacelle angle.
 constexpr std::array gain_names{"k_V", "k_h", "K_Ep", "K_Ei", "K_Lp", "K_Li", "k_p", "k_d"};
@@ -59,8 +61,13 @@ struct LawOutputs {
                   std::span<S> y) const {
     constexpr double neutral = 4.8;  // in
     const Law<S> law(u, p);
-    y[0] = u[inflow] + x[0] + law.K_Ep * law.He;
-    y[1] = neutral + x[1] + law.K_Lp * law.Le + law.k_p * u[pitch] + law.k_d * u[pitch_rate];
+    const S collective = u[inflow] + x[0] + law.K_Ep * law.He;
+    const S stick =
+        neutral + x[1] + law.K_Lp * law.Le + law.k_p * u[pitch] + law.k_d * u[pitch_rate];
+    y[0] = collective + u[to_collective];
+    y[1] = stick + u[to_stick];
+    y[2] = collective;
+    y[3] = stick;
   }
 };
 
@@ -68,10 +75,18 @@ Model energy_law() {
   Model m;
   m.name = "total-energy control law";
   m.states = {{"energy_integral", "rad", 0.1}, {"distribution_integral", "in", 1.0}};
-  m.inputs = {{"forward_error", "m/s", 1.0}, {"climb_error", "m/s", 1.0},
-              {"theta", "rad", 0.1},         {"q", "rad/s", 0.1},
-              {"nacelle_angle", "rad", 0.1}, {"commanded_inflow_angle", "rad", 0.1}};
-  m.outputs = {{"collective", "rad", 0.1}, {"stick", "in", 1.0}};
+  m.inputs = {{"forward_error", "m/s", 1.0},
+              {"climb_error", "m/s", 1.0},
+              {"theta", "rad", 0.1},
+              {"q", "rad/s", 0.1},
+              {"nacelle_angle", "rad", 0.1},
+              {"commanded_inflow_angle", "rad", 0.1},
+              {"collective_added", "rad", 0.1},
+              {"stick_added", "in", 1.0}};
+  m.outputs = {{"collective", "rad", 0.1},
+               {"stick", "in", 1.0},
+               {"collective_command", "rad", 0.1},
+               {"stick_command", "in", 1.0}};
   for (std::size_t k = 0; k < gain_names.size(); ++k)
     for (const char* mode : {"_helicopter", "_airplane"})
       m.parameters.push_back({std::string(gain_names[k]) + mode, gain_units[k],

@@ -38,7 +38,8 @@ struct Data;
 
 /// The total-energy control law around model(): collective and stick follow from the errors of
 /// airspeed and climb, their integrals, pitch and pitch rate, with gains that are linear between
-/// helicopter and airplane mode. Inputs flap and mast_angle remain.
+/// helicopter and airplane mode. Inputs are flap, mast_angle, and collective_added and stick_added,
+/// added to the law's commands, the outputs collective_command and stick_command.
 [[nodiscard]] Model closed_loop(const std::shared_ptr<const Data>& data);
 /// Default values of its parameters: those of parameters(), then the gains.
 [[nodiscard]] Eigen::VectorXd closed_loop_parameters(const Data& data);
