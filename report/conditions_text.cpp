@@ -115,6 +115,7 @@ std::vector<std::string> remarks(const ConditionReport& c) {
 }
 
 const char* formulation_name(const Condition& c) {
+  if (c.user() && c.user()->model->xv15) return "XV-15";
   return c.command()    ? "closed loop"
          : c.airframe() ? "airframe"
          : c.user()     ? "user model"
