@@ -11,6 +11,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 
 program, source = sys.argv[1], pathlib.Path(sys.argv[2])
 studies = source / "studies"
@@ -71,8 +72,9 @@ with tempfile.TemporaryDirectory() as folder:
                         ("margin", SHORT.replace("margin = 0.0", "margin = 0.1")), ("brief", BRIEF)):
         pathlib.Path(folder, f"{short}.toml").write_text(text)
     for name, arguments, code, word in COMMANDS:
+        begun = time.monotonic()
         run = subprocess.run([program, name, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
-        print(f"{name}: exit code {run.returncode}, {len(run.stdout)} characters")
+        print(f"{name}: exit code {run.returncode}, {len(run.stdout)} characters, {time.monotonic() - begun:.1f} s")
         if name == "check-proof" and "built without" in run.stderr:
             continue
         expected = (0, 1) if code is None else (code,)
