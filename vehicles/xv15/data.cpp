@@ -149,12 +149,12 @@ void tail_tables(Data& d, const auto& read) {
 // pressure get there, on the retreating side.
 Rows with_flat_plate(const Rows& rows, const std::string& value) {
   Rows all = rows;
-  std::map<std::pair<double, double>, Rows> columns;
-  for (const auto& row : rows) columns[{number(row, "region"), number(row, "mach")}] = {row};
-  for (const auto& [key, first] : columns)
+  std::map<std::pair<double, double>, const Row*> columns;
+  for (const auto& row : rows) columns[{number(row, "region"), number(row, "mach")}] = &row;
+  for (const auto& [key, any] : columns)
     for (int alpha = -180; alpha <= 180; alpha += 5) {
       if (alpha > -25 && alpha < 45) continue;
-      auto row = first.front();
+      Row row = *any;
       row["alpha_deg"] = std::to_string(alpha);
       const double a = 2 * alpha * degree;
       const double plate = value == "cl" ? 1.1 * std::sin(a) : 1.135 - 1.05 * std::cos(a);
@@ -165,14 +165,16 @@ Rows with_flat_plate(const Rows& rows, const std::string& value) {
 }
 
 void rotor_tables(Data& d, const auto& read) {
-  const auto section = [&](const std::string& value, std::size_t region) {
+  const Rows lift = with_flat_plate(read("rotor_airfoil_cl"), "cl");
+  const Rows drag = with_flat_plate(read("rotor_airfoil_cd"), "cd");
+  const auto section = [](const Rows& rows, const std::string& value, std::size_t region) {
     Rows own;
-    for (const auto& row : with_flat_plate(read(("rotor_airfoil_" + value).c_str()), value))
+    for (const auto& row : rows)
       if (number(row, "region") == double(region + 1)) own.push_back(row);
     return table_of("rotor_airfoil_" + value, own, Columns{"mach", "alpha_deg"}, value, {"mach"});
   };
   for (std::size_t region = 0; region < d.airfoils.size(); ++region)
-    d.airfoils[region] = pair_of(section("cl", region), section("cd", region));
+    d.airfoils[region] = pair_of(section(lift, "cl", region), section(drag, "cd", region));
 }
 
 void blade_elements(Data& d, const Rows& blade) {

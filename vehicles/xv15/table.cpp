@@ -75,7 +75,7 @@ Rows read_rows(const std::filesystem::path& file) {
   return rows;
 }
 
-double number(const std::map<std::string, std::string>& row, const std::string& column) {
+double number(const Row& row, const std::string& column) {
   const auto found = row.find(column);
   if (found == row.end()) throw std::runtime_error(fmt::format("no column {}", column));
   double value = 0;
@@ -97,20 +97,22 @@ Rows with_mach(const Rows& rows) {
   return all;
 }
 
-Table table_of(const std::string& name, const Rows& rows, std::span<const std::string> columns,
-               const std::string& value, const std::vector<std::string>& hold) {
+// By pointers: a group at each level would copy its rows.
+static Table table_of(const std::string& name, const std::vector<const Row*>& rows,
+                      std::span<const std::string> columns, const std::string& value,
+                      const std::vector<std::string>& hold) {
   if (rows.empty()) throw std::runtime_error(fmt::format("{}: no rows", name));
   const std::string& column = columns.front();
-  std::map<double, Rows> groups;
-  for (const auto& row : rows)
-    groups[row.at(column) == "all" ? 0.0 : number(row, column)].push_back(row);
+  std::map<double, std::vector<const Row*>> groups;
+  for (const Row* row : rows)
+    groups[row->at(column) == "all" ? 0.0 : number(*row, column)].push_back(row);
   Table table;
   table.axis.name = fmt::format("{} over {}", name, column);
   table.axis.hold = std::ranges::find(hold, column) != hold.end();
   for (const auto& [at, group] : groups) {
     table.axis.at.push_back(at);
     if (columns.size() == 1)
-      table.values.push_back(number(group.front(), value));
+      table.values.push_back(number(*group.front(), value));
     else
       table.rows.push_back(table_of(name, group, columns.subspan(1), value, hold));
   }
@@ -125,6 +127,13 @@ Table table_of(const std::string& name, const Rows& rows, std::span<const std::s
   }
   table.axis.prepare();
   return table;
+}
+
+Table table_of(const std::string& name, const Rows& rows, std::span<const std::string> columns,
+               const std::string& value, const std::vector<std::string>& hold) {
+  std::vector<const Row*> all;
+  for (const Row& row : rows) all.push_back(&row);
+  return table_of(name, all, columns, value, hold);
 }
 
 // Linear between entries, without rounded corners: entries of the other table come in between.

@@ -160,11 +160,12 @@ struct Pair {
 Pair pair_of(const Table& first, const Table& second);
 
 /// The rows of a CSV file, each by column name.
-using Rows = std::vector<std::map<std::string, std::string>>;
+using Row = std::map<std::string, std::string>;
+using Rows = std::vector<Row>;
 /// Throws std::runtime_error, naming the file.
 Rows read_rows(const std::filesystem::path& file);
 /// The value of a column. Throws std::runtime_error, naming both, unless it is a number.
-double number(const std::map<std::string, std::string>& row, const std::string& column);
+double number(const Row& row, const std::string& column);
 /// "mach_lo", "mach_hi" as entries "mach": a band becomes two.
 Rows with_mach(const Rows& rows);
 
