@@ -70,6 +70,8 @@ function(tiltrim_compile_options target)
     # clang sees shadows between sources that are one unit.
     $<$<NOT:$<AND:$<CXX_COMPILER_ID:Clang>,$<BOOL:${TILTRIM_UNITY}>>>:-Wshadow>
     "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-restrict;-Wno-stringop-overflow>"
+    # g++ collects its garbage less often: a tenth of the time of a large unit, no process over 1 GB.
+    $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=260000>
     -ffp-contract=off -fno-semantic-interposition)
   # What reads files: the fuzzer sees which of its branches an input takes.
   if(TILTRIM_FUZZ AND target MATCHES "_(runtime|model|sweep|study|cli|commands)$")
