@@ -8,7 +8,7 @@
 #include "model/lookup.hpp"
 #include "sweep/extrapolation.hpp"
 #include "sweep/line_affine.hpp"
-#include "sweep/line_modes.hpp"
+#include "sweep/line_tracking.hpp"
 #include "sweep/side_by_side.hpp"
 
 namespace tiltrim {
@@ -17,19 +17,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 
 namespace {
-
-constexpr double other_branch = 1e-6;  // scaled: unknowns farther apart are another equilibrium
-
-// A thread's memory for one line, reused for the next.
-struct Room {
-  std::vector<char> valid;       // there is an equilibrium
-  std::vector<char> exact;       // its matrix is the model's own derivatives
-  std::vector<double> unknowns;  // of each point
-  std::vector<double> shares;    // multiples of an affine line's slope
-  MatrixBatch A;
-  BatchEigenvalues eigenvalues;
-  std::vector<Verdict> verdicts;
-};
 
 std::int16_t reason_number(LinePoints& points, const std::string& reason) {
   const auto known = std::ranges::find(points.reasons, reason);
@@ -267,6 +254,8 @@ void clear(LineTracker& w, std::size_t k) {
   if (m > 0) std::fill_n(&p.input[k * m], m, not_a_number);
 }
 
+}  // namespace
+
 std::vector<Room>& rooms_of_thread() {
   static thread_local std::vector<Room> rooms(Model::model_lanes);
   return rooms;
@@ -277,8 +266,6 @@ std::optional<AffineLine> structure_of(const Prepared& sweep, const LineStart& s
   return affine_line(sweep, start.place, sweep.axes.size() - 1, start.first);
 }
 
-// The equilibria and matrices of all points of some lines of these structures; those along which
-// every point has a trim of its own are walked side by side.
 std::vector<LineTracker> track_lines(const Prepared& sweep,
                                      const std::vector<const LineStart*>& starts,
                                      const std::vector<std::optional<AffineLine>>& structures,
@@ -322,13 +309,6 @@ void finish_line(LineTracker& w, const LineStart& start, Room& room) {
   judge_near_axis(w);
 }
 
-// No other equilibrium is found from the line's end than the steady one of all its points.
-bool same_from_end(const Prepared& sweep, const LineStart& start) {
-  return !start.last || apart(sweep, *start.last, start.first.at) <= other_branch;
-}
-
-}  // namespace
-
 std::size_t lines_together(const Prepared& sweep) {
   return has_lanes(sweep) ? Model::model_lanes : 1;
 }
@@ -340,67 +320,6 @@ void walk_lines(const Prepared& sweep, const std::vector<const LineStart*>& star
   for (const LineStart* start : starts) structures.push_back(structure_of(sweep, *start));
   std::vector<LineTracker> lines = track_lines(sweep, starts, structures, points, rooms);
   for (std::size_t i = 0; i < lines.size(); ++i) finish_line(lines[i], *starts[i], rooms[i]);
-}
-
-namespace {
-
-// Of a line whose matrices are affine in φ, with one equilibrium; false where that is not so or
-// the polynomial cannot tell.
-bool judge_by_polynomial(const Prepared& sweep, const LineStart& start,
-                         std::optional<AffineLine>& line, JudgedLine& judged) {
-  static thread_local std::vector<Verdict> verdicts;
-  if (!line || !line->steady || !by_matrix(start.first.exact, start.first.status) ||
-      !same_from_end(sweep, start))
-    return false;
-  judged.shares = shares_along(sweep, start, *line);
-  if (judged.shares.empty() || !judge_by_polynomial(*line, judged.shares, verdicts)) return false;
-  judged.verdicts.resize(verdicts.size());
-  std::ranges::transform(verdicts, judged.verdicts.begin(),
-                         [](Verdict v) { return std::int8_t(v); });
-  judged.affine = std::move(line);
-  return true;
-}
-
-void judge_tracked(LineTracker& w, const LineStart& start, Room& room,
-                   std::vector<std::int8_t>& codes) {
-  const LinePoints& points = w.points;
-  bool plain = true;
-  for (std::size_t k = 0; k < w.count; ++k)
-    plain = plain && (!w.valid[k] || by_matrix(w.exact[k], TrimStatus(points.status[k])));
-  if (!plain) {
-    finish_line(w, start, room);
-    codes = points.verdict;
-    return;
-  }
-  verdicts(w.A, room.verdicts);
-  codes.resize(w.count);
-  for (std::size_t k = 0; k < w.count; ++k)
-    codes[k] = w.valid[k] ? std::int8_t(room.verdicts[k]) : std::int8_t(-1);
-}
-
-}  // namespace
-
-void judge_lines(const Prepared& sweep, std::span<const LineStart> starts,
-                 std::vector<JudgedLine>& judged) {
-  static thread_local std::vector<LinePoints> points(Model::model_lanes);
-  std::vector<const LineStart*> left;
-  std::vector<LinePoints*> points_left;
-  std::vector<std::optional<AffineLine>> structures;
-  std::vector<std::size_t> numbers;
-  judged.resize(starts.size());
-  for (std::size_t i = 0; i < starts.size(); ++i) {
-    judged[i].affine.reset();
-    std::optional<AffineLine> line = structure_of(sweep, starts[i]);
-    if (judge_by_polynomial(sweep, starts[i], line, judged[i])) continue;
-    points_left.push_back(&points[left.size()]);
-    left.push_back(&starts[i]);
-    structures.push_back(std::move(line));
-    numbers.push_back(i);
-  }
-  std::vector<Room>& rooms = rooms_of_thread();
-  std::vector<LineTracker> lines = track_lines(sweep, left, structures, points_left, rooms);
-  for (std::size_t i = 0; i < lines.size(); ++i)
-    judge_tracked(lines[i], *left[i], rooms[i], judged[numbers[i]].verdicts);
 }
 
 }  // namespace tiltrim
