@@ -1,19 +1,53 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <type_traits>
+#include <utility>
 
 #include "dense/dense.hpp"
 
 namespace tiltrim::dense {
 
+using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
+// Eigen's operations in plain loops: its blocks and calls cost more than these.
+static LU<SmallMatrix> small_lu(const SmallMatrix& A) {
+  LU<SmallMatrix> found{A, decltype(LU<SmallMatrix>::P)(A.rows())};
+  const Index n = A.rows();
+  auto& a = found.factors;
+  std::array<int, small_size> row_at{};
+  std::iota(row_at.begin(), row_at.end(), 0);
+  for (Index k = 0; k < n; ++k) {
+    Index pivot = k;
+    for (Index i = k + 1; i < n; ++i)
+      if (std::abs(a(i, k)) > std::abs(a(pivot, k))) pivot = i;
+    if (a(pivot, k) != 0) {
+      std::swap(row_at[std::size_t(k)], row_at[std::size_t(pivot)]);
+      if (pivot != k)
+        for (Index j = 0; j < n; ++j) std::swap(a(k, j), a(pivot, j));
+      for (Index i = k + 1; i < n; ++i) a(i, k) /= a(k, k);
+    }
+    for (Index j = k + 1; j < n; ++j)
+      for (Index i = k + 1; i < n; ++i) a(i, j) -= a(i, k) * a(k, j);
+  }
+  for (int k = 0; k < n; ++k) found.P.indices()[row_at[std::size_t(k)]] = k;
+  return found;
+}
+
 template <class Matrix>
 LU<Matrix> lu(const Matrix& A) {
-  const Eigen::PartialPivLU<Matrix> found(A);
-  return {found.matrixLU(), found.permutationP()};
+  if constexpr (std::is_same_v<Matrix, SmallMatrix>) {
+    return small_lu(A);
+  } else {
+    const Eigen::PartialPivLU<Matrix> found(A);
+    return {found.matrixLU(), found.permutationP()};
+  }
 }
 template LU<MatrixXd> lu(const MatrixXd& A);
 template LU<MatrixXcd> lu(const MatrixXcd& A);
@@ -28,10 +62,20 @@ void substitute(const LU<MatrixXd>& lu, VectorXd& x) { substitute_in(lu.factors,
 void substitute(const LU<MatrixXd>& lu, MatrixXd& x) { substitute_in(lu.factors, x); }
 void substitute(const LU<MatrixXcd>& lu, VectorXcd& x) { substitute_in(lu.factors, x); }
 void substitute(const LU<MatrixXcd>& lu, MatrixXcd& x) { substitute_in(lu.factors, x); }
-void substitute(const LU<SmallMatrix>& lu, SmallVector& x) { substitute_in(lu.factors, x); }
+void substitute(const LU<SmallMatrix>& lu, SmallVector& x) {
+  const auto& a = lu.factors;
+  const Index n = x.size();
+  for (Index j = 0; j < n; ++j)
+    for (Index i = j + 1; i < n; ++i) x[i] -= x[j] * a(i, j);
+  for (Index j = n - 1; j >= 0; --j) {
+    if (x[j] == 0) continue;  // zero, as in Eigen, even over a pivot that is zero
+    x[j] /= a(j, j);
+    for (Index i = 0; i < j; ++i) x[i] -= x[j] * a(i, j);
+  }
+}
 
 SmallVector small_solve(const SmallMatrix& A, const SmallVector& b) {
-  return Eigen::PartialPivLU<SmallMatrix>(A).solve(b);
+  return solve(small_lu(A), b);
 }
 
 double determinant(const LU<MatrixXd>& lu) {

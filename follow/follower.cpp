@@ -115,7 +115,7 @@ BranchPoint reported(const Follower& f, const CurvePoint& at) {
   const Values v = values(f.problem, f.path.z(at.y));
   b.point = f.point(at);
   b.parameter = at.y[f.path.parameter()] * f.nominal();
-  b.rates = v.rates;
+  b.rates = rates_of(f.problem, v);
   b.outputs = outputs(f.problem, b.point);
   b.residual = v.residual.size() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
   b.step = at.step;
@@ -204,7 +204,7 @@ static std::string no_numbers(const Follower& f) {
   beyond.y += ahead * f.last.tangent;
   const Values v = values(f.problem, f.path.z(beyond.y));
   const std::string what =
-      not_finite_in_words(f.problem, v.rates, outputs(f.problem, f.point(beyond)));
+      not_finite_in_words(f.problem, rates_of(f.problem, v), outputs(f.problem, f.point(beyond)));
   return what.empty() ? "" : ": " + what;
 }
 

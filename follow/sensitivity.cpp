@@ -173,7 +173,7 @@ std::string no_trim(const Problem& p, const VectorXd& z, std::optional<Optimum>&
       excess(v.limited, p.limited_lower, p.limited_upper) > far)
     return "the point is not a trim: it lies outside the limits";
   for (const Index row : p.implied)
-    if (std::abs(v.rates[row]) > far * p.row_nominal[row])
+    if (std::abs(v.y[row]) > far * p.row_nominal[row])
       return "the point is not a trim: a rate that should vanish with the equations does not";
   if (p.square()) return {};
   optimum = polish_optimum(p, z, {});

@@ -53,15 +53,13 @@ void add_equation(Problem& p, Index row, double value) {
 }
 
 void add_unknowns(Problem& p, const ModelNames& known, const TrimSpec& spec) {
-  std::vector<Index> seen;
-  seen.reserve(spec.free.size());
   p.unknowns.reserve(spec.free.size());
-  for (const std::string& name : spec.free) {
+  for (auto at = spec.free.begin(); at != spec.free.end(); ++at) {
+    const std::string& name = *at;
     Index j = known.variables.find(name);
     if (j < 0) j = variable(p.model, name);  // throws
-    if (std::ranges::find(seen, j) != seen.end())
+    if (std::find(spec.free.begin(), at, name) != at)
       throw std::invalid_argument(fmt::format("'{}' is listed twice as a free variable", name));
-    seen.push_back(j);
     const auto bound = spec.bounds.find(name);
     if (bound != spec.bounds.end() && bound->second.lower == bound->second.upper)
       set_value(p.base, j, bound->second.lower);  // fixed: not an unknown

@@ -23,16 +23,17 @@ static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
   dz = dense::least_squares(J, -r);
 }
 
-NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& options) {
+NewtonResult newton(const Problem& problem, const VectorXd& start, const TrimOptions& options) {
   constexpr double shortest = 1e-4;
   constexpr double rounding = 1e-14;  // a shorter step changes no more than rounding does
   Values &at = problem.memory.here, &next = problem.memory.next;
   Jacobians& slope = problem.memory.slopes;
   VectorXd &z_of_at = problem.memory.z_of_here, &z_of_slope = problem.memory.z_of_slopes;
+  NewtonResult result{start, std::numeric_limits<double>::infinity(),
+                      std::numeric_limits<double>::infinity(), 0};
+  VectorXd& z = result.z;
   evaluate(problem, z, at);
   z_of_at = z;
-  NewtonResult result{z, std::numeric_limits<double>::infinity(),
-                      std::numeric_limits<double>::infinity(), 0};
   if (!at.finite) return result;
   result.residual = at.residual.size() > 0 ? at.residual.lpNorm<Eigen::Infinity>() : 0.0;
   VectorXd dz, trial;
@@ -61,7 +62,7 @@ NewtonResult newton(const Problem& problem, VectorXd z, const TrimOptions& optio
 
     std::swap(z, trial);
     std::swap(at, next);
-    result.z = z_of_at = z;
+    z_of_at = z;
     result.residual = at.residual.lpNorm<Eigen::Infinity>();
   }
   return result;

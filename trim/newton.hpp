@@ -12,8 +12,9 @@ struct NewtonResult {
   int iterations = 0;
 };
 
-/// Damped Newton from z, with minimum-norm steps if there are more unknowns than equations, until
-/// the residual no longer decreases.
-NewtonResult newton(const Problem& problem, Eigen::VectorXd z, const TrimOptions& options);
+/// Damped Newton from `start`, with minimum-norm steps if there are more unknowns than equations,
+/// until the residual no longer decreases.
+NewtonResult newton(const Problem& problem, const Eigen::VectorXd& start,
+                    const TrimOptions& options);
 
 }  // namespace tiltrim

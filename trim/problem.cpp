@@ -55,10 +55,12 @@ static bool guarded(const Problem& p, const Evaluate& evaluate) {
 
 namespace {
 
-// The problem's functions for given rates and outputs y.
-void set_values(const Problem& p, const VectorXd& z, const VectorXd& y, Values& v) {
-  v.rates = y.head(std::ssize(p.model.states));
-  if (p.needs_outputs) v.outputs = y.tail(std::ssize(p.model.outputs));
+// Any NaN or infinity makes the sum NaN.
+bool all_finite(const auto& values) { return std::isfinite((0.0 * values).sum()); }
+
+// The problem's functions for given rates and outputs.
+void set_values(const Problem& p, const VectorXd& z, Values& v) {
+  const VectorXd& y = v.y;
   v.residual.resize(p.m());
   for (Index i = 0; i < p.m(); ++i) {
     const Index row = p.equations[std::size_t(i)];
@@ -72,7 +74,7 @@ void set_values(const Problem& p, const VectorXd& z, const VectorXd& y, Values& 
     const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : y[t.row];
     v.effort += std::pow((value - t.reference) / t.scale, 2);
   }
-  v.finite = y.allFinite() && std::isfinite(v.effort);
+  v.finite = all_finite(y) && std::isfinite(v.effort);
 }
 
 // A point without violations has residual 0, as has a trim without equations.
@@ -116,8 +118,6 @@ const OperatingPoint& placed(const Problem& p, const VectorXd& z) {
 void check_answers(const Problem& p) {
   if (p.in_place && !p.notes_nearest) return;  // of known sizes
   const OperatingPoint& at = p.base;
-  VectorXd& y = p.memory.y;
-  y.resize(p.row_nominal.size());
   const Index nx = std::ssize(p.model.states);
   VectorXd rates(nx), outputs(std::ssize(p.model.outputs));
   const bool answered = guarded(p, [&] {
@@ -127,10 +127,11 @@ void check_answers(const Problem& p) {
   check_rates(p.model, rates);
   check_outputs(p.model, outputs);
   if (!answered) return;
-  y << rates, outputs;
   const VectorXd z = unknowns_of(p, p.base);
   Values v;
-  set_values(p, z, y, v);
+  v.y.resize(p.row_nominal.size());
+  v.y << rates, outputs;
+  set_values(p, z, v);
   if (v.finite) note_nearest(p, z, v);
 }
 
@@ -155,12 +156,16 @@ Values values(const Problem& p, const VectorXd& z) {
 }
 
 void evaluate(const Problem& p, const VectorXd& z, Values& v) {
-  if (!guarded(p, [&] { rates_and_outputs(p, placed(p, z), p.memory.y); })) {
+  if (!guarded(p, [&] { rates_and_outputs(p, placed(p, z), v.y); })) {
     v = Values{};
     return;
   }
-  set_values(p, z, p.memory.y, v);
+  set_values(p, z, v);
   if (v.finite) note_nearest(p, z, v);
+}
+
+VectorXd rates_of(const Problem& p, const Values& v) {
+  return v.y.head(std::min(v.y.size(), std::ssize(p.model.states)));
 }
 
 VectorXd outputs(const Problem& p, const OperatingPoint& at) {
@@ -173,8 +178,12 @@ Jacobians jacobians(const Problem& p, const VectorXd& z) {
   Jacobians s;
   Values v;
   const bool answered = guarded(p, [&] {
+    if (p.terms.empty() || !p.needs_outputs) return;
     const OperatingPoint& at = placed(p, z);
-    if (!p.terms.empty() && p.needs_outputs) v.outputs = p.model.h(at.x, at.u, at.p);
+    const VectorXd outputs = p.model.h(at.x, at.u, at.p);
+    check_outputs(p.model, outputs);
+    v.y.resize(p.row_nominal.size());
+    v.y.tail(outputs.size()) = outputs;
   });
   if (!answered) return s;
   --p.evaluations;
@@ -207,11 +216,10 @@ void differentiate(const Problem& p, const VectorXd& z, const Values& at, Jacobi
       const double value = z[t.unknown] * p.nominal[t.unknown];
       s.effort[t.unknown] += 2 * (value - t.reference) / (t.scale * t.scale) * p.nominal[t.unknown];
     } else {
-      const double value = at.outputs[t.row - std::ssize(p.model.states)];
-      s.effort += 2 * (value - t.reference) / (t.scale * t.scale) * row(t.row).transpose();
+      s.effort += 2 * (at.y[t.row] - t.reference) / (t.scale * t.scale) * row(t.row).transpose();
     }
   }
-  s.finite = s.residual.allFinite() && s.limited.allFinite() && s.effort.allFinite();
+  s.finite = all_finite(s.residual) && all_finite(s.limited) && all_finite(s.effort);
 }
 
 // Van der Corput: the digits of `index` in `base`, reversed after the radix point.  [7]

@@ -17,8 +17,8 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
 
 /// A problem's functions at a point. `finite` is false if the model returns NaN or Inf, or throws.
 struct Values {
-  Eigen::VectorXd rates, residual, limited;
-  Eigen::VectorXd outputs;  // if the problem needs them
+  Eigen::VectorXd y;  // [f; h]; the outputs are zero if the problem does not need them
+  Eigen::VectorXd residual, limited;
   double effort = 0.0;
   bool finite = false;
 };
@@ -79,7 +79,6 @@ struct Problem {
   // Memory of the evaluations and of one solver at a time: only the first of them allocates.
   struct Memory {
     OperatingPoint at;
-    Eigen::VectorXd y;
     Values here, next;
     Jacobians slopes;
     Eigen::VectorXd z_of_here, z_of_slopes;  // where they were evaluated last
@@ -105,6 +104,8 @@ void evaluate(const Problem& problem, const Eigen::VectorXd& z, Values& values);
 void differentiate(const Problem& problem, const Eigen::VectorXd& z, const Values& at,
                    Jacobians& jacobians);
 
+/// The rates among the values; empty if the model was not evaluated.
+Eigen::VectorXd rates_of(const Problem& problem, const Values& values);
 /// All outputs at a point; NaN if the model throws or has no h.
 Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
 

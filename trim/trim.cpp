@@ -272,7 +272,7 @@ TrimResult closest_point(Search& s) {
 std::string no_numbers(const Search& s) {
   const Problem& p = s.p;
   if (!p.thrown.empty()) return "the model threw: " + p.thrown;
-  const VectorXd rates = values(p, unknowns_of(p, p.base)).rates;
+  const VectorXd rates = rates_of(p, values(p, unknowns_of(p, p.base)));
   return fmt::format("the model is not finite at any of {}; at the guess {}",
                      counted(s.starts, "start"), not_finite_in_words(p, rates, outputs(p, p.base)));
 }
@@ -284,7 +284,7 @@ TrimResult out_of_time(const Search& s) {
   TrimResult r;
   r.status = TrimStatus::time_limit;
   r.point = z.size() == p.n() ? point_of(p, z) : p.base;
-  r.rates = at.rates;
+  r.rates = rates_of(p, at);
   r.outputs = outputs(p, r.point);
   r.residual = residual;
   r.effort = at.effort;

@@ -228,8 +228,11 @@ static TrimResult judged(const Problem& p, const VectorXd& z, bool optimal,
   }
   r.residual = p.m() > 0 ? v.residual.lpNorm<Eigen::Infinity>() : 0.0;
   r.effort = v.effort;
-  r.rates = v.rates;
-  r.outputs = p.needs_outputs ? v.outputs : outputs(p, r.point);
+  r.rates = rates_of(p, v);
+  if (p.needs_outputs)
+    r.outputs = v.y.tail(std::ssize(p.model.outputs));
+  else
+    r.outputs = outputs(p, r.point);
   note_limits(p, z, v, r);
   if (!dense::same_bits(v.residual, again.residual)) {
     r.status = TrimStatus::not_repeatable;
