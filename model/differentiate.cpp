@@ -26,7 +26,15 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 const double central_step = std::cbrt(epsilon);
 const std::vector<double> near_steps{1, -1, 2, -2};
 
-VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point) {
+VectorXd rates_and_outputs(const Model& model, const OperatingPoint& point,
+                           Wanted wanted = Wanted::rates_and_outputs) {
+  if (wanted == Wanted::rates) {
+    VectorXd all = VectorXd::Zero(std::ssize(model.states) + std::ssize(model.outputs));
+    const VectorXd rates = model.f(point.x, point.u, point.p);
+    check_rates(model, rates);
+    all.head(rates.size()) = rates;
+    return all;
+  }
   const Evaluation e = evaluate(model, point);
   VectorXd all(e.rates.size() + e.outputs.size());
   all << e.rates, e.outputs;
@@ -80,9 +88,16 @@ struct Line {
   OperatingPoint at;
   Index variable;
   double value, h;
+  Wanted wanted;
 
-  Line(const Model& m, const OperatingPoint& point, Index j)
-      : model(m), at(point), variable(j), value(value_of(point, j)), h(step_of(m, point, j)) {}
+  Line(const Model& m, const OperatingPoint& point, Index j,
+       Wanted sampled = Wanted::rates_and_outputs)
+      : model(m),
+        at(point),
+        variable(j),
+        value(value_of(point, j)),
+        h(step_of(m, point, j)),
+        wanted(sampled) {}
   // NaN where the model throws: only one side may be outside its domain.
   VectorXd sample(double steps) {
     for (Index i = 0; i < known.cols(); ++i)
@@ -90,7 +105,7 @@ struct Line {
     set_value(at, variable, value + steps * h);
     VectorXd y = VectorXd::Constant(std::ssize(model.states) + std::ssize(model.outputs), NAN);
     try {
-      y = rates_and_outputs(model, at);
+      y = rates_and_outputs(model, at, wanted);
     } catch (const CallerMistake&) {
       throw;
     } catch (...) {
@@ -311,7 +326,7 @@ Estimate exact(const Model& model, const OperatingPoint& point,
 }
 
 MatrixXd jacobian(const Model& model, const OperatingPoint& point,
-                  const std::vector<Index>& variables, bool* exact) {
+                  const std::vector<Index>& variables, bool* exact, Wanted wanted) {
   if (exact) *exact = bool(model.derivatives);
   MatrixXd J = model.derivatives ? given_derivatives(model, point, variables)
                                  : MatrixXd(std::ssize(model.states) + std::ssize(model.outputs),
@@ -327,7 +342,7 @@ MatrixXd jacobian(const Model& model, const OperatingPoint& point,
       J.col(k) = (samples.col(2 * k) - samples.col(2 * k + 1)) / (2 * h);
       continue;
     }
-    Line line(model, point, variables[std::size_t(k)]);
+    Line line(model, point, variables[std::size_t(k)], wanted);
     const VectorXd ahead = line.sample(1), behind = line.sample(-1);
     J.col(k) = (ahead - behind) / (2 * line.h);
     if (ahead.allFinite() != behind.allFinite()) {  // at the edge of the model's domain

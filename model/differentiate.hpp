@@ -30,9 +30,14 @@ Differences difference(const Model& model, const OperatingPoint& point,
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Eigen::Index>& variables);
 
+/// What the differences of jacobian() evaluate.
+enum class Wanted { rates_and_outputs, rates };
+
 /// For solvers: the model's own derivatives; plain central differences in columns where they are
-/// not finite, or if it has none. `exact` receives whether no difference was taken.
+/// not finite, or if it has none. `exact` receives whether no difference was taken. Differences of
+/// the rates alone do not call h; the rows of outputs are then zero.
 Eigen::MatrixXd jacobian(const Model& model, const OperatingPoint& point,
-                         const std::vector<Eigen::Index>& variables, bool* exact = nullptr);
+                         const std::vector<Eigen::Index>& variables, bool* exact = nullptr,
+                         Wanted wanted = Wanted::rates_and_outputs);
 
 }  // namespace tiltrim

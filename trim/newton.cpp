@@ -24,16 +24,20 @@ static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
 }
 
 NewtonResult newton(const Problem& problem, const VectorXd& start, const TrimOptions& options) {
+  evaluate(problem, start, problem.memory.here);
+  problem.memory.z_of_here = start;
+  return newton_from_here(problem, options);
+}
+
+NewtonResult newton_from_here(const Problem& problem, const TrimOptions& options) {
   constexpr double shortest = 1e-4;
   constexpr double rounding = 1e-14;  // a shorter step changes no more than rounding does
   Values &at = problem.memory.here, &next = problem.memory.next;
   Jacobians& slope = problem.memory.slopes;
   VectorXd &z_of_at = problem.memory.z_of_here, &z_of_slope = problem.memory.z_of_slopes;
-  NewtonResult result{start, std::numeric_limits<double>::infinity(),
+  NewtonResult result{z_of_at, std::numeric_limits<double>::infinity(),
                       std::numeric_limits<double>::infinity(), 0};
   VectorXd& z = result.z;
-  evaluate(problem, z, at);
-  z_of_at = z;
   if (!at.finite) return result;
   result.residual = at.residual.size() > 0 ? at.residual.lpNorm<Eigen::Infinity>() : 0.0;
   VectorXd dz, trial;

@@ -16,5 +16,7 @@ struct NewtonResult {
 /// until the residual no longer decreases.
 NewtonResult newton(const Problem& problem, const Eigen::VectorXd& start,
                     const TrimOptions& options);
+/// The same from where `problem.memory` holds the values.
+NewtonResult newton_from_here(const Problem& problem, const TrimOptions& options);
 
 }  // namespace tiltrim

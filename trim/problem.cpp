@@ -195,7 +195,8 @@ void differentiate(const Problem& p, const VectorXd& z, const Values& at, Jacobi
   Eigen::MatrixXd J;
   const OperatingPoint& point = placed(p, z);
   s.finite = false;
-  if (!guarded(p, [&] { J = jacobian(p.model, point, p.unknowns); })) {
+  const Wanted wanted = p.needs_outputs ? Wanted::rates_and_outputs : Wanted::rates;
+  if (!guarded(p, [&] { J = jacobian(p.model, point, p.unknowns, nullptr, wanted); })) {
     s = Jacobians{};
     return;
   }

@@ -10,6 +10,7 @@
 #include "model/lookup.hpp"
 #include "model/time_limit.hpp"
 #include "runtime/rounding.hpp"
+#include "trim/approach.hpp"
 #include "trim/ipopt.hpp"
 #include "trim/newton.hpp"
 #include "trim/optimality.hpp"
@@ -208,6 +209,24 @@ void search(Search& s) {
   }
 }
 
+// Whether the search ends with the first verified equilibrium, from the guess or else a further
+// start, after few evaluations.
+bool first_found(Search& s) {
+  const Problem& p = s.p;
+  const Problem equations = equations_of(p);
+  TrimOptions options = s.options;
+  for (int i = 0; i <= s.options.starts && !options.stop.stop_requested() && !p.over(); ++i) {
+    ++s.starts;
+    const auto z =
+        few_evaluations(p, equations, i == 0 ? unknowns_of(p, p.base) : start(p, i), options);
+    options.observe = {};
+    if (!z) continue;
+    s.add(*z, true);
+    if (!s.answers.empty() && s.answers.back()) return true;
+  }
+  return false;
+}
+
 // By status, then cost; among costs equal to rounding the nearest to the guess, and among equal
 // distances the one found first.
 TrimResult best_answer(Search& s) {
@@ -355,8 +374,10 @@ TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& 
         fmt::format("method newton needs as many unknowns as equations, not {} and {}", problem.n(),
                     problem.m()));
   if (auto r = refused(problem, options)) return *r;
-  Search s{problem, options};
-  search(s);
+  Search first{problem, options}, all{problem, options};
+  const bool ends = !options.others && problem.square() && problem.n() > 0 && first_found(first);
+  if (!ends) search(all);
+  Search& s = ends ? first : all;
   TrimResult result = s.answers.empty() ? no_answer(s) : best_answer(s);
   if (problem.over() && result.message.empty())
     result.message = fmt::format(

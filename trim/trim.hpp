@@ -73,9 +73,12 @@ struct TrimOptions {
   double tolerance = 1e-10;               ///< on every held rate over its nominal size [1/s]
   double step_tolerance = 1e-9;           ///< on the last Newton step over nominal sizes
   int starts = 32;                        ///< further starts over the bounds (a Halton set)
-  int max_iterations = 100;               ///< of each solver from each start
-  int max_boxes = 200'000;                ///< of the proof that no equilibrium exists; 0: no proof
-  bool closest = true;  ///< if no equilibrium is found, search for the closest point
+  /// Every start is tried: the answer is the equilibrium of least effort. False: the first one that
+  /// is verified, from the guess if it leads to one; with as many equations as unknowns.
+  bool others = true;
+  int max_iterations = 100;  ///< of each solver from each start
+  int max_boxes = 200'000;   ///< of the proof that no equilibrium exists; 0: no proof
+  bool closest = true;       ///< if no equilibrium is found, search for the closest point
   /// s of wall-clock time; a model call is not interrupted.
   double time_limit = std::numeric_limits<double>::infinity();
   std::stop_token stop{};                                ///< checked between solver steps

@@ -41,7 +41,9 @@ py::list handlers() {
       py::list(py::module_::import("_signal").attr("valid_signals")()).release();
   py::list set;
   for (const py::handle number : numbers) {
-    const py::object handler = getsignal(number);
+    const auto handler =
+        py::reinterpret_steal<py::object>(PyObject_CallOneArg(getsignal.ptr(), number.ptr()));
+    if (!handler) throw py::error_already_set();
     if (PyCallable_Check(handler.ptr())) set.append(handler);  // else SIG_DFL, SIG_IGN, None
   }
   return set;

@@ -63,6 +63,8 @@ TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {
       options.tolerance = value.cast<double>();
     else if (name == "step_tolerance")
       options.step_tolerance = value.cast<double>();
+    else if (name == "others")
+      options.others = value.cast<bool>();
     else if (name == "starts")
       options.starts = value.cast<int>();
     else if (name == "max_iterations")

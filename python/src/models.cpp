@@ -2,9 +2,12 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "model/feedback.hpp"
 #include "model/lookup.hpp"
@@ -66,10 +69,44 @@ py::tuple arguments(const VectorXd& x, const VectorXd& u, const VectorXd& p) {
   return py::make_tuple(array_of(x), array_of(u), array_of(p));
 }
 
+// Nothing else has a reference to it, and it is as it was made, but for its values.
+bool is_spare(const py::object& kept, Index size) {
+  using Plain = py::array_t<double, py::array::c_style>;
+  if (!kept || kept.ref_count() != 1 || !py::isinstance<Plain>(kept)) return false;
+  const auto array = py::reinterpret_borrow<py::array>(kept);
+  return array.ndim() == 1 && array.size() == size && array.writeable();
+}
+
+// Calls function(x, u, p). Arrays that the last call has not kept are used again: making one costs
+// as much as a call.
+VectorXd called(Held& held, const std::string& what, Index expected,
+                const std::array<const VectorXd*, 3>& values) {
+  return guarded([&] {
+    auto arrays = std::exchange(held.spare, {});  // the function may call itself
+    std::array<PyObject*, 4> arguments{};         // the first is the callee's to use
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const VectorXd& v = *values[i];
+      if (is_spare(arrays[i], v.size()))
+        std::ranges::copy(
+            v, static_cast<double*>(py::reinterpret_borrow<py::array>(arrays[i]).mutable_data()));
+      else
+        arrays[i] = array_of(v);
+      arguments[i + 1] = arrays[i].ptr();
+    }
+    const auto answer = py::reinterpret_steal<py::object>(
+        PyObject_Vectorcall(held.function.ptr(), arguments.data() + 1,
+                            values.size() | PY_VECTORCALL_ARGUMENTS_OFFSET, nullptr));
+    if (!answer) throw py::error_already_set();
+    VectorXd y = as_vector(answer, what, expected);
+    held.spare = std::move(arrays);
+    return y;
+  });
+}
+
 decltype(Model::f) vector_function(const std::shared_ptr<Held>& held, const std::string& what,
                                    Index expected) {
   return [held, what, expected](const VectorXd& x, const VectorXd& u, const VectorXd& p) {
-    return call_for_vector(*held, what, expected, arguments(x, u, p));
+    return called(*held, what, expected, {&x, &u, &p});
   };
 }
 
@@ -212,7 +249,7 @@ void add_switch(HeldModel& held, const std::string& name, const py::function& di
   const std::string what = answer_of(held.model, "switch");
   held.model.switches.push_back(
       {name, [own = hold(held, distance), what](const OperatingPoint& at) {
-         return call_for_vector(*own, what, 1, arguments(at.x, at.u, at.p))[0];
+         return called(*own, what, 1, {&at.x, &at.u, &at.p})[0];
        }});
 }
 

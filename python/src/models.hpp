@@ -1,6 +1,7 @@
 /// A Model whose functions may be Python callables.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace tiltrim::python {
 /// A Python callable held by C++. Its owner, a HeldModel, reports it to the garbage collector.
 struct Held {
   py::object function;
+  std::array<py::object, 3> spare{};  ///< arguments of the last call that it did not keep
 };
 
 /// A model and the Python objects it depends on.

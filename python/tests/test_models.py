@@ -127,6 +127,44 @@ def test_arrays_of_a_callable_are_its_own():
     assert kept[0] is not kept[1]
 
 
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda x: x.fill(np.nan),
+        lambda x: x.setflags(write=False),
+        lambda x: setattr(x, "dtype", np.int64),
+        lambda x: setattr(x, "shape", (1, 2)),
+        lambda x: x.resize(5, refcheck=False),
+    ],
+)
+def test_whatever_a_callable_does_to_its_arrays_the_next_call_has_good_ones(spoil):
+    def f(x, u, p):
+        answer = [x[1] - 0.5, 2.0 - x[0] - 0.1 * x[1] ** 2]
+        assert x.dtype == float and x.flags.writeable
+        spoil(x)
+        return answer
+
+    model = Model("spoils", f, states=["a", "b"])
+    for _ in range(3):
+        held = tiltrim.trim(model, {})
+        assert held and held.point.x == pytest.approx([1.975, 0.5], abs=1e-9)
+
+
+def test_an_array_that_a_callable_keeps_a_part_of_is_not_used_again():
+    kept = []
+
+    def f(x, u, p):
+        kept.append((x[:1], float(x[0])))
+        return x * x - 2.0  # a new array; below, the argument itself
+
+    tiltrim.trim(Model("part", f, states=["x"]), {"x": 1.0}, others=False)
+    assert all(part[0] == value for part, value in kept) and len(kept) > 5
+    itself = Model("itself", lambda x, u, p: x, states=["x", "y"])
+    assert tiltrim.trim(itself, {"x": 1.0, "y": -2.0})
+    within = Model("within", lambda x, u, p: [x[0] - itself.evaluate({"x": 3.0})[0][0]], states=["x"])
+    assert tiltrim.trim(within, {})["x"] == pytest.approx(3.0, abs=1e-12)
+
+
 def test_problems_are_trimmed_as_they_stand():
     held = tiltrim.trim(held_ball())
     assert held and held["gap"] == pytest.approx(0.01, abs=1e-12)

@@ -39,6 +39,29 @@ def test_limits_and_other_equilibria_are_told():
     assert none.status == "not_found" and not none and "x' = 1" in none.message
 
 
+def test_the_first_equilibrium_or_that_of_least_effort():
+    calls = {"f": 0, "h": 0}
+
+    def f(x, u, p):
+        calls["f"] += 1
+        return [(x[0] - 3) * (x[0] + 1)]
+
+    def h(x, u, p):
+        calls["h"] += 1
+        return [x[0]]
+
+    model = Model("two", f, states=["x"], outputs=["y"], h=h)
+    first = tiltrim.trim(model, {"x": 2.0})  # no region to search, no effort
+    assert first["x"] == pytest.approx(3, abs=1e-12) and not first.others and first.starts == 1
+    assert calls["f"] <= 16 and calls["h"] <= 2
+    for asked in ({"effort": ["x"]}, {"bounds": {"x": (-5, 5)}, "effort": ["x"]}, {"others": True}):
+        least = tiltrim.trim(model, {"x": 2.0}, free=["x"], **asked)
+        assert sorted([least["x"], *(o["x"] for o in least.others)]) == pytest.approx([-1, 3])
+        assert least["x"] == pytest.approx(-1 if "effort" in asked else 3)
+    again = tiltrim.trim(model, {"x": 2.0}, bounds={"x": (-5, 5)}, others=False, free=["x"])
+    assert again["x"] == pytest.approx(3, abs=1e-12) and not again.others
+
+
 def test_linearize_gives_the_matrix_and_its_error():
     linear = tiltrim.linearize(tiltrim.trim(held_ball()))
     assert linear and linear.method == "differences"

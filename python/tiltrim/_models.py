@@ -328,9 +328,14 @@ class Point(Shown):
         return Page(f"point of {self.model.name or 'the model'}", [], [point_table(self)])
 
 
+_float64 = np.dtype(np.float64)
+
+
 def _vector(values: Optional[ArrayLike], size: int, what: str) -> Array:
     if values is None:
         return np.zeros(size)
+    if type(values) is np.ndarray and values.dtype is _float64 and values.shape == (size,):
+        return values.copy()
     given = np.asarray(values)
     if given.dtype.kind not in "fiub" or given.ndim > 1:
         raise _tiltrim.InvalidArgument(f"{what}: expected {size} real values, got {values!r}")

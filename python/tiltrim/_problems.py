@@ -94,6 +94,11 @@ class TrimSpec:
         """The specification for this model: by default every state is free."""
         return self if self._asked() else replace(self, free=tuple(s.name for s in model.states))
 
+    def _ranks(self) -> bool:
+        """Whether there is a region to search for the equilibrium of least effort, or an effort."""
+        ends = (end for name in self.free for end in _range(self.bounds.get(name, (None, None))))
+        return bool(self.effort) or all(math.isfinite(end) for end in ends)
+
     def _fields(self) -> Dict[str, Any]:
         return {
             "free": list(self.free),

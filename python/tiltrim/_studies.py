@@ -186,7 +186,7 @@ def of_studies(verb: Callable[P, R]) -> OfStudies[P, R]:
 
     @functools.wraps(verb)
     def on_study(what: Any, *args: Any, condition: Optional[str] = None, **options: Any) -> Any:
-        if isinstance(what, (str, os.PathLike)):
+        if isinstance(what, str) or hasattr(what, "__fspath__"):
             what = read_study(what)
         if not isinstance(what, Study):
             if condition is not None:

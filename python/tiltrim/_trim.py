@@ -99,7 +99,9 @@ def asked(
     if isinstance(what, Model):
         if guess is None:
             raise TypeError(f"{verb}() of a model needs a guess: values by name, or a Point")
-        return what, spec._of(what), what.point(guess)
+        if not (isinstance(guess, Point) and guess.model is what):
+            guess = what.point(guess)
+        return what, spec._of(what), guess
     if isinstance(what, TrimResult):
         what = what._problem()
     if not isinstance(what, (Problem, Condition)):
@@ -131,6 +133,7 @@ def trim(
     tolerance: float = 1e-10,
     step_tolerance: float = 1e-9,
     starts: int = 32,
+    others: Optional[bool] = None,
     max_iterations: int = 100,
     max_boxes: int = 200_000,
     closest: bool = True,
@@ -147,6 +150,10 @@ def trim(
     tolerance      : on every held rate over its nominal size, 1/s
     step_tolerance : on the last Newton step over nominal sizes
     starts         : further starts over the bounds
+    others         : True: every start is tried, and the answer is the equilibrium of least effort,
+                     with the others in `others`. False: the first one that is verified, from the
+                     guess if it leads to one. Default: False only if no effort is given and an
+                     unknown has no bounds, so that there is no region to search; Conditions: True
     max_iterations : of each solver from each start
     max_boxes      : of the proof that there is none, where the model has ranges; 0: no proof
     closest        : where there is no answer, look for the closest point
@@ -167,6 +174,7 @@ def trim(
         "max_boxes": max_boxes,
         "closest": closest,
         **time_limited(time_limit),
+        **({} if others is None else {"others": others}),
     }
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)
@@ -177,5 +185,6 @@ def trim(
             result._linear_inputs = ("V", "gamma", "eta")  # the commands of the closed loop
         return result
     model, own, start = asked(what, guess, own, "trim")
+    options.setdefault("others", own._ranks())
     raw = _tiltrim.trim(model._core, own._fields(), start._tuple(), options)
-    return _result({**raw, "moment": None}, model, own)
+    return _result(raw, model, own)
