@@ -54,29 +54,37 @@ static TrimMethod method_of(const std::string& name) {
   throw std::invalid_argument(fmt::format("no method '{}'; expected 'ipopt' or 'newton'", name));
 }
 
+static void set_option(TrimOptions& options, const std::string& name, const py::handle& value) {
+  if (name == "method")
+    options.method = method_of(value.cast<std::string>());
+  else if (name == "tolerance")
+    options.tolerance = value.cast<double>();
+  else if (name == "step_tolerance")
+    options.step_tolerance = value.cast<double>();
+  else if (name == "others")
+    options.others = value.cast<bool>();
+  else if (name == "starts")
+    options.starts = value.cast<int>();
+  else if (name == "max_iterations")
+    options.max_iterations = value.cast<int>();
+  else if (name == "max_boxes")
+    options.max_boxes = value.cast<int>();
+  else if (name == "time_limit")
+    options.time_limit = value.cast<double>();
+  else if (name == "closest")
+    options.closest = value.cast<bool>();
+  else
+    throw std::invalid_argument(fmt::format("trim has no option '{}'", name));
+}
+
 TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {
   for (const auto& [key, value] : fields) {
     const std::string name = py::str(key);
-    if (name == "method")
-      options.method = method_of(value.cast<std::string>());
-    else if (name == "tolerance")
-      options.tolerance = value.cast<double>();
-    else if (name == "step_tolerance")
-      options.step_tolerance = value.cast<double>();
-    else if (name == "others")
-      options.others = value.cast<bool>();
-    else if (name == "starts")
-      options.starts = value.cast<int>();
-    else if (name == "max_iterations")
-      options.max_iterations = value.cast<int>();
-    else if (name == "max_boxes")
-      options.max_boxes = value.cast<int>();
-    else if (name == "time_limit")
-      options.time_limit = value.cast<double>();
-    else if (name == "closest")
-      options.closest = value.cast<bool>();
-    else
-      throw std::invalid_argument(fmt::format("trim has no option '{}'", name));
+    try {
+      set_option(options, name, value);
+    } catch (const py::cast_error&) {
+      throw py::type_error(fmt::format("{} cannot be {}", name, std::string(py::repr(value))));
+    }
   }
   return options;
 }

@@ -62,6 +62,12 @@ def test_the_first_equilibrium_or_that_of_least_effort():
     assert again["x"] == pytest.approx(3, abs=1e-12) and not again.others
 
 
+@pytest.mark.parametrize("name", ["others", "closest", "starts", "tolerance"])
+def test_an_option_of_the_wrong_type_is_named(name):
+    with pytest.raises(TypeError, match=f"^{name} cannot be 'much'$"):
+        tiltrim.trim(held_ball(), **{name: "much"})
+
+
 def test_linearize_gives_the_matrix_and_its_error():
     linear = tiltrim.linearize(tiltrim.trim(held_ball()))
     assert linear and linear.method == "differences"
