@@ -18,16 +18,23 @@ struct Equations {
   Real a[most][most + 1];
 };
 
+[[gnu::always_inline]] inline Real larger_of(const Real& largest, const Real& value) {
+  return choose(abs(value) <= largest, largest, abs(value));  // NaN stays
+}
+
 template <std::size_t N>
 [[gnu::always_inline]] inline void solve(const StepTask& task, std::size_t first) {
   constexpr double singular = 1e-11;
   const std::size_t n = N > 0 ? N : task.n;
   Equations<N> e;
+  Real residual = 0.0, size = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t k = 0; k < n; ++k)
       e.a[i][k].load(task.J + (i * n + k) * StepTask::lanes + first);
-    e.a[i][n].load(task.r + i * StepTask::lanes + first);
-    e.a[i][n] = -e.a[i][n];
+    Real value;
+    value.load(task.values + std::size_t(task.rows[i]) * StepTask::lanes + first);
+    e.a[i][n] = (Real(task.held[i]) - value) / Real(task.nominal[task.rows[i]]);
+    residual = larger_of(residual, e.a[i][n]);
   }
   Real least = 1.0, most = 1.0;
   for (std::size_t c = 0; c < n; ++c) {
@@ -53,7 +60,10 @@ template <std::size_t N>
     for (std::size_t k = c + 1; k < n; ++k) sum = sum - e.a[c][k] * e.a[k][n];
     e.a[c][n] = sum / e.a[c][c];
     e.a[c][n].store(task.dz + c * StepTask::lanes + first);
+    size = larger_of(size, e.a[c][n]);
   }
+  residual.store(task.residual + first);
+  size.store(task.size + first);
   choose(Real(singular) * most < least, Real(1.0), Real(0.0)).store(task.regular + first);
 }
 

@@ -77,11 +77,12 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
           p,     room.valid,  room.exact, room.unknowns, room.A};
 }
 
-// The equilibria next to k on the side already tracked (-1: before it), nearest first.
-int known_beside(const LineTracker& w, std::size_t k, int side, std::array<std::size_t, 4>& near) {
+// At most `most` equilibria next to k on the side already tracked (-1: before it), nearest first.
+int known_beside(const LineTracker& w, std::size_t k, int side, int most,
+                 std::array<std::size_t, 4>& near) {
   int count = 0;
   for (std::ptrdiff_t j = std::ptrdiff_t(k) + side;
-       count < 4 && j >= 0 && j < std::ptrdiff_t(w.count) && w.valid[std::size_t(j)]; j += side)
+       count < most && j >= 0 && j < std::ptrdiff_t(w.count) && w.valid[std::size_t(j)]; j += side)
     near[std::size_t(count++)] = std::size_t(j);
   return count;
 }
@@ -92,7 +93,7 @@ GridTrim next_forward(const LineTracker& w, std::size_t k) {
   place[w.axis] = double(k);
   GridTrim e;
   std::array<std::size_t, 4> near{};
-  if (const int known = known_beside(w, k, -1, near)) {
+  if (const int known = known_beside(w, k, -1, 4, near)) {
     e.at = w.base;
     move_to(w.sweep, w.axis, double(k), e.at);
     extrapolate(w, k, near, known, e.at);
@@ -220,13 +221,13 @@ void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
       e.at = *last;
       move_to(w.sweep, w.axis, double(k), e.at);
     } else {
-      const int known = known_beside(w, k, +1, near);
+      const int known = known_beside(w, k, +1, 2, near);
       if (known == 0) continue;
-      const Extrapolation curve(w, k, near, std::min(known, 2));
+      const Extrapolation curve(w, k, near, known);
       if (w.valid[k] && near_point(w, k, curve, near_enough)) continue;
       e.at = w.base;
       move_to(w.sweep, w.axis, double(k), e.at);
-      extrapolate(w, k, near, std::min(known, 2), e.at);
+      extrapolate(w, k, near, known, e.at);
     }
     if (!settle(w.sweep, e)) {
       last.reset();

@@ -34,7 +34,8 @@ struct Group {
   std::vector<double> z;                     // all variables
   std::vector<double> y, slopes;             // [f; h], and its derivatives along `along`
   std::vector<double> J, last, before_last;  // scaled: in use, and at the last two points
-  std::vector<double> r, dz;
+  std::vector<double> dz;
+  std::vector<double> elsewhere;                 // matrices of lanes without a line
   std::array<std::size_t, L> known{}, primed{};  // points before with trims, with Jacobians
   Lane regular{}, residual{}, size{}, before{};
   std::array<char, L> trusted{}, walks{}, found{};
@@ -53,8 +54,8 @@ struct Group {
         J(n * n * L),
         last(J),
         before_last(J),
-        r(n * L),
-        dz(r),
+        dz(n * L),
+        elsewhere(lines.size() < L ? all.front()->A.entries.size() : 0),
         step(chosen([]<InstructionSet set>() { return &newton_step<set>; })) {
     for (std::size_t l = 0; l < L; ++l) put(l, lines[std::min(l, lines.size() - 1)]->base);
   }
@@ -109,25 +110,10 @@ bool any(const std::array<char, L>& flags) {
   return std::ranges::any_of(flags, [](char flag) { return flag != 0; });
 }
 
-// The Newton step from the rates and outputs in y, with its size and the residuals' in `size` and
-// `residual`.
+// The Newton step from the rates and outputs in y, with its size and the residuals'.
 void find_step(Group& g) {
-  g.residual.fill(0.0);
-  g.size.fill(0.0);
-  const auto widen = [](double largest, double value) {  // NaN stays
-    return std::abs(value) <= largest ? largest : std::abs(value);
-  };
-  for (std::size_t i = 0; i < g.n; ++i) {
-    const Index row = g.p.equations[i];
-    const double held = g.p.held[Index(i)], nominal = g.p.row_nominal[row];
-    const double* const y = &g.y[std::size_t(row) * L];
-    double* const r = &g.r[i * L];
-    for (std::size_t l = 0; l < L; ++l) r[l] = (y[l] - held) / nominal;
-    for (std::size_t l = 0; l < L; ++l) g.residual[l] = widen(g.residual[l], r[l]);
-  }
-  g.step({g.n, g.J.data(), g.r.data(), g.dz.data(), g.regular.data()});
-  for (std::size_t i = 0; i < g.n; ++i)
-    for (std::size_t l = 0; l < L; ++l) g.size[l] = widen(g.size[l], g.dz[i * L + l]);
+  g.step({g.n, g.p.equations.data(), g.y.data(), g.p.held.data(), g.p.row_nominal.data(),
+          g.J.data(), g.dz.data(), g.residual.data(), g.size.data(), g.regular.data()});
 }
 
 void take_step(Group& g, const std::array<char, L>& which) {
@@ -203,23 +189,28 @@ Lane not_finite(const Group& g) {
   return sum;
 }
 
-// Limits satisfied, implied rates zero.
-bool keeps_limits(const Group& g, std::size_t l) {
-  for (std::size_t i = 0; i < g.n; ++i) {
-    const double z = g.z[std::size_t(g.p.unknowns[i]) * L + l] / g.p.nominal[Index(i)];
-    if (!(z >= g.p.lower[Index(i)] - bound_slack && z <= g.p.upper[Index(i)] + bound_slack))
-      return false;
+// Zero in the lanes in which limits are satisfied and implied rates zero, otherwise 1.
+Lane outside(const Group& g) {
+  Lane out{};
+  const auto keep = [&](const std::vector<double>& of, Index row, double nominal, double lower,
+                        double upper) {
+    const double* const values = &of[std::size_t(row) * L];
+    for (std::size_t l = 0; l < L; ++l) {
+      const double value = values[l] / nominal;
+      out[l] = (value >= lower) & (value <= upper) ? out[l] : 1.0;
+    }
+  };
+  for (std::size_t i = 0; i < g.n; ++i)
+    keep(g.z, g.p.unknowns[i], g.p.nominal[Index(i)], g.p.lower[Index(i)] - bound_slack,
+         g.p.upper[Index(i)] + bound_slack);
+  for (std::size_t i = 0; i < g.p.limited.size(); ++i)
+    keep(g.y, g.p.limited[i], g.p.row_nominal[g.p.limited[i]],
+         g.p.limited_lower[Index(i)] - bound_slack, g.p.limited_upper[Index(i)] + bound_slack);
+  for (const Index row : g.p.implied) {
+    const double rest = g.s.trimming.tolerance * g.p.row_nominal[row];
+    keep(g.y, row, 1.0, -rest, rest);
   }
-  for (std::size_t i = 0; i < g.p.limited.size(); ++i) {
-    const Index row = g.p.limited[i];
-    const double y = g.y[std::size_t(row) * L + l] / g.p.row_nominal[row];
-    if (!(y >= g.p.limited_lower[Index(i)] - bound_slack &&
-          y <= g.p.limited_upper[Index(i)] + bound_slack))
-      return false;
-  }
-  return std::ranges::all_of(g.p.implied, [&](Index row) {
-    return std::abs(g.y[std::size_t(row) * L + l]) <= g.s.trimming.tolerance * g.p.row_nominal[row];
-  });
+  return out;
 }
 
 // Stores the point of lane l.
@@ -241,15 +232,15 @@ void keep(const Group& g, std::size_t l, std::size_t k) {
 }
 
 // Stores the matrices of all lanes; the scalar path overwrites those of lanes that fail.
-void keep_all_matrices(const Group& g, std::size_t k) {
-  std::array<double*, L> to{};
-  for (std::size_t l = 0; l < g.lines.size(); ++l) to[l] = g.lines[l]->A.entries.data() + k;
+void keep_all_matrices(Group& g, std::size_t k) {
+  const std::size_t count = g.lines.front()->count;
+  std::array<double*, L> to;
+  for (std::size_t l = 0; l < L; ++l)
+    to[l] = (l < g.lines.size() ? g.lines[l]->A.entries : g.elsewhere).data() + k;
   for (std::size_t i = 0; i < g.nx; ++i)
-    for (std::size_t j = 0; j < g.nx; ++j) {
-      const double* const from = &g.slopes[(j * g.rows + i) * L];
-      const std::size_t entry = (i * g.nx + j) * g.lines.front()->count;
-      for (std::size_t l = 0; l < g.lines.size(); ++l) to[l][entry] = from[l];
-    }
+    for (std::size_t j = 0; j < g.nx; ++j)
+      for (std::size_t l = 0; l < L; ++l)
+        to[l][(i * g.nx + j) * count] = g.slopes[(j * g.rows + i) * L + l];
 }
 
 // True if the lanes give what f, h and the derivatives give at the equilibrium, to rounding.
@@ -302,19 +293,20 @@ void walk_side_by_side(const std::vector<LineTracker*>& lines,
   Group g(lines);
   for (std::size_t k = 0; k < lines.front()->count; ++k) {
     for (std::size_t l = 0; l < lines.size(); ++l) g.walks[l] = g.known[l] > 0;
-    Lane invalid{};
+    Lane invalid{}, limited{};
     if (any(g.walks)) {
       go_to(g, k);
       foresee(g, k);
       approach(g);
       verify(g);
       invalid = not_finite(g);
+      limited = outside(g);
       keep_all_matrices(g, k);
       std::swap(g.last, g.before_last);
       std::swap(g.last, g.J);
     }
     for (std::size_t l = 0; l < lines.size(); ++l) {
-      if (g.walks[l] && g.found[l] && invalid[l] == 0 && keeps_limits(g, l)) {
+      if (g.walks[l] && g.found[l] && invalid[l] == 0 && limited[l] == 0) {
         keep(g, l, k);
         g.known[l] = std::min(g.known[l] + 1, most_known);
         g.primed[l] = std::min<std::size_t>(g.primed[l] + 1, 2);
