@@ -83,7 +83,12 @@ const Criterion* named(const Qualities& q, const std::string& name) {
   return at == q.criteria.end() || at->margins.empty() ? nullptr : &*at;
 }
 
-struct FigureEnds {};  // the figure does not exist at a place
+// The margin differs from zero by more than its error.
+bool sign_known(const Criterion& c, std::size_t k) {
+  return std::abs(c.margins[k]) > c.margin_error;
+}
+
+struct FigureEnds {};  // the figure does not exist at a place, or its side is not known
 
 // The border at which margin `k` of a criterion changes sign between two places of a line.
 QualityBorder located(const LevelGrid& g, std::size_t condition, std::size_t axis, Place place,
@@ -102,6 +107,7 @@ QualityBorder located(const LevelGrid& g, std::size_t condition, std::size_t axi
   boost::uintmax_t steps = 60;
   const double from = start[axis], to = from + 1;
   const double a = margin(from), b = margin(to);
+  if (!(a * b < 0)) throw FigureEnds{};  // another equilibrium than the map's
   const auto [left, right] = boost::math::tools::toms748_solve(
       margin, from, to, a, b, boost::math::tools::eps_tolerance<double>(46), steps);
   const double at = left + 0.5 * (right - left), slope = std::abs(b - a);
@@ -112,7 +118,7 @@ QualityBorder located(const LevelGrid& g, std::size_t condition, std::size_t axi
   place[axis] = at;
   for (std::size_t j = 0; j < place.size(); ++j)
     border.at.push_back(between_values(g.grid.axes[j].columns.front().values, place[j]));
-  border.error = step * (0.5 * (right - left) + error / slope);
+  border.error = step * std::min(1.0, 0.5 * (right - left) + error / slope);
   return border;
 }
 
@@ -127,6 +133,7 @@ void borders_between(const LevelGrid& g, std::size_t condition, std::size_t axis
       if ((c.margins[k] > 0) == (other->margins[k] > 0)) continue;
       if (k > 0 && c.margins[k] == c.margins[k - 1]) continue;  // two levels with one border
       try {
+        if (!sign_known(c, k) || !sign_known(*other, k)) throw FigureEnds{};
         layer.borders.push_back(located(g, condition, axis, place, a, c.name, k));
         layer.borders.back().unit = c.unit;
       } catch (const FigureEnds&) {

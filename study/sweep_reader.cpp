@@ -121,7 +121,7 @@ void check_distinct(const Section& section, const std::vector<SweepAxis>& axes) 
   std::set<std::string> set;
   for (const SweepAxis& axis : axes)
     for (const SweepAxis::Column& column : axis.columns)
-      if (!set.insert(column.name).second)
+      if (!set.insert(column.signal.empty() ? column.name : column.signal).second)
         section.refuse(*section.find("axis"),
                        fmt::format("{} is set twice; expected each key once (h sets V, gamma_deg "
                                    "and eta_deg)",

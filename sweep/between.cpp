@@ -2,9 +2,11 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <numeric>
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "linearize/modes.hpp"
 #include "sweep/boundary.hpp"
 
 namespace tiltrim {
@@ -56,8 +58,12 @@ struct Judged {
   bool rounding = false;       // its motion within the piece is at rounding level
 };
 
-Judged judge(const Piece& p) {
+Judged judge(const Piece& p, Index riding) {
   const Index n = p.lambda.size();
+  std::vector<Index> nearest(p.lambda.size());  // to the axis first
+  std::iota(nearest.begin(), nearest.end(), Index{0});
+  std::ranges::stable_sort(nearest, {}, [&](Index i) { return std::abs(p.lambda[i].real()); });
+  const std::vector<Index> left_out(nearest.begin(), nearest.begin() + riding);
   const MatrixXcd bend = p.at_a + p.at_b;  // A(a) - 2 A(m) + A(b)
   // A smooth curve deviates from the halves of the polygon by at most bend/8.
   const VectorXd off = safety / 8 * bend.cwiseAbs().rowwise().sum();
@@ -68,6 +74,7 @@ Judged judge(const Piece& p) {
   Judged j;
   double most = 0.0;
   for (Index i = 0; i < n; ++i) {
+    if (std::ranges::find(left_out, i) != left_out.end()) continue;
     const double moved = std::max(reach(p.at_a, i), reach(p.at_b, i));
     if (std::abs(p.lambda[i].real()) > moved) continue;
     j.unclear.push_back(i);
@@ -109,9 +116,18 @@ double crossing_part(const Sample& s, int before, int after) {
 
 class Search {
  public:
-  Search(const MatrixLine& line, double least, double size, std::vector<LineEvent>& events,
-         std::vector<Sample>& seen)
-      : line_(line), least_(least), size_(size), events_(events), seen_(seen) {}
+  Search(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
+         const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
+         std::vector<Sample>& seen, Index riding)
+      : line_(line),
+        least_(least),
+        length_(to - from),
+        size_(std::max(a ? a->A.norm() : 0.0, b ? b->A.norm() : 0.0)),
+        apart_(a && b ? line.apart(*a, *b) : 0.0),
+        change_(a && b ? (a->A - b->A).norm() : 0.0),
+        events_(events),
+        seen_(seen),
+        riding_(riding) {}
 
   void look(double from, const std::optional<Sample>& a, double to,
             const std::optional<Sample>& b) {
@@ -123,9 +139,9 @@ class Search {
     if (m) seen_.push_back(*m);
     if (a && m && b && continuous(line_, *a, *m, *b)) {
       if (const auto piece = in_eigenvectors(*a, *m, *b)) {
-        const Judged judged = judge(*piece);
+        const Judged judged = judge(*piece, riding_);
         if (judged.unclear.empty()) return;
-        if (judged.rounding) return ended(from, a, to, b);
+        if (judged.rounding) return ended(from, a, to, b, true);
         if (judged.monotone && (a->unstable() == b->unstable() || locate(*a, *b))) return;
       }
     }
@@ -135,8 +151,8 @@ class Search {
 
  private:
   // Records a piece that cannot be bisected further. Adjacent pieces of this kind are one event.
-  void ended(double from, const std::optional<Sample>& a, double to,
-             const std::optional<Sample>& b) {
+  void ended(double from, const std::optional<Sample>& a, double to, const std::optional<Sample>& b,
+             bool rounding = false) {
     const bool goes_on = ended_at_ && *ended_at_ == from;
     if (!goes_on) {
       events_.push_back({from, to});
@@ -151,16 +167,19 @@ class Search {
     if (!begin_ || !b) return;
     const Index changed = b->eigenvalues.size() - 1 - std::min(e.before, e.after);
     const double frequency = std::abs(b->eigenvalues[std::max<Index>(changed, 0)].imag());
-    e.kind = jumps(*begin_, *b)    ? CrossingKind::jump
-             : e.before == e.after ? CrossingKind::touch
-             : frequency > 0       ? CrossingKind::hopf
-                                   : CrossingKind::zero;
+    e.kind = !rounding && jumps(*begin_, *b) ? CrossingKind::jump
+             : e.before == e.after           ? CrossingKind::touch
+             : frequency > 0                 ? CrossingKind::hopf
+                                             : CrossingKind::zero;
     e.frequency = e.kind == CrossingKind::hopf ? frequency : 0.0;
   }
 
   // The equilibrium or the matrix differs by more than so short a piece can explain.
   bool jumps(const Sample& a, const Sample& b) const {
-    return line_.apart(a, b) > jump_size || (a.A - b.A).norm() > jump_size * size_;
+    constexpr double steep = 100.0;  // of the mean slope
+    const double share = steep * std::abs((b.t - a.t) / length_);
+    return line_.apart(a, b) > jump_size + share * apart_ ||
+           (a.A - b.A).norm() > jump_size * size_ + share * change_;
   }
 
   // Locates the only crossing between a and b; false if it cannot be bracketed.
@@ -190,16 +209,21 @@ class Search {
     const double slope = std::abs((at_b - at_a) / (b.t - a.t));
     const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm() / slope;
     const double error = (high - low) + rounding;
-    events_.push_back({t - std::copysign(error, b.t - a.t), t + std::copysign(error, b.t - a.t),
-                       frequency > 0 ? CrossingKind::hopf : CrossingKind::zero, before, after,
-                       frequency});
+    const auto within = [&](double place) {
+      return std::clamp(place, std::min(a.t, b.t), std::max(a.t, b.t));
+    };
+    events_.push_back(
+        {within(t - std::copysign(error, b.t - a.t)), within(t + std::copysign(error, b.t - a.t)),
+         frequency > 0 ? CrossingKind::hopf : CrossingKind::zero, before, after, frequency});
     return true;
   }
 
   const MatrixLine& line_;
-  double least_, size_;  // the shortest piece; size of the matrices at the ends
+  double least_, length_;         // the shortest piece; all
+  double size_, apart_, change_;  // of the matrices at the ends; between these
   std::vector<LineEvent>& events_;
   std::vector<Sample>& seen_;
+  Index riding_;
   int pieces_ = 0;
   std::optional<double> ended_at_;  // right end of the last piece that could not be bisected
   std::optional<Sample> begin_;     // sample at the left end of the adjacent ones
@@ -216,11 +240,27 @@ double Sample::abscissa() const {
                                 : -std::numeric_limits<double>::infinity();
 }
 
+Index on_axis(const Sample& s) {
+  const double near = std::sqrt(std::numeric_limits<double>::epsilon()) * s.A.norm();
+  if (s.eigenvalues.size() == 0 || s.eigenvalues.real().cwiseAbs().minCoeff() > near) return 0;
+  return std::ranges::count_if(modes(s.A).modes, [](const Mode& mode) {
+    return std::abs(mode.eigenvalue.real()) <= mode.error;
+  });
+}
+
+Sample without(Sample s, Index riding) {
+  std::vector<std::complex<double>> kept(s.eigenvalues.begin(), s.eigenvalues.end());
+  for (; riding > 0 && !kept.empty(); --riding)
+    kept.erase(
+        std::ranges::min_element(kept, {}, [](const auto& z) { return std::abs(z.real()); }));
+  s.eigenvalues = Eigen::Map<const Eigen::VectorXcd>(kept.data(), std::ssize(kept));
+  return s;
+}
+
 void events_between(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
                     const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
-                    std::vector<Sample>& seen) {
-  const double size = std::max(a ? a->A.norm() : 0.0, b ? b->A.norm() : 0.0);
-  Search(line, least, size, events, seen).look(from, a, to, b);
+                    std::vector<Sample>& seen, Index riding) {
+  Search(line, from, a, to, b, least, events, seen, riding).look(from, a, to, b);
 }
 
 }  // namespace tiltrim

@@ -122,9 +122,11 @@ bool any_trim(const GridLine& line, double from, double to) {
   return false;
 }
 
-// Intervals from event to event; a wide event that could not be resolved is an interval of its own.
+// Intervals from event to event; a wide event that could not be resolved is an interval of its own,
+// and so is what would be stable if eigenvalues did not ride on the axis.
 std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<LineEvent>& events,
-                                    const std::vector<Sample>& seen) {
+                                    const std::vector<Sample>& seen,
+                                    const std::vector<Riding>& riding) {
   std::vector<AxisInterval> all;
   const SweepAxis& axis = line.sweep.axes[line.axis];
   const auto add = [&](double from, double to, int unstable, bool decided) {
@@ -141,20 +143,33 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
     if (unstable >= 0) largest_abscissa(line, seen, from, to, i);
     all.push_back(i);
   };
+  const auto add_beside = [&](double from, double to, int unstable) {
+    for (const Riding& r : riding) {
+      const double left = std::max(r.from, from), right = std::min(r.to, to);
+      if (unstable != 0 || !(left < right)) continue;
+      add(from, left, unstable, true);
+      add(left, right, unstable, false);
+      all.back().abscissa = 0.0;
+      all.back().abscissa_at = all.back().from;
+      from = right;
+    }
+    add(from, to, unstable, true);
+  };
   const double last = double(line.size() - 1);
   int unstable = events.empty() ? -1 : events.front().before;
   if (events.empty() && line.valid(0))
-    unstable = grid_sample(line, 0) ? grid_sample(line, 0)->unstable() : -1;
+    if (const std::optional<Sample> first = grid_sample(line, 0))
+      unstable = without(*first, riding.empty() ? 0 : on_axis(*first)).unstable();
   double from = 0.0;
   for (const LineEvent& e : events) {  // the state before, at and after it
     const bool jump = e.kind == CrossingKind::jump || e.kind == CrossingKind::end;
     const bool wide = e.kind == CrossingKind::touch && std::abs(e.right - e.left) > 2 * finest;
-    add(from, jump || wide ? e.left : e.at(), e.before, true);
+    add_beside(from, jump || wide ? e.left : e.at(), e.before);
     if (wide) add(e.left, e.right, std::max(e.before, e.after), false);
     from = jump || wide ? e.right : e.at();
     unstable = e.after;
   }
-  add(from, last, unstable, true);
+  add_beside(from, last, unstable);
   std::erase_if(all, [](const AxisInterval& i) { return i.from == i.to; });
   return all;
 }
@@ -208,11 +223,12 @@ LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condit
   const GridLine line{sweep, map, condition, axis, place};
   std::vector<LineEvent> events;
   std::vector<Sample> seen;
+  std::vector<Riding> riding;
   if (line.size() < 2) return {};
   if (!sweep.problem.square()) return {{}, {not_looked_at(line)}};
   if (!solve_events(line, events)) {
     events.clear();
-    search_events(line, events, seen);
+    search_events(line, events, seen, riding);
   }
   events = in_clusters(events);
   if (seen.empty())
@@ -227,7 +243,7 @@ LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condit
     found.crossings.push_back(located(line, e));
     name_mode(line, e, found.crossings.back());
   }
-  found.intervals = intervals(line, events, seen);
+  found.intervals = intervals(line, events, seen, riding);
   return found;
 }
 

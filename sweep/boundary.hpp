@@ -23,6 +23,11 @@ struct Sample {
   double abscissa() const;
 };
 
+/// Number of eigenvalues whose error bounds contain the axis.
+Eigen::Index on_axis(const Sample& sample);
+/// The sample without the `riding` eigenvalues nearest to the axis.
+Sample without(Sample sample, Eigen::Index riding);
+
 /// A line of matrices: the sample at t from a nearby sample; empty if there is no equilibrium.
 struct MatrixLine {
   std::function<std::optional<Sample>(double t, const Sample& near)> sample;
@@ -51,9 +56,12 @@ struct LineEvent {
 /// with the same margin. Every other piece is bisected, down to `least`.  [10, ch. 2 sec. 13]
 ///
 /// Assumption: the second difference over a piece bounds A'' within a factor of four.
+///
+/// `riding` eigenvalues stay on the axis within their error bounds all along and are left out; the
+/// samples, of `line` too, come without() them.
 void events_between(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
                     const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
-                    std::vector<Sample>& seen);
+                    std::vector<Sample>& seen, Eigen::Index riding = 0);
 
 /// Crossings and intervals of one grid line of the map along `axis`; `place` is its first point.
 struct LineVerdicts {

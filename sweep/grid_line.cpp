@@ -116,9 +116,68 @@ std::optional<Sample> beyond_switch(const GridLine& line, const MatrixLine& matr
 
 }  // namespace
 
-void search_events(const GridLine& line, std::vector<LineEvent>& events,
-                   std::vector<Sample>& seen) {
+namespace {
+
+// True unless no two adjacent points have eigenvalues near the axis.
+bool may_ride(const GridLine& line) {
+  const std::size_t n = line.map.modes();
+  const double near = std::sqrt(std::numeric_limits<double>::epsilon());
+  const auto close = [&](std::size_t k) {
+    const auto re = std::span(line.map.eigenvalue_re).subspan(line.point(k) * n, n);
+    const auto im = std::span(line.map.eigenvalue_im).subspan(line.point(k) * n, n);
+    double least = std::numeric_limits<double>::infinity(), largest = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      least = std::min(least, std::abs(re[i]));
+      largest = std::max(largest, std::hypot(re[i], im[i]));
+    }
+    return least <= near * largest;
+  };
+  for (std::size_t k = 0; k + 1 < line.size(); ++k)
+    if (close(k) && close(k + 1)) return true;
+  return false;
+}
+
+// Looks between two samples of a line on which eigenvalues may ride, at positions within one step.
+void look_beside_axis(const MatrixLine& matrices, double from, const std::optional<Sample>& a,
+                      double to, const std::optional<Sample>& b, std::vector<LineEvent>& events,
+                      std::vector<Sample>& seen, std::vector<Riding>& riding) {
+  Index n = std::min(a ? on_axis(*a) : 0, b ? on_axis(*b) : 0);
+  if (n > 0) {
+    const std::optional<Sample> middle = matrices.sample(0.5 * (from + to), *a);
+    n = std::min(n, middle ? on_axis(*middle) : 0);
+  }
+  const auto beside = [](const std::optional<Sample>& s) {
+    return s ? std::optional(without(*s, on_axis(*s))) : s;
+  };
+  const MatrixLine left{[&](double t, const Sample& near) -> std::optional<Sample> {
+                          const auto s = matrices.sample(t, near);
+                          return s ? std::optional(without(*s, n)) : s;
+                        },
+                        matrices.apart};
+  // Where another eigenvalue meets those on the axis, half of the digits are lost.
+  constexpr double least = 1e-6;
+  events_between(left, from, beside(a), to, beside(b), least, events, seen, n);
+  if (n == 0) return;
+  if (!riding.empty() && riding.back().to == from)
+    riding.back().to = to;
+  else
+    riding.push_back({from, to});
+}
+
+}  // namespace
+
+void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen,
+                   std::vector<Riding>& riding) {
   const MatrixLine matrices = matrices_of(line);
+  const bool ordinary = !may_ride(line);
+  const auto look = [&](double from, const std::optional<Sample>& a, double to,
+                        const std::optional<Sample>& b) {
+    ordinary ? events_between(matrices, from, a, to, b, finest, events, seen)
+             : look_beside_axis(matrices, from, a, to, b, events, seen, riding);
+  };
+  const auto unstable = [&](const std::optional<Sample>& s) {
+    return !s ? -1 : ordinary ? s->unstable() : without(*s, on_axis(*s)).unstable();
+  };
   std::optional<Sample> a = grid_sample(line, 0);
   if (a) seen.push_back(*a);
   for (std::size_t k = 0; k + 1 < line.size(); ++k) {
@@ -127,8 +186,8 @@ void search_events(const GridLine& line, std::vector<LineEvent>& events,
     for (const SwitchPlace& s : switches_between(line, k)) {
       const std::optional<Sample> left = beyond_switch(line, matrices, s.before, a);
       const std::optional<Sample> right = beyond_switch(line, matrices, s.after, end);
-      events_between(matrices, from, a, s.before, left, finest, events, seen);
-      const int before = left ? left->unstable() : -1, after = right ? right->unstable() : -1;
+      look(from, a, s.before, left);
+      const int before = unstable(left), after = unstable(right);
       if (before != after)
         events.push_back({s.before, s.after, left && right ? CrossingKind::jump : CrossingKind::end,
                           before, after, 0.0});
@@ -137,7 +196,7 @@ void search_events(const GridLine& line, std::vector<LineEvent>& events,
       a = right;
       from = s.after;
     }
-    events_between(matrices, from, a, double(k) + 1, end, finest, events, seen);
+    look(from, a, double(k) + 1, end);
     if (end) seen.push_back(*end);
     a = end;
   }
@@ -257,7 +316,7 @@ bool affine_events(const GridLine& line, const AffineLine& affine, std::span<con
 }
 
 bool solve_events(const GridLine& line, std::vector<LineEvent>& events) {
-  if (!line.sweep.affine[line.axis]) return false;
+  if (!line.sweep.affine[line.axis] || may_ride(line)) return false;
   for (std::size_t k = 0; k < line.size(); ++k)
     if (!line.valid(k)) return false;
   const auto first = settled_at(line, 0);

@@ -42,8 +42,14 @@ std::optional<Sample> grid_sample(const GridLine& line, std::size_t k);
 /// `line` must outlive the result.
 MatrixLine matrices_of(const GridLine& line);
 
+/// A part of a line along which some eigenvalues stay on the axis within their error bounds.
+struct Riding {
+  double from, to;
+};
+
 /// All events on the line, by bisection of the grid steps.
-void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen);
+void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen,
+                   std::vector<Riding>& riding);
 /// The same along an axis with matrices affine in its φ. False without this structure.
 bool solve_events(const GridLine& line, std::vector<LineEvent>& events);
 

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 
 #include "linearize/batch.hpp"
@@ -13,9 +14,13 @@ namespace tiltrim {
 using Eigen::Index;
 
 TrimSpec free_of(TrimSpec spec, const Model& model, const std::vector<SweepAxis>& axes) {
+  std::set<std::string> set;
   for (const SweepAxis& axis : axes)
     for (const SweepAxis::Column& column : axis.columns) {
       if (column.signal.empty()) continue;
+      if (!set.insert(column.signal).second)
+        throw std::invalid_argument(
+            fmt::format("{} is set twice by the axes; expected each number once", column.name));
       if (std::ranges::find(spec.free, column.signal) != spec.free.end())
         throw std::invalid_argument(
             fmt::format("{} is a free variable of this trim; expected a number with a given value",

@@ -138,6 +138,26 @@ TEST_CASE("borders of levels by sweep, against the closed form") {
   }
   CHECK(found == expected.size());
   CHECK(contains(run(scratch, "sweep a.toml").out, "Borders of levels"));
+
+  // Every height has its speed v: an eigenvalue is zero but for rounding, on no known side of a
+  // border, and the others have theirs as before.
+  std::string beside = short_period;
+  beside.insert(beside.find("[[model.input]]"), R"x(
+[[model.state]]
+name = "v"
+rate = "2 - exp(-h/7)*v^2"
+[[model.state]]
+name = "h"
+rate = "m*(exp(-h/7)*v^2 - 2)"
+)x");
+  beside.insert(beside.find("stick = 0"), "h = 3\nv = [0.1, 10]\nrates = {h = \"implied\"}\n");
+  scratch.write("b.toml", beside);
+  const json others = json_of(scratch, "sweep b.toml", 1);
+  CHECK(others["qualities"]["borders"].size() == expected.size());
+  for (const json& b : others["qualities"]["borders"])
+    CHECK_NEAR(b["at"][0], expected.at({b["criterion"], b["border"]}), 1e-8);
+  REQUIRE(others["intervals"].size() == 1);
+  CHECK(others["intervals"][0]["verdict"] == "undecided");
 }
 
 TEST_CASE("a level as a requirement of tune: the least frequency that is level 1") {

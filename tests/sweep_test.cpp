@@ -503,6 +503,47 @@ TEST_CASE("curves that just miss the axis do not cross it") {
   CHECK(map.intervals.size() == windows.size());
 }
 
+TEST_CASE("where an eigenvalue stays on the axis nothing is stable, and others still cross") {
+  // V' = a - s V², h' = k (s V² - a), s = exp(-h/7): every h has its V, so one eigenvalue is zero
+  // but for rounding. The other, -s V (2 + k V/7), changes sign at k = -14/V.
+  const double crossing = -14 / std::sqrt(2 * std::exp(3.0 / 7));
+  const auto along = [](const std::string& range) {
+    return swept(study(R"x([model]
+      state = [{name = "V", unit = "m/s", rate = "a - exp(-h/7)*V^2"},
+               {name = "h", unit = "m", rate = "k*(exp(-h/7)*V^2 - a)"}]
+      parameter = [{name = "k", unit = "1/s", value = 0.1}, {name = "a", value = 2}]
+      [[condition]]
+      name = "level"
+      h = 3
+      V = [0.1, 10]
+      rates = {h = "implied"}
+      [[sweep.axis]]
+      key = "k"
+      )x" + range));
+  };
+  for (const int count : {2, 5, 16, 31, 64}) {
+    const SweepMap map = along("from = 0.1\nto = 3\ncount = " + std::to_string(count));
+    CHECK(map.crossings.empty());
+    check_intervals(map, {{0.1, 3, IntervalVerdict::undecided}});
+  }
+  for (const int count : {2, 7, 12, 40}) {
+    const SweepMap map = along("from = -12\nto = -3\ncount = " + std::to_string(count));
+    REQUIRE(map.crossings.size() == 1);
+    const AxisCrossing& c = map.crossings.front();
+    CHECK_NEAR(c.at[0], crossing, c.error);
+    CHECK(c.error <= 1e-5);
+    CHECK(to_string(c.kind) == "zero");
+    REQUIRE(map.intervals.size() == 2);
+    CHECK(map.intervals[0].verdict == IntervalVerdict::unstable);
+    CHECK(map.intervals[0].unstable == 1);
+    CHECK(map.intervals[0].from == -12);
+    CHECK(map.intervals[0].to == map.intervals[1].from);
+    CHECK_NEAR(map.intervals[0].to, crossing, c.error);
+    CHECK(map.intervals[1].verdict == IntervalVerdict::undecided);
+    CHECK(map.intervals[1].to == -3);
+  }
+}
+
 TEST_CASE("a curve that touches the axis is a touch") {
   Random random(5);
   for (int i = 0; i < 4; ++i) {
@@ -1113,6 +1154,9 @@ TEST_CASE("the caller's mistakes are named") {
   CHECK(contains(said({}, {p}), "no condition"));
   CHECK(contains(said({r}, {}), "no axis"));
   CHECK(contains(said({r}, {axis("pp", {0, 1})}), "pp"));
+  SweepAxis again = p;
+  again.name = again.columns[0].name = "p_deg";
+  CHECK(contains(said({r}, {p, again}), "p_deg is set twice"));
   CHECK(contains(said({r}, {axis("x", {0, 1})}), "x is a free variable of this trim;"));
   CHECK(contains(said({r, fold_request(0)}, {p}), "differ from those of 'cusp'"));
   SweepRequest unknown_input = r;

@@ -492,6 +492,10 @@ TEST_CASE("numbers that the model does not have, in any table") {
   check_table_refused("[[sweep.axis]]\nkey = @'h'\nvalues = [1, 2]\n",
                       {"sweep.axis.key: ", there_are});
   check_table_refused("[[sweep.axis]]\nkey = @'gains.K_Lp'\nvalues = [1, 2]\n", {there_are});
+  check_table_refused(
+      "@[[sweep.axis]]\nkey = 'angle'\nvalues = [0, 1]\n"
+      "[[sweep.axis]]\nkey = 'angle_deg'\nvalues = [0, 10]\n",
+      {"sweep.axis: angle_deg is set twice"});
   check_table_refused("[[report.map]]\n[[report.map.axis]]\nkey = @'eta_deg'\nvalues = [1, 2]\n",
                       {there_are});
   check_table_refused("[envelope]\nalong = @'V'\nover = 'mass'\n", {"envelope.along: ", there_are});
