@@ -340,14 +340,20 @@ Figure modes_figure(const Eigenvalues& of) {
   real.boxes = stretches(line, real.y.range, true);
   damping.boxes = stretches(line, damping.y.range, false);
   for (Panel* panel : {&real, &damping}) panel->curves.push_back(level_line(x.range, 0));
+  constexpr double rounding = 1e-12;
+  double zero = 0.0;  // an eigenvalue no larger has no damping ratio
+  for (const auto* parts : {&line.map.eigenvalue_re, &line.map.eigenvalue_im})
+    for (const double v : *parts) zero = std::max(zero, rounding * std::abs(v));
   const std::vector<Entry> entries = entries_of(of);
   for (std::size_t k = 0; k < entries.size(); ++k)
     for (const std::size_t m : entries[k].modes) {
       const bool second = m != entries[k].modes.front();
       const ModeCurve mode = curve_of(of, m, entries[k].modes.front());
       std::vector<double> zeta(mode.re.size());
-      for (std::size_t i = 0; i < zeta.size(); ++i)
-        zeta[i] = -mode.re[i] / std::hypot(mode.re[i], mode.im[i]);
+      for (std::size_t i = 0; i < zeta.size(); ++i) {
+        const double size = std::hypot(mode.re[i], mode.im[i]);
+        zeta[i] = size > zero ? -mode.re[i] / size : ModeCurve::gap;
+      }
       const auto add = [&](Panel& panel, const std::vector<double>& y, const char* key,
                            bool titled) {
         PlotCurve curve = drawn_curve(mode.at, y, k, titled && !second ? entries[k].title : "");

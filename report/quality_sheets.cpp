@@ -245,7 +245,9 @@ Sheet borders_sheet(const SweepMap& map, const QualityLayer& layer) {
     sheet.rows.push_back(row);
   }
   if (!layer.complete)
-    sheet.notes.push_back("a figure ends between two points, or the search was stopped");
+    sheet.notes.push_back(
+        "borders may be missing: between two points a figure ends or is within its error of a "
+        "border, or the search was stopped");
   return sheet;
 }
 

@@ -50,7 +50,7 @@ struct QualityBorder {
 struct QualityLayer {
   std::vector<Level> level;            ///< one per point; not judged without an equilibrium
   std::vector<QualityBorder> borders;  ///< along each axis, by condition, axis and coordinate
-  bool complete = true;                ///< false: a figure ends between two points, or stopped
+  bool complete = true;  ///< false: a figure ends or has no known side somewhere, or stopped
 };
 
 /// Flying qualities at every point of a map of the study's sweep, and along each of its lines the
