@@ -54,6 +54,7 @@ typename Right::PlainObject solve(const Eigen::MatrixXcd& A, const Eigen::Matrix
 /// The same for at most small_size equations, without allocation.
 SmallVector small_solve(const SmallMatrix& A, const SmallVector& b);
 double determinant(const LU<Eigen::MatrixXd>& lu);
+Eigen::MatrixXd inverse(const Eigen::MatrixXd& A);
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& A);
 
 // --- Any shape.
@@ -89,13 +90,6 @@ double spectral_norm(const Eigen::MatrixXd& A);
 
 // --- Eigenvalues. A is n x n, n >= 1, and finite; max_iterations: QR steps per eigenvalue.
 
-/// A = U T Uᵀ, T quasi-triangular; if the iteration limit is reached, not converged and empty.
-struct Schur {
-  bool converged = false;
-  Eigen::MatrixXd U, T;
-};
-Schur schur(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
-
 /// A V = V diag(values); columns of V have unit length, those of a pair are exactly conjugate.
 struct Eigensystem {
   bool converged = false;
@@ -103,6 +97,18 @@ struct Eigensystem {
   Eigen::MatrixXcd V;
 };
 Eigensystem eigensystem(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
+
+/// The same in real columns, and the Schur form it was computed from.
+struct RealEigensystem {
+  bool converged = false;
+  Eigen::VectorXcd values;
+  Eigen::MatrixXd P;     ///< columns of V; of a pair p and q, where its columns are p + iq, p - iq
+  Eigen::MatrixXd U, T;  ///< A = U T Uᵀ, T quasi-triangular
+};
+RealEigensystem real_eigensystem(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
+/// Column j of V, or of another matrix in such columns.
+Eigen::VectorXcd complex_column(const Eigen::MatrixXd& P, const Eigen::VectorXcd& values,
+                                Eigen::Index j);
 /// Eigenvalues only.
 Eigensystem eigenvalues(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
 /// In ascending order; only the lower triangle of S is read.

@@ -82,12 +82,15 @@ double determinant(const LU<MatrixXd>& lu) {
   return double(lu.P.determinant()) * lu.pivots().prod();
 }
 
-MatrixXcd inverse(const MatrixXcd& A) {
-  using Small = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, small_size,
-                              small_size>;  // without allocations
+template <class Matrix>
+static Matrix inverse_of(const Matrix& A) {
+  using Small = Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, Eigen::Dynamic, 0,
+                              small_size, small_size>;  // without allocations
   if (A.rows() <= small_size) return Small(A).partialPivLu().inverse();
   return A.partialPivLu().inverse();
 }
+MatrixXd inverse(const MatrixXd& A) { return inverse_of(A); }
+MatrixXcd inverse(const MatrixXcd& A) { return inverse_of(A); }
 
 std::optional<MatrixXd> cholesky(const MatrixXd& S) {
   const Eigen::LLT<MatrixXd> llt(S);

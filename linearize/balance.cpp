@@ -8,7 +8,6 @@
 namespace tiltrim {
 
 using Eigen::Index;
-using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -73,16 +72,16 @@ MatrixXd Balanced::same(const MatrixXd& of) const {
   return m;
 }
 
-MatrixXcd Balanced::back(const MatrixXcd& V) const {
-  MatrixXcd v(V.rows(), V.cols());
+MatrixXd Balanced::back(const MatrixXd& V) const {
+  MatrixXd v(V.rows(), V.cols());
   for (Index i = 0; i < V.rows(); ++i) v.row(order[std::size_t(i)]) = scale[i] * V.row(i);
   return v;
 }
 
-// wᵀ B = λ wᵀ  =>  (wᵀ D⁻¹ Pᵀ) A = λ (wᵀ D⁻¹ Pᵀ)
-Eigen::VectorXcd Balanced::back_left(const Eigen::RowVectorXcd& w) const {
+// wᴴ B = λ wᴴ  =>  (wᴴ D⁻¹ Pᵀ) A = λ (wᴴ D⁻¹ Pᵀ)
+Eigen::VectorXcd Balanced::back_left(const Eigen::VectorXcd& w) const {
   Eigen::VectorXcd left(w.size());
-  for (Index i = 0; i < w.size(); ++i) left[order[std::size_t(i)]] = std::conj(w[i]) / scale[i];
+  for (Index i = 0; i < w.size(); ++i) left[order[std::size_t(i)]] = w[i] / scale[i];
   return left;
 }
 

@@ -16,4 +16,9 @@ std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& pa
                       const std::vector<std::string>& state_names,
                       const std::shared_ptr<const std::vector<ModeName>>& known = {});
 
+/// Those of `known` whose states are all among these: no other one can be a mode's name.
+std::shared_ptr<const std::vector<ModeName>> possible_names(
+    const std::shared_ptr<const std::vector<ModeName>>& known,
+    const std::vector<std::string>& state_names);
+
 }  // namespace tiltrim

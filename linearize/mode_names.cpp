@@ -2,8 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 
 #include "linearize/mode_name.hpp"
 
@@ -23,17 +21,17 @@ double share_of(const std::string& state, const Eigen::VectorXd& share,
 }
 
 std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string>& names) {
-  std::vector<std::size_t> order(names.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto size = [&](std::size_t k) { return std::round(1e9 * share[Index(k)]); };
-  std::ranges::stable_sort(order, std::greater{}, size);  // equal to rounding: in the states' order
+  Eigen::VectorXd left = (1e9 * share).array().round();  // equal to rounding: in the states' order
   std::vector<std::string> leading;
   double sum = 0.0;
-  for (const std::size_t k : order) {
-    const double own = share[Index(k)];
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    Index next = 0;
+    left.maxCoeff(&next);
+    const double own = share[next];
     if (sum >= most_of_it || own == 0 || (own < some && sum > 0)) break;
     sum += own;
-    leading.push_back(names[k]);
+    leading.push_back(names[std::size_t(next)]);
+    left[next] = -1;
   }
   return fmt::format("{}", fmt::join(leading, " + "));
 }
@@ -57,6 +55,19 @@ std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& pa
     for (const ModeName& mode : *known)
       if (carried_by(mode)) return mode.name;
   return dominant(participation, state_names);
+}
+
+std::shared_ptr<const std::vector<ModeName>> possible_names(
+    const std::shared_ptr<const std::vector<ModeName>>& known,
+    const std::vector<std::string>& state_names) {
+  if (!known) return known;
+  auto possible = std::make_shared<std::vector<ModeName>>();
+  const auto present = [&](const std::string& state) {
+    return std::ranges::find(state_names, state) != state_names.end();
+  };
+  for (const ModeName& mode : *known)
+    if (std::ranges::all_of(mode.states, present)) possible->push_back(mode);
+  return possible;
 }
 
 }  // namespace tiltrim

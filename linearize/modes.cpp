@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
+#include <queue>
 #include <stdexcept>
+#include <tuple>
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
@@ -51,22 +54,23 @@ constexpr double denormal = std::numeric_limits<double>::denorm_min();
 constexpr double tiny = 1e-280;         // for a matrix whose results may become denormal
 constexpr double ill_determined = 1e8;  // condition above which half the digits are lost
 
-// ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, for A as given.                      [12]
-double scaled_residual(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
-  const double norm = A.cwiseAbs().colwise().sum().maxCoeff();
-  const double size = double(A.rows()) * norm * epsilon * v.lpNorm<1>();
-  const double residual = (A * v - lambda * v).lpNorm<1>();
-  return residual == 0 ? 0.0 : residual / size;
+// ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, for A as given, of size n ‖A‖₁ ε.  [12]
+double scaled_residual(const VectorXcd& Av, const VectorXcd& v, std::complex<double> lambda,
+                       double size) {
+  const double residual = (Av - lambda * v).lpNorm<1>();
+  return residual == 0 ? 0.0 : residual / (size * v.lpNorm<1>());
 }
 
 // The smaller one of two vectors: v, and the singular vector of A - λI for its smallest singular
 // value. After balancing, components of v are accurate relative to the balanced vector only.
-double backward_error(const MatrixXd& A, const VectorXcd& v, std::complex<double> lambda) {
+double backward_error(const MatrixXd& A, const VectorXcd& Av, const VectorXcd& v,
+                      std::complex<double> lambda, double size) {
   constexpr double good = 1.0;  // the rounding of one product: no better vector needed
-  const double own = scaled_residual(A, v, lambda);
+  const double own = scaled_residual(Av, v, lambda, size);
   if (own <= good) return own;
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(A.rows(), A.cols());
-  const double best = scaled_residual(A, dense::least_singular_vector(shifted), lambda);
+  const VectorXcd least = dense::least_singular_vector(shifted);
+  const double best = scaled_residual(A * least, least, lambda, size);
   return own < best ? own : best;  // own may be NaN
 }
 
@@ -105,47 +109,34 @@ MatrixXd lost(const MatrixXd& A, double scale, const Balanced& b) {
   return lost;
 }
 
-// Unit length, and the largest component real and positive, which makes the vector unique.
-void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
-  Index largest = 0;
-  right.cwiseAbs().maxCoeff(&largest);
-  right *= std::conj(right[largest]) / std::abs(right[largest]) / right.norm();
-  mode.right = right;
-  mode.left = VectorXcd::Zero(right.size());
-  if (left.size() > 0) mode.left = left / std::conj(left.dot(right));
-}
-
-// A matrix in units of `scale` and balanced coordinates B, with its eigensystem and error bounds.
+// A matrix in units of `scale` and balanced coordinates B, with its eigensystem.
 struct Decomposed {
   double scale = 1.0;
   Balanced balanced;
-  dense::Eigensystem solved;
+  MatrixXd error;  // of B
+  dense::RealEigensystem solved;
   Inverse inv;
-  Bounds bounds;
-  bool converged = false;
 
+  VectorXcd right(Index i) const { return dense::complex_column(solved.P, solved.values, i); }
+  VectorXcd left(Index i) const { return dense::complex_column(inv.W, solved.values, i); }
   double condition(Index i) const {
-    return inv.defect < 1 ? inv.X.row(i).norm() * solved.V.col(i).norm() : infinity;
+    return inv.defect < 1 ? left(i).norm() * right(i).norm() : infinity;
   }
   double worst_condition() const {
     double worst = 0.0;
     for (Index i = 0; i < solved.values.size(); ++i) worst = std::max(worst, condition(i));
     return worst;
   }
+  Bounds bounds() const { return tiltrim::bounds(balanced.B, error, solved, inv); }
 };
 
 Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, Balanced balanced, double scale,
                      int max_iterations) {
-  Decomposed d{scale, std::move(balanced), {}, {}, {}, false};
-  const MatrixXd& B = d.balanced.B;
-  MatrixXd error = lost(A, scale, d.balanced);
-  if (A_error.size() > 0) error += d.balanced.same(A_error / scale);
-  d.solved = dense::eigensystem(B, max_iterations);
-  const dense::Schur schur = dense::schur(B, max_iterations);
-  d.converged = d.solved.converged && schur.converged;
-  if (!d.converged) return d;
-  d.inv = inverse(d.solved.V);
-  d.bounds = bounds(B, error, d.solved, d.inv, schur);
+  Decomposed d{scale, std::move(balanced), {}, {}, {}};
+  d.error = lost(A, scale, d.balanced);
+  if (A_error.size() > 0) d.error += d.balanced.same(A_error / scale);
+  d.solved = dense::real_eigensystem(d.balanced.B, max_iterations);
+  if (d.solved.converged) d.inv = inverse(d.solved);
   return d;
 }
 
@@ -154,40 +145,49 @@ Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, int max_iterati
   constexpr double ill_conditioned = 1e6;
   const double scale = unit(A);
   Decomposed d = decompose(A, A_error, balance(A / scale), scale, max_iterations);
-  if (d.converged && d.worst_condition() < ill_conditioned) return d;
+  const bool converged = d.solved.converged;
+  if (converged && d.worst_condition() < ill_conditioned) return d;
   Decomposed plain = decompose(A, A_error, as_given(A / scale), scale, max_iterations);
-  const bool better = plain.converged && plain.bounds.error.sum() < d.bounds.error.sum();
-  return better || !d.converged ? plain : d;
+  if (!converged) return plain;
+  const bool better = plain.solved.converged && plain.bounds().error.sum() < d.bounds().error.sum();
+  return better ? plain : d;
 }
 
-// If exact zeros make a matrix block triangular, its spectrum is that of its blocks, each bounded
-// separately: a 1x1 zero block gives an exact zero.
-struct Blocks {
+// Eigenvalues with their bounds.
+struct Spectrum {
   VectorXcd values;  // 1/s
   VectorXd error;
   Verdict verdict = Verdict::stable;
   bool converged = true;
 };
 
+Spectrum spectrum_of(const Decomposed& d) {
+  if (!d.solved.converged) return {{}, {}, Verdict::undecided, false};
+  const Bounds b = d.bounds();
+  return {d.scale * d.solved.values,
+          d.scale * b.error.array() + (d.scale < tiny ? 4 * denormal : 0.0), b.verdict};
+}
+
 MatrixXd part(const MatrixXd& A, const std::vector<Index>& block) {
   return A.size() > 0 ? MatrixXd(A(block, block)) : MatrixXd();
 }
 
-Blocks by_blocks(const MatrixXd& A, const MatrixXd& A_error,
-                 const std::vector<std::vector<Index>>& blocks, int max_iterations) {
-  Blocks all{VectorXcd(A.rows()), VectorXd(A.rows())};
+// If exact zeros make a matrix block triangular, its spectrum is that of its blocks, each bounded
+// separately: a 1x1 zero block gives an exact zero.
+Spectrum by_blocks(const MatrixXd& A, const MatrixXd& A_error,
+                   const std::vector<std::vector<Index>>& blocks, int max_iterations) {
+  Spectrum all{VectorXcd(A.rows()), VectorXd(A.rows())};
   Index at = 0;
   bool undecided = false, unstable = false;
   for (const std::vector<Index>& block : blocks) {
-    const Decomposed d = decompose(part(A, block), part(A_error, block), max_iterations);
-    all.converged = all.converged && d.converged;
-    if (!d.converged) return all;
-    for (Index i = 0; i < std::ssize(block); ++i, ++at) {
-      all.values[at] = d.scale * d.solved.values[i];
-      all.error[at] = d.scale * d.bounds.error[i] + (d.scale < tiny ? 4 * denormal : 0.0);
-    }
-    undecided = undecided || d.bounds.verdict == Verdict::undecided;
-    unstable = unstable || d.bounds.verdict == Verdict::unstable;
+    const Spectrum own =
+        spectrum_of(decompose(part(A, block), part(A_error, block), max_iterations));
+    if (!own.converged) return own;
+    all.values.segment(at, own.values.size()) = own.values;
+    all.error.segment(at, own.values.size()) = own.error;
+    at += own.values.size();
+    undecided = undecided || own.verdict == Verdict::undecided;
+    unstable = unstable || own.verdict == Verdict::unstable;
   }
   all.verdict = unstable ? Verdict::unstable : undecided ? Verdict::undecided : Verdict::stable;
   return all;
@@ -196,22 +196,91 @@ Blocks by_blocks(const MatrixXd& A, const MatrixXd& A_error,
 // Matches each eigenvalue of the whole matrix to one of the blocks, the nearest pairs first.
 std::vector<Index> matched(const VectorXcd& whole, const VectorXcd& of_blocks) {
   const Index n = whole.size();
-  struct Pair {
-    double apart;
-    Index i, j;
-  };
+  using Pair = std::tuple<double, Index, Index>;
   std::vector<Pair> pairs;
+  pairs.reserve(std::size_t(n * n));
   for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < n; ++j) pairs.push_back({std::abs(whole[i] - of_blocks[j]), i, j});
-  std::ranges::stable_sort(pairs, {}, &Pair::apart);
+    for (Index j = 0; j < n; ++j) pairs.emplace_back(std::abs(whole[i] - of_blocks[j]), i, j);
+  std::priority_queue nearest(std::greater<Pair>(), std::move(pairs));
   std::vector<Index> match(std::size_t(n), -1);
   std::vector<bool> taken(std::size_t(n), false);
-  for (const auto& [apart, i, j] : pairs) {
+  for (Index open = n; open > 0; nearest.pop()) {
+    const auto [apart, i, j] = nearest.top();
     if (match[std::size_t(i)] >= 0 || taken[std::size_t(j)]) continue;
     match[std::size_t(i)] = j;
     taken[std::size_t(j)] = true;
+    --open;
   }
   return match;
+}
+
+// The blocks' eigenvalues, in the order of those of the whole matrix.
+Spectrum in_order(const VectorXcd& whole, const Spectrum& of_blocks) {
+  Spectrum ordered = of_blocks;
+  const std::vector<Index> match = matched(whole, of_blocks.values);
+  for (Index i = 0; i < whole.size(); ++i) {
+    ordered.values[i] = of_blocks.values[match[std::size_t(i)]];
+    ordered.error[i] = of_blocks.error[match[std::size_t(i)]];
+  }
+  return ordered;
+}
+
+// Unit length, and the largest component real and positive, which makes the vector unique.
+void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
+  Index largest = 0;
+  right.cwiseAbs().maxCoeff(&largest);
+  right *= std::conj(right[largest]) / std::abs(right[largest]) / right.norm();
+  mode.left = VectorXcd::Zero(right.size());
+  if (left.size() > 0) mode.left = left / std::conj(left.dot(right));
+  mode.right = std::move(right);
+}
+
+// What a mode has in common with the other one of its pair.
+void conjugate(Mode& mode, const Mode& other) {
+  mode.backward_error = other.backward_error;
+  mode.condition = other.condition;
+  mode.determined = other.determined;
+  mode.right = other.right.conjugate();
+  mode.left = other.left.conjugate();
+  mode.participation = other.participation;
+}
+
+// A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
+VectorXd participation(const Decomposed& d, Index i) {
+  const VectorXd share = (d.right(i).cwiseAbs2().cwiseProduct(d.left(i).cwiseAbs2())).cwiseSqrt();
+  const double sum = share.sum();
+  VectorXd of_states(share.size());
+  for (Index k = 0; k < share.size(); ++k)
+    of_states[d.balanced.order[std::size_t(k)]] = share[k] / sum;
+  return of_states;
+}
+
+// All properties but the names; `scaled` are the eigenvalues of A/scale.
+std::vector<Mode> with_vectors(const MatrixXd& A, const Decomposed& d, const Spectrum& found,
+                               const VectorXcd& scaled) {
+  const Index n = A.rows();
+  const VectorXcd& values = d.solved.values;
+  const MatrixXd scaled_A = A / d.scale, V = d.balanced.back(d.solved.P), AV = scaled_A * V;
+  const double size = double(n) * epsilon * scaled_A.cwiseAbs().colwise().sum().maxCoeff();
+  const bool invertible = d.inv.defect < 1;
+  std::vector<Mode> modes(static_cast<std::size_t>(n));
+  for (Index i = 0; i < n; ++i) {
+    Mode& mode = modes[std::size_t(i)];
+    mode.eigenvalue = found.values[i];
+    mode.error = found.error[i];
+    if (values[i].imag() < 0 && scaled[i] == std::conj(scaled[i - 1])) {
+      conjugate(mode, modes[std::size_t(i - 1)]);
+      continue;
+    }
+    const VectorXcd right = dense::complex_column(V, values, i);
+    mode.backward_error =
+        backward_error(scaled_A, dense::complex_column(AV, values, i), right, scaled[i], size);
+    mode.condition = d.condition(i);
+    mode.determined = mode.condition <= ill_determined;
+    add_vectors(mode, right, invertible ? d.balanced.back_left(d.left(i)) : VectorXcd());
+    mode.participation = invertible ? participation(d, i) : VectorXd::Zero(n);
+  }
+  return modes;
 }
 
 }  // namespace
@@ -225,58 +294,33 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
             const std::shared_ptr<const std::vector<ModeName>>& mode_names, int max_iterations) {
   const RoundToNearest environment;
   check_matrix(A, A_error, state_names);
-  const Index n = A.rows();
   Modes result;
   result.spectral_abscissa = -infinity;
   result.verdict = Verdict::stable;
-  if (n == 0) return result;
+  if (A.rows() == 0) return result;
 
   const Decomposed d = decompose(A, A_error, max_iterations);
   const std::vector<std::vector<Index>> blocks = irreducible_blocks(A, A_error);
-  const Blocks apart = blocks.size() > 1 ? by_blocks(A, A_error, blocks, max_iterations) : Blocks{};
-  if (!d.converged || !apart.converged) {
+  const bool whole = blocks.size() == 1;
+  Spectrum found = whole ? spectrum_of(d) : by_blocks(A, A_error, blocks, max_iterations);
+  if (!d.solved.converged || !found.converged) {
     result.converged = false;
     result.verdict = Verdict::undecided;
     return result;
   }
-  const double scale = d.scale;
-  const Balanced& balanced = d.balanced;
-  const MatrixXcd& V = d.solved.V;
-  const MatrixXcd V_of_A = balanced.back(V);
-  const bool invertible = d.inv.defect < 1;
-  const std::vector<Index> match = blocks.size() > 1
-                                       ? matched(scale * d.solved.values, apart.values)
-                                       : std::vector<Index>(std::size_t(n), -1);
-  for (Index i = 0; i < n; ++i) {
-    Mode mode;
-    mode.eigenvalue = scale * d.solved.values[i];
-    mode.error = scale * d.bounds.error[i] + (scale < tiny ? 4 * denormal : 0.0);
-    mode.condition = d.condition(i);
-    if (const Index j = match[std::size_t(i)]; j >= 0) {
-      mode.eigenvalue = apart.values[j];
-      mode.error = apart.error[j];
-    }
-    mode.determined = mode.condition <= ill_determined;
-    const std::complex<double> scaled =
-        blocks.size() > 1 ? mode.eigenvalue / scale : d.solved.values[i];
-    mode.backward_error = backward_error(A / scale, V_of_A.col(i), scaled);
-    add_vectors(mode, V_of_A.col(i), invertible ? balanced.back_left(d.inv.X.row(i)) : VectorXcd());
-    // A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
-    mode.participation = VectorXd::Zero(n);
-    if (invertible) {
-      const VectorXd share = V.col(i).cwiseProduct(d.inv.X.row(i).transpose()).cwiseAbs();
-      for (Index k = 0; k < n; ++k)
-        mode.participation[balanced.order[std::size_t(k)]] = share[k] / share.sum();
-    }
-    if (!state_names.empty())
-      mode.name = mode_name(mode.eigenvalue, mode.participation, state_names, mode_names);
-    result.modes.push_back(mode);
+  if (!whole) found = in_order(d.scale * d.solved.values, found);
+  result.modes =
+      with_vectors(A, d, found, whole ? d.solved.values : VectorXcd(found.values / d.scale));
+  if (!state_names.empty()) {
+    const auto possible = possible_names(mode_names, state_names);
+    for (Mode& m : result.modes)
+      m.name = mode_name(m.eigenvalue, m.participation, state_names, possible);
   }
   std::ranges::sort(result.modes, {}, [](const Mode& m) {
     return std::pair(m.eigenvalue.real(), m.eigenvalue.imag());
   });
   result.spectral_abscissa = result.modes.back().eigenvalue.real();
-  result.verdict = blocks.size() > 1 ? apart.verdict : d.bounds.verdict;
+  result.verdict = found.verdict;
   return result;
 }
 

@@ -15,13 +15,61 @@ using Eigen::VectorXd;
 using spectrum::epsilon;
 using spectrum::infinity;
 
-Inverse inverse(const MatrixXcd& V) {
-  const double n = double(V.rows());
-  Inverse inv{dense::inverse(V), infinity};
-  if (!inv.X.allFinite()) return inv;
-  const MatrixXcd I = MatrixXcd::Identity(V.rows(), V.cols());
-  const MatrixXd rounding = (2 * n + 4) * epsilon * inv.X.cwiseAbs() * V.cwiseAbs();
-  inv.defect = ((I - inv.X * V).cwiseAbs() + rounding).rowwise().sum().maxCoeff();
+namespace {
+
+// |V| of a matrix in real columns. The root is not below the length if a square underflows.
+MatrixXd lengths(const MatrixXd& P, const VectorXcd& values) {
+  constexpr double least = 1e-300;
+  MatrixXd size = P.cwiseAbs();
+  for (Index j = 0; j < P.cols(); ++j) {
+    if (!(values[j].imag() > 0)) continue;
+    size.col(j) = (P.col(j).array().square() + P.col(j + 1).array().square() + least).sqrt();
+    size.col(j + 1) = size.col(j);
+    ++j;
+  }
+  return size;
+}
+
+// Row sums of |S⁻¹ M S|, where V = P S are the complex columns of P.
+VectorXd row_sums(const MatrixXd& M, const VectorXcd& values) {
+  const Index n = M.rows();
+  VectorXd sums = VectorXd::Zero(n);
+  const auto two = [&](Index i) { return values[i].imag() > 0; };
+  for (Index j = 0; j < n; j += two(j) ? 2 : 1)
+    for (Index i = 0; i < n; i += two(i) ? 2 : 1) {
+      const double a = M(i, j), b = two(j) ? M(i, j + 1) : 0.0;
+      const double c = two(i) ? M(i + 1, j) : 0.0, d = two(i) && two(j) ? M(i + 1, j + 1) : 0.0;
+      if (two(i) && two(j))
+        sums[i] += 0.5 * (std::hypot(a + d, b - c) + std::hypot(a - d, b + c));
+      else
+        sums[i] += two(i) ? 0.5 * std::hypot(a, c) : two(j) ? 2 * std::hypot(a, b) : std::abs(a);
+    }
+  for (Index i = 0; i < n; ++i)
+    if (two(i)) sums[i + 1] = sums[i];
+  return sums;
+}
+
+// ‖I - X V‖∞ from the row sums of its computed value, and the rounding of the product.
+double largest_defect(const VectorXd& sums, const MatrixXd& X_size, const VectorXd& V_sums) {
+  const double rounding = (2 * double(sums.size()) + 4) * epsilon;
+  const VectorXd rows = sums + rounding * (X_size * V_sums);
+  return rows.allFinite() ? rows.maxCoeff() : infinity;
+}
+
+}  // namespace
+
+// In real columns V = P S,  V⁻¹ = S⁻¹ P⁻¹,  I - V⁻¹V = S⁻¹ (I - P⁻¹P) S.
+Inverse inverse(const dense::RealEigensystem& solved) {
+  const Index n = solved.P.rows();
+  Inverse inv{dense::inverse(solved.P).transpose(), infinity};
+  MatrixXd& W = inv.W;
+  if (!W.allFinite()) return inv;
+  const MatrixXd rest = MatrixXd::Identity(n, n) - W.transpose() * solved.P;
+  for (Index j = 0; j < n; ++j)
+    if (solved.values[j].imag() != 0) W.col(j) *= 0.5;
+  const VectorXd across = lengths(solved.P, solved.values).rowwise().sum();
+  inv.defect =
+      largest_defect(row_sums(rest, solved.values), lengths(W, solved.values).transpose(), across);
   return inv;
 }
 
@@ -31,43 +79,60 @@ namespace {
 // the given error; rounding of this computation is included. Infinite if V is nearly singular.
 // Isolated disks contain one eigenvalue each, k joined ones contain k.            [10, ch. 2 secs
 // 13, 47]
-VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error, const MatrixXcd& V,
-                          const VectorXcd& lambda, const Inverse& inv) {
+VectorXd gershgorin_radii(const MatrixXd& B, const MatrixXd& error,
+                          const dense::RealEigensystem& solved, const Inverse& inv) {
   const Index n = B.rows();
   if (!(inv.defect < 0.5)) return VectorXd::Constant(n, infinity);
-  const MatrixXd size = B.cwiseAbs() * V.cwiseAbs() + V.cwiseAbs() * lambda.cwiseAbs().asDiagonal();
-  const MatrixXd residual = (B * V - V * lambda.asDiagonal()).cwiseAbs() +
-                            (2 * double(n) + 4) * epsilon * size + error * V.cwiseAbs();
-  const VectorXd rows = (inv.X.cwiseAbs() * residual).rowwise().sum();
+  const MatrixXd& P = solved.P;
+  const VectorXcd& lambda = solved.values;
+  MatrixXd R = B * P;
+  for (Index j = 0; j < n; ++j) {
+    const double re = lambda[j].real(), im = lambda[j].imag();
+    R.col(j) -= re * P.col(j);
+    if (im > 0) R.col(j) += im * P.col(j + 1);
+    if (im < 0) R.col(j) += im * P.col(j - 1);
+  }
+  const MatrixXd size = lengths(P, lambda);
+  const VectorXd across = size.rowwise().sum();
+  const VectorXd residual =
+      lengths(R, lambda).rowwise().sum() + error * across +
+      (2 * double(n) + 4) * epsilon * (B.cwiseAbs() * across + size * lambda.cwiseAbs());
+  const VectorXd rows = lengths(inv.W, lambda).transpose() * residual;
   return (rows.array() + inv.defect / (1 - inv.defect) * rows.maxCoeff()) * (1 + 1e-6);
 }
 
-// Every matrix within the error of B is orthogonally similar to one within this distance of T.
-double schur_error(const MatrixXd& B, const MatrixXd& error, const dense::Schur& schur) {
-  const Index n = B.rows();
-  const MatrixXd &U = schur.U, &T = schur.T;
-  const double size = B.norm() + T.norm();
-  const double orthogonality = (U.transpose() * U - MatrixXd::Identity(n, n)).norm();
-  const double rounding = (4 * double(n) + 8) * epsilon * std::sqrt(double(n)) * size;
-  return (B * U - U * T).norm() + orthogonality * size + rounding + error.norm();
+// The part of schur_error() that takes no products.
+double schur_rounding(const MatrixXd& B, const MatrixXd& error,
+                      const dense::RealEigensystem& solved) {
+  const double n = double(B.rows());
+  return (4 * n + 8) * epsilon * std::sqrt(n) * (B.norm() + solved.T.norm()) + error.norm();
 }
 
-// One radius for all eigenvalues, defective or not: the smallest δ with
-//   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
-// where N is the strict upper triangle of the Schur form and E its backward error plus the given
-// error.                                                                       [11, thm 7.2.3]
-double schur_radius(const MatrixXd& B, const MatrixXd& error, const dense::Schur& schur) {
+// Every matrix within the error of B is orthogonally similar to one within this distance of T.
+double schur_error(const MatrixXd& B, const MatrixXd& error, const dense::RealEigensystem& solved) {
   const Index n = B.rows();
-  const MatrixXd& T = schur.T;
-  const double E = schur_error(B, error, schur);
+  const MatrixXd &U = solved.U, &T = solved.T;
+  const double orthogonality = (U.transpose() * U - MatrixXd::Identity(n, n)).norm();
+  return (B * U - U * T).norm() + orthogonality * (B.norm() + T.norm()) +
+         schur_rounding(B, error, solved);
+}
+
+// ‖N‖, N the strict upper triangle of the Schur form.
+double departure_from_normal(const MatrixXd& T) {
   MatrixXd N = T.triangularView<Eigen::StrictlyUpper>();
-  for (Index i = 0; i + 1 < n; ++i) {  // making a 2x2 block triangular keeps its Frobenius norm
+  for (Index i = 0; i + 1 < T.rows(); ++i) {  // a 2x2 block made triangular keeps its norm
     const auto block = T.block<2, 2>(i, i);
     const double determinant = block(0, 0) * block(1, 1) - block(1, 0) * block(0, 1);
     if (block(1, 0) != 0)
       N(i, i + 1) = std::sqrt(std::max(block.squaredNorm() - 2 * determinant, 0.0));
   }
-  const double departure = N.norm();
+  return N.norm();
+}
+
+// One radius for all n eigenvalues, defective or not: the smallest δ with
+//   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
+// where E is the backward error of the Schur form plus the given error.       [11, thm 7.2.3]
+double schur_radius(double departure, double E, Index n) {
   if (!(E > 0)) return 0.0;
   const auto resolvent = [&](double delta) {
     double sum = 0.0, power = 1.0 / delta;
@@ -86,10 +151,13 @@ double schur_radius(const MatrixXd& B, const MatrixXd& error, const dense::Schur
 
 // A lower bound of σ_min(M) = 1/‖M⁻¹‖₂, by norms of the inverse.                  [11, sec. 2.3]
 double least_singular_value(const MatrixXcd& M) {
-  const auto [X, largest_row] = inverse(M);
-  const double defect = std::sqrt(double(M.rows())) * largest_row;  // of ‖E‖∞, for ‖E‖₂
-  if (!(defect < 0.5)) return 0.0;
+  const Index n = M.rows();
+  const MatrixXcd X = dense::inverse(M);
   const MatrixXd size = X.cwiseAbs();
+  const VectorXd rest = (MatrixXcd::Identity(n, n) - X * M).cwiseAbs().rowwise().sum();
+  const double largest_row = largest_defect(rest, size, M.cwiseAbs().rowwise().sum());
+  const double defect = std::sqrt(double(n)) * largest_row;  // of ‖E‖∞, for ‖E‖₂
+  if (!(defect < 0.5)) return 0.0;
   const double columns = size.colwise().sum().maxCoeff(), rows = size.rowwise().sum().maxCoeff();
   return (1 - defect) * (1 - 1e-12) / std::min(X.norm(), std::sqrt(columns * rows));
 }
@@ -97,11 +165,11 @@ double least_singular_value(const MatrixXcd& M) {
 // Stability from a vertical line that no eigenvalue of any matrix within the error can cross: if
 // σ_min(c + iω - T) > ‖E‖ for every ω, all of them have as many eigenvalues right of the line as T.
 // σ_min is 1-Lipschitz in ω, so each value clears an interval.                   [11, sec. 7.9]
-std::optional<Index> right_of(double c, const dense::Schur& schur, const VectorXcd& lambda,
-                              double E) {
+std::optional<Index> right_of(double c, const dense::RealEigensystem& solved, double E) {
   constexpr int most_stretches = 200;
   constexpr double safe = 0.9;
-  const MatrixXd& T = schur.T;
+  const MatrixXd& T = solved.T;
+  const VectorXcd& lambda = solved.values;
   const Index n = T.rows();
   const double size = T.norm();
   const auto clear_at = [&](double omega) {
@@ -137,7 +205,9 @@ std::vector<Index> groups(const VectorXcd& lambda, const VectorXd& radius) {
   std::iota(group.begin(), group.end(), Index{0});
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < i; ++j) {
-      if (std::abs(lambda[i] - lambda[j]) > radius[i] + radius[j]) continue;
+      const double sum = radius[i] + radius[j];
+      if (std::abs(lambda[i].real() - lambda[j].real()) > sum) continue;  // most are, at less cost
+      if (std::abs(lambda[i] - lambda[j]) > sum) continue;
       const Index from = group[std::size_t(i)], to = group[std::size_t(j)];
       std::ranges::replace(group, from, to);
     }
@@ -164,31 +234,39 @@ Bounds of_discs(const VectorXcd& lambda, const VectorXd& radius) {
   return b;
 }
 
-Verdict axis_verdict(const MatrixXd& B, const MatrixXd& error, const VectorXcd& lambda,
-                     const dense::Schur& schur) {
+Verdict axis_verdict(const MatrixXd& B, const MatrixXd& error,
+                     const dense::RealEigensystem& solved) {
   constexpr Index largest = 200;  // for which a singular value decomposition is fast
-  const double E = schur_error(B, error, schur);
   // The sum of the eigenvalues is the trace: if it is positive, so is an eigenvalue's real part.
   const double trace = B.trace(), rounding = double(B.rows()) * epsilon * B.diagonal().lpNorm<1>();
   if (trace > error.trace() + rounding) return Verdict::unstable;
-  if (B.rows() > largest || !std::isfinite(E)) return Verdict::undecided;
-  if (const auto unstable = right_of(0.0, schur, lambda, E))
+  if (B.rows() > largest) return Verdict::undecided;
+  const double E = schur_error(B, error, solved);
+  if (!std::isfinite(E)) return Verdict::undecided;
+  if (const auto unstable = right_of(0.0, solved, E))
     return *unstable > 0 ? Verdict::unstable : Verdict::stable;
-  const double most = schur.T.diagonal().maxCoeff();  // for a pair, the real part
+  const double most = solved.T.diagonal().maxCoeff();  // for a pair, the real part
   if (most > 0)
-    if (const auto unstable = right_of(0.5 * most, schur, lambda, E); unstable && *unstable > 0)
+    if (const auto unstable = right_of(0.5 * most, solved, E); unstable && *unstable > 0)
       return Verdict::unstable;
   return Verdict::undecided;
 }
 
 }  // namespace
 
-Bounds bounds(const MatrixXd& B, const MatrixXd& error, const dense::Eigensystem& solved,
-              const Inverse& inv, const dense::Schur& schur) {
-  const VectorXd separate = gershgorin_radii(B, error, solved.V, solved.values, inv);
-  const VectorXd common = VectorXd::Constant(B.rows(), schur_radius(B, error, schur));
-  Bounds b = of_discs(solved.values, separate.sum() < common.sum() ? separate : common);
-  if (b.verdict == Verdict::undecided) b.verdict = axis_verdict(B, error, solved.values, schur);
+Bounds bounds(const MatrixXd& B, const MatrixXd& error, const dense::RealEigensystem& solved,
+              const Inverse& inv) {
+  const Index n = B.rows();
+  const VectorXd separate = gershgorin_radii(B, error, solved, inv);
+  const double departure = departure_from_normal(solved.T);
+  const auto common = [&](double E) {
+    return VectorXd::Constant(n, schur_radius(departure, E, n)).eval();
+  };
+  // The common radius grows with the error: without its products it is a lower bound.
+  VectorXd radius = common(schur_rounding(B, error, solved));
+  if (!(separate.sum() < radius.sum())) radius = common(schur_error(B, error, solved));
+  Bounds b = of_discs(solved.values, separate.sum() < radius.sum() ? separate : radius);
+  if (b.verdict == Verdict::undecided) b.verdict = axis_verdict(B, error, solved);
   return b;
 }
 

@@ -16,12 +16,12 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
 }  // namespace spectrum
 
-/// V⁻¹ and an error bound of its computed form: V⁻¹ = (I - E)⁻¹ X, ‖E‖∞ <= defect.
+/// V⁻¹ = (I - E)⁻¹ Wᴴ, ‖E‖∞ <= defect, W in real columns as V is.
 struct Inverse {
-  Eigen::MatrixXcd X;
+  Eigen::MatrixXd W;
   double defect = std::numeric_limits<double>::infinity();
 };
-Inverse inverse(const Eigen::MatrixXcd& V);
+Inverse inverse(const dense::RealEigensystem& solved);
 
 /// Error bounds of the eigenvalues, and stability.
 struct Bounds {
@@ -29,10 +29,10 @@ struct Bounds {
   Verdict verdict = Verdict::undecided;
 };
 
-/// For all matrices within `error`, for each entry, of B = V diag(lambda) V⁻¹ = U T Uᵀ; rounding
-/// of the decompositions is included.
+/// For all matrices within `error`, for each entry, of B, whose eigensystem is given; rounding of
+/// the decompositions is included.
 Bounds bounds(const Eigen::MatrixXd& B, const Eigen::MatrixXd& error,
-              const dense::Eigensystem& solved, const Inverse& inverse, const dense::Schur& schur);
+              const dense::RealEigensystem& solved, const Inverse& inverse);
 
 /// Index sets by which exact zeros of A and its error make A block triangular: the strongly
 /// connected components of its graph, each in ascending order. A single set if A is irreducible.

@@ -595,7 +595,9 @@ TEST_CASE("balancing is an exact similarity") {
     if ((A.array() != 0).all()) CHECK(b.B.cwiseAbs().sum() <= A.cwiseAbs().sum() * (1 + 1e-12));
     // Eigenvectors come back as those of A
     const algebra::Eigensystem system = algebra::eigensystem(b.B);
-    const Eigen::MatrixXcd V = b.back(system.vectors);
+    Eigen::MatrixXcd V(n, n);
+    V.real() = b.back(system.vectors.real());
+    V.imag() = b.back(system.vectors.imag());
     for (Index k = 0; k < n; ++k) {
       const double miss = (A * V.col(k) - system.values[k] * V.col(k)).norm();
       CHECK_NEAR(miss, 0, 1e-12 * A.norm() * V.col(k).norm());

@@ -5,16 +5,8 @@
 
 namespace tiltrim::dense {
 
-using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-Schur schur(const MatrixXd& A, Index max_iterations) {
-  Eigen::RealSchur<MatrixXd> solver(A.rows());
-  solver.setMaxIterations(max_iterations * A.rows()).compute(A);
-  if (solver.info() != Eigen::Success) return {};
-  return {true, solver.matrixU(), solver.matrixT()};
-}
 
 VectorXd symmetric_eigenvalues(const MatrixXd& S) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(S, Eigen::EigenvaluesOnly).eigenvalues();
