@@ -2,7 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <functional>
 #include <stdexcept>
+#include <type_traits>
 
 namespace tiltrim::python {
 
@@ -138,26 +141,41 @@ py::dict dict_of(const LinearModel& l) {
   return d;
 }
 
+// One property of all modes: a number, or a vector, which becomes a row.
+template <class Of>
+static auto column(const std::vector<Mode>& modes, Of of) {
+  std::vector<std::decay_t<std::invoke_result_t<Of, const Mode&>>> all;
+  for (const Mode& m : modes) all.push_back(std::invoke(of, m));
+  return all;
+}
+
+template <class Vector>
+static py::array_t<typename Vector::Scalar> rows(const std::vector<Mode>& modes, Vector Mode::*of) {
+  const auto n = py::ssize_t(modes.size());
+  py::array_t<typename Vector::Scalar> all({n, n});
+  auto* at = all.mutable_data();
+  for (const Mode& m : modes) at = std::ranges::copy(m.*of, at).out;
+  return all;
+}
+
 py::dict dict_of(const Modes& found) {
-  py::list list;
-  for (const Mode& m : found.modes) {
-    py::dict d;
-    d["eigenvalue"] = m.eigenvalue;
-    d["frequency"] = m.frequency();
-    d["damping"] = m.damping();
-    d["time_to_half"] = m.time_to_half();
-    d["error"] = m.error;
-    d["condition"] = m.condition;
-    d["backward_error"] = m.backward_error;
-    d["right"] = m.right;
-    d["left"] = m.left;
-    d["participation"] = m.participation;
-    d["name"] = m.name;
-    d["determined"] = m.determined;
-    list.append(d);
-  }
+  const std::vector<Mode>& modes = found.modes;
+  const auto numbers = [&](auto of) { return array_of(column(modes, of)); };
+  py::dict columns;
+  columns["eigenvalue"] = numbers(&Mode::eigenvalue);
+  columns["frequency"] = numbers(&Mode::frequency);
+  columns["damping"] = numbers(&Mode::damping);
+  columns["time_to_half"] = numbers(&Mode::time_to_half);
+  columns["error"] = numbers(&Mode::error);
+  columns["condition"] = numbers(&Mode::condition);
+  columns["backward_error"] = numbers(&Mode::backward_error);
+  columns["right"] = rows(modes, &Mode::right);
+  columns["left"] = rows(modes, &Mode::left);
+  columns["participation"] = rows(modes, &Mode::participation);
+  columns["name"] = column(modes, &Mode::name);
+  columns["determined"] = column(modes, &Mode::determined);
   py::dict d;
-  d["modes"] = list;
+  d["columns"] = columns;
   d["verdict"] = to_string(found.verdict);
   d["spectral_abscissa"] = found.spectral_abscissa;
   d["converged"] = found.converged;

@@ -143,6 +143,13 @@ def test_modes_of_a_loop_and_of_a_bare_matrix():
     bare = tiltrim.modes([[0, 1], [-4, -2]], states=["z", "v"])
     np.testing.assert_allclose(bare.eigenvalues, [-1 - 3**0.5 * 1j, -1 + 3**0.5 * 1j], rtol=1e-14)
     assert bare.states == ("z", "v") and len(bare) == 2
+    for i, mode in enumerate(bare.modes):
+        assert mode is bare[i] and type(mode.eigenvalue) is complex and mode.determined is True
+        assert mode.eigenvalue == bare.eigenvalues[i] and mode.error == bare.error[i]
+        assert (mode.frequency, mode.damping) == (bare.frequency[i], bare.damping[i])
+        assert mode.name == bare.names[i] == "z + v" and type(mode.error) is float
+        np.testing.assert_allclose(np.vdot(mode.left, mode.right), 1, rtol=1e-14)
+        np.testing.assert_allclose(mode.participation, [0.5, 0.5], rtol=1e-14)
     doubtful = tiltrim.modes([[0.01]], error=[[0.1]])
     assert doubtful.verdict == "undecided"
     for wrong in ([[1, 2]], [[1j]], [[math.nan]], 3.0, "A"):

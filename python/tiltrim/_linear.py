@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -132,41 +133,51 @@ class Modes(Plotted):
     """Eigenvalues by rising real part, with error bounds, mode names and a verdict."""
 
     verdict: str  #: stable, unstable, or undecided: the bounds include the imaginary axis
-    modes: List[Mode]
     spectral_abscissa: float  #: largest real part, 1/s
     states: Tuple[str, ...]
-    converged: bool = True
+    converged: bool
+    _columns: Dict[str, Any]  # by the names and in the order of Mode's fields, each of all modes
+
+    @cached_property
+    def modes(self) -> List[Mode]:
+        """All modes, made when first asked for."""
+
+        def each(column: Any) -> Any:
+            """One of each mode: Python's own numbers of an array, rows of a matrix, names."""
+            return column.tolist() if getattr(column, "ndim", None) == 1 else column
+
+        return [Mode(*values) for values in zip(*map(each, self._columns.values()))]
 
     @property
     def eigenvalues(self) -> Complex:
         """All eigenvalues, 1/s, shape (nx,)."""
-        return np.array([m.eigenvalue for m in self.modes], dtype=complex)
+        return np.array(self._columns["eigenvalue"])
 
     @property
     def frequency(self) -> Array:
         """|eigenvalue|, rad/s, shape (nx,)."""
-        return np.array([m.frequency for m in self.modes])
+        return np.array(self._columns["frequency"])
 
     @property
     def damping(self) -> Array:
         """Damping ratios, shape (nx,)."""
-        return np.array([m.damping for m in self.modes])
+        return np.array(self._columns["damping"])
 
     @property
     def error(self) -> Array:
         """Error bounds of the eigenvalues, 1/s, shape (nx,)."""
-        return np.array([m.error for m in self.modes])
+        return np.array(self._columns["error"])
 
     @property
     def names(self) -> List[str]:
         """Names of the modes, from the participating states."""
-        return [m.name for m in self.modes]
+        return list(self._columns["name"])
 
     def __getitem__(self, number: int) -> Mode:
         return self.modes[number]
 
     def __len__(self) -> int:
-        return len(self.modes)
+        return len(self._columns["eigenvalue"])
 
     def __bool__(self) -> bool:
         return self.verdict == "stable"
@@ -324,11 +335,7 @@ def _matrix(given: Any, what: str) -> Array:
 
 def _modes(raw: Dict[str, Any], names: Sequence[str]) -> Modes:
     return Modes(
-        raw["verdict"],
-        [Mode(**mode) for mode in raw["modes"]],
-        raw["spectral_abscissa"],
-        tuple(names),
-        raw["converged"],
+        raw["verdict"], raw["spectral_abscissa"], tuple(names), raw["converged"], raw["columns"]
     )
 
 
