@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <numbers>
@@ -17,6 +16,7 @@
 #include "linearize/eigenvalues.hpp"
 #include "linearize/mode_name.hpp"
 #include "linearize/spectrum_bounds.hpp"
+#include "runtime/memory.hpp"
 #include "runtime/rounding.hpp"
 
 namespace tiltrim {
@@ -284,14 +284,6 @@ std::vector<Mode> with_vectors(const MatrixXd& A, const Decomposed& d, const Spe
   return modes;
 }
 
-// A call takes some twenty matrices of n rows and frees them. glibc would give them back to the
-// system each time, which costs a quarter of a call with 100 states. It keeps twice the largest
-// block that was ever freed (mallopt(3), M_MMAP_THRESHOLD).
-void keep_freed_memory(std::size_t n) {
-  void* volatile block = std::malloc(10 * n * n * sizeof(double));
-  std::free(block);
-}
-
 }  // namespace
 
 Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::string>& state_names,
@@ -308,7 +300,8 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
   result.verdict = Verdict::stable;
   if (A.rows() == 0) return result;
 
-  keep_freed_memory(std::size_t(A.rows()));
+  constexpr std::size_t matrices = 10;  // of twenty; a quarter of a call with 100 states
+  keep_freed_memory(matrices * std::size_t(A.size()) * sizeof(double));
   const Decomposed d = decompose(A, A_error, max_iterations);
   const std::vector<std::vector<Index>> blocks = irreducible_blocks(A, A_error);
   const bool whole = blocks.size() == 1;

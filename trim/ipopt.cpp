@@ -4,8 +4,9 @@
 #include <IpTNLP.hpp>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <mutex>
+
+#include "runtime/memory.hpp"
 
 namespace tiltrim {
 
@@ -123,16 +124,9 @@ class DenseNlp final : public Ipopt::TNLP {
   const std::stop_token& stop_;
 };
 
-// MUMPS takes some 6 MB for every factorization and solution and frees them; glibc would give them
-// back to the system each time, which costs as much as the rest of a solve. It keeps twice the
-// largest block that was ever freed (mallopt(3), M_MMAP_THRESHOLD).
-void keep_freed_memory() {
-  void* volatile block = std::malloc(16 << 20);
-  std::free(block);
-}
-
 Ipopt::SmartPtr<Ipopt::IpoptApplication> application() {
-  keep_freed_memory();
+  // MUMPS takes some 6 MB for every factorization and frees them: as long as the rest of a solve.
+  keep_freed_memory(16 << 20);
   Ipopt::SmartPtr<Ipopt::IpoptApplication> app = new Ipopt::IpoptApplication(false);
   const auto& options = app->Options();
   options->SetIntegerValue("print_level", 0);
