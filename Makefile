@@ -60,7 +60,7 @@ bench: packages
 	cmake --build --preset release -j $(JOBS) --target tiltrim_bench
 	build/bin/tiltrim_bench $(BENCH_FLAGS)
 
-# What Python's functions cost; scipy.optimize's root and differential_evolution compared with trim and tune.
+# What Python's functions cost; scipy.optimize's root and differential_evolution compared with trim and tune, numpy's eig with modes.
 bench-python:
 	cmake/install-packages.sh dev
 	cmake --preset release $(PARTS)
@@ -68,6 +68,7 @@ bench-python:
 	PYTHONPATH=build/python /usr/bin/python3 bench/python_overhead.py
 	PYTHONPATH=build/python /usr/bin/python3 bench/python_scipy.py $(BENCH_FLAGS)
 	PYTHONPATH=build/python /usr/bin/python3 bench/tune_scipy.py
+	PYTHONPATH=build/python /usr/bin/python3 bench/modes_numpy.py
 
 sanitize: asan tsan
 
