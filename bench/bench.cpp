@@ -17,6 +17,7 @@
 #include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "trim/problem.hpp"
+#include "trim/repeated.hpp"
 #include "vehicles/tiltrotor/closed_loop.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/xv15/xv15.hpp"
@@ -112,6 +113,21 @@ void trim_newton_warm(benchmark::State& state) {
   const TrimOptions options{.method = TrimMethod::newton, .starts = 0};
   for (auto _ : state)
     benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.trimmed, options));
+}
+
+// Both again from one RepeatedTrim, as in a loop over conditions.
+void trim_repeated_cold(benchmark::State& state) {
+  const Case c = prepared(state);
+  const TrimOptions options{.method = TrimMethod::newton, .starts = 0};
+  RepeatedTrim again(c.problem.model, c.problem.spec);
+  for (auto _ : state) benchmark::DoNotOptimize(again(c.problem.guess, options));
+}
+
+void trim_repeated_warm(benchmark::State& state) {
+  const Case c = prepared(state);
+  const TrimOptions options{.method = TrimMethod::newton, .starts = 0};
+  RepeatedTrim again(c.problem.model, c.problem.spec);
+  for (auto _ : state) benchmark::DoNotOptimize(again(c.trimmed, options));
 }
 
 // As in the program: Ipopt, then 32 starts for other equilibria.
@@ -229,6 +245,8 @@ BENCHMARK(jacobian_differences_with_errors)->DenseRange(0, 2)->ArgName("conditio
 BENCHMARK(modes_with_bounds)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_newton_cold)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_newton_warm)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(trim_repeated_cold)->DenseRange(0, 2)->ArgName("condition");
+BENCHMARK(trim_repeated_warm)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_ipopt_cold)->DenseRange(0, 2)->ArgName("condition");
 BENCHMARK(trim_all_starts)->DenseRange(0, 2)->ArgName("condition");
 

@@ -137,8 +137,8 @@ ModelNames checked_names(const Model& model) {
           fmt::format("{} signals in one vector of the model; these methods use dense matrices and "
                       "support at most {}",
                       signals->size(), largest_model));
-  ModelNames names{NameTable(model.states.size() + model.inputs.size() + model.parameters.size()),
-                   NameTable(model.outputs.size())};
+  ModelNames names{NameTable({&model.states, &model.inputs, &model.parameters}),
+                   NameTable({&model.outputs})};
   const auto check_all = [](const Signals& signals, NameTable& seen) {
     for (const Signal& s : signals) {
       if (!seen.insert(s.name))
@@ -157,7 +157,9 @@ ModelNames checked_names(const Model& model) {
 
 void check(const Model& model, const OperatingPoint& point) {
   check_sizes(model, point);
-  if (point.x.allFinite() && point.u.allFinite() && point.p.allFinite()) return;
+  // Any NaN or infinity makes the sum NaN.
+  const auto finite = [](const VectorXd& v) { return std::isfinite((0.0 * v).sum()); };
+  if (finite(point.x) && finite(point.u) && finite(point.p)) return;
   const Index n = point.x.size() + point.u.size() + point.p.size();
   for (Index j = 0; j < n; ++j)
     if (!std::isfinite(value_of(point, j)))

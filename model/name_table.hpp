@@ -4,6 +4,8 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,20 +14,22 @@
 
 namespace tiltrim {
 
-/// Positions by name, in order of insertion. The names must outlive the table.
+/// Positions by name in a vector of signals, or in several numbered through. They must outlive the
+/// table.
 class NameTable {
  public:
-  /// For at most this many names.
-  explicit NameTable(std::size_t names) : slots_(std::bit_ceil(2 * names + 1), empty) {
-    names_.reserve(names);
+  explicit NameTable(std::initializer_list<const Signals*> parts) {
+    std::size_t names = 0;
+    for (auto* part = parts_; const Signals* signals : parts)
+      names += signals->size(), *part++ = *signals;
+    slots_.resize(std::bit_ceil(2 * names + 1), empty);
   }
 
-  /// False if the name is there already.
-  bool insert(const std::string& name) {
+  /// The name of the next signal, in order. False if the name is there already.
+  bool insert(std::string_view name) {
     std::int32_t& slot = slots_[place_of(name)];
     if (slot != empty) return false;
-    slot = std::int32_t(names_.size());
-    names_.push_back(&name);
+    slot = inserted_++;
     return true;
   }
   /// -1 if the name is not there.
@@ -57,11 +61,17 @@ class NameTable {
   std::size_t place_of(std::string_view name) const {
     const std::size_t mask = slots_.size() - 1;
     std::size_t at = hash_of(name) & mask;
-    while (slots_[at] != empty && *names_[std::size_t(slots_[at])] != name) at = (at + 1) & mask;
+    while (slots_[at] != empty && name_of(std::size_t(slots_[at])) != name) at = (at + 1) & mask;
     return at;
   }
-  std::vector<std::int32_t> slots_;  // at most half of them in use
-  std::vector<const std::string*> names_;
+  const std::string& name_of(std::size_t number) const {
+    const auto* part = parts_;
+    for (; number >= part->size(); ++part) number -= part->size();
+    return (*part)[number].name;
+  }
+  std::span<const Signal> parts_[3];  // states, inputs and parameters, or outputs
+  std::vector<std::int32_t> slots_;   // at most half of them in use
+  std::int32_t inserted_ = 0;
 };
 
 /// The numbers of a model's variables and outputs by name.

@@ -46,26 +46,50 @@ void check_range(const std::string& name, const Range& r) {
     throw std::invalid_argument(fmt::format("bounds of '{}': both are {}", name, r.lower));
 }
 
+// The bounds on one variable or output.
+struct Bound {
+  Place at;
+  Range range;
+
+  bool fixes() const { return range.lower == range.upper; }
+  bool limits() const { return at.row >= 0 && !fixes(); }  // an output
+  bool holds() const { return at.row >= 0 && fixes(); }
+};
+
+std::vector<Bound> bounds_of(const Model& model, const ModelNames& known, const TrimSpec& spec) {
+  std::vector<Bound> bounds;
+  bounds.reserve(spec.bounds.size());
+  for (const auto& [name, range] : spec.bounds) {
+    check_range(name, range);
+    bounds.push_back({place_of(model, known, name), range});
+  }
+  return bounds;
+}
+
 // There is room in `held` for all equations that a spec can have.
 void add_equation(Problem& p, Index row, double value) {
   p.held[p.m()] = value;
   p.equations.push_back(row);
 }
 
-void add_unknowns(Problem& p, const ModelNames& known, const TrimSpec& spec) {
-  p.unknowns.reserve(spec.free.size());
-  for (auto at = spec.free.begin(); at != spec.free.end(); ++at) {
-    const std::string& name = *at;
+std::vector<Index> free_variables(const Model& model, const ModelNames& known,
+                                  const TrimSpec& spec) {
+  std::vector<Index> variables;
+  variables.reserve(spec.free.size());
+  for (const std::string& name : spec.free) {
     Index j = known.variables.find(name);
-    if (j < 0) j = variable(p.model, name);  // throws
-    if (std::find(spec.free.begin(), at, name) != at)
+    if (j < 0) j = variable(model, name);  // throws
+    if (std::ranges::find(variables, j) != variables.end())
       throw std::invalid_argument(fmt::format("'{}' is listed twice as a free variable", name));
-    const auto bound = spec.bounds.find(name);
-    if (bound != spec.bounds.end() && bound->second.lower == bound->second.upper)
-      set_value(p.base, j, bound->second.lower);  // fixed: not an unknown
-    else
-      p.unknowns.push_back(j);
+    variables.push_back(j);
   }
+  return variables;
+}
+
+// Of the free variables, those that no bounds fix.
+void add_unknowns(Problem& p, const std::vector<Bound>& bounds) {
+  for (const Bound& bound : bounds)
+    if (bound.fixes()) std::erase(p.unknowns, bound.at.variable);
   const Index n = p.n();
   p.nominal.resize(n);
   p.lower = VectorXd::Constant(n, -std::numeric_limits<double>::infinity());
@@ -100,7 +124,7 @@ void refuse_unknown_rates(const Model& model, const TrimSpec& spec) {
   for (const std::string& name : held) (void)index_of(model.states, name, "state");
 }
 
-void add_rates(Problem& p, const TrimSpec& spec) {
+void add_rates(Problem& p, const std::vector<Bound>& bounds, const TrimSpec& spec) {
   for (const std::string& name : spec.moving) {
     (void)index_of(p.model.states, name, "state");
     if (among(spec.steady, name) || spec.rates.contains(name) || among(spec.implied, name))
@@ -113,8 +137,9 @@ void add_rates(Problem& p, const TrimSpec& spec) {
     if (spec.rates.contains(*name) || std::find(steady.begin(), name, *name) != name)
       throw std::invalid_argument(fmt::format("the rate of '{}' is held twice", *name));
   const std::size_t held = spec.rates.size() + steady.size();
-  p.held.resize(Index(held + spec.bounds.size()));
-  p.equations.reserve(held + spec.bounds.size());
+  const auto equations = held + std::size_t(std::ranges::count_if(bounds, &Bound::holds));
+  p.held.resize(Index(equations));
+  p.equations.reserve(equations);
   for (Index i = 0; i < std::ssize(p.model.states); ++i) {
     const std::string& name = p.model.states[std::size_t(i)].name;
     const double* const rate = held_rate(spec, steady, name);
@@ -129,57 +154,42 @@ void add_rates(Problem& p, const TrimSpec& spec) {
     p.implied.push_back(index_of(p.model.states, name, "state"));
 }
 
-void add_bounds(Problem& p, const ModelNames& known, const TrimSpec& spec) {
-  std::vector<Range> limited;
-  limited.reserve(spec.bounds.size());
-  p.limited.reserve(spec.bounds.size());
-  for (const auto& [name, range] : spec.bounds) {
-    check_range(name, range);
-    const Place at = place_of(p.model, known, name);
-    if (at.row >= 0) {
-      if (range.lower == range.upper) {
-        add_equation(p, at.row, range.lower);
-      } else {
-        p.limited.push_back(at.row);
-        limited.push_back(range);
-      }
-      continue;
-    }
+void add_bounds(Problem& p, const std::vector<Bound>& bounds) {
+  const auto limits = std::ranges::count_if(bounds, &Bound::limits);
+  p.limited.reserve(std::size_t(limits));
+  p.limited_lower.resize(limits);
+  p.limited_upper.resize(limits);
+  for (const Bound& bound : bounds) {
+    const auto& [at, range] = bound;
     const auto k = std::ranges::find(p.unknowns, at.variable) - p.unknowns.begin();
-    if (k == p.n()) {
-      if (range.lower == range.upper) set_value(p.base, at.variable, range.lower);  // fixed
+    if (bound.limits()) {
+      const Index i = std::ssize(p.limited);
+      p.limited_lower[i] = range.lower / p.row_nominal[at.row];
+      p.limited_upper[i] = range.upper / p.row_nominal[at.row];
+      p.limited.push_back(at.row);
+    } else if (at.row >= 0) {
+      add_equation(p, at.row, range.lower);
+    } else if (k < p.n()) {
+      p.lower[k] = range.lower / p.nominal[k];
+      p.upper[k] = range.upper / p.nominal[k];
+    } else {
       p.fixed_bounds.push_back({at.variable, range});
-      continue;
     }
-    p.lower[k] = range.lower / p.nominal[k];
-    p.upper[k] = range.upper / p.nominal[k];
-  }
-  p.held.conservativeResize(p.m());
-  p.limited_lower.resize(std::ssize(limited));
-  p.limited_upper.resize(std::ssize(limited));
-  for (std::size_t i = 0; i < limited.size(); ++i) {
-    const double size = p.row_nominal[p.limited[i]];
-    p.limited_lower[Index(i)] = limited[i].lower / size;
-    p.limited_upper[Index(i)] = limited[i].upper / size;
   }
 }
 
-// If no effort is given, every unknown that is an input over its nominal size.
-std::vector<CostTerm> input_effort(const Problem& p) {
+// If no effort is given, that of every unknown that is an input, over its nominal size.
+void add_input_effort(Problem& p) {
   const Index nx = std::ssize(p.model.states), nu = std::ssize(p.model.inputs);
-  std::vector<CostTerm> effort;
-  for (const Index j : p.unknowns)
-    if (j >= nx && j < nx + nu)
-      effort.push_back({signal_of(p.model, j).name, signal_of(p.model, j).nominal, 0.0});
-  return effort;
+  for (Index k = 0; k < p.n(); ++k)
+    if (const Index j = p.unknowns[std::size_t(k)]; j >= nx && j < nx + nu)
+      p.terms.push_back({k, -1, p.nominal[k], 0.0});
 }
 
 void add_effort(Problem& p, const ModelNames& known, const TrimSpec& spec) {
-  const std::vector<CostTerm> inputs =
-      spec.effort.empty() ? input_effort(p) : std::vector<CostTerm>{};
-  const std::vector<CostTerm>& effort = spec.effort.empty() ? inputs : spec.effort;
-  p.terms.reserve(effort.size());
-  for (const CostTerm& e : effort) {
+  if (spec.effort.empty()) return add_input_effort(p);
+  p.terms.reserve(spec.effort.size());
+  for (const CostTerm& e : spec.effort) {
     if (!(e.scale > 0 && std::isfinite(e.scale) && std::isfinite(e.reference)))
       throw std::invalid_argument(fmt::format(
           "control effort of '{}': its scale must be positive and its reference finite", e.signal));
@@ -190,7 +200,7 @@ void add_effort(Problem& p, const ModelNames& known, const TrimSpec& spec) {
     else if (k < p.n())
       p.terms.push_back({k, -1, e.scale, e.reference});
     else
-      p.fixed_effort += std::pow((value_of(p.base, at.variable) - e.reference) / e.scale, 2);
+      p.fixed_terms.push_back({at.variable, e.scale, e.reference});
   }
 }
 
@@ -219,27 +229,59 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
   return moving;
 }
 
-Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                     bool timed) {
-  const ModelNames known = checked_names(model);
-  check(model, guess);
-  Problem p(model, guess);
+// From names that are checked.
+static Problem problem_of(const Model& model, const ModelNames& known, const TrimSpec& spec) {
+  Problem p(model);
   p.in_place = in_place(model);
-  p.notes_nearest = timed;
   p.row_nominal.resize(std::ssize(model.states) + std::ssize(model.outputs));
   Index at = 0;
   for (const Signals* signals : {&model.states, &model.outputs})
     for (const Signal& s : *signals) p.row_nominal[at++] = s.nominal;
-  add_unknowns(p, known, spec);
-  add_rates(p, spec);
-  add_bounds(p, known, spec);
+  p.unknowns = free_variables(model, known, spec);
+  const std::vector<Bound> bounds = bounds_of(model, known, spec);
+  add_unknowns(p, bounds);
+  add_rates(p, bounds, spec);
+  add_bounds(p, bounds);
   add_effort(p, known, spec);
   count(p, spec);
-  check_answers(p);
   const Index nx = std::ssize(model.states);
   const auto is_output = [nx](Index row) { return row >= nx; };
   p.needs_outputs = !p.limited.empty() || std::ranges::any_of(p.equations, is_output) ||
                     std::ranges::any_of(p.terms, [](const auto& t) { return t.row >= 0; });
+  return p;
+}
+
+static void set_checked_guess(Problem& p, const OperatingPoint& guess) {
+  p.base = guess;
+  for (const auto& [variable, range] : p.fixed_bounds)
+    if (range.lower == range.upper) set_value(p.base, variable, range.lower);
+  p.fixed_effort = 0.0;
+  for (const auto& [variable, scale, reference] : p.fixed_terms)
+    p.fixed_effort += std::pow((value_of(p.base, variable) - reference) / scale, 2);
+  p.evaluations = 0;
+  p.thrown.clear();
+  p.nearest = {};
+  p.memory.z_of_here.resize(0);
+  p.memory.z_of_slopes.resize(0);
+  check_answers(p);
+}
+
+Problem unguessed_problem(const Model& model, const TrimSpec& spec) {
+  return problem_of(model, checked_names(model), spec);
+}
+
+void set_guess(Problem& p, const OperatingPoint& guess) {
+  check(p.model, guess);
+  set_checked_guess(p, guess);
+}
+
+Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                     bool timed) {
+  const ModelNames known = checked_names(model);
+  check(model, guess);
+  Problem p = problem_of(model, known, spec);
+  p.notes_nearest = timed;
+  set_checked_guess(p, guess);
   return p;
 }
 

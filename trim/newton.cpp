@@ -12,15 +12,17 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-static void solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
+// False if the step is not finite.
+static bool solve(const MatrixXd& J, const VectorXd& r, VectorXd& dz) {
   if (J.rows() == J.cols()) {
     if (J.rows() > 0 && J.rows() <= dense::small_size)
       dz = dense::small_solve(J, -r);
     else
       dz = dense::solve(J, -r);
-    if (dz.allFinite()) return;
+    if (dz.allFinite()) return true;
   }
   dz = dense::least_squares(J, -r);
+  return dz.allFinite();
 }
 
 NewtonResult newton(const Problem& problem, const VectorXd& start, const TrimOptions& options) {
@@ -47,8 +49,7 @@ NewtonResult newton_from_here(const Problem& problem, const TrimOptions& options
     differentiate(problem, z, at, slope);
     z_of_slope = z;
     if (!slope.finite) return result;
-    solve(slope.residual, at.residual, dz);
-    if (!dz.allFinite()) return result;
+    if (!solve(slope.residual, at.residual, dz)) return result;
     result.step = dz.size() > 0 ? dz.lpNorm<Eigen::Infinity>() : 0.0;
     const double size = z.size() > 0 ? z.lpNorm<Eigen::Infinity>() : 0.0;
     const double least = rounding * std::max(1.0, size);

@@ -200,7 +200,6 @@ void differentiate(const Problem& p, const VectorXd& z, const Values& at, Jacobi
     s = Jacobians{};
     return;
   }
-  const auto row = [&](Index i) { return J.row(i).cwiseProduct(p.nominal.transpose()); };
   const auto scaled = [&](const std::vector<Index>& rows, Eigen::MatrixXd& slopes) {
     slopes.resize(std::ssize(rows), p.n());
     for (Index k = 0; k < p.n(); ++k)
@@ -211,14 +210,14 @@ void differentiate(const Problem& p, const VectorXd& z, const Values& at, Jacobi
   };
   scaled(p.equations, s.residual);
   scaled(p.limited, s.limited);
-  s.effort = VectorXd::Zero(p.n());
+  s.effort.setZero(p.n());
   for (const Problem::Term& t : p.terms) {
-    if (t.row < 0) {
-      const double value = z[t.unknown] * p.nominal[t.unknown];
-      s.effort[t.unknown] += 2 * (value - t.reference) / (t.scale * t.scale) * p.nominal[t.unknown];
-    } else {
-      s.effort += 2 * (at.y[t.row] - t.reference) / (t.scale * t.scale) * row(t.row).transpose();
-    }
+    const double value = t.row < 0 ? z[t.unknown] * p.nominal[t.unknown] : at.y[t.row];
+    const double slope = 2 * (value - t.reference) / (t.scale * t.scale);
+    if (t.row < 0)
+      s.effort[t.unknown] += slope * p.nominal[t.unknown];
+    else
+      for (Index k = 0; k < p.n(); ++k) s.effort[k] += slope * (J(t.row, k) * p.nominal[k]);
   }
   s.finite = all_finite(s.residual) && all_finite(s.limited) && all_finite(s.effort);
 }

@@ -33,10 +33,10 @@ struct Jacobians {
 /// What the solvers see: unknowns z (each variable over its nominal size), residuals (each held
 /// rate or output, minus its held value, over its nominal size), limited outputs, cost.
 struct Problem {
-  Problem(const Model& m, const OperatingPoint& guess) : model(m), base(guess) {}
+  explicit Problem(const Model& m) : model(m) {}
 
   const Model& model;
-  OperatingPoint base;
+  OperatingPoint base;                           // the guess, with values that bounds fix
   std::vector<Eigen::Index> unknowns;            // variables of the model
   std::vector<Eigen::Index> equations;           // rows of [f; h]
   std::vector<Eigen::Index> limited;             // rows of [f; h] with bounds
@@ -53,7 +53,13 @@ struct Problem {
     double scale, reference;
   };
   std::vector<Term> terms;
-  double fixed_effort = 0.0;  // of terms on fixed variables
+
+  struct FixedTerm {
+    Eigen::Index variable;
+    double scale, reference;
+  };
+  std::vector<FixedTerm> fixed_terms;
+  double fixed_effort = 0.0;  // their value
 
   struct FixedBound {
     Eigen::Index variable;
@@ -70,7 +76,7 @@ struct Problem {
     Values values;
     double residual = std::numeric_limits<double>::infinity();
   };
-  mutable Nearest nearest{};  // with the smallest residual
+  mutable Nearest nearest;  // with the smallest residual
 
   const InPlace* in_place = nullptr;  // f and h in one call, if the model has it
 
@@ -83,7 +89,7 @@ struct Problem {
     Jacobians slopes;
     Eigen::VectorXd z_of_here, z_of_slopes;  // where they were evaluated last
   };
-  mutable Memory memory{};
+  mutable Memory memory;
 
   bool over() const { return out_of_time && *out_of_time; }
 
@@ -96,6 +102,12 @@ struct Problem {
 /// std::invalid_argument on invalid arguments.
 Problem make_problem(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                      bool timed = false);
+/// The same in two parts: without a guess, and from a guess, with nothing known of former ones.
+Problem unguessed_problem(const Model& model, const TrimSpec& spec);
+void set_guess(Problem& problem, const OperatingPoint& guess);
+
+/// The search, and the verdict on what it finds.
+TrimResult solution_of(const Problem& problem, const TrimOptions& options);
 
 Values values(const Problem& problem, const Eigen::VectorXd& z);
 Jacobians jacobians(const Problem& problem, const Eigen::VectorXd& z);

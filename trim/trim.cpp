@@ -183,10 +183,10 @@ struct Search {
 
 void search(Search& s) {
   const Problem& p = s.p;
-  const VectorXd guess = unknowns_of(p, p.base);
+  VectorXd guess = unknowns_of(p, p.base);
   const bool newton_only = s.options.method == TrimMethod::newton;
   if (newton_only) {
-    s.from_newton(guess, s.options);
+    s.from_newton(std::move(guess), s.options);
   } else if (values(p, guess).finite) {
     s.from_ipopt(guess, s.options);
   }
@@ -361,14 +361,7 @@ std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) 
 
 }  // namespace
 
-TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                const TrimOptions& options) {
-  const RoundToNearest environment;
-  std::optional<TimedModel> limited;
-  if (options.time_limit != unlimited) limited = timed(model, options.time_limit);
-  Problem problem =
-      make_problem(limited ? limited->model : model, spec, guess, limited.has_value());
-  if (limited) problem.out_of_time = limited->over;
+TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(
         fmt::format("method newton needs as many unknowns as equations, not {} and {}", problem.n(),
@@ -387,6 +380,17 @@ TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& 
   result.starts = s.starts;
   result.evaluations = problem.evaluations;
   return result;
+}
+
+TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                const TrimOptions& options) {
+  const RoundToNearest environment;
+  std::optional<TimedModel> limited;
+  if (options.time_limit != unlimited) limited = timed(model, options.time_limit);
+  Problem problem =
+      make_problem(limited ? limited->model : model, spec, guess, limited.has_value());
+  if (limited) problem.out_of_time = limited->over;
+  return solution_of(problem, options);
 }
 
 }  // namespace tiltrim
