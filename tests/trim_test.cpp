@@ -275,11 +275,12 @@ static void every_way_of_ending(const TrimOptions& options) {
     CHECK(r.message.find(fmt::format("no equilibrium found in {} starts", r.starts)) == 0);
   }
   SUBCASE("not_finite: everywhere") {
-    const TrimResult r = trim(plain([](double x, double u) { return std::log(-x * x - u * u); }),
-                              {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
-    CHECK(r.status == TrimStatus::not_finite);
-    CHECK(r.message.find("x' = ") != std::string::npos);
-    CHECK(r.message.find("nan") != std::string::npos);
+    for (const double sign : {1.0, -1.0}) {
+      const TrimResult r = trim(plain([=](double, double) { return std::copysign(NaN, sign); }),
+                                {.free = {"x"}, .steady = {"x"}}, plain_guess, options);
+      CHECK(r.status == TrimStatus::not_finite);
+      CHECK(r.message.find("x' = nan") != std::string::npos);
+    }
   }
   SUBCASE("not_finite: a rate that nobody asked for") {
     Model m = pendulum();
@@ -672,6 +673,46 @@ TEST_CASE("near the answer each Newton step squares the error") {
     const double ratio = errors[k + 1] / (errors[k] * errors[k]);
     const double rounding = 1e-15 / (errors[k] * errors[k]);
     CHECK_NEAR(ratio, -0.5 * std::tan(answer), 3 * std::abs(errors[k]) + rounding);
+  }
+}
+
+TEST_CASE("the closest point keeps the limits, or says which ones cannot be kept") {
+  Model m;  // V' = (thrust - V²)/10, load = 2 thrust
+  m.states = {{"V", "m/s", 1.0}};
+  m.inputs = {{"thrust", "N", 1.0}};
+  m.outputs = {{"load", "N", 1.0}};
+  m.f = [](const VectorXd& x, const VectorXd& u, const VectorXd&) {
+    return vec({(u[0] - x[0] * x[0]) / 10});
+  };
+  m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) { return vec({2 * u[0]}); };
+  const auto at_3 = [&](Range load) {
+    const TrimSpec spec{.free = {"thrust"}, .bounds = {{"thrust", {0, 40}}, {"load", load}}};
+    return trim(m, spec, {vec({3}), vec({20}), VectorXd()});
+  };
+  SUBCASE("equations within limits that exclude them") {
+    const TrimResult r = at_3({0, 10});
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK_NEAR(r.point.u[0], 5.0, 1e-7);
+    REQUIRE(r.limits_active.size() == 1);
+    CHECK(r.limits_active[0].signal == "load");
+    CHECK(r.message.ends_with("leaves V' = -0.4 m/s², with load at its upper limit 10 N"));
+  }
+  SUBCASE("limits that exclude each other") {
+    const TrimResult r = at_3({-5, -1});
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK_NEAR(r.point.u[0], 0.0, 1e-7);
+    REQUIRE(r.limits_active.size() == 1);
+    CHECK(r.limits_active[0].signal == "thrust");
+    CHECK(r.message.find("starts, and no point within all limits was found; the closest point") !=
+          std::string::npos);
+    CHECK(r.message.ends_with(
+        "with load 1 N above its upper limit -1 N, thrust at its lower limit 0 N"));
+  }
+  SUBCASE("without a search for the closest point") {
+    const TrimSpec spec{.free = {"thrust"}, .bounds = {{"thrust", {0, 40}}, {"load", {-5, -1}}}};
+    const TrimResult r = trim(m, spec, {vec({3}), vec({20}), VectorXd()}, {.closest = false});
+    CHECK(r.limits_active.empty());
+    CHECK(r.message.ends_with("with load 19 N above its upper limit -1 N"));
   }
 }
 

@@ -11,8 +11,8 @@
 #include "model/time_limit.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/approach.hpp"
-#include "trim/ipopt.hpp"
 #include "trim/newton.hpp"
+#include "trim/nlp.hpp"
 #include "trim/optimality.hpp"
 #include "trim/problem.hpp"
 #include "trim/proof.hpp"
@@ -20,8 +20,6 @@
 
 namespace tiltrim {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 std::string to_string(TrimStatus status) {
@@ -58,75 +56,6 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double same_point = 1e-6;       // scaled distance below which two solutions are the same
 constexpr int further_optimizations = 4;  // Ipopt from further starts: 1000 Newton runs each
 
-// ---- the two optimization problems solved by Ipopt ----
-
-Nlp bounded(const Problem& p) { return {p.lower, p.upper, {}, {}, {}, {}, {}}; }
-
-// minimize the cost (zero if the equations determine the trim) subject to residual = 0, limits
-Nlp trim_nlp(const Problem& p) {
-  Nlp nlp = bounded(p);
-  const Index m = p.m(), l = std::ssize(p.limited), n = p.n();
-  const double weight = p.square() ? 0.0 : 1.0;
-  nlp.c_lower = nlp.c_upper = VectorXd::Zero(m + l);
-  nlp.c_lower.tail(l) = p.limited_lower;
-  nlp.c_upper.tail(l) = p.limited_upper;
-  nlp.values = [&p, weight, m, l](const VectorXd& z, double& f, VectorXd& c) {
-    const Values v = values(p, z);
-    if (!v.finite) return false;
-    f = weight * v.effort;
-    c.resize(m + l);
-    c << v.residual, v.limited;
-    return true;
-  };
-  nlp.slopes = [&p, weight, m, l, n](const VectorXd& z, VectorXd& gradient, MatrixXd& J) {
-    const Jacobians s = jacobians(p, z);
-    if (!s.finite) return false;
-    gradient = weight * s.effort;
-    J.resize(m + l, n);
-    J << s.residual, s.limited;
-    return true;
-  };
-  return nlp;
-}
-
-// minimize ½‖residual‖² subject to the limits: the closest point if no equilibrium is found
-Nlp closest_nlp(const Problem& p) {
-  Nlp nlp = bounded(p);
-  nlp.c_lower = p.limited_lower;
-  nlp.c_upper = p.limited_upper;
-  nlp.values = [&p](const VectorXd& z, double& f, VectorXd& c) {
-    const Values v = values(p, z);
-    if (!v.finite) return false;
-    f = 0.5 * v.residual.squaredNorm();
-    c = v.limited;
-    return true;
-  };
-  nlp.slopes = [&p](const VectorXd& z, VectorXd& gradient, MatrixXd& J) {
-    const Values v = values(p, z);
-    const Jacobians s = jacobians(p, z);
-    if (!v.finite || !s.finite) return false;
-    gradient = s.residual.transpose() * v.residual;
-    J = s.limited;
-    return true;
-  };
-  return nlp;
-}
-
-VectorXd run_ipopt(const Problem& p, Nlp nlp, const VectorXd& start, const TrimOptions& options) {
-  nlp.hessian = [&nlp](const VectorXd& z, double sigma, const VectorXd& lambda, MatrixXd& H) {
-    const auto lagrangian = [&](const VectorXd& at) -> VectorXd {
-      VectorXd gradient;
-      MatrixXd J;
-      if (!nlp.slopes(at, gradient, J)) return VectorXd::Constant(at.size(), NAN);
-      return sigma * gradient + J.transpose() * lambda;
-    };
-    H = hessian_of(lagrangian, z);
-    return H.allFinite();
-  };
-  const VectorXd inside = start.cwiseMax(p.lower).cwiseMin(p.upper);
-  return ipopt(nlp, inside, options.max_iterations, options.stop);
-}
-
 // ---- the search ----
 
 // Distinct verified solutions, and the closest point if there are none.
@@ -138,6 +67,7 @@ struct Search {
   std::optional<TrimResult> output_not_finite{};
   VectorXd closest{};
   double closest_residual = infinity;
+  bool none_within = false;  // no point within the limits was found
   int starts = 0;
 
   void add(const VectorXd& z, bool optimal) {
@@ -254,7 +184,8 @@ TrimResult best_answer(Search& s) {
 // ---- no solution found ----
 
 // The least residual within the limits, from several starts. A point with a small residual may be
-// an equilibrium that the search missed: it is refined and added to the solutions.
+// an equilibrium that the search missed: it is refined and added to the solutions. If no point is
+// within the limits, the one that exceeds those of the outputs least.
 TrimResult closest_point(Search& s) {
   constexpr double nearly = 1e-3;
   const Problem& p = s.p;
@@ -265,25 +196,28 @@ TrimResult closest_point(Search& s) {
     return best;
   TrimOptions quiet = s.options;
   quiet.observe = {};
-  double least = infinity;
+  std::pair least{infinity, infinity};
   const auto consider = [&](const VectorXd& z) {
     const Values v = values(p, z);
-    if (!v.finite || excess(z, p.lower, p.upper) > bound_slack ||
-        excess(v.limited, p.limited_lower, p.limited_upper) > bound_slack ||
-        v.residual.norm() >= least)
-      return;
-    least = v.residual.norm();
+    if (!v.finite || excess(z, p.lower, p.upper) > bound_slack) return;
+    const bool within = excess(v.limited, p.limited_lower, p.limited_upper) <= bound_slack;
+    const std::pair key(within ? 0.0 : beyond_limits(p, v).norm(), v.residual.norm());
+    if (!(key < least)) return;
+    least = key;
     best = verify(p, z, true, s.options);
-    if (least < nearly) s.polish(z, quiet);
+    if (within && v.residual.norm() < nearly) s.polish(z, quiet);
   };
   std::vector<VectorXd> from{s.closest, guess};
   for (int i = 1; i <= std::min(further_optimizations, s.options.starts); ++i)
     from.push_back(start(p, i));
+  std::erase_if(from, [&](const VectorXd& z0) { return !values(p, z0).finite; });
   for (const VectorXd& z0 : from) {
-    if (!values(p, z0).finite) continue;
     consider(z0);
     consider(run_ipopt(p, closest_nlp(p), z0, s.options));
   }
+  if (!p.limited.empty() && least.first > 0)
+    for (const VectorXd& z0 : from) consider(run_ipopt(p, least_excess_nlp(p), z0, s.options));
+  s.none_within = least.first > 0;
   return best;
 }
 
@@ -333,13 +267,14 @@ TrimResult no_answer(Search& s) {
     const Proof proof = prove_no_solution(p, s.options);
     if (p.over()) return out_of_time(s);
     r.status = proof.proved ? TrimStatus::infeasible : TrimStatus::not_found;
-    r.message = fmt::format(
-        "{}; the closest point leaves {}, {}",
+    const std::string none =
         proof.proved
             ? fmt::format("no point within the limits is an equilibrium (proved over {} box{})",
                           proof.boxes, proof.boxes == 1 ? "" : "es")
-            : "no equilibrium found in " + counted(s.starts, "start"),
-        left_over(p, p.equations, r), limits_in_words(p.model, r));
+            : "no equilibrium found in " + counted(s.starts, "start");
+    r.message = fmt::format("{}{}; the closest point leaves {}, {}", none,
+                            s.none_within ? ", and no point within all limits was found" : "",
+                            left_over(p, p.equations, r), limits_in_words(p, r));
     if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
   }
   return r;

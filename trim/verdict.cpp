@@ -31,19 +31,28 @@ bool evaluated(const VectorXd& where, const VectorXd& z) {
   return z.size() > 0 && dense::same_bits(where, z);
 }
 
-void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
-  const auto note = [&](const auto& name, double at, double lower, double upper, double size) {
-    if (at >= upper - at_bound) r.limits_active.push_back({name(), true, upper * size});
-    if (at <= lower + at_bound) r.limits_active.push_back({name(), false, lower * size});
-  };
-  for (Index k = 0; k < p.n(); ++k)
-    note([&] { return signal_of(p.model, p.unknowns[std::size_t(k)]).name; }, z[k], p.lower[k],
-         p.upper[k], p.nominal[k]);
+// Calls see(signal, value, lower, upper, nominal size), scaled, for each unknown and limited
+// output.
+template <class See>
+void each_limit(const Problem& p, const VectorXd& z, const VectorXd& limited, const See& see) {
+  for (Index k = 0; k < p.n(); ++k) {
+    const Signal& signal = signal_of(p.model, p.unknowns[std::size_t(k)]);
+    see(signal, z[k], p.lower[k], p.upper[k], p.nominal[k]);
+  }
   for (Index i = 0; i < std::ssize(p.limited); ++i) {
     const Index row = p.limited[std::size_t(i)];
-    note([&] { return row_name(p.model, row); }, v.limited[i], p.limited_lower[i],
-         p.limited_upper[i], p.row_nominal[row]);
+    see(p.model.outputs[std::size_t(row - std::ssize(p.model.states))], limited[i],
+        p.limited_lower[i], p.limited_upper[i], p.row_nominal[row]);
   }
+}
+
+void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResult& r) {
+  each_limit(p, z, v.limited,
+             [&](const Signal& signal, double at, double lower, double upper, double size) {
+               for (const bool up : {true, false})
+                 if (const double bound = up ? upper : lower; std::abs(at - bound) <= at_bound)
+                   r.limits_active.push_back({signal.name, up, bound * size});
+             });
 }
 
 // The unknowns that the equations leave undetermined, the least determined first.
@@ -167,23 +176,37 @@ std::string not_finite_in_words(const Problem& p, const VectorXd& rates, const V
   std::vector<std::string> words;
   for (Index row = 0; row < y.size(); ++row)
     if (!std::isfinite(y[row]))
-      words.push_back(fmt::format("{} = {}", row_name(p.model, row), y[row]));
+      words.push_back(fmt::format("{} = {}", row_name(p.model, row),
+                                  std::isnan(y[row]) ? NAN : y[row]));  // without a sign
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
-std::string limits_in_words(const Model& model, const TrimResult& r) {
-  if (r.limits_active.empty()) return "no limit is reached there";
-  const auto unit_of = [&](const std::string& name) {
-    for (const Signals& signals : {model.states, model.inputs, model.parameters})
-      if (const Index k = find(signals, name); k >= 0 && !signals[std::size_t(k)].unit.empty())
-        return " " + signals[std::size_t(k)].unit;
-    return std::string();
-  };
-  std::vector<std::string> words;
-  for (const ActiveLimit& a : r.limits_active)
-    words.push_back(fmt::format("{} at its {} limit {:.4g}{}", a.signal,
-                                a.upper ? "upper" : "lower", a.value, unit_of(a.signal)));
-  return fmt::format("with {}", fmt::join(words, ", "));
+std::string limits_in_words(const Problem& p, const TrimResult& r) {
+  const Index nx = std::ssize(p.model.states);
+  VectorXd limited(std::ssize(p.limited));
+  for (Index i = 0; i < limited.size(); ++i) {
+    const Index row = p.limited[std::size_t(i)];
+    limited[i] = r.outputs[row - nx] / p.row_nominal[row];
+  }
+  std::vector<std::string> beyond, at_limits;
+  each_limit(p, unknowns_of(p, r.point), limited,
+             [&](const Signal& s, double at, double lower, double upper, double size) {
+               const auto number = [&](double scaled) {
+                 return fmt::format("{:.4g}{}{}", scaled * size, s.unit.empty() ? "" : " ", s.unit);
+               };
+               for (const bool up : {true, false}) {
+                 const double bound = up ? upper : lower, over = up ? at - bound : bound - at;
+                 const std::string limit = (up ? "upper limit " : "lower limit ") + number(bound);
+                 if (over > at_bound)
+                   beyond.push_back(fmt::format("{} {} {} its {}", s.name, number(over),
+                                                up ? "above" : "below", limit));
+                 else if (over >= -at_bound)
+                   at_limits.push_back(fmt::format("{} at its {}", s.name, limit));
+               }
+             });
+  if (beyond.empty() && at_limits.empty()) return "no limit is reached there";
+  beyond.insert(beyond.end(), at_limits.begin(), at_limits.end());
+  return fmt::format("with {}", fmt::join(beyond, ", "));
 }
 
 // Status of a point that meets the equations and the bounds.

@@ -24,7 +24,8 @@ std::string left_over(const Problem& problem, const std::vector<Eigen::Index>& r
 /// "V' = nan, thrust = inf": the rows that are not finite, as text.
 std::string not_finite_in_words(const Problem& problem, const Eigen::VectorXd& rates,
                                 const Eigen::VectorXd& outputs);
-/// "with theta0 at its upper limit 1", or that no limit is reached.
-std::string limits_in_words(const Model& model, const TrimResult& at);
+/// "with theta0 at its upper limit 1", that no limit is reached, or which limits are exceeded, and
+/// by how much: "with load 19 N above its upper limit -1 N".
+std::string limits_in_words(const Problem& problem, const TrimResult& at);
 
 }  // namespace tiltrim

@@ -39,6 +39,20 @@ def test_limits_and_other_equilibria_are_told():
     assert none.status == "not_found" and not none and "x' = 1" in none.message
 
 
+def test_limits_that_are_exceeded_are_not_called_reached():
+    thrust = Model(
+        "thrust", lambda x, u, p: [(u[0] - x[0] ** 2) / 10], states=["V"], inputs=["T"],
+        outputs=[("load", "N")], h=lambda x, u, p: [2 * u[0]],
+    )  # fmt: skip
+    none = tiltrim.trim(
+        thrust, {"V": 3.0, "T": 20.0}, free=["T"], steady=["V"],
+        bounds={"T": (0, 40), "load": (-5, -1)},
+    )  # fmt: skip
+    assert none.limits_active == ["T lower"] and none["load"] == pytest.approx(0, abs=1e-6)
+    assert "load 1 N above its upper limit -1 N" in none.message
+    assert "1 above its upper limit -1" in repr(none)
+
+
 def test_the_first_equilibrium_or_that_of_least_effort():
     calls = {"f": 0, "h": 0}
 

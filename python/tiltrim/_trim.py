@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
 from ._models import Array, Model, Point, point_table
-from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
+from ._problems import Guess, Problem, TrimFields, TrimSpec, _range, shows_fields, spec_of
 from ._show import Page, Shown, number
 from ._studies import Condition, _model_of, of_studies
 
@@ -65,11 +66,26 @@ class TrimResult(Shown):
             return float(self.outputs[place])
         return self.point[name]
 
+    def _exceeded(self) -> Dict[str, str]:
+        """In words, the limits that the point does not keep."""
+        at_limit = {limit.rsplit(" ", 1)[0] for limit in self.limits_active}
+        words = {}
+        for name, bound in self.spec.bounds.items():
+            lower, upper = _range(bound)
+            value = math.nan if name in at_limit else self[name]
+            if value > upper:
+                words[name] = f"{number(value - upper)} above its upper limit {number(upper)}"
+            elif value < lower:
+                words[name] = f"{number(lower - value)} below its lower limit {number(lower)}"
+        return words
+
     def _page(self) -> Page:
         notes = {name: "free" for name in self.spec.free}
         for limit in self.limits_active:
             signal, side = limit.rsplit(" ", 1)
             notes[signal] = f"at its {side} limit"
+        if not self.equilibrium:
+            notes.update(self._exceeded())
         outputs = [
             ["output" if i == 0 else "", s.name, number(float(y)), s.unit, notes.get(s.name, "")]
             for i, (s, y) in enumerate(zip(self.model.outputs, self.outputs))
