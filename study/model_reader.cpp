@@ -60,7 +60,9 @@ std::string new_name(const Section& section, std::vector<std::string>& known) {
 
 Signal read_signal(const Section& section, std::vector<std::string>& known, double nominal = 1.0) {
   Signal signal{new_name(section, known), "", nominal};
-  if (section.find("unit")) signal.unit = section.text("unit");
+  const Entry* unit = section.find("unit");
+  const bool none = unit && unit->kind == Entry::Kind::text && unit->text.empty();
+  if (unit && !none) signal.unit = section.text("unit");
   if (section.find("nominal")) signal.nominal = section.number("nominal", positive);
   return signal;
 }
@@ -208,15 +210,36 @@ void read_rates(const Section& section, const Model& model, UserCondition& condi
   }
 }
 
-void read_guess(const Section& section, const std::vector<Key>& keys, UserCondition& condition) {
+// A guess of what the trim does not vary, or outside its bounds, would have no effect.
+void check_guess(const Section& guess, const Key& key, double start, const Model& model,
+                 const UserCondition& condition) {
+  const auto refuse = [&](const std::string& why) {
+    guess.refuse(*guess.find(key.name), why + "; expected a guess within the bounds of an unknown");
+  };
+  const auto given = condition.values.find(key.signal);
+  if (given == condition.values.end()) {
+    if (find(model.parameters, key.signal) >= 0)
+      refuse("the condition does not vary this parameter");
+    return;
+  }
+  const double lower = key.in_study(given->second.lower), upper = key.in_study(given->second.upper);
+  if (lower == upper) refuse(fmt::format("the condition fixes it at {:.6g}", lower));
+  if (start < given->second.lower || start > given->second.upper)
+    refuse(fmt::format("{:.6g} is outside [{:.6g}, {:.6g}]", key.in_study(start), lower, upper));
+}
+
+void read_guess(const Section& section, const UserModel& own, UserCondition& condition) {
   const std::optional<Section> guess = section.table("guess");
   if (!guess) return;
   std::vector<std::string> allowed;
-  for (const Key& key : keys) allowed.push_back(key.name);
+  for (const Key& key : own.keys) allowed.push_back(key.name);
   guess->allow_only(allowed);
-  for (const Key& key : keys)
-    if (guess->find(key.name))
-      condition.guess[key.signal] = guess->number(key.name, accepted_by(key));
+  for (const Key& key : own.keys) {
+    if (!guess->find(key.name)) continue;
+    const double start = guess->number(key.name, accepted_by(key));
+    check_guess(*guess, key, start, own.model, condition);
+    condition.guess[key.signal] = start;
+  }
 }
 
 void read_objective(const Section& section, const Model& model, UserCondition& condition) {
@@ -304,7 +327,7 @@ Condition read_user_condition(const Entry& entry, const std::filesystem::path& f
   if (own->xv15) complete_published(*own, asked);
   check_inputs(section, *own, asked);
   read_rates(section, own->model, asked);
-  read_guess(section, own->keys, asked);
+  read_guess(section, *own, asked);
   read_objective(section, own->model, asked);
   return condition;
 }

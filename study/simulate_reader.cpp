@@ -211,7 +211,18 @@ void read_law(const Section& section, SimulateTable& simulate) {
 
 // ---- disturbances ----
 
-DisturbanceTable read_disturbance(const Section& section) {
+// A time of the motion, before its end.
+void read_time(const Section& section, double duration, double& at) {
+  read_number(section, "at", moment, at);
+  if (section.find("at") && at >= duration)
+    section.refuse(
+        *section.find("at"),
+        fmt::format("{} s is not before the end of the motion, {} s (duration); expected "
+                    "an earlier time, or a longer duration",
+                    at, duration));
+}
+
+DisturbanceTable read_disturbance(const Section& section, double end) {
   section.allow_only({"kind", "on", "at", "size", "duration"});
   struct On {
     const char* signal;
@@ -229,7 +240,7 @@ DisturbanceTable read_disturbance(const Section& section) {
       sizes[section.choice("on", {"V", "gamma_deg", "theta0", "a1s_deg", "delta_e_deg"})];
   disturbance.on = on.signal;
   disturbance.size = section.number("size", on.accepted);
-  read_number(section, "at", moment, disturbance.at);
+  read_time(section, end, disturbance.at);
   read_lasting(section, "duration", longest, disturbance.duration);
   if (disturbance.kind == DisturbanceTable::Kind::doublet && disturbance.duration == 0)
     section.refuse("duration", "a doublet needs one; expected a number above 0 s");
@@ -248,7 +259,7 @@ std::vector<std::string> gust_keys(GustTable::Kind kind) {
   return {"kind", "direction", "size"};
 }
 
-GustTable read_gust(const Section& section) {
+GustTable read_gust(const Section& section, double end) {
   GustTable gust;
   section.allow_only({"kind", "direction", "size", "at", "duration", "length", "speed", "seed"});
   section.require("kind", "\"steady\", \"one_minus_cosine\" or \"dryden\"");
@@ -263,7 +274,7 @@ GustTable read_gust(const Section& section) {
                                             {"seed", dryden}});
   gust.up = section.choice("direction", {"forward", "up"}) == 1;
   gust.size = section.number("size", gust.kind == GustTable::Kind::dryden ? turbulence : wind);
-  read_number(section, "at", moment, gust.at);
+  read_time(section, end, gust.at);
   read_number(section, "duration", {shortest, longest, "s"}, gust.duration);
   read_number(section, "length", {1, largest, "m"}, gust.length);
   read_number(section, "speed", {body_axes_below, 1000, "m/s"}, gust.speed);
@@ -304,7 +315,7 @@ std::map<std::string, double> read_offset(const Section& section, const UserMode
   return offset;
 }
 
-UserMotion::Change read_change(const Section& section, const UserModel& own) {
+UserMotion::Change read_change(const Section& section, const UserModel& own, double end) {
   section.allow_only({"kind", "on", "at", "size", "duration"});
   std::vector<Key> keys = own.keys;
   std::erase_if(keys, [&](const Key& key) { return find(own.model.states, key.signal) >= 0; });
@@ -317,7 +328,7 @@ UserMotion::Change read_change(const Section& section, const UserModel& own) {
   const Key& key = keys[section.choice("on", names_of(keys))];
   change.signal = key.signal;
   change.size = section.number("size", accepted_by(key));
-  read_number(section, "at", moment, change.at);
+  read_time(section, end, change.at);
   read_lasting(section, "duration", longest, change.duration);
   if (change.doublet && change.duration == 0)
     section.refuse("duration", "a doublet needs one; expected a number above 0 s");
@@ -342,8 +353,9 @@ SimulateTable read_simulate(const Section& section, const std::vector<Condition>
   check_wind_axes(section, simulate, conditions);
   read_law(section, simulate);
   for (const Section& disturbance : section.tables("disturbance"))
-    simulate.disturbances.push_back(read_disturbance(disturbance));
-  for (const Section& gust : section.tables("gust")) simulate.gusts.push_back(read_gust(gust));
+    simulate.disturbances.push_back(read_disturbance(disturbance, simulate.duration));
+  for (const Section& gust : section.tables("gust"))
+    simulate.gusts.push_back(read_gust(gust, simulate.duration));
   read_sampling(section, simulate);
   return simulate;
 }
@@ -358,7 +370,7 @@ UserMotion read_user_motion(const Section& section, const UserModel& own,
   read_number(section, "duration", {shortest, longest, "s"}, motion.duration);
   if (const auto offset = section.table("offset")) motion.offset = read_offset(*offset, own);
   for (const Section& change : section.tables("disturbance"))
-    motion.changes.push_back(read_change(change, own));
+    motion.changes.push_back(read_change(change, own, motion.duration));
   read_sampling(section, motion);
   return motion;
 }

@@ -599,8 +599,11 @@ TEST_CASE("disturbances that cannot be are refused") {
                                             {"a1s_deg", "90", "-91"},
                                             {"delta_e_deg", "90", "91"}})
     check_range(number(step + "on = '" + key + "'\n", "size"), "10:8", size, {most}, {too_much});
-  check_range(number(on + "size = 1\n", "at"), "11:6", "simulate.disturbance.at", {"0", "1e5"},
+  check_range(number(on + "size = 1\n", "at"), "11:6", "simulate.disturbance.at", {"0", "89.9"},
               {"-1", "2e5"});
+  for (const char* at : {"at = 90\n", "at = 1e5\n"})
+    check_refused(study(on + "size = 1\n" + at), "11:6",
+                  {"simulate.disturbance.at: ", "is not before the end of the motion, 90 s"});
   check_range(number(on + "size = 1\n", "duration"), "11:12", "simulate.disturbance.duration",
               {"0", "1e-4", "1e5"}, {"-1", "1e-5", "2e5"});
   const std::string doublet = head + "kind = 'doublet'\non = 'V'\nsize = 1\n";
@@ -627,7 +630,8 @@ TEST_CASE("gusts that cannot be are refused") {
   check_range(number(of("dryden"), "size"), "9:8", "simulate.gust.size", {"0", "1000"}, {"-1"});
   const std::string cosine = of("one_minus_cosine") + "size = 1\n",
                     dryden = of("dryden") + "size = 1\n";
-  check_range(number(cosine, "at"), "10:6", "simulate.gust.at", {"0", "1e5"}, {"-1", "2e5"});
+  check_range(number(cosine, "at"), "10:6", "simulate.gust.at", {"0", "89.9"}, {"-1", "2e5"});
+  check_refused(study(cosine + "at = 90\n"), "10:6", {"simulate.gust.at: 90 s is not before"});
   check_range(number(cosine, "duration"), "10:12", "simulate.gust.duration", {"1e-4", "1e5"},
               {"0", "-1", "2e5"});
   check_range(number(dryden, "length"), "10:10", "simulate.gust.length", {"1", "1e6"},

@@ -342,9 +342,17 @@ TEST_CASE("a condition fixes, bounds, frees") {
   CHECK(condition("torque = 0\nadded = 0.25\n").values.at("added").lower == 0.25);
 }
 
+TEST_CASE("an empty unit is the default") {
+  const Study study = parsed("[model]\nstate = [{name = 'x', unit = '', rate = '-x'}]\n" +
+                             down.substr(0, down.find("torque")));
+  CHECK(study.user_model->model.states[0].unit.empty());
+  check_refused("[model]\nstate = [{name = 'x', unit = @3, rate = '-x'}]\n" + down,
+                {"model.state.unit: 3 is not text"});
+}
+
 TEST_CASE("rates, guess and objective") {
   const UserCondition c = condition(
-      "torque = 'free'\nrates = {angle = 0.5, speed = 'free'}\n"
+      "torque = 'free'\nmass = [1, 3]\nrates = {angle = 0.5, speed = 'free'}\n"
       "guess = {angle_deg = 30, torque = 2, mass = 1.5}\n"
       "objective = [{signal = 'torque', scale = 2, reference = 1}, {signal = 'height'}]\n");
   CHECK(c.rates == std::map<std::string, double>{{"angle", 0.5}});
@@ -417,6 +425,12 @@ TEST_CASE("conditions that are none") {
   check_condition_refused("torque = 0\nrates = @3\n", {"expected a table [condition.rates]"});
   check_condition_refused("torque = 0\nguess = {@height = 0}\n",
                           {"unknown key 'height' in [condition.guess]"});
+  check_condition_refused("torque = 0\nguess = {torque = @3}\n",
+                          {"condition.guess.torque: the condition fixes it at 0; expected"});
+  check_condition_refused("torque = 0\nguess = {mass = @3}\n",
+                          {"condition.guess.mass: the condition does not vary this parameter"});
+  check_condition_refused("torque = 0\nangle_deg = [-10, 10]\nguess = {angle_deg = @30}\n",
+                          {"condition.guess.angle_deg: 30 is outside [-10, 10]; expected a guess"});
   check_condition_refused("torque = 0\nguess = {angle = @'here'}\n",
                           {"condition.guess.angle: ", "is not a number"});
   check_condition_refused(
@@ -650,6 +664,8 @@ TEST_CASE("what [simulate] of a model refuses") {
                       {"simulate.disturbance.size: is missing"});
   check_table_refused("@" + replaced(change, "step", "doublet"),
                       {"a doublet needs one; expected a number above 0 s"});
+  check_table_refused("[simulate]\nduration = 5\n" + change + "at = @7\n",
+                      {"simulate.disturbance.at: 7 s is not before the end of the motion, 5 s"});
   check_table_refused(change + "at = @-1\n", {"simulate.disturbance.at: -1 is out of range"});
   check_table_refused(change + "duration = @1e-6\n",
                       {"is too short; expected 0, or at least 0.0001 s"});

@@ -76,6 +76,28 @@ def test_mistakes_have_the_words_of_the_library():
         Model("m", [1.0], states=["a"])
 
 
+def test_a_number_given_as_text_is_refused():
+    m = magnet()
+    at = {**BALL, "gap": 0.01, "current": 1.0}
+    asked = {"free": ["current"], "steady": ["rate"]}
+    with pytest.raises(TypeError, match="current: expected a number, got '1'"):
+        m.point({**at, "current": "1"})
+    with pytest.raises(TypeError, match="bounds: current: expected a number, got '0'"):
+        tiltrim.trim(m, at, **asked, bounds={"current": ("0", 3)})
+    with pytest.raises(TypeError, match="rates: rate: expected a number, got '0'"):
+        tiltrim.trim(m, at, free=["current"], rates={"rate": "0"})
+    with pytest.raises(TypeError, match="current: expected a number, got '1'"):
+        tiltrim.simulate(m, at, 1.0, changes=[("current", "1")])
+    with pytest.raises(InvalidArgument, match="expected a name, a unit and a nominal size, got"):
+        Model("m", lambda x, u, p: x, states=[("a", "m", "1")])
+
+
+def test_a_change_after_the_end_of_a_motion_is_refused():
+    at = {**BALL, "gap": 0.01, "current": 1.0}
+    with pytest.raises(InvalidArgument, match="current begins at 3 s, not before the end .* 2 s"):
+        tiltrim.simulate(magnet(), at, 2.0, changes=[("current", 0.1, 3.0)])
+
+
 def test_a_study_that_is_wrong_says_where():
     with pytest.raises(tiltrim.StudyError, match="mine:2:1: unknown key 'V_'.* did you mean 'V'"):
         tiltrim.parse_study("[[condition]]\nV_ = 3\n", "mine")

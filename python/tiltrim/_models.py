@@ -54,6 +54,13 @@ PointTuple = Tuple[Array, Array, Array]
 Made = Tuple[Callable[..., Any], Tuple[Any, ...]]
 
 
+def real(what: str, value: Any) -> float:
+    """The number given for `what`. float() alone would take a text."""
+    if isinstance(value, (str, bytes)):
+        raise TypeError(f"{what}: expected a number, got {value!r}")
+    return float(value)
+
+
 def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
     if isinstance(given, str):
         raise _tiltrim.InvalidArgument(
@@ -62,7 +69,8 @@ def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
     signals = []
     for one in given:
         signal = Signal(one) if isinstance(one, str) else Signal(*one)
-        if not isinstance(signal.name, str) or not isinstance(signal.unit, str):
+        texts = (signal.name, signal.unit, signal.nominal)
+        if [isinstance(part, str) for part in texts] != [True, True, False]:
             raise _tiltrim.InvalidArgument(
                 f"{what}: expected a name, a unit and a nominal size, got {one!r}"
             )
@@ -279,6 +287,8 @@ class Point(Shown):
 
     def __setitem__(self, name: str, value: float) -> None:
         values, place = self._where(name)
+        if isinstance(value, (str, bytes)):
+            raise TypeError(f"{name}: expected a number, got {value!r}")
         values[place] = value
 
     def __contains__(self, name: object) -> bool:

@@ -20,7 +20,7 @@ from typing import (
 )
 
 from . import _tiltrim
-from ._models import Effort, Model, Point, point_table
+from ._models import Effort, Model, Point, point_table, real
 from ._show import Page, Shown
 
 if TYPE_CHECKING:
@@ -96,15 +96,15 @@ class TrimSpec:
 
     def _ranks(self) -> bool:
         """Whether there is a region to search for the equilibrium of least effort, or an effort."""
-        ends = (end for name in self.free for end in _range(self.bounds.get(name, (None, None))))
-        return bool(self.effort) or all(math.isfinite(end) for end in ends)
+        bounds = (_range(self.bounds.get(name, (None, None)), name) for name in self.free)
+        return bool(self.effort) or all(math.isfinite(end) for one in bounds for end in one)
 
     def _fields(self) -> Dict[str, Any]:
         return {
             "free": list(self.free),
             "steady": list(self.steady),
-            "rates": {name: float(rate) for name, rate in self.rates.items()},
-            "bounds": {name: _range(bound) for name, bound in self.bounds.items()},
+            "rates": {name: real(f"rates: {name}", rate) for name, rate in self.rates.items()},
+            "bounds": {name: _range(bound, name) for name, bound in self.bounds.items()},
             "implied": list(self.implied),
             "effort": [tuple(e) for e in self.effort],
             "moving": list(self.moving),
@@ -121,14 +121,15 @@ def _listed(effort: Any) -> Tuple[Any, ...]:
     return (effort,) if isinstance(effort, str) else tuple(effort)
 
 
-def _range(bound: Bound) -> Tuple[float, float]:
+def _range(bound: Bound, name: str = "") -> Tuple[float, float]:
     try:
         lower, upper = bound
     except (TypeError, ValueError):
         raise _tiltrim.InvalidArgument(f"bounds: expected (lower, upper), got {bound!r}") from None
+    what = f"bounds: {name}" if name else "bounds"
     return (
-        -math.inf if lower is None else float(lower),
-        math.inf if upper is None else float(upper),
+        -math.inf if lower is None else real(what, lower),
+        math.inf if upper is None else real(what, upper),
     )
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _tiltrim
-from ._models import Array, Model, Point
+from ._models import Array, Model, Point, real
 from ._needs import need
 from ._problems import Guess
 from ._show import Page, Plotted, Table, number
@@ -258,11 +258,17 @@ def simulate(
     if function is not None and changes:
         raise TypeError("simulate(): changes together with input(t); expected them in it, and breaks")
     listed = [Change(*change) for change in changes]
+    for change in listed:
+        if 0 < duration <= change.start:
+            raise _tiltrim.InvalidArgument(
+                f"changes: that of {change.signal} begins at {change.start:g} s, not before the end "
+                f"of the motion at {duration:g} s"
+            )
     raw = _tiltrim.simulate(
         model._core,
         at._tuple(),
         duration,
-        [(c.signal, float(c.size), float(c.start), float(c.end)) for c in listed],
+        [(c.signal, real(c.signal, c.size), float(c.start), float(c.end)) for c in listed],
         function,
         [float(t) for t in breaks],
         options,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
-from ._models import Array, Model
+from ._models import Array, Model, real
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
@@ -255,12 +255,12 @@ def tune(
     goals = asked if isinstance(asked, list) else [asked]
     request = {
         "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
-        "uncertain": [(n, float(a), float(b)) for n, (a, b) in (uncertain or {}).items()],
+        "uncertain": [(n, real(n, a), real(n, b)) for n, (a, b) in (uncertain or {}).items()],
         "corners": corners,
         "samples": samples,
         "schedule": [float(v) for v in schedule],
         "schedule_over": schedule_over,
-        "disturbance": {name: float(value) for name, value in (disturbance or {}).items()},
+        "disturbance": {name: real(name, value) for name, value in (disturbance or {}).items()},
         "goals": [_goal(one) for one in goals],
         "limits": [
             _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
@@ -278,7 +278,7 @@ def tune(
 def _gain(
     name: str, bound: Tuple[float, float], linear: Sequence[str]
 ) -> Tuple[str, float, float, bool]:
-    lower, upper = (float(end) for end in bound)
+    lower, upper = (real(name, end) for end in bound)
     return name, lower, upper, lower > 0 and name not in linear
 
 
@@ -294,7 +294,7 @@ def _requirement(given: Union[Tuple[Any, ...], Mapping[str, Any]]) -> Dict[str, 
     if isinstance(given, Mapping):
         return _keys(given)
     measure, limit, *of = given
-    return {"measure": str(measure), "limit": float(limit), "of": str(of[0]) if of else ""}
+    return {"measure": str(measure), "limit": real(str(measure), limit), "of": str(of[0]) if of else ""}
 
 
 #: of a study, and what they are called here
@@ -304,7 +304,7 @@ _SIDES = ("at_least", "at_most", "limit")
 def _keys(given: Mapping[str, Any]) -> Dict[str, Any]:
     """A requirement as a study's table: a name alone is a list of one."""
     own = {name: value for name, value in given.items() if name not in ("weight", *_SIDES)}
-    own["limit"] = next((float(given[side]) for side in _SIDES if side in given), math.nan)
+    own["limit"] = next((real(side, given[side]) for side in _SIDES if side in given), math.nan)
     for name in ("input", "output"):
         if name in own:
             own[name] = [own[name]] if isinstance(own[name], str) else list(own[name])
