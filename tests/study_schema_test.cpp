@@ -199,7 +199,8 @@ ordered_json described_value(const Family& family, const Shape& shape, const std
     if (kind == "object") ways.push_back(table_of(family, shape, path + "."));
     if (kind == "array") ways.push_back(list_of(family, shape, path));
     if (kind != "string") continue;
-    ordered_json text{{"type", "string"}, {"minLength", 1}};
+    ordered_json text{{"type", "string"}};
+    if (!path.ends_with(".unit")) text["minLength"] = 1;  // a quantity may have none
     if (choices != family.choices.end() && !choices->second.words.empty())
       text["enum"] = choices->second.words;
     if (shape.words == std::set<std::string>{"free"}) text["enum"] = {"free"};
