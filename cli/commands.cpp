@@ -11,12 +11,10 @@
 #include "model/lookup.hpp"
 #include "report/envelopes.hpp"
 #include "report/linear_models.hpp"
-#include "report/load_sheets.hpp"
 #include "report/loops.hpp"
 #include "report/paper.hpp"
 #include "report/quality_sheets.hpp"
 #include "report/sensitivities.hpp"
-#include "report/validation_sheets.hpp"
 #include "runtime/ranks.hpp"
 #include "study/analyses.hpp"
 #include "study/angle_remarks.hpp"
@@ -153,8 +151,15 @@ Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_
   return {printed(reports, command.common, csv, style), all ? answered : unanswered};
 }
 
+static void check_inputs(const std::vector<std::string>& names) {
+  for (auto name = names.begin(); name != names.end(); ++name)
+    if (std::find(names.begin(), name, *name) != name)
+      throw StudyError(fmt::format("--inputs: '{}' names two inputs; expected each once", *name));
+}
+
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check_model_files(command.models, command.common.study, command.common.output);
+  check_inputs(command.inputs);
   const Study study = read_study(command.common.study);
   TrimOptions trimming = command.options;
   trimming.stop = stop;
@@ -346,20 +351,6 @@ Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_
           code};
 }
 
-Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop_token&) {
-  const Study study = read_study(command.common.study);
-  std::vector<LoadsAnswer> answers;
-  for_each(study, command.common, [&](const Condition& condition, Progress&) {
-    answers.push_back(component_loads(condition));
-  });
-  const bool all = std::ranges::all_of(answers, [](const auto& a) { return a.message.empty(); });
-  return {in_format(
-              command.common.format, [&] { return loads_json(answers); },
-              [&] { return as_csv(loads_sheet(answers)); },
-              [&] { return loads_text(answers, style); }, [&] { return loads_document(answers); }),
-          all ? answered : unanswered};
-}
-
 Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = read_study(command.common.study);
   TrimOptions trimming = command.trimming;
@@ -380,15 +371,6 @@ Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::
               [&] { return qualities_text(reports, style); },
               [&] { return qualities_document(reports); }),
           all ? answered : unanswered};
-}
-
-Outcome run(const ValidateCommand& command, const TextStyle& style, const std::stop_token&) {
-  const Validation validation = validate(command.vehicle);
-  return {in_format(
-      command.common.format, [&] { return validation_json(validation); },
-      [&] { return as_csv(validation_sheet(validation)); },
-      [&] { return validation_text(validation, style); },
-      [&] { return validation_document(validation); })};
 }
 
 }  // namespace tiltrim::cli

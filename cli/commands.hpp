@@ -49,10 +49,10 @@ struct LinearizeCommand {
 };
 
 struct ModesCommand {
-  Common common;                    ///< its study is the matrix file; "-": standard input
-  std::filesystem::path error;      ///< error bounds of the entries; empty: none
-  std::vector<std::string> states;  ///< empty: those of the file, or x1, x2, ...
-  std::string variable = "A";       ///< of MATLAB files and JSON objects
+  Common common;                        ///< its study is the matrix file; "-": standard input
+  std::filesystem::path error;          ///< error bounds of the entries; empty: none
+  std::vector<std::string> states;      ///< empty: those of the file, or x1, x2, ...
+  std::optional<std::string> variable;  ///< of MATLAB files and JSON objects; default: A
 };
 
 struct FollowCommand {

@@ -181,15 +181,23 @@ std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
       {manual, [&app, &itself, print] { return print(manual_page(app, itself.page)); }}};
 }
 
+void check_page(const std::filesystem::path& file) {
+  const std::filesystem::path ending = file.extension();
+  if (!ending.empty() && ending != ".html" && ending != ".htm")
+    throw std::invalid_argument(fmt::format(
+        "-o {}: a report is a page; expected a file that ends in .html", file.string()));
+}
+
 // Fills in options that depend on others.
 void fill_in(const CLI::App& app, Commands& all) {
   for (Common* common :
        {&all.trim.common, &all.linearize.common, &all.modes.common, &all.follow.common,
         &all.envelope.common, &all.sensitivities.common, &all.margins.common, &all.qualities.common,
-        &all.loads.common, &all.validate.common, &all.sweep.common, &all.merge.common,
-        &all.prove.common, &all.check_proof.common, &all.tune.common, &all.simulate.common,
-        &all.diff.common, &all.tables.common})
+        &all.loads.common, &all.validate.common, &all.prove.common, &all.check_proof.common,
+        &all.tune.common, &all.simulate.common, &all.diff.common, &all.tables.common})
     settle_format(*common);
+  for (Common* common : {&all.sweep.common, &all.merge.common}) settle_format(*common, ".nc");
+  check_page(all.report.common.output);
   constexpr int many = 200;  // starts, when searching for all equilibria
   if (all.trim.all && app.get_subcommand("trim")->get_option("--starts")->count() == 0)
     all.trim.options.starts = many;

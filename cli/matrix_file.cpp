@@ -228,7 +228,8 @@ MatrixFile read_csv(const std::string& name, std::string_view text, bool bounds)
              "as many rows as columns");
     rows.push_back(row_of(*line, fields, bounds));
   }
-  check_size(lines.where() + ":1", rows.size(), rows.empty() ? 0 : columns);
+  check_size(trimmed(text).empty() ? name : lines.where() + ":1", rows.size(),
+             rows.empty() ? 0 : columns);
   file.values.resize(Index(columns), Index(columns));
   for (std::size_t i = 0; i < columns; ++i)
     for (std::size_t j = 0; j < columns; ++j) file.values(Index(i), Index(j)) = rows[i][j];
@@ -275,7 +276,8 @@ MatrixFile read_json(const std::string& name, std::string_view text, const std::
   const json document = parsed(name, text);
   const json& list = document.is_object() ? member(name, document, variable) : document;
   MatrixFile file;
-  if (document.is_object())
+  file.named = document.is_object();
+  if (file.named)
     if (const auto states = document.find("states"); states != document.end() && states->is_array())
       for (const json& state : *states)
         if (state.is_string()) file.states.push_back(state.get<std::string>());
@@ -308,7 +310,7 @@ MatrixFile read_matrix(const std::filesystem::path& file, const std::string& var
   const std::string name = file == "-" ? "standard input" : file.string();
   const std::string bytes = bytes_of(file, name);
   if (file.extension() == ".mat") {
-    MatrixFile read{read_mat(name, bytes, variable), {}};
+    MatrixFile read{read_mat(name, bytes, variable), {}, true};
     for (Index i = 0; i < read.values.rows(); ++i)
       for (Index j = 0; j < read.values.cols(); ++j)
         check_value(fmt::format("{}: variable {}, row {}, column {}", name, in_quotes(variable),

@@ -14,6 +14,7 @@ constexpr Eigen::Index largest_matrix = 1000;  // rows: about half a minute
 struct MatrixFile {
   Eigen::MatrixXd values;
   std::vector<std::string> states;  ///< names given in the file; else empty
+  bool named = false;               ///< a variable of a MATLAB file or JSON object
 };
 
 /// Reads a file, or standard input if it is "-". A name ending in .mat is a MATLAB file; a name

@@ -37,7 +37,7 @@ Signals states_of(const ModesCommand& command, const MatrixFile& file, const std
 
 MatrixXd bounds_of(const ModesCommand& command, const MatrixFile& A) {
   if (command.error.empty()) return {};
-  const MatrixFile E = read_matrix(command.error, command.variable + "_error", true);
+  const MatrixFile E = read_matrix(command.error, command.variable.value_or("A") + "_error", true);
   const std::string where = command.error.string();
   if (E.values.rows() != A.values.rows())
     refuse(where, fmt::format("{0} x {0} bounds", E.values.rows()),
@@ -54,8 +54,10 @@ Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop
   if (file == "-" && command.error == "-")
     refuse("--error", "standard input is already the matrix", "a file");
   if (file.extension() == ".toml") refuse(file.string(), "is a study", "a matrix; see linearize");
-  const MatrixFile A = read_matrix(file, command.variable);
+  const MatrixFile A = read_matrix(file, command.variable.value_or("A"));
   const std::string name = file == "-" ? "standard input" : file.string();
+  if (command.variable && !A.named)
+    refuse("--variable", name + " has one matrix, without a name", "a MAT-file or a JSON object");
   const Signals states = states_of(command, A, name);
   const Modes found = modes(A.values, bounds_of(command, A), names(states), longitudinal_modes());
   const int code = found.verdict == Verdict::undecided ? unanswered : answered;

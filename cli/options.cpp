@@ -5,8 +5,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
+
+#include "cli/within.hpp"
 
 namespace tiltrim::cli {
 
@@ -38,6 +41,12 @@ CLI::Option* add_choice(CLI::App* app, const std::string& flag, auto& value, con
       ->type_name(names);
 }
 
+const CLI::Validator named(
+    [](std::string& file) {
+      return std::string(file.empty() ? "the name of the file is empty; expected a name" : "");
+    },
+    "");
+
 }  // namespace
 
 void add_output(CLI::App* app, Common& common) {
@@ -45,6 +54,7 @@ void add_output(CLI::App* app, Common& common) {
              "text (default), json and csv with every digit, markdown or latex tables; if omitted, "
              "the ending of FILE decides");
   app->add_option("-o,--output", common.output, "write to this file, completely or not at all")
+      ->check(named)
       ->type_name("FILE");
 }
 
@@ -63,7 +73,7 @@ void add_only(CLI::App* app, Common& common) {
 
 void add_threads(CLI::App* app, int& threads) {
   app->add_option("--threads", threads, "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
+      ->check(within(0, 1024))
       ->type_name("N");
 }
 
@@ -75,19 +85,26 @@ void add_trim_options(CLI::App* app, Common& common, TrimOptions& options) {
              "ipopt (default), or newton (needs as many unknowns as equations)");
   app->add_option("--starts", options.starts,
                   "additional starts to search for other equilibria (32)")
-      ->check(CLI::Range(0, 100000))
+      ->check(within(0, 100000))
       ->type_name("N");
 }
 
 }  // namespace
 
-void settle_format(Common& common) {
+void settle_format(Common& common, const std::string& own) {
   static const std::map<std::string, Format> endings{{".json", Format::json},
                                                      {".csv", Format::csv},
                                                      {".md", Format::markdown},
                                                      {".tex", Format::latex},
                                                      {".txt", Format::text}};
-  const auto ending = endings.find(common.output.extension().string());
+  static const std::set<std::string> of_others{".nc",  ".html", ".mat", ".py",
+                                               ".svg", ".pdf",  ".png"};
+  const std::string written = common.output.extension().string();
+  if (!common.asked && written != own && of_others.contains(written))
+    throw std::invalid_argument(fmt::format(
+        "-o {}: this command writes no {}; expected {}.json, .csv, .md, .tex or .txt, or --format",
+        common.output.string(), written, own.empty() ? "" : own + ", "));
+  const auto ending = endings.find(written);
   if (ending != endings.end() && common.asked && *common.asked != ending->second)
     throw std::invalid_argument(
         fmt::format("-o {}: the ending belongs to another format than --format; expected one of "
@@ -168,10 +185,10 @@ CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
   follow
       ->add_option("--max-step", command.options.max_step,
                    "longest step, in nominal sizes of the unknowns (0.5)")
-      ->check(CLI::Range(1e-6, 100.0))
+      ->check(within(1e-6, 100.0))
       ->type_name("STEP");
   follow->add_option("--max-points", command.options.max_points, "most points on a branch (5000)")
-      ->check(CLI::Range(2, 1000000))
+      ->check(within(2, 1000000))
       ->type_name("N");
   return follow;
 }
@@ -186,7 +203,7 @@ CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
       ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
       ->type_name("KEY");
   envelope->add_option("--count", command.count, "grid points along each axis (100)")
-      ->check(CLI::Range(5, 1000))
+      ->check(within(5, 1000))
       ->type_name("N");
   return envelope;
 }
@@ -204,7 +221,7 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
       ->type_name("KEY,...");
   sensitivities
       ->add_option("--most", command.most, "number of parameters printed for each mode (8)")
-      ->check(CLI::Range(1, 1000))
+      ->check(within(1, 1000))
       ->type_name("N");
   return sensitivities;
 }
@@ -232,7 +249,7 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
                    "highest frequency (default: ten times the fastest eigenvalue)")
       ->type_name("RAD_PER_S");
   margins->add_option("--points", options.points, "number of frequencies in the Bode data (200)")
-      ->check(CLI::Range(2, 1000000))
+      ->check(within(2, 1000000))
       ->type_name("N");
   return margins;
 }
@@ -272,17 +289,17 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
       ->type_name("FILE.toml");
   tune->add_option("--evaluations", command.evaluations,
                    "largest number of candidates (default: the study's, 100000)")
-      ->check(CLI::Range(0L, 1'000'000'000L))
+      ->check(within(0L, 1'000'000'000L))
       ->type_name("N");
   tune->add_option("--seconds", command.seconds, "time limit of each search; 0: no limit")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(within(0.0, 1e6))
       ->type_name("S");
   tune->add_option("--seed", command.seed, "seed of all random numbers (default: the study's, 1)")
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53))
+      ->check(within(std::uint64_t{0}, std::uint64_t{1} << 53))
       ->type_name("N");
   tune->add_option("--threads", command.threads,
                    "number of threads; 0 (default): one per processor")
-      ->check(CLI::Range(0, 1024))
+      ->check(within(0, 1024))
       ->type_name("N");
   return tune;
 }
@@ -304,7 +321,7 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
   instead->add_flag("--monte-carlo", command.monte_carlo,
                     "the flights of the study's [montecarlo]");
   instead->add_option("--flight", command.flight, "this flight of the Monte-Carlo run")
-      ->check(CLI::Range(0L, 10'000'000L))
+      ->check(within(0L, 10'000'000L))
       ->type_name("N");
   instead
       ->add_option("--response", command.response,
@@ -319,7 +336,7 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
                    "for --tilt-rate-limit: first and last tilt in degrees (90,0)")
       ->delimiter(',')
       ->expected(2)
-      ->check(CLI::Range(0.0, 90.0))
+      ->check(within(0.0, 90.0))
       ->type_name("FROM,TO");
   simulate
       ->add_option("--log", command.log,
@@ -338,6 +355,7 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
   report
       ->add_option("-o,--output", command.common.output,
                    "the page, written completely or not at all (STUDY.html in this folder)")
+      ->check(named)
       ->type_name("FILE.html");
   add_only(report, command.common);
   report

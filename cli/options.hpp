@@ -1,6 +1,7 @@
 /// Command-line options of each command. Internal to cli/.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ void add_output(CLI::App* app, Common& common);
 void add_common(CLI::App* app, Common& common, bool needs_study);
 void add_only(CLI::App* app, Common& common);
 void add_threads(CLI::App* app, int& threads);
+
+/// Numbers within these ends, inclusive, which messages name. `whole`: without fraction.
+CLI::Option* within(CLI::Option* option, double from, double to);
+CLI::Option* whole(CLI::Option* option, std::uint64_t from, std::uint64_t to);
 
 /// Adds the command; its options are stored in `command`.
 CLI::App* add_trim(CLI::App& app, TrimCommand& command);
@@ -48,9 +53,10 @@ const std::vector<Example>& examples();
 /// The examples of one command, or all for an empty name, as --help prints them.
 std::string examples_text(const std::string& command);
 
-/// Without --format the ending of the output decides: .json, .csv, .md, .tex, .txt. Throws
-/// std::invalid_argument if the two contradict each other.
-void settle_format(Common& common);
+/// Without --format the ending of the output decides: .json, .csv, .md, .tex, .txt, or that of the
+/// command's own files, `own`. Throws std::invalid_argument if the two contradict each other, or
+/// the ending is that of another kind of file.
+void settle_format(Common& common, const std::string& own = "");
 
 /// "-f", "--format"
 std::vector<std::string> flags(const CLI::Option& option);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cli/options.hpp"
+#include "cli/within.hpp"
 #include "sweep/verdict_map.hpp"
 
 namespace tiltrim::cli {
@@ -40,7 +41,7 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
   sweep
       ->add_option("--checkpoint", command.checkpoint,
                    "seconds between writes to FILE.log, from which a sweep can be resumed (1)")
-      ->check(CLI::Range(0.0, 1e6))
+      ->check(within(0.0, 1e6))
       ->type_name("S");
   sweep
       ->add_option_function<std::string>(

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "cli/options.hpp"
+#include "cli/within.hpp"
 
 namespace tiltrim::cli {
 
@@ -26,17 +27,17 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
   add_common(prove, command.common, true);
   add_only(prove, command.common);
   prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
-      ->check(CLI::Range(0.0, 1e3))
+      ->check(within(0.0, 1e3))
       ->type_name("SIGMA");
   prove
       ->add_option("--damping", command.damping,
                    "damping ratio to prove as well (the study's, or any)")
-      ->check(CLI::Range(0.0, 0.99))
+      ->check(within(0.0, 0.99))
       ->type_name("ZETA");
   CLI::Option* largest = prove->add_flag("--largest-margin", command.largest,
                                          "search the largest decay rate that can be proved");
   prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
-      ->check(CLI::Range(1.0, 1e8))
+      ->check(within(1L, 100'000'000L))
       ->type_name("N");
   prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
       ->type_name("FILE");

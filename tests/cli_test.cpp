@@ -552,6 +552,16 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("trim " + good + " -o " + scratch.path.string(), "directory");
   refused("trim " + good + " -o " + scratch.path.string() + "/none/out", "none");
   refused("trim " + good + " --only b", "there are: a");
+  refused("trim " + good + " -o ''", "--output: the name of the file is empty");
+  refused("trim " + good + " -o a.nc", "-o a.nc: this command writes no .nc; expected .json, .csv");
+  refused("trim " + good + " -o a.html", "this command writes no .html");
+  refused("sweep " + good + " -o a.html", "this command writes no .html; expected .nc, .json");
+  refused("report " + good + " -o a.json", "-o a.json: a report is a page; expected");
+  refused("trim " + good + " --starts 3.5", "--starts: 3.5 is not a whole number from 0 to 100000");
+  refused("prove " + good + " --boxes 0", "--boxes: 0 is not a whole number from 1 to 100000000");
+  refused("prove " + good + " --margin -1", "--margin: -1 is not a number from 0 to 1000");
+  refused("linearize " + good + " --inputs V,V",
+          "--inputs: 'V' names two inputs; expected each once");
   refused("trim " + good + " --format xml", "--format: no 'xml'; expected csv|json|latex");
   refused("trim " + scratch.path.string() + "/god.toml", "did you mean 'good.toml'?");
   refused("modes " + good, "is a study; expected a matrix");

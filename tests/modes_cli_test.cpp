@@ -217,7 +217,7 @@ TEST_CASE("what is not a matrix is refused with its place") {
     scratch.write("A.csv", text);
     check_refused(scratch, "modes A.csv", "A.csv" + begin, end);
   };
-  check("", ":0:1: an empty matrix", "numbers");
+  check("", ": an empty matrix", "numbers");
   check("# nothing\n\n", ":2:1: an empty matrix", "numbers");
   check("a,b\n", ":1:1: an empty matrix", "numbers");
   check("1,2\n", ":1:1: 1 row of 2 numbers", "as many rows as columns");
@@ -362,6 +362,8 @@ TEST_CASE("files that cannot be read are refused") {
   check_refused(scratch, "modes", "matrix is required", "'tiltrim modes --help'");
   scratch.write("A.csv", "-1\n");
   check_refused(scratch, "modes A.csv -o A.csv", "A.csv: -o and", "expected two files");
+  check_refused(scratch, "modes A.csv --variable B", "--variable: A.csv has one matrix",
+                "a MAT-file or a JSON object");
   CHECK(slurp(scratch.path / "A.csv") == "-1\n");
   CHECK(run(scratch, "modes --help").out.find("--variable") != std::string::npos);
 }

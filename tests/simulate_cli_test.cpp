@@ -419,8 +419,8 @@ TEST_CASE("exit 2: options that are none, that exclude each other, or would be p
       {"--tilts 90,0", "--tilts applies to --tilt-rate-limit only"},
       {"--log f.log", "--log applies to --monte-carlo only"},
       {"--only level", "--only applies to --response only"},
-      {"--threads -1", "not in range"},
-      {"--threads 1025", "not in range"},
+      {"--threads -1", "-1 is not a whole number from 0 to 1024"},
+      {"--threads 1.5", "1.5 is not a whole number from 0 to 1024"},
       {"--threads two", "--threads"}};
   for (const auto& [options, words] : mistakes) refused(scratch, "s.toml " + options, words);
   for (const char* threads : {"0", "1", "8"})
@@ -454,8 +454,8 @@ TEST_CASE("exit 2: tilts that are not two, that rise, or are none") {
                                                     {"90,45,0", "--tilts: At Most 2 required"},
                                                     {"0,90", "tilts must decrease, between"},
                                                     {"45,45", "tilts must decrease, between"},
-                                                    {"91,0", "not in range"},
-                                                    {"90,-1", "not in range"},
+                                                    {"91,0", "is not a number from 0 to 90"},
+                                                    {"90,-1", "is not a number from 0 to 90"},
                                                     {"nan,0", "tilts must decrease, between"},
                                                     {"a,b", "--tilts"}};
   for (const auto& [tilts, words] : mistakes)

@@ -163,7 +163,7 @@ TEST_CASE("what cannot be is said, with the requirement's name") {
   const TuneResult nothing = tune(problem_a(), {.evaluations = 0});
   CHECK(nothing.status == TuneStatus::no_trim);
   CHECK(nothing.out_of_evaluations);
-  CHECK(nothing.message == "no candidate could be evaluated: decay is undefined everywhere");
+  CHECK(nothing.message == "the search ended before a candidate was evaluated: decay is unknown");
 }
 
 TEST_CASE("no equilibrium at any candidate is no success") {

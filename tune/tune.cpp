@@ -257,8 +257,11 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
   const double stationary = stationarity_of(search, ends.weight);
   TuneResult result;
   if (search.best.y.size() == 0)
-    result.message = fmt::format("no candidate could be evaluated: {} is undefined everywhere",
-                                 goal_name(problem));
+    result.message =
+        evaluations == 0
+            ? "the search ended before a candidate was evaluated: " + goal_name(problem) +
+                  " is unknown"
+            : "no candidate could be evaluated: " + goal_name(problem) + " is undefined everywhere";
   else
     result = verified(search);
   result.stationarity = stationary;
