@@ -210,22 +210,17 @@ void read_rates(const Section& section, const Model& model, UserCondition& condi
   }
 }
 
-// A guess of what the trim does not vary, or outside its bounds, would have no effect.
-void check_guess(const Section& guess, const Key& key, double start, const Model& model,
+// A guess of what the trim does not vary would have no effect.
+void check_guess(const Section& guess, const Key& key, const Model& model,
                  const UserCondition& condition) {
   const auto refuse = [&](const std::string& why) {
-    guess.refuse(*guess.find(key.name), why + "; expected a guess within the bounds of an unknown");
+    guess.refuse(*guess.find(key.name), why + "; expected the guess of an unknown");
   };
   const auto given = condition.values.find(key.signal);
-  if (given == condition.values.end()) {
-    if (find(model.parameters, key.signal) >= 0)
-      refuse("the condition does not vary this parameter");
-    return;
-  }
-  const double lower = key.in_study(given->second.lower), upper = key.in_study(given->second.upper);
-  if (lower == upper) refuse(fmt::format("the condition fixes it at {:.6g}", lower));
-  if (start < given->second.lower || start > given->second.upper)
-    refuse(fmt::format("{:.6g} is outside [{:.6g}, {:.6g}]", key.in_study(start), lower, upper));
+  if (given == condition.values.end() && find(model.parameters, key.signal) >= 0)
+    refuse("the condition does not vary this parameter");
+  if (given != condition.values.end() && given->second.lower == given->second.upper)
+    refuse(fmt::format("the condition fixes it at {:.6g}", key.in_study(given->second.lower)));
 }
 
 void read_guess(const Section& section, const UserModel& own, UserCondition& condition) {
@@ -236,9 +231,8 @@ void read_guess(const Section& section, const UserModel& own, UserCondition& con
   guess->allow_only(allowed);
   for (const Key& key : own.keys) {
     if (!guess->find(key.name)) continue;
-    const double start = guess->number(key.name, accepted_by(key));
-    check_guess(*guess, key, start, own.model, condition);
-    condition.guess[key.signal] = start;
+    check_guess(*guess, key, own.model, condition);
+    condition.guess[key.signal] = guess->number(key.name, accepted_by(key));
   }
 }
 

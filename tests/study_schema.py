@@ -32,7 +32,7 @@ BEYOND_A_SCHEMA = {
     "two values that are compared": (
         "is not below upper|is not above `from`|is `from` again|reverses the direction|not in ascending order|"
         r"values for \d+ |samples; expected at most|simulate.sample: \d+ is out of range|which decreases to|"
-        r"is not before the end|the condition (fixes|does not vary)|is outside \["
+        r"is not before the end|the condition (fixes|does not vary)"
     ),
     "arithmetic": "makes 1 [+] |is not positive at one|percent: .*(reaches|changes nothing|is 0, so)",
     "files": "aircraft.polar",
