@@ -72,12 +72,9 @@ void check_monotone(const Section& section, const SweepAxis::Column& column) {
   for (std::size_t i = 1; i < column.values.size(); ++i) {
     const double before = column.values[i - 1], here = column.values[i];
     if (up ? here > before : here < before) continue;
-    if (here == before)
-      section.refuse(named,
-                     fmt::format("{} is given twice in a row; expected each value once", here));
-    section.refuse(named, fmt::format("{} after {} reverses the direction; expected ascending or "
-                                      "descending values, each once",
-                                      here, before));
+    section.refuse(
+        named, fmt::format("{} after {} {}; expected ascending or descending values, each once",
+                           here, before, here == before ? "repeats it" : "reverses the direction"));
   }
 }
 

@@ -30,7 +30,7 @@ BEYOND_A_SCHEMA = {
         "is given twice|is set twice|is free in|depends on the tilt"
     ),
     "two values that are compared": (
-        "is not below upper|is not above `from`|is `from` again|reverses the direction|not in ascending order|"
+        "is not below upper|is not above `from`|is `from` again|repeats it|reverses the direction|not in ascending order|"
         r"values for \d+ |samples; expected at most|simulate.sample: \d+ is out of range|which decreases to|"
         r"is not before the end|the condition (fixes|does not vary)"
     ),

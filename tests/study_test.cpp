@@ -745,7 +745,7 @@ TEST_CASE("sweeps that cannot be are refused at their line") {
   check_refused(axis + "key = 'eta'\nvalues = [1]\n", "7:7", {"did you mean 'eta_deg'?"});
   check_refused(axis + "key = 'V'\nvalues = []\n", "8:10", {"an empty array"});
   check_refused(axis + "key = 'V'\nfrom = 15\nto = 15\ncount = 3\n", "9:6",
-                {"15 is given twice in a row"});
+                {"15 after 15 repeats it"});
   check_refused(axis + "key = 'V'\nvalues = [1, 3, 2]\n", "8:10",
                 {"2 after 3", "reverses the direction"});
   check_refused(axis + "key = 'V'\nvalues = [1, 1]\n", "8:10", {"1 after 1"});
