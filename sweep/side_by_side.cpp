@@ -197,7 +197,7 @@ Lane outside(const Group& g) {
     const double* const values = &of[std::size_t(row) * L];
     for (std::size_t l = 0; l < L; ++l) {
       const double value = values[l] / nominal;
-      out[l] = (value >= lower) & (value <= upper) ? out[l] : 1.0;
+      out[l] = value >= lower && value <= upper ? out[l] : 1.0;
     }
   };
   for (std::size_t i = 0; i < g.n; ++i)
