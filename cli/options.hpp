@@ -1,7 +1,6 @@
 /// Command-line options of each command. Internal to cli/.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -19,10 +18,6 @@ void add_output(CLI::App* app, Common& common);
 void add_common(CLI::App* app, Common& common, bool needs_study);
 void add_only(CLI::App* app, Common& common);
 void add_threads(CLI::App* app, int& threads);
-
-/// Numbers within these ends, inclusive, which messages name. `whole`: without fraction.
-CLI::Option* within(CLI::Option* option, double from, double to);
-CLI::Option* whole(CLI::Option* option, std::uint64_t from, std::uint64_t to);
 
 /// Adds the command; its options are stored in `command`.
 CLI::App* add_trim(CLI::App& app, TrimCommand& command);

@@ -1,6 +1,5 @@
 // RepeatedTrim: from every guess what trim() returns, whatever was trimmed before.
 #include <Eigen/Core>
-#include <cstring>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "study/reference_vehicle.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/same_trim.hpp"
 #include "tests/toy_models.hpp"
 #include "trim/repeated.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
@@ -18,29 +18,6 @@ using namespace tiltrim;
 using Eigen::VectorXd;
 
 namespace repeated_trim_test {
-
-static bool same(const VectorXd& a, const VectorXd& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 ||
-          std::memcmp(a.data(), b.data(), sizeof(double) * std::size_t(a.size())) == 0);
-}
-
-static void check_same(const TrimResult& a, const TrimResult& b) {
-  CHECK(a.status == b.status);
-  CHECK(same(a.point.x, b.point.x));
-  CHECK(same(a.point.u, b.point.u));
-  CHECK(same(a.point.p, b.point.p));
-  CHECK(same(a.rates, b.rates));
-  CHECK(same(a.outputs, b.outputs));
-  CHECK(same(vec({a.residual, a.step, a.rcond, a.effort}),
-             vec({b.residual, b.step, b.rcond, b.effort})));
-  CHECK(a.limits_active.size() == b.limits_active.size());
-  CHECK(a.others.size() == b.others.size());
-  CHECK(a.starts == b.starts);
-  CHECK(a.evaluations == b.evaluations);
-  CHECK(a.message == b.message);
-  CHECK(a.thrown == b.thrown);
-}
 
 static OperatingPoint with(const Model& m, OperatingPoint at, const char* name, double value) {
   set_value(at, variable(m, name), value);

@@ -1,7 +1,6 @@
 #include "trim/trim.hpp"
 
 #include <Eigen/Core>
-#include <cstring>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "model/lookup.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
+#include "tests/same_trim.hpp"
 #include "tests/toy_models.hpp"
 #include "trim/problem.hpp"
 
@@ -727,27 +727,6 @@ TEST_CASE("the observer sees the Newton iterates from the guess only") {
     CHECK(seen.size() <= std::size_t(options.max_iterations));
     if (method.method == TrimMethod::newton) CHECK(seen.front() == 3.0);
   }
-}
-
-static bool same_bytes(const VectorXd& a, const VectorXd& b) {
-  return a.size() == b.size() &&
-         (a.size() == 0 ||
-          std::memcmp(a.data(), b.data(), std::size_t(a.size()) * sizeof(double)) == 0);
-}
-
-static void check_same(const TrimResult& a, const TrimResult& b) {
-  CHECK(a.status == b.status);
-  CHECK(same_bytes(a.point.x, b.point.x));
-  CHECK(same_bytes(a.point.u, b.point.u));
-  CHECK(same_bytes(a.point.p, b.point.p));
-  CHECK(same_bytes(a.rates, b.rates));
-  CHECK(same_bytes(a.outputs, b.outputs));
-  CHECK(same_bytes(vec({a.residual, a.step, a.rcond, a.effort}),
-                   vec({b.residual, b.step, b.rcond, b.effort})));
-  CHECK(a.others.size() == b.others.size());
-  CHECK(a.starts == b.starts);
-  CHECK(a.evaluations == b.evaluations);
-  CHECK(a.message == b.message);
 }
 
 TEST_CASE("the same input gives the same bytes; a trimmed point stays where it is") {
