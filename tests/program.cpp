@@ -3,6 +3,9 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <ctime>
 #include <fstream>
 #include <iterator>
@@ -95,6 +98,13 @@ std::uintmax_t size_of(const fs::path& file) {
   std::error_code missing;
   const std::uintmax_t size = fs::file_size(file, missing);
   return missing ? 0 : size;
+}
+
+std::uintmax_t records_in(const fs::path& log) {
+  std::array<std::uint64_t, 3> header{};  // magic, format, length of the identity; then a checksum
+  std::ifstream(log, std::ios::binary).read(reinterpret_cast<char*>(header.data()), sizeof header);
+  const std::uintmax_t before = sizeof header + header[2] + sizeof(std::uint64_t);
+  return std::max(size_of(log), before) - before;
 }
 
 std::vector<Row> csv_of(const std::string& text) {

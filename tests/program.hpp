@@ -76,6 +76,8 @@ bool holds_soon(const Condition& condition) {
 
 /// 0 for a missing file.
 std::uintmax_t size_of(const fs::path& file);
+/// Bytes of records in a log, which come after its header; 0 until the header is whole.
+std::uintmax_t records_in(const fs::path& log);
 
 using Row = std::vector<std::string>;
 

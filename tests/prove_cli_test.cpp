@@ -72,11 +72,12 @@ TEST_CASE("a proof that is killed goes on from its log: the same bytes") {
   std::uintmax_t logged = 0;
   for (int kill = 0; kill < 3; ++kill) {
     const Running run = start(scratch, prove + "--threads 1");
-    holds_soon([&] { return has_ended(run) || size_of(scratch.path / "c.log") > logged + 10000; });
+    holds_soon(
+        [&] { return has_ended(run) || records_in(scratch.path / "c.log") > logged + 10000; });
     ::kill(run.pid, SIGKILL);
     CHECK(finish(run).signal == SIGKILL);
-    CHECK(size_of(scratch.path / "c.log") > logged);
-    logged = size_of(scratch.path / "c.log");
+    CHECK(records_in(scratch.path / "c.log") > logged);
+    logged = records_in(scratch.path / "c.log");
   }
   CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
   CHECK(run(scratch, prove).err.find("resumed from c.log") != std::string::npos);

@@ -26,6 +26,7 @@ using program::csv_of;
 using program::finish;
 using program::holds_soon;
 using program::Ran;
+using program::records_in;
 using program::run;
 using program::Running;
 using program::Scratch;
@@ -579,12 +580,7 @@ Running under_way(const Scratch& scratch) {
   const fs::path log = scratch.path / "mc.log";
   for (int i = 0; i < 20; ++i) {
     const Running many = start(scratch, monte_carlo + "--log mc.log");
-    std::uintmax_t first = 0;
-    CHECK(holds_soon([&] {
-      const std::uintmax_t size = size_of(log);
-      if (first == 0) first = size;
-      return size > first || has_ended(many);
-    }));
+    CHECK(holds_soon([&] { return records_in(log) > 0 || has_ended(many); }));
     if (!has_ended(many)) return many;
     (void)finish(many);
   }

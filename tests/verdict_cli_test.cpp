@@ -120,7 +120,7 @@ TEST_CASE("verdicts: killed and resumed, the same bytes") {
   CHECK(run(scratch, "sweep s.toml -o whole.nc").exit_code == 0);
   const std::string command = "sweep s.toml -o map.nc --threads 1 --checkpoint 0";
   program::Running first = program::start(scratch, command);
-  CHECK(program::holds_soon([&] { return program::size_of(scratch.path / "map.nc.log") > 4000; }));
+  CHECK(program::holds_soon([&] { return program::records_in(scratch.path / "map.nc.log") > 0; }));
   ::kill(first.pid, SIGKILL);
   (void)program::finish(first);
   const Ran last = run(scratch, command);
