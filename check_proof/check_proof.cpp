@@ -6,11 +6,13 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <set>
 #include <string_view>
+#include <system_error>
 
 #include "check_proof/certificate.hpp"
 #include "runtime/threads.hpp"
@@ -160,6 +162,9 @@ ProofCheck check_proof_text(const std::string& text, const CheckProofOptions& op
 ProofCheck check_proof(const std::filesystem::path& file, const CheckProofOptions& options) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return {CertificateStatus::unreadable, {}, 0, {}, std::strerror(errno)};
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored))
+    return {CertificateStatus::unreadable, {}, 0, {}, "is a directory"};
   const std::string text{std::istreambuf_iterator<char>(in), {}};
   if (in.bad()) return {CertificateStatus::unreadable, {}, 0, {}, "cannot be read"};
   return check_proof_text(text, options);

@@ -118,6 +118,7 @@ Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token
   const Study study = read_study(command.common.study);
   Progress progress(to_prove(study, command.common.only).size());
   check_apart(command.certificate, "--certificate", command.common.study, "the study");
+  check_apart(command.certificate, "--certificate", command.common.output, "the output");
   if (study.user_model && !command.certificate.empty())
     throw std::invalid_argument(fmt::format("--certificate: {}", no_certificate));
   if (!command.certificate.empty()) check_writable(command.certificate);

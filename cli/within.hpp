@@ -12,13 +12,15 @@ namespace tiltrim::cli {
 /// Accepts numbers from `from` to `to`, whole ones if these are integers.
 template <class Number>
 CLI::Validator within(Number from, Number to) {
-  const CLI::Range range(from, to);
   const std::string expected =
       fmt::format("a {}number from {} to {}", std::is_integral_v<Number> ? "whole " : "", from, to);
-  return {[range, expected](std::string& word) {
-            return range(word).empty() ? "" : fmt::format("{} is not {}", word, expected);
+  return {[=](std::string& word) {
+            Number number{};  // no comparison with NaN holds
+            using CLI::detail::lexical_cast;
+            const bool accepted = lexical_cast(word, number) && number >= from && number <= to;
+            return accepted ? "" : fmt::format("{} is not {}", word, expected);
           },
-          range.get_description()};
+          CLI::Range(from, to).get_description()};
 }
 
 }  // namespace tiltrim::cli

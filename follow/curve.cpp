@@ -227,6 +227,19 @@ CurveEnd first_point(const Curve& curve, const VectorXd& y, const VectorXd& towa
   return failure == Failure::none ? CurveEnd::stopped : end_of(failure);
 }
 
+bool point_at(const Curve& curve, const CurvePoint& from, Index k, double value,
+              const TraceOptions& options, CurvePoint& point) {
+  const double s = (value - from.y[k]) / from.tangent[k];
+  VectorXd y = from.y + s * from.tangent;
+  y[k] = value;
+  int iterations = 0;
+  const VectorXd along = VectorXd::Unit(y.size(), k);
+  if (newton_in_plane(curve, y, along, 0.0, y, true, options, point, iterations) != Failure::none)
+    return false;
+  point.s = from.s + s;
+  return (point.y - y).norm() <= std::max(nearby * s, options.step_tolerance);
+}
+
 namespace {
 
 // One step along the tangent: its end, or the reason why a step of that length fails.
@@ -285,7 +298,7 @@ CurveEnd trace(const Curve& curve, const CurvePoint& start, const std::vector<Te
   Failure failure = Failure::none;
   for (int points = 1; points < options.max_points;) {
     if (options.stop.stop_requested()) return CurveEnd::interrupted;
-    if (h < options.min_step) return end_of(failure);
+    if (!(h >= options.min_step)) return end_of(failure);
     if (crawled > most_crawled) return CurveEnd::stuck;
     Step taken = step(curve, at.point, h, options);
     failure = taken.failure;

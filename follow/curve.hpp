@@ -61,6 +61,11 @@ struct TraceOptions {
 CurveEnd first_point(const Curve& curve, const Eigen::VectorXd& y, const Eigen::VectorXd& towards,
                      const TraceOptions& options, CurvePoint& point);
 
+/// The point of the curve ahead of `from`, close to it, at which component `k` has this value.
+/// False if there is none.
+bool point_at(const Curve& curve, const CurvePoint& from, Eigen::Index k, double value,
+              const TraceOptions& options, CurvePoint& point);
+
 /// Moves a point of the curve near a simple branch point onto it. `slope_error` is the error of the
 /// curve's Jacobian. Returns the error bound of component `parameter`; if there is no branch point
 /// nearby, returns infinity and leaves the point unchanged.

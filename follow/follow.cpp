@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "follow/follower.hpp"
 #include "linearize/linearize.hpp"
@@ -73,6 +74,26 @@ void merge(std::vector<LocatedEvent>& found) {
   found = std::move(distinct);
 }
 
+void reach(Follower& f, CurvePoint there) {
+  there.y[f.path.parameter()] = f.to;  // located to round-off: now refined
+  end(f, BranchEnd::reached, there,
+      fmt::format("{} reaches the requested value",
+                  signal_of(f.problem.model, f.problem.unknowns.back()).name));
+}
+
+// The target next to the last point: no step crosses it where the model is not defined beyond.
+bool reached_at_edge(Follower& f, const TraceOptions& options) {
+  constexpr double near = 1e-6;  // nominal sizes
+  const Index p = f.path.parameter();
+  const double left = f.to - f.last.y[p];
+  CurvePoint there;
+  if (std::abs(left) > near || !(left * f.last.tangent[p] > 0) ||
+      !point_at(f.path.curve(), f.last, p, f.to, options, there))
+    return false;
+  reach(f, there);
+  return true;
+}
+
 // Returns whether the branch continues.
 bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName>& names) {
   switch (crossing.which) {
@@ -82,14 +103,9 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
       end(f, BranchEnd::limit, crossing.at,
           "at its limits no free unknown is left and the branch turns back: no trim exists beyond");
       return false;
-    case target: {
-      CurvePoint there = crossing.at;  // located to round-off: now refined
-      there.y[f.path.parameter()] = f.to;
-      end(f, BranchEnd::reached, there,
-          fmt::format("{} reaches the requested value",
-                      signal_of(f.problem.model, f.problem.unknowns.back()).name));
+    case target:
+      reach(f, crossing.at);
       return false;
-    }
     case limits: {
       if (crossing.rising) return true;
       const LimitName& limit = names[std::size_t(crossing.index)];
@@ -167,7 +183,8 @@ void stretch(Follower& f, const CurvePoint& start) {
     return true;
   };
   const CurveEnd came_to = trace(curve, start, test_functions(f, names), options, visit);
-  if (!ended) end(f, came_to);
+  const bool stopped = came_to == CurveEnd::not_finite || came_to == CurveEnd::stuck;
+  if (!ended && !(stopped && reached_at_edge(f, options))) end(f, came_to);
 }
 
 // The path with the new set of held limits from `last`, in the feasible direction of `limit`: the
@@ -234,11 +251,23 @@ std::string no_start(Follower& f) {
   return fmt::format("{}: the residual is {:.3g} nominal sizes per second", said, left);
 }
 
+void check(const FollowOptions& options) {
+  for (const auto& [name, value] :
+       {std::pair("longest step", options.max_step), std::pair("tolerance", options.tolerance),
+        std::pair("step tolerance", options.step_tolerance)})
+    if (!(value > 0) || !std::isfinite(value))
+      throw std::invalid_argument(fmt::format("a {} of {}; expected more than 0", name, value));
+  if (options.max_points < 1)
+    throw std::invalid_argument(
+        fmt::format("{} points at most; expected at least 1", options.max_points));
+}
+
 }  // namespace
 
 Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& start,
               const std::string& parameter, double to, const FollowOptions& options) {
   const RoundToNearest environment;
+  check(options);
   const TrimSpec with = with_parameter(model, spec, parameter);
   TrimSpec without = with;
   without.free.pop_back();

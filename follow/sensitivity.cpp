@@ -219,7 +219,11 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   const RoundToNearest environment;
   const std::vector<std::string> names =
       parameters.empty() ? all_parameters(model, spec) : parameters;
-  for (const std::string& name : names) with_parameter(model, spec, name);  // may throw
+  for (const std::string& name : names) {
+    with_parameter(model, spec, name);  // may throw
+    if (std::ranges::count(names, name) > 1)
+      throw std::invalid_argument(fmt::format("'{}' is listed twice as a parameter", name));
+  }
   Sensitivities result;
   result.point = trimmed;
   const auto refused = [&](SensitivityStatus status, std::string why) {

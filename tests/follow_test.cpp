@@ -532,6 +532,20 @@ TEST_CASE("every end is reached and named") {
     CHECK(branch.message.find("beyond the table") != std::string::npos);
     CHECK_NEAR(branch.events[0].at.parameter, 1.0, 1e-5);
   }
+  SUBCASE("reached: the table ends at the target") {
+    const auto rate = [](double x, double p) {
+      if (p > 0.5) throw std::domain_error("the table ends");
+      return p - std::sin(x);
+    };
+    Route r = scalar_route(rate, 0, 0, 0.5);
+    r.model = with_jacobian(r.model, [](const OperatingPoint& o) -> MatrixXd {
+      return Eigen::RowVector2d(-std::cos(o.x[0]), 1);
+    });
+    const Branch branch = walk(r);
+    CHECK(story(branch) == "end: reached");
+    CHECK(branch.events[0].at.parameter == 0.5);
+    CHECK_NEAR(branch.events[0].at.point.x[0], std::asin(0.5), located);
+  }
   SUBCASE("the branch's own edge: x = √(1 - p) comes no further than p = 1") {
     const auto rate = [](double x, double p) { return x - std::sqrt(1 - p); };
     const Branch branch = walk(scalar_route(rate, 1, 0, 3));
@@ -686,6 +700,12 @@ TEST_CASE("the caller's mistakes throw") {
   CHECK_THROWS_AS(asked("p", std::numeric_limits<double>::infinity()), std::invalid_argument);
   CHECK_THROWS_AS((void)follow(r.model, r.spec, at(vec({0, 0}), vec({0})), "p", 3),
                   std::invalid_argument);  // a start of the wrong size
+  for (const FollowOptions& options : {FollowOptions{.max_step = NaN},
+                                       {.max_step = 0},
+                                       {.max_points = -1},
+                                       {.tolerance = NaN},
+                                       {.step_tolerance = -1}})
+    CHECK_THROWS_AS((void)follow(r.model, r.spec, r.start, "p", 3, options), std::invalid_argument);
 }
 
 // ---- the tiltrotor ----

@@ -54,6 +54,20 @@ TEST_CASE("a format that prove does not write is refused before anything is comp
   CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
 }
 
+TEST_CASE("what is no number, no file or one file for two is refused") {
+  const Scratch scratch("prove-refused");
+  const auto refused = [&](const std::string& arguments, const std::string& words) {
+    CAPTURE(arguments);
+    const Ran ran = run(scratch, arguments);
+    CHECK(ran.exit_code == 2);
+    CHECK(ran.err.find(words) != std::string::npos);
+    CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
+  };
+  refused(prove + "--margin nan", "--margin: nan is not a number from 0 to 1000");
+  refused(prove + "-o c.proof", "--certificate and the output name the same file");
+  refused("check-proof .", "tiltrim: .: is a directory");
+}
+
 TEST_CASE("the log has the evidence of a damping ratio too") {
   const Scratch scratch("prove-damping");
   const std::string damped = prove + "--damping 0.01 --boxes ";

@@ -500,7 +500,7 @@ TEST_CASE("nothing free: the eigenvalue moves all the same") {
 
 TEST_CASE("the caller's mistakes throw") {
   Sample sample = scalar(lag, 1, 1);
-  for (const char* wrong : {"q", "x", ""})  // x is free
+  for (const char* wrong : {"q", "x", "", "p"})  // x is free, p there already
     CHECK_THROWS_AS(sensitivities_of(sample, {"p", wrong}), std::invalid_argument);
   sample.problem.spec.free = {"y"};
   CHECK_THROWS_AS(sensitivities_of(sample), std::invalid_argument);

@@ -496,6 +496,15 @@ TEST_CASE("the caller's mistakes throw, in real names") {
   const std::string newton = refusal(Redundant().model(), Redundant::spec(), Redundant::guess(),
                                      {.method = TrimMethod::newton});
   CHECK(newton == "method newton needs as many unknowns as equations, not 5 and 3");
+  const auto with = [&](const TrimOptions& options) {
+    return refusal(pendulum(), spec, hanging(), options);
+  };
+  CHECK(with({.tolerance = NaN}) == "a tolerance of nan; expected more than 0");
+  CHECK(with({.tolerance = 0}) == "a tolerance of 0; expected more than 0");
+  CHECK(with({.step_tolerance = -1}) == "a step tolerance of -1; expected more than 0");
+  CHECK(with({.starts = -1}) == "-1 starts; expected at least 0");
+  CHECK(with({.max_iterations = 0}) == "0 iterations; expected at least 1");
+  CHECK(with({.max_boxes = -1}) == "-1 boxes; expected at least 0");
 }
 
 // ---- three models with known answers ----

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "model/lookup.hpp"
 #include "model/time_limit.hpp"
@@ -294,9 +296,22 @@ std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) 
   return {};
 }
 
+void check(const TrimOptions& options) {
+  for (const auto& [name, value] : {std::pair("tolerance", options.tolerance),
+                                    std::pair("step tolerance", options.step_tolerance)})
+    if (!(value > 0) || !std::isfinite(value))
+      throw std::invalid_argument(fmt::format("a {} of {}; expected more than 0", name, value));
+  for (const auto& [name, count, least] :
+       {std::tuple("starts", options.starts, 0), std::tuple("boxes", options.max_boxes, 0),
+        std::tuple("iterations", options.max_iterations, 1)})
+    if (count < least)
+      throw std::invalid_argument(fmt::format("{} {}; expected at least {}", count, name, least));
+}
+
 }  // namespace
 
 TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
+  check(options);
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(
         fmt::format("method newton needs as many unknowns as equations, not {} and {}", problem.n(),
