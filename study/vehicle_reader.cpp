@@ -1,4 +1,6 @@
 // A published vehicle as the model of a study.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -22,6 +24,9 @@ UserModel read_published(const Section& top, const std::filesystem::path& data) 
   own.parameters =
       controlled ? xv15::closed_loop_parameters(*own.xv15) : xv15::parameters(*own.xv15);
   own.keys = keys_of(own.model);
+  constexpr std::array positive{"mass", "air_density", "sound_speed", "rotor_speed", "gravity"};
+  for (Key& key : own.keys)
+    if (std::ranges::find(positive, key.name) != positive.end()) key.accepted = {1e-6, 1e6};
   if (controlled) {
     const std::vector<std::string> all = names(own.model.parameters);
     own.gains.assign(all.begin() + xv15::parameters(*own.xv15).size(), all.end());

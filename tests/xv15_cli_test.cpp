@@ -111,6 +111,24 @@ TEST_CASE(
   CHECK(again["conditions"][0]["loops"][1]["margins"]["phase"] > 70 * degree);
 }
 
+TEST_CASE("a branch ends at the end of the nacelles' travel; what has no weight is refused") {
+  const Scratch scratch("xv15_ends");
+  const std::string study =
+      "vehicle = 'xv15'\ncontrol = 'energy'\n[[condition]]\nname = 'slow'\nairspeed_kt = 100\n"
+      "mast_angle_deg = 80\nflap_deg = 20\n";
+  scratch.write("study.toml", study);
+  const json turned =
+      answer_of(run(scratch, "follow study.toml --parameter mast_angle_deg --to 90 -f json"));
+  CHECK(turned["branches"][0]["end"] == "reached");
+  for (const char* number : {"mass = -5", "gravity = 0", "rotor_speed = -60"}) {
+    CAPTURE(number);
+    scratch.write("none.toml", study + number + "\n");
+    const Ran ran = run(scratch, "trim none.toml");
+    CHECK(ran.exit_code == 2);
+    CHECK(ran.err.find("is out of range; expected a number from 1e-06") != std::string::npos);
+  }
+}
+
 TEST_CASE("the page of the validation is what the program prints") {
   const Scratch scratch("xv15_page");
   const fs::path file = source / "docs/validation-xv15.md";
