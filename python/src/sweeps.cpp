@@ -241,6 +241,7 @@ TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool ca
 }
 
 void add_starts(TuneOptions& options, const TuneProblem& problem, const py::dict& fields) {
+  if (problem.gains.empty()) return;  // tune() refuses it
   const SweepRequest& first = problem.points.front();
   const std::size_t each = problem.variables() / problem.gains.size();
   const auto add = [&](const char* name, auto starts) {

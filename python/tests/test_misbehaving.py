@@ -300,6 +300,13 @@ def test_it_gives_two_answers_at_one_point():
     assert trimmed(scalar(lambda x, p: p - x + 1e-3 * (next(turn) % 2))).status == "not_repeatable"
 
 
+def test_a_result_without_outputs_is_shown():
+    nan = Model("nan", lambda x, u, p: [np.nan], ["x"], outputs=["y"], h=lambda x, u, p: [x[0]])
+    result = tiltrim.trim(nan, {"x": 1.0}, bounds={"y": (0, 1)})
+    assert result.status == "not_finite" and "not_finite: nan" in repr(result)
+    assert np.isnan(result["y"])
+
+
 def test_a_verb_within_a_function_is_refused_where_it_would_wait_for_itself():
     inner = held_ball()
     quick = {"method": "newton", "starts": 0, "closest": False}

@@ -92,6 +92,53 @@ def test_a_number_given_as_text_is_refused():
         Model("m", lambda x, u, p: x, states=[("a", "m", "1")])
 
 
+HELD = {**BALL, "gap": 0.01, "current": 1.0}
+FREE = {"free": ["current"], "steady": ["rate"]}
+
+
+@pytest.mark.parametrize(
+    "words, call",
+    [
+        ("bounds: expected {signal", lambda: tiltrim.trim(magnet(), HELD, **FREE, bounds=[1])),
+        ("a tolerance of nan", lambda: tiltrim.trim(magnet(), HELD, **FREE, tolerance=np.nan)),
+        ("-1 starts", lambda: tiltrim.trim(magnet(), HELD, **FREE, starts=-1)),
+        ("time_limit: expected a number", lambda: tiltrim.trim(held_ball(), time_limit="3")),
+        ("point: expected values by name or a Point", lambda: magnet().point(np.zeros(5))),
+        ("gap: expected a number", lambda: magnet().point({**HELD, "gap": [1, 2]})),
+        ("expected a list of signals, got 3", lambda: Model("m", len, states=3)),
+        ("expected a name, a unit", lambda: Model("m", len, states=[("a", "m", 1, 2)])),
+        ("inputs: expected a list", lambda: tiltrim.linearize(magnet(), HELD, inputs="current")),
+        ("parameters: expected a list", lambda: tiltrim.sensitivities(held_ball(), "mass")),
+        ("'mass' is listed twice", lambda: tiltrim.sensitivities(held_ball(), ["mass", "mass"])),
+        ("to: expected a number", lambda: tiltrim.follow(held_ball(), parameter="k_p", to="9")),
+        ("a longest step of nan", lambda: tiltrim.follow(
+            held_ball(), parameter="k_p", to=90, max_step=np.nan)),
+        ("-1 points at most", lambda: tiltrim.follow(
+            held_ball(), parameter="k_p", to=90, max_points=-1)),
+        ("duration: expected a number", lambda: tiltrim.simulate(magnet(), HELD, "1")),
+        ("changes: expected .signal", lambda: tiltrim.simulate(
+            magnet(), HELD, 1.0, changes={"current": 1})),
+        ("axes: expected {signal", lambda: tiltrim.sweep(held_ball(), axes=[("k_p", [1, 2])])),
+        ("'k_p': 3 twice in a row", lambda: tiltrim.sweep(held_ball(), axes={"k_p": [2, 3, 3]})),
+        ("threads: .* from 0 to 1024, got -1", lambda: tiltrim.sweep(
+            held_ball(), axes={"k_p": [2, 3]}, threads=-1)),
+        ("nothing to tune: no gain is free", lambda: tiltrim.tune(held_ball())),
+        ("gains: k_d: expected .lower", lambda: tiltrim.tune(held_ball(), gains={"k_d": 3})),
+        ("evaluations: .* got 1.5", lambda: tiltrim.tune(
+            held_ball(), gains={"k_d": (1, 2)}, evaluations=1.5)),
+        ("seed: .* got -1", lambda: tiltrim.tune(held_ball(), gains={"k_d": (1, 2)}, seed=-1)),
+        ("seconds: expected 0 or more, got nan", lambda: tiltrim.tune(
+            held_ball(), gains={"k_d": (1, 2)}, seconds=np.nan)),
+        ("rows: expected finite", lambda: tiltrim.envelope(
+            held_ball(), along=("k_p", 90, 200), over=("k_d", 1, 2), rows=[np.nan])),
+        ("number: .* got 1.5", lambda: tiltrim.fly(tiltrim.tiltrotor(), number=1.5)),
+    ],
+)
+def test_a_wrong_argument_is_named(words, call):
+    with pytest.raises((InvalidArgument, TypeError), match=words):
+        call()
+
+
 def test_a_change_after_the_end_of_a_motion_is_refused():
     at = {**BALL, "gap": 0.01, "current": 1.0}
     with pytest.raises(InvalidArgument, match="current begins at 3 s, not before the end .* 2 s"):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _tiltrim
+from ._arguments import real
 from ._follow import _signal
 from ._models import Array, Model, Point, Signal
 from ._needs import need
@@ -167,12 +168,19 @@ def envelope(
         if along is None or over is None or isinstance(over, str):
             raise TypeError("envelope() needs along= and over=, each (signal, lower, upper)")
         low, high = float(over[1]), float(over[2])
-        wanted = np.linspace(low, high, 11) if rows is None else np.asarray(rows, dtype=float)
+        wanted = np.linspace(low, high, 11) if rows is None else np.array(_rows(rows))
         axes = [(name, float(a), float(b), count or 100) for name, a, b in (along, over)]
         raw = _tiltrim.envelope(
             model._core, own._fields(), at._tuple(), axes[0], axes[1], wanted.tolist(), tell
         )
         return _envelope(raw, model, _signal(model, along[0]), _signal(model, over[0]))
+
+
+def _rows(given: Sequence[float]) -> List[float]:
+    rows = [real("rows", row) for row in given]
+    if not np.isfinite(rows).all():
+        raise _tiltrim.InvalidArgument(f"rows: expected finite numbers, got {rows}")
+    return rows
 
 
 def _of_condition(
@@ -183,7 +191,7 @@ def _of_condition(
             "envelope() of a Condition: its study has the ranges; expected over='eta_deg' or "
             "'gamma_deg'"
         )
-    wanted = None if rows is None else [float(row) for row in rows]
+    wanted = None if rows is None else _rows(rows)
     raw = _tiltrim.envelope_condition(condition._core, over or "", count, wanted, tell)
     model = Model._of(raw["model"], (_model_along, (condition,)))
     return _envelope(raw, model, Signal(*raw["along"]), Signal(*raw["over"]))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _tiltrim
+from ._arguments import listed_names, real
 from ._linear import Modes, _complex, _modes
 from ._models import Array, Model, Point, Signal
 from ._needs import need
@@ -207,6 +208,7 @@ def follow(
         return _follow_condition(what, parameter, to, options, time_limited(time_limit))
     if not parameter or to is None:
         raise TypeError("follow() needs a parameter and where it is to go: parameter=, to=")
+    (parameter,), to = listed_names("parameter", [parameter]), real("to", to)
     if isinstance(what, Problem) and start is None:
         what = trim(what, time_limit=time_limit)
     if isinstance(what, TrimResult):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import (
     Any,
     Callable,
     Dict,
+    Iterable,
     Iterator,
     List,
     Mapping,
@@ -20,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tiltrim
+from ._arguments import mapping, real
 from ._complex_step import ComplexStep
 from ._show import Page, Shown, Table, number
 
@@ -54,23 +57,16 @@ PointTuple = Tuple[Array, Array, Array]
 Made = Tuple[Callable[..., Any], Tuple[Any, ...]]
 
 
-def real(what: str, value: Any) -> float:
-    """The number given for `what`. float() alone would take a text."""
-    if isinstance(value, (str, bytes)):
-        raise TypeError(f"{what}: expected a number, got {value!r}")
-    return float(value)
-
-
 def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
-    if isinstance(given, str):
-        raise _tiltrim.InvalidArgument(
-            f"{what}: expected a list of signals, got the string {given!r}"
-        )
-    signals = []
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise _tiltrim.InvalidArgument(f"{what}: expected a list of signals, got {given!r}")
+    signals: List[Signal] = []
     for one in given:
-        signal = Signal(one) if isinstance(one, str) else Signal(*one)
+        parts = (one,) if isinstance(one, str) or not isinstance(one, Iterable) else tuple(one)
+        signal = Signal(*(parts if 1 <= len(parts) <= 3 else [None]))
         texts = (signal.name, signal.unit, signal.nominal)
-        if [isinstance(part, str) for part in texts] != [True, True, False]:
+        kinds = [isinstance(part, str) for part in texts]
+        if kinds != [True, True, False] or not isinstance(signal.nominal, Real):
             raise _tiltrim.InvalidArgument(
                 f"{what}: expected a name, a unit and a nominal size, got {one!r}"
             )
@@ -218,7 +214,7 @@ class Model(Shown):
             point = values.copy()
             point._check_fits(self)
         else:
-            given = dict(values or {})
+            given = mapping("point", values, "values by name or a Point")
             given.update(named)
             missing = [s.name for s in self._parameters if s.name not in given]
             if missing:
@@ -287,9 +283,7 @@ class Point(Shown):
 
     def __setitem__(self, name: str, value: float) -> None:
         values, place = self._where(name)
-        if isinstance(value, (str, bytes)):
-            raise TypeError(f"{name}: expected a number, got {value!r}")
-        values[place] = value
+        values[place] = real(name, value)
 
     def __contains__(self, name: object) -> bool:
         return name in self.model._place

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Dict, List
 
 from . import _tiltrim
+from ._arguments import MOST_THREADS, whole
 from ._needs import need
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
@@ -79,7 +80,7 @@ def monte_carlo(study: StudyLike, *, threads: int = 0, progress: Progress = None
     if isinstance(study, (str, os.PathLike)):
         study = read_study(study)
     with told(progress) as tell:
-        raw = _tiltrim.monte_carlo(study._core, threads, tell)
+        raw = _tiltrim.monte_carlo(study._core, whole("threads", threads, MOST_THREADS), tell)
     names = raw.pop("names")
     worst = []
     for *outcome, values in raw.pop("worst"):

@@ -20,7 +20,8 @@ from typing import (
 )
 
 from . import _tiltrim
-from ._models import Effort, Model, Point, point_table, real
+from ._arguments import listed_names, mapping, real
+from ._models import Effort, Model, Point, point_table
 from ._show import Page, Shown
 
 if TYPE_CHECKING:
@@ -72,13 +73,13 @@ class TrimSpec:
         if still is not None and steady:
             raise TypeError("still is the old name of steady: expected one of them, got both")
         for name, value in (
-            ("free", _names("free", free)),
-            ("steady", _names("steady", steady) if still is None else _names("still", still)),
-            ("rates", rates or {}),
-            ("bounds", bounds or {}),
-            ("implied", _names("implied", implied)),
+            ("free", listed_names("free", free)),
+            ("steady", listed_names("steady", steady) if still is None else listed_names("still", still)),
+            ("rates", mapping("rates", rates, "{state: rate}")),
+            ("bounds", mapping("bounds", bounds, "{signal: (lower, upper)}")),
+            ("implied", listed_names("implied", implied)),
             ("effort", tuple(Effort(*_listed(e)) for e in effort)),
-            ("moving", _names("moving", moving)),
+            ("moving", listed_names("moving", moving)),
         ):
             object.__setattr__(self, name, value)  # frozen dataclass
 
@@ -109,12 +110,6 @@ class TrimSpec:
             "effort": [tuple(e) for e in self.effort],
             "moving": list(self.moving),
         }
-
-
-def _names(what: str, given: Sequence[str]) -> Tuple[str, ...]:
-    if isinstance(given, str):
-        raise TypeError(f"{what}: expected a list of names, got the string {given!r}")
-    return tuple(given)
 
 
 def _listed(effort: Any) -> Tuple[Any, ...]:

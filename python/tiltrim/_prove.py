@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Dict, List, Optional, Tuple, Union, overload
 
 from . import _tiltrim
+from ._arguments import MOST_THREADS, real, whole
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
 from ._studies import Condition, StudyLike, Study, read_study
@@ -140,10 +141,11 @@ def prove(
     study = what if isinstance(what, Study) else read_study(what)
     if condition is not None:
         study[condition]  # names those that there are
-    if margin is not None and not 0 <= margin <= 1000:
+    if margin is not None and not 0 <= real("margin", margin) <= 1000:
         raise _tiltrim.InvalidArgument(f"margin: {margin}; expected 0 to 1000 1/s")
-    if damping is not None and not 0 <= damping <= 0.99:
+    if damping is not None and not 0 <= real("damping", damping) <= 0.99:
         raise _tiltrim.InvalidArgument(f"damping: {damping}; expected 0 to 0.99")
+    threads = whole("threads", threads, MOST_THREADS)
     if boxes is not None and boxes < 1:
         raise _tiltrim.InvalidArgument(f"boxes: {boxes}; expected at least 1")
     only = [] if condition is None else [condition]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Sequence, Union
 
 from . import _tiltrim
+from ._arguments import MOST_THREADS, whole
 from ._show import Page, Shown
 from ._studies import StudyLike, read_study
 
@@ -55,6 +56,7 @@ def report(
     for name in only:
         study[name]  # raises, with the names there are
     page, maps_ = os.fspath(file), [os.fspath(one) for one in maps]
+    threads = whole("threads", threads, MOST_THREADS)
     text, answered = _tiltrim.report(
         study._core, page, list(only), maps_, os.fspath(figures), os.fspath(tables), threads
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
+from ._arguments import listed_names
 from ._linear import Complex, Modes, _modes
 from ._models import Array, Model, Point, Signal
 from ._problems import Problem
@@ -96,6 +97,7 @@ def sensitivities(
 
     Raises ValueError for unknown names (docs/follow.md).
     """
+    parameters = listed_names("parameters", parameters)
     if isinstance(what, Condition):
         limit = time_limited(time_limit)
         raw = _tiltrim.sensitivities_condition(what._core, list(parameters), limit)

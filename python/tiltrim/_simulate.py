@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _tiltrim
-from ._models import Array, Model, Point, real
+from ._arguments import real, whole
+from ._models import Array, Model, Point
 from ._needs import need
 from ._problems import Guess
 from ._show import Page, Plotted, Table, number
@@ -240,6 +241,7 @@ def simulate(
     if start is None or duration is None:
         raise TypeError("simulate() of a model needs a start and a duration")
     at = model.point(start.point if isinstance(start, TrimResult) else start)
+    duration = real("duration", duration)
     if isinstance(input, Mapping):
         for name in input:
             if name not in [s.name for s in model.inputs]:
@@ -257,7 +259,7 @@ def simulate(
     function = None if isinstance(input, Mapping) else input
     if function is not None and changes:
         raise TypeError("simulate(): changes together with input(t); expected them in it, and breaks")
-    listed = [Change(*change) for change in changes]
+    listed = [_change(change) for change in changes]
     for change in listed:
         if 0 < duration <= change.start:
             raise _tiltrim.InvalidArgument(
@@ -277,13 +279,21 @@ def simulate(
     return Trajectory(model=model, start=at, **raw)
 
 
+def _change(given: Any) -> Change:
+    if isinstance(given, str) or not 2 <= len(given) <= 4:
+        raise TypeError(f"changes: expected (signal, size, from, until), got {given!r}")
+    return Change(*given)
+
+
 def fly(study: Union[StudyLike, Condition], *, number: Optional[int] = None) -> Flight:
     """Simulates a study's [simulate]: a flight with schedule, weather, actuators and the ground,
     or the motion of its [model] (docs/simulate.md). number: that flight of its [montecarlo]."""
     if isinstance(study, (str, os.PathLike)):
         study = read_study(study)
     own = study.study if isinstance(study, Condition) else study
-    raw = _tiltrim.fly_study(own._core, number)
+    raw = _tiltrim.fly_study(
+        own._core, None if number is None else whole("number", number, 10**7)
+    )
     columns = raw["columns"]
     return Flight(
         status=raw["status"],

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _tiltrim
+from ._arguments import MOST_THREADS, mapping, whole
 from ._follow import _signal
 from ._models import Array, Model
 from ._maps import to_dataset
@@ -80,7 +81,7 @@ def sweep(
     own = spec_of("sweep", spec, fields)
     xr = need("xarray", "xarray", "sweep()")
     options = {
-        "threads": int(threads),
+        "threads": whole("threads", threads, MOST_THREADS),
         "crossings": bool(crossings),
         "trimming": {"starts": starts, "method": method, **time_limited(time_limit)},
     }
@@ -97,6 +98,7 @@ def sweep(
             return to_dataset(xr, _tiltrim.sweep_study(what._core, list(only), options, tell))
     single = isinstance(what, (Model, Problem, Condition, TrimResult))
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
+    axes = mapping("axes", axes, "{signal: values}")
     if not axes or not members:
         raise TypeError("sweep() needs axes={signal: values} and a problem")
     conditions = [one for one in members if isinstance(one, Condition)]
@@ -139,7 +141,13 @@ def _numbers(axis: str, signal: str, given: Any) -> Array:
         raise _tiltrim.InvalidArgument(
             f"axis '{axis}': expected a list of numbers for '{signal}', got {given!r}"
         )
-    return column.astype(float)
+    values: Array = column.astype(float)
+    again = values[1:][np.diff(values) == 0]
+    if axis == signal and again.size > 0:
+        raise _tiltrim.InvalidArgument(
+            f"axis '{axis}': {again[0]:g} twice in a row; expected each value once"
+        )
+    return values
 
 
 def _first_model(members: Sequence[Union[Model, Problem, Condition, TrimResult]]) -> Model:

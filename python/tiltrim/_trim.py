@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
+from ._arguments import real
 from ._models import Array, Model, Point, point_table
 from ._problems import Guess, Problem, TrimFields, TrimSpec, _range, shows_fields, spec_of
 from ._show import Page, Shown, number
@@ -63,7 +64,7 @@ class TrimResult(Shown):
     def __getitem__(self, name: str) -> float:
         place = self.model._output_place.get(name)
         if place is not None and name not in self.point:
-            return float(self.outputs[place])
+            return float(self.outputs[place]) if len(self.outputs) else math.nan
         return self.point[name]
 
     def _exceeded(self) -> Dict[str, str]:
@@ -102,7 +103,7 @@ class TrimResult(Shown):
 
 def time_limited(seconds: Optional[float]) -> Dict[str, float]:
     """The option of a trim, where there is one."""
-    return {} if seconds is None else {"time_limit": float(seconds)}
+    return {} if seconds is None else {"time_limit": real("time_limit", seconds)}
 
 
 def asked(

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
-from ._models import Array, Model, real
+from ._arguments import MOST_THREADS, mapping, real, whole
+from ._models import Array, Model
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
@@ -226,23 +227,27 @@ def tune(
     Raises ValueError for unknown names, reversed bounds, no free parameter.
     """
     own = spec_of("tune", spec, fields)
-    options = {
+    options: Dict[str, Any] = {
         name: value
         for name, value in (
             ("start", start),
             ("starts", starts),
             ("regulator_starts", regulator_starts),
             ("placed_starts", placed_starts),
-            ("evaluations", evaluations),
-            ("seconds", seconds),
-            ("seed", seed),
-            ("threads", threads),
+            ("seconds", None if seconds is None else _seconds(seconds)),
             ("global_search", global_search),
             ("local_search", local_search),
             ("time_limit", time_limit),
         )
         if value is not None
     }
+    for name, count, most in (
+        ("evaluations", evaluations, 10**9),
+        ("seed", seed, 2**53),
+        ("threads", threads, MOST_THREADS),
+    ):
+        if count is not None:
+            options[name] = whole(name, count, most)
     if isinstance(what, (str, os.PathLike)):
         what = read_study(what)
     if isinstance(what, Study):
@@ -254,7 +259,7 @@ def tune(
     asked: Any = goal
     goals = asked if isinstance(asked, list) else [asked]
     request = {
-        "gains": [_gain(name, bound, linear) for name, bound in (gains or {}).items()],
+        "gains": [_gain(*one, linear) for one in mapping("gains", gains, "{parameter: (from, to)}").items()],
         "uncertain": [(n, real(n, a), real(n, b)) for n, (a, b) in (uncertain or {}).items()],
         "corners": corners,
         "samples": samples,
@@ -275,10 +280,21 @@ def tune(
         return _result(_tiltrim.tune(problems, request, options, tell))
 
 
+def _seconds(given: Any) -> float:
+    seconds = real("seconds", given)
+    if not seconds >= 0:
+        raise _tiltrim.InvalidArgument(f"seconds: expected 0 or more, got {seconds:g}")
+    return seconds
+
+
 def _gain(
     name: str, bound: Tuple[float, float], linear: Sequence[str]
 ) -> Tuple[str, float, float, bool]:
-    lower, upper = (real(name, end) for end in bound)
+    try:
+        lower, upper = bound
+    except (TypeError, ValueError):
+        raise TypeError(f"gains: {name}: expected (lower, upper), got {bound!r}") from None
+    lower, upper = real(name, lower), real(name, upper)
     return name, lower, upper, lower > 0 and name not in linear
 
 
