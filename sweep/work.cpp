@@ -3,7 +3,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <stdexcept>
 
 #include "linearize/batch.hpp"
 
@@ -23,6 +25,27 @@ void check_alike(const PreparedConditions& conditions) {
           fmt::format("the states of condition '{}' differ from those of '{}'; expected conditions "
                       "of one formulation",
                       c->request.name, first.request.name));
+}
+
+void check_axis(const SweepAxis& axis) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument(fmt::format("axis {}: {}", axis.name, why));
+  };
+  if (axis.columns.empty() || axis.size() == 0) refuse("no values; expected one at least");
+  for (const SweepAxis::Column& column : axis.columns) {
+    if (column.values.size() != axis.size() || column.si.size() != axis.size())
+      refuse(fmt::format("{} values of {}, {} in SI; expected {} of each", column.values.size(),
+                         column.name, column.si.size(), axis.size()));
+    for (const double value : column.si)
+      if (!std::isfinite(value))
+        refuse(fmt::format("{} = {}; expected finite values", column.name, value));
+  }
+  const std::vector<double>& values = axis.columns.front().si;
+  const bool up = values.back() > values.front();
+  for (std::size_t k = 1; k < values.size(); ++k)
+    if (!(up ? values[k] > values[k - 1] : values[k] < values[k - 1]))
+      refuse(fmt::format("{} after {}; expected ascending or descending values, each once",
+                         values[k], values[k - 1]));
 }
 
 // Numbers and bytes of finished units, to send to ranks that do not have them.
@@ -72,6 +95,7 @@ PreparedConditions prepare(const std::vector<SweepRequest>& requests,
                            const std::vector<SweepAxis>& axes, const SweepOptions& options) {
   if (requests.empty()) throw std::invalid_argument("no condition to sweep over");
   if (axes.empty()) throw std::invalid_argument("no axis to sweep along");
+  for (const SweepAxis& axis : axes) check_axis(axis);
   PreparedConditions conditions;
   for (const SweepRequest& r : requests)
     conditions.push_back(std::make_unique<Prepared>(r, axes, options.trimming));

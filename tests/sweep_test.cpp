@@ -1275,6 +1275,21 @@ TEST_CASE("17 states are more than the batch takes: refused in words") {
   CHECK(contains(words, "16"));
 }
 
+TEST_CASE("an axis without values, of unlike or unordered ones: refused in words") {
+  const SweepRequest r =
+      request(planted({"p"}, [](const VectorXd& p) { return MatrixXd::Constant(1, 1, -p[0]); }));
+  const auto refused = [&](const SweepAxis& axis) {
+    return refusal<std::invalid_argument>([&] { (void)swept(r, {axis}); });
+  };
+  CHECK(refused({"p", {}}) == "axis p: no values; expected one at least");
+  CHECK(refused(axis("p", {})) == "axis p: no values; expected one at least");
+  CHECK(refused({"p", {{"p", "", "p", {1, 2}, {1}}}}) ==
+        "axis p: 2 values of p, 1 in SI; expected 2 of each");
+  CHECK(contains(refused(axis("p", {1, std::nan("")})), "p = nan; expected finite values"));
+  for (const std::vector<double>& values : {std::vector{1.0, 1.0}, {2.0, 1.0, 3.0}})
+    CHECK(contains(refused(axis("p", values)), "expected ascending or descending values"));
+}
+
 // ---- 11. more unknowns than equations ----
 
 namespace {
