@@ -29,11 +29,13 @@ std::int16_t reason_number(LinePoints& points, const std::string& reason) {
 
 void keep_matrix(LineTracker& w, std::size_t k, const GridTrim& e) {
   w.exact[k] = e.exact;
+  if (w.judged) return;
   for (Index j = 0; j < w.A.n; ++j)
     for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = e.slopes(i, j);
 }
 
 void keep_no_matrix(LineTracker& w, std::size_t k) {
+  if (w.judged) return;
   for (Index j = 0; j < w.A.n; ++j)
     for (Index i = 0; i < w.A.n; ++i) w.A(i, j, Index(k)) = not_a_number;
 }
@@ -52,12 +54,13 @@ void keep(LineTracker& w, std::size_t k, const GridTrim& e) {
   for (std::size_t i = 0; i < m; ++i) p.input[k * m + i] = input_at(w.sweep, e, i);
 }
 
-LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& room) {
+LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& room,
+                  bool judged) {
   const std::size_t axis = sweep.axes.size() - 1, count = sweep.axes[axis].size();
   const std::size_t n = std::size_t(sweep.states()), m = sweep.inputs.size();
   room.A.n = Index(n);
   room.A.count = Index(count);
-  room.A.entries.resize(n * n * count);
+  if (!judged) room.A.entries.resize(n * n * count);
   room.valid.assign(count, 0);
   room.exact.assign(count, 0);
   room.unknowns.resize(count * sweep.unknowns.size());
@@ -73,8 +76,8 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
     numbers->clear();
   p.second_verdict.clear();
   p.second.clear();
-  return {sweep, start.place, axis,       count,         numbers_at(sweep, start.place),
-          p,     room.valid,  room.exact, room.unknowns, room.A};
+  return {sweep,      start.place,   axis,   count, numbers_at(sweep, start.place), p, room.valid,
+          room.exact, room.unknowns, room.A, judged};
 }
 
 // At most `most` equilibria next to k on the side already tracked (-1: before it), nearest first.
@@ -183,6 +186,22 @@ void add_second(LineTracker& w, std::size_t k, const OperatingPoint& at) {
   p.second_verdict.push_back(std::int8_t(modes(A).verdict));
 }
 
+// The same as near_point() of the line through the two points after k, where there are two: of most
+// points nothing else is asked.
+bool straight(const LineTracker& w, std::size_t k, double within) {
+  if (k + 2 >= w.count || !w.valid[k] || !w.valid[k + 1] || !w.valid[k + 2]) return false;
+  const double* const v = &w.coordinates()[k];
+  const double next = (v[0] - v[2]) / (v[1] - v[2]), after = (v[0] - v[1]) / (v[2] - v[1]);
+  const std::size_t n = w.n_unknowns();
+  const double* const here = &w.unknowns[k * n];
+  bool near = true;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double miss = next * here[n + i] + after * here[2 * n + i] - here[i];
+    near = near && std::abs(miss) <= within * w.sweep.problem.nominal[Index(i)];
+  }
+  return near;
+}
+
 bool near_point(const LineTracker& w, std::size_t k, const Extrapolation& curve, double within) {
   for (std::size_t i = 0; i < w.n_unknowns(); ++i) {
     const double here = w.unknowns[k * w.n_unknowns() + i];
@@ -190,6 +209,14 @@ bool near_point(const LineTracker& w, std::size_t k, const Extrapolation& curve,
       return false;
   }
   return true;
+}
+
+void judge(LineTracker& w, std::size_t k, const GridTrim& e) {
+  MatrixBatch one(w.sweep.states(), 1);
+  one.set(0, e.A(w.sweep));
+  std::vector<Verdict> verdict;
+  verdicts(one, verdict);
+  w.points.verdict[k] = std::int8_t(verdict[0]);
 }
 
 // Two equilibria at one point: the one of lower cost is kept, the other is the second branch.
@@ -201,6 +228,7 @@ void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   if (less) {
     keep(w, k, other);
     keep_matrix(w, k, other);
+    if (w.judged) judge(w, k, other);
   }
   if (!first) add_second(w, k, less ? here : other.at);
 }
@@ -221,6 +249,7 @@ void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
       e.at = *last;
       move_to(w.sweep, w.axis, double(k), e.at);
     } else {
+      if (straight(w, k, near_enough)) continue;
       const int known = known_beside(w, k, +1, 2, near);
       if (known == 0) continue;
       const Extrapolation curve(w, k, near, known);
@@ -271,15 +300,17 @@ std::vector<LineTracker> track_lines(const Prepared& sweep,
                                      const std::vector<const LineStart*>& starts,
                                      const std::vector<std::optional<AffineLine>>& structures,
                                      const std::vector<LinePoints*>& points,
-                                     std::vector<Room>& rooms) {
+                                     std::vector<Room>& rooms, bool judged) {
+  const bool lanes = has_lanes(sweep);
   std::vector<LineTracker> lines;
   std::vector<LineTracker*> unaided;  // not along an affine axis
   std::vector<std::size_t> numbers;
   std::vector<char> steady(starts.size(), 0);
   lines.reserve(starts.size());
   for (std::size_t i = 0; i < starts.size(); ++i) {
-    LineTracker& w = lines.emplace_back(begin(sweep, *starts[i], *points[i], rooms.at(i)));
     const std::optional<AffineLine>& line = structures[i];
+    LineTracker& w = lines.emplace_back(
+        begin(sweep, *starts[i], *points[i], rooms.at(i), judged && lanes && !line));
     const bool affine = line && walk_affine(w, *starts[i], *line, rooms[i].shares);
     steady[i] = affine && line->steady;
     if (affine) continue;
@@ -289,7 +320,7 @@ std::vector<LineTracker> track_lines(const Prepared& sweep,
   const auto alone = [&](std::size_t l, std::size_t k) {
     return step_forward(*unaided[l], *starts[numbers[l]], k);
   };
-  if (has_lanes(sweep) && !unaided.empty())
+  if (lanes && !unaided.empty())
     walk_side_by_side(unaided, alone);
   else
     for (std::size_t l = 0; l < unaided.size(); ++l)

@@ -22,6 +22,7 @@ struct LineTracker {
   std::vector<char>&valid, &exact;
   std::vector<double>& unknowns;
   MatrixBatch& A;
+  bool judged;  ///< for verdicts alone: the walk judges each matrix and does not keep it in A
 
   std::size_t n_unknowns() const { return sweep.unknowns.size(); }
   const std::vector<double>& coordinates() const { return sweep.axes[axis].columns.front().values; }

@@ -30,12 +30,13 @@ std::vector<Room>& rooms_of_thread();
 std::optional<AffineLine> structure_of(const Prepared& sweep, const LineStart& start);
 
 /// The equilibria and matrices of all points of some lines of these structures; those along which
-/// every point has a trim of its own are walked side by side.
+/// every point has a trim of its own are walked side by side, if possible, and `judged` on the way
+/// if no more than their verdicts is asked for.
 std::vector<LineTracker> track_lines(const Prepared& sweep,
                                      const std::vector<const LineStart*>& starts,
                                      const std::vector<std::optional<AffineLine>>& structures,
                                      const std::vector<LinePoints*>& points,
-                                     std::vector<Room>& rooms);
+                                     std::vector<Room>& rooms, bool judged = false);
 
 /// Eigenvalues, verdicts and modes of a tracked line.
 void finish_line(LineTracker& w, const LineStart& start, Room& room);

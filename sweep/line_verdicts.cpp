@@ -36,8 +36,15 @@ void judge_tracked(LineTracker& w, const LineStart& start, Room& room,
   bool plain = true;
   for (std::size_t k = 0; k < w.count; ++k)
     plain = plain && (!w.valid[k] || by_matrix(w.exact[k], TrimStatus(points.status[k])));
+  if (plain && w.judged) {
+    codes = points.verdict;
+    return;
+  }
   if (!plain) {
-    finish_line(w, start, room);
+    if (w.judged)
+      walk_lines(w.sweep, {&start}, {&w.points});
+    else
+      finish_line(w, start, room);
     codes = points.verdict;
     return;
   }
@@ -67,7 +74,7 @@ void judge_lines(const Prepared& sweep, std::span<const LineStart> starts,
     numbers.push_back(i);
   }
   std::vector<Room>& rooms = rooms_of_thread();
-  std::vector<LineTracker> lines = track_lines(sweep, left, structures, points_left, rooms);
+  std::vector<LineTracker> lines = track_lines(sweep, left, structures, points_left, rooms, true);
   for (std::size_t i = 0; i < lines.size(); ++i)
     judge_tracked(lines[i], *left[i], rooms[i], judged[numbers[i]].verdicts);
 }

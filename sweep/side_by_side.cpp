@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 #include "dense/dense.hpp"
 #include "runtime/instruction_set.hpp"
@@ -18,28 +19,39 @@ namespace {
 
 constexpr std::size_t L = Model::model_lanes;
 static_assert(L == StepTask::lanes && dense::small_size == StepTask::largest);
-using Lane = std::array<double, L>;
 
-constexpr std::size_t most_known = 4;  // points that the extrapolation uses
-constexpr double fast = 1e-2;          // ratio of two steps with one Jacobian
-constexpr double far = 1.0;            // nominal sizes: a step that only the scalar path takes
-constexpr double foreseen = 1e-14;     // nominal sizes: a next step that need not be taken
+constexpr std::size_t most_known = StepTask::known;  // points that the extrapolation uses
 
-// The lines, and the numbers of their current points: of lane l at [... * L + l].
+// A number of each point, in one cache line.
+struct alignas(64) Lane {
+  double of[L];
+  double& operator[](std::size_t l) { return of[l]; }
+  const double& operator[](std::size_t l) const { return of[l]; }
+};
+static_assert(sizeof(Lane) == L * sizeof(double));
+using Numbers = std::vector<Lane>;
+
+double* first_of(Numbers& numbers) { return numbers.empty() ? nullptr : numbers.front().of; }
+
+// The lines, and the numbers of their current points.
 struct Group {
   const std::vector<LineTracker*>& lines;
   const Prepared& s;
   const Problem& p;
-  std::size_t nx, rows, n;                   // states, rows of [f; h], unknowns
-  std::vector<double> z;                     // all variables
-  std::vector<double> y, slopes;             // [f; h], and its derivatives along `along`
-  std::vector<double> J, last, before_last;  // scaled: in use, and at the last two points
-  std::vector<double> dz;
-  std::vector<double> elsewhere;                 // matrices of lanes without a line
+  std::size_t nx, rows, n;                  // states, rows of [f; h], unknowns
+  Numbers z;                                // all variables
+  Numbers y, slopes;                        // [f; h], and its derivatives
+  Numbers J, last, before_last;             // scaled: in use, at the last two points
+  std::array<Numbers, most_known> history;  // unknowns at the last points
+  std::array<Lane, most_known> weights{};
+  Lane share{}, walks{}, moving{}, found{}, residual{}, size{}, before{};
   std::array<std::size_t, L> known{}, primed{};  // points before with trims, with Jacobians
-  Lane regular{}, residual{}, size{}, before{};
-  std::array<char, L> trusted{}, walks{}, found{};
-  void (*step)(const StepTask&);
+  std::array<char, L> trusted{};
+  std::vector<StepTask::Range> ranges;
+  std::vector<Index> entries;
+  std::vector<double> scales;
+  MatrixBatch block;  // of the last points: number k of those of lane l is k * L + l
+  LaneSteps step;
 
   explicit Group(const std::vector<LineTracker*>& all)
       : lines(all),
@@ -48,34 +60,96 @@ struct Group {
         nx(std::size_t(s.states())),
         rows(nx + s.model().outputs.size()),
         n(s.unknowns.size()),
-        z((nx + s.model().inputs.size() + s.model().parameters.size()) * L),
-        y(rows * L),
-        slopes(s.along.size() * rows * L),
-        J(n * n * L),
+        z(nx + s.model().inputs.size() + s.model().parameters.size()),
+        y(rows),
+        slopes(s.along.size() * rows),
+        J(n * n),
         last(J),
         before_last(J),
-        dz(n * L),
-        elsewhere(lines.size() < L ? all.front()->A.entries.size() : 0),
-        step(chosen([]<InstructionSet set>() { return &newton_step<set>; })) {
+        block(Index(nx), Index(block_points * L)),
+        step(chosen([]<InstructionSet set>() { return lane_steps<set>(); })) {
     for (std::size_t l = 0; l < L; ++l) put(l, lines[std::min(l, lines.size() - 1)]->base);
+    for (Numbers& numbers : history) numbers.resize(n);
+    for (const Index row : p.equations)
+      for (std::size_t k = 0; k < n; ++k) {
+        entries.push_back(s.unknowns[k] * Index(rows) + row);
+        scales.push_back(p.nominal[Index(k)] / p.row_nominal[row]);
+      }
+    set_ranges();
   }
+
+  static constexpr std::size_t block_points = 16;
 
   void put(std::size_t l, const OperatingPoint& at) {
     std::size_t j = 0;
     for (const auto* part : {&at.x, &at.u, &at.p})
-      for (const double value : *part) z[j++ * L + l] = value;
+      for (const double value : *part) z[j++][l] = value;
   }
-  double* unknown(std::size_t i) { return &z[std::size_t(p.unknowns[i]) * L]; }
+  Lane& unknown(std::size_t i) { return z[std::size_t(p.unknowns[i])]; }
+
+  // Limits, and implied rates that are zero.
+  void set_ranges() {
+    const auto keep = [&](const Lane& of, double nominal, double lower, double upper) {
+      ranges.push_back({of.of, lower * nominal, upper * nominal});
+    };
+    for (std::size_t i = 0; i < n; ++i)
+      keep(unknown(i), p.nominal[Index(i)], p.lower[Index(i)] - bound_slack,
+           p.upper[Index(i)] + bound_slack);
+    for (std::size_t i = 0; i < p.limited.size(); ++i)
+      keep(y[std::size_t(p.limited[i])], p.row_nominal[p.limited[i]],
+           p.limited_lower[Index(i)] - bound_slack, p.limited_upper[Index(i)] + bound_slack);
+    for (const Index row : p.implied)
+      keep(y[std::size_t(row)], p.row_nominal[row], -s.trimming.tolerance, s.trimming.tolerance);
+  }
+
+  StepTask task() {
+    StepTask t{.n = n,
+               .z = first_of(z),
+               .values = first_of(y),
+               .slopes = first_of(slopes),
+               .n_values = y.size(),
+               .n_slopes = slopes.size(),
+               .unknowns = p.unknowns.data(),
+               .nominal = p.nominal.data(),
+               .equations = p.equations.data(),
+               .held = p.held.data(),
+               .row_nominal = p.row_nominal.data(),
+               .entries = entries.data(),
+               .scales = scales.data(),
+               .ranges = ranges.data(),
+               .n_ranges = ranges.size(),
+               .tolerance = s.trimming.tolerance,
+               .step_tolerance = s.trimming.step_tolerance,
+               .at_rest = step_at_rest,
+               .history = {},
+               .weights = {},
+               .last = first_of(last),
+               .before_last = first_of(before_last),
+               .share = share.of,
+               .J = first_of(J),
+               .residual = residual.of,
+               .size = size.of,
+               .before = before.of,
+               .walks = walks.of,
+               .moving = moving.of,
+               .found = found.of};
+    for (std::size_t a = 0; a < most_known; ++a) {
+      t.history[a] = first_of(history[a]);
+      t.weights[a] = weights[a].of;
+    }
+    return t;
+  }
 };
 
-// Moves all lanes to point k, and extrapolates the unknowns by a polynomial through up to four
-// adjacent points, as for a line alone.
+// Moves all lanes to point k. The unknowns are foreseen by a polynomial through up to four adjacent
+// points, as for a line alone, the Jacobian by the last two points: what it misses is of second
+// order.
 void go_to(Group& g, std::size_t k) {
   const LineTracker& first = *g.lines.front();
   const SweepAxis& axis = g.s.axes[first.axis];
   for (std::size_t c = 0; c < axis.columns.size(); ++c)
     if (const Index j = g.s.moved[first.axis][c]; j >= 0)
-      std::fill_n(&g.z[std::size_t(j) * L], L, axis.columns[c].si[k]);
+      std::fill_n(g.z[std::size_t(j)].of, L, axis.columns[c].si[k]);
   const std::vector<double>& v = first.coordinates();
   std::array<std::array<double, most_known>, most_known + 1> weight{};
   for (std::size_t count = 1; count <= std::min(most_known, k); ++count) {
@@ -86,193 +160,115 @@ void go_to(Group& g, std::size_t k) {
         if (b != a) weight[count][a] *= (v[k] - v[k - 1 - b]) / (v[k - 1 - a] - v[k - 1 - b]);
     }
   }
-  for (std::size_t l = 0; l < g.lines.size(); ++l)
-    for (std::size_t i = 0; i < g.n; ++i) {
-      double value = 0.0;
-      for (std::size_t a = 0; a < g.known[l]; ++a)
-        value += weight[g.known[l]][a] * g.lines[l]->unknowns[(k - 1 - a) * g.n + i];
-      if (g.known[l] > 0) g.unknown(i)[l] = value;
-    }
-}
-
-// The Jacobian extrapolated from the last two points: what it misses is of second order.
-void foresee(Group& g, std::size_t k) {
-  const std::vector<double>& v = g.lines.front()->coordinates();
   const double ratio = k >= 2 ? (v[k] - v[k - 1]) / (v[k - 1] - v[k - 2]) : 0.0;
-  Lane share{};
-  for (std::size_t l = 0; l < L; ++l) share[l] = g.primed[l] >= 2 ? ratio : 0.0;
-  for (std::size_t e = 0; e < g.J.size(); e += L)
-    for (std::size_t l = 0; l < L; ++l)
-      g.J[e + l] = g.last[e + l] + share[l] * (g.last[e + l] - g.before_last[e + l]);
-}
-
-bool any(const std::array<char, L>& flags) {
-  return std::ranges::any_of(flags, [](char flag) { return flag != 0; });
-}
-
-// The Newton step from the rates and outputs in y, with its size and the residuals'.
-void find_step(Group& g) {
-  g.step({g.n, g.p.equations.data(), g.y.data(), g.p.held.data(), g.p.row_nominal.data(),
-          g.J.data(), g.dz.data(), g.residual.data(), g.size.data(), g.regular.data()});
-}
-
-void take_step(Group& g, const std::array<char, L>& which) {
-  for (std::size_t i = 0; i < g.n; ++i) {
-    const double nominal = g.p.nominal[Index(i)];
-    double* const z = g.unknown(i);
-    for (std::size_t l = 0; l < L; ++l) z[l] = which[l] ? z[l] + g.dz[i * L + l] * nominal : z[l];
+  for (std::size_t l = 0; l < L; ++l) {
+    for (std::size_t a = 0; a < most_known; ++a) g.weights[a][l] = weight[g.known[l]][a];
+    g.share[l] = g.primed[l] >= 2 ? ratio : 0.0;
+    g.walks[l] = g.known[l] > 0 ? 1.0 : 0.0;
   }
 }
 
-// The equations' Jacobian in nominal sizes at the current points.
-void scale(Group& g, const std::vector<double>& slopes, std::vector<double>& J) {
-  for (std::size_t i = 0; i < g.n; ++i)
-    for (std::size_t k = 0; k < g.n; ++k) {
-      const std::size_t row = std::size_t(g.p.equations[i]), column = std::size_t(g.s.unknowns[k]);
-      const double nominal = g.p.nominal[Index(k)], size = g.p.row_nominal[Index(row)];
-      for (std::size_t l = 0; l < L; ++l)
-        J[(i * g.n + k) * L + l] = slopes[(column * g.rows + row) * L + l] * nominal / size;
-    }
-}
-
-// Steps with the extrapolated Jacobian, until the next is foreseen to be at round-off.
-void approach(Group& g) {
-  constexpr int most_steps = 6;
+// Newton with the extrapolated Jacobian, then with that of each point itself.
+void solve(Group& g) {
+  constexpr int most_approaching = 6, most_verifying = 4;
   static const std::vector<Index> no_variables;
-  g.before.fill(std::numeric_limits<double>::infinity());
-  std::array<char, L> moving = g.walks;
-  for (int i = 0; i < most_steps && any(moving); ++i) {
-    g.s.model().lanes(g.z.data(), no_variables, g.y.data(), nullptr);
-    find_step(g);
-    for (std::size_t l = 0; l < L; ++l)  // otherwise the exact Jacobian decides
-      moving[l] = moving[l] && g.size[l] < far && (i == 0 || g.size[l] <= fast * g.before[l]);
-    take_step(g, moving);
-    for (std::size_t l = 0; l < L; ++l) {
-      if (!moving[l]) continue;
-      const double ratio = i > 0 ? g.size[l] / g.before[l] : fast * fast;
-      g.before[l] = g.size[l];
-      moving[l] = g.size[l] * ratio > foreseen;
-    }
+  const StepTask task = g.task();
+  const auto& lanes = g.s.model().lanes;
+  g.step.predict(task);
+  for (int i = 0; i < most_approaching; ++i) {
+    lanes(task.z, no_variables, task.values, nullptr);
+    if (!g.step.approach(task, i == 0)) break;
+  }
+  g.moving = g.walks;
+  g.found = {};
+  for (int i = 0; i < most_verifying; ++i) {
+    lanes(task.z, g.s.along, task.values, task.slopes);
+    if (!g.step.verify(task, i + 1 == most_verifying)) break;
   }
 }
 
-// Newton with exact Jacobians: `found` where the step is at round-off and the residual within the
-// tolerances, both by the Jacobian of the point itself.
-void verify(Group& g) {
-  constexpr int most_steps = 4;
-  std::array<char, L> moving = g.walks;
-  g.found.fill(0);
-  for (int i = 0; i < most_steps; ++i) {
-    g.s.model().lanes(g.z.data(), g.s.along, g.y.data(), g.slopes.data());
-    scale(g, g.slopes, g.J);
-    find_step(g);
-    for (std::size_t l = 0; l < L; ++l) {
-      if (!moving[l]) continue;
-      const bool small =
-          g.residual[l] <= g.s.trimming.tolerance && g.size[l] <= g.s.trimming.step_tolerance;
-      g.found[l] = small && g.regular[l] != 0 &&
-                   (g.size[l] <= step_at_rest || g.size[l] >= 0.5 * g.before[l]);
-      moving[l] = !g.found[l] && g.size[l] < far;
-      g.before[l] = g.size[l];
-    }
-    if (!any(moving)) return;
-    if (i + 1 < most_steps) take_step(g, moving);
-  }
+// What a point found in a lane has; the scalar path overwrites it.
+void expect(LineTracker& w) {
+  std::ranges::fill(w.valid, char(1));
+  std::ranges::fill(w.exact, char(1));
+  std::ranges::fill(w.points.status, std::int8_t(TrimStatus::converged));
+  std::ranges::fill(w.points.reason, std::int16_t(0));
 }
 
-// Zero in the lanes in which all values and derivatives are finite, otherwise NaN.
-Lane not_finite(const Group& g) {
-  Lane sum{};
-  for (const std::vector<double>* numbers : {&g.y, &g.slopes})
-    for (std::size_t e = 0; e < numbers->size(); e += L)
-      for (std::size_t l = 0; l < L; ++l) sum[l] += 0.0 * (*numbers)[e + l];
-  return sum;
-}
-
-// Zero in the lanes in which limits are satisfied and implied rates zero, otherwise 1.
-Lane outside(const Group& g) {
-  Lane out{};
-  const auto keep = [&](const std::vector<double>& of, Index row, double nominal, double lower,
-                        double upper) {
-    const double* const values = &of[std::size_t(row) * L];
-    for (std::size_t l = 0; l < L; ++l) {
-      const double value = values[l] / nominal;
-      out[l] = value >= lower && value <= upper ? out[l] : 1.0;
-    }
-  };
-  for (std::size_t i = 0; i < g.n; ++i)
-    keep(g.z, g.p.unknowns[i], g.p.nominal[Index(i)], g.p.lower[Index(i)] - bound_slack,
-         g.p.upper[Index(i)] + bound_slack);
-  for (std::size_t i = 0; i < g.p.limited.size(); ++i)
-    keep(g.y, g.p.limited[i], g.p.row_nominal[g.p.limited[i]],
-         g.p.limited_lower[Index(i)] - bound_slack, g.p.limited_upper[Index(i)] + bound_slack);
-  for (const Index row : g.p.implied) {
-    const double rest = g.s.trimming.tolerance * g.p.row_nominal[row];
-    keep(g.y, row, 1.0, -rest, rest);
-  }
-  return out;
-}
-
-// Stores the point of lane l.
+// Stores the point of lane l; expect() has stored what all of them share.
 void keep(const Group& g, std::size_t l, std::size_t k) {
   LineTracker& w = *g.lines[l];
-  LinePoints& points = w.points;
-  points.status[k] = std::int8_t(TrimStatus::converged);
-  points.reason[k] = 0;
-  points.residual[k] = g.residual[l];
-  w.valid[k] = w.exact[k] = 1;
   for (std::size_t i = 0; i < g.n; ++i)
-    w.unknowns[k * g.n + i] = g.z[std::size_t(g.p.unknowns[i]) * L + l];
-  for (std::size_t i = 0; i < g.nx; ++i) points.state[k * g.nx + i] = g.z[i * L + l];
+    w.unknowns[k * g.n + i] = g.z[std::size_t(g.p.unknowns[i])][l];
+  if (w.judged) return;
+  LinePoints& points = w.points;
+  points.residual[k] = g.residual[l];
+  for (std::size_t i = 0; i < g.nx; ++i) points.state[k * g.nx + i] = g.z[i][l];
   const std::size_t m = g.s.inputs.size(), nu = g.s.model().inputs.size();
   for (std::size_t i = 0; i < m; ++i) {
     const std::size_t at = std::size_t(g.s.inputs[i]);
-    points.input[k * m + i] = at < nu ? g.z[(g.nx + at) * L + l] : g.y[(g.nx + at - nu) * L + l];
+    points.input[k * m + i] = at < nu ? g.z[g.nx + at][l] : g.y[g.nx + at - nu][l];
   }
 }
 
-// Stores the matrices of all lanes; the scalar path overwrites those of lanes that fail.
-void keep_all_matrices(Group& g, std::size_t k) {
-  const std::size_t count = g.lines.front()->count;
-  std::array<double*, L> to;
-  for (std::size_t l = 0; l < L; ++l)
-    to[l] = (l < g.lines.size() ? g.lines[l]->A.entries : g.elsewhere).data() + k;
+void keep_matrices(Group& g, std::size_t k) {
+  const auto first = Index(k % Group::block_points * L);
   for (std::size_t i = 0; i < g.nx; ++i)
     for (std::size_t j = 0; j < g.nx; ++j)
-      for (std::size_t l = 0; l < L; ++l)
-        to[l][(i * g.nx + j) * count] = g.slopes[(j * g.rows + i) * L + l];
+      std::memcpy(&g.block(Index(i), Index(j), first), g.slopes[j * g.rows + i].of, sizeof(Lane));
+}
+
+// The matrices of points first .. last - 1 are judged, or go to their lines.
+void deliver(Group& g, std::size_t first, std::size_t last) {
+  static thread_local std::vector<Verdict> answers;
+  const bool judged = std::ranges::any_of(g.lines, &LineTracker::judged);
+  if (judged) verdicts(g.block, answers);
+  for (std::size_t l = 0; l < g.lines.size(); ++l) {
+    LineTracker& w = *g.lines[l];
+    for (std::size_t k = first; k < last && w.judged; ++k)
+      w.points.verdict[k] =
+          w.valid[k] ? std::int8_t(answers[(k - first) * L + l]) : std::int8_t(-1);
+    for (Index e = 0; e < Index(g.nx * g.nx) && !w.judged; ++e) {
+      const double* const from = &g.block(0, e, Index(l));
+      double* const to = &w.A(0, e, Index(first));
+      for (std::size_t k = 0; k < last - first; ++k) to[k] = from[k * L];
+    }
+  }
 }
 
 // True if the lanes give what f, h and the derivatives give at the equilibrium, to rounding.
 bool agrees(Group& g, std::size_t l, const GridTrim& e) {
   constexpr double same = 1e-9;
-  g.put(l, e.at);
-  g.s.model().lanes(g.z.data(), g.s.along, g.y.data(), g.slopes.data());
+  g.s.model().lanes(first_of(g.z), g.s.along, first_of(g.y), first_of(g.slopes));
   const Eigen::VectorXd rates = g.s.model().f(e.at.x, e.at.u, e.at.p);
   for (std::size_t i = 0; i < g.rows; ++i) {
     const double expected = i < g.nx ? rates[Index(i)] : e.outputs[Index(i - g.nx)];
     const double size = g.p.row_nominal[Index(i)] + std::abs(expected);
-    if (!(std::abs(g.y[i * L + l] - expected) <= same * size)) return false;
+    if (!(std::abs(g.y[i][l] - expected) <= same * size)) return false;
     const double steepest = e.slopes.row(Index(i)).lpNorm<Eigen::Infinity>();
     for (std::size_t c = 0; c < g.s.along.size(); ++c) {
-      const double miss = g.slopes[(c * g.rows + i) * L + l] - e.slopes(Index(i), Index(c));
+      const double miss = g.slopes[c * g.rows + i][l] - e.slopes(Index(i), Index(c));
       if (!(std::abs(miss) <= same * steepest)) return false;
     }
   }
   return true;
 }
 
-// After point k of lane l by the scalar path: its Jacobian, for the points that follow.
+// After point k of lane l by the scalar path: its numbers, for the points that follow.
 void resume(Group& g, std::size_t l, std::size_t k, const GridTrim& e) {
   g.known[l] = g.primed[l] = 0;
+  g.put(l, e.valid() ? e.at : g.lines[l]->base);
+  for (Index i = 0; i < Index(g.nx); ++i)
+    for (Index j = 0; j < Index(g.nx); ++j)
+      g.block(i, j, Index(k % Group::block_points * L + l)) =
+          e.valid() ? e.slopes(i, j) : not_a_number;
   if (!e.valid() || !e.exact) return;
   if (!g.trusted[l] && !agrees(g, l, e)) return;
   g.trusted[l] = 1;
   for (std::size_t i = 0; i < g.n; ++i)
     for (std::size_t c = 0; c < g.n; ++c) {
       const Index row = g.p.equations[i];
-      g.last[(i * g.n + c) * L + l] =
-          e.slopes(row, g.s.unknowns[c]) * g.p.nominal[Index(c)] / g.p.row_nominal[row];
+      g.last[i * g.n + c][l] = e.slopes(row, g.s.unknowns[c]) * g.scales[i * g.n + c];
     }
   g.primed[l] = 1;
   while (g.known[l] < std::min(most_known, k + 1) && g.lines[l]->valid[k - g.known[l]])
@@ -291,22 +287,18 @@ bool has_lanes(const Prepared& s) {
 void walk_side_by_side(const std::vector<LineTracker*>& lines,
                        const std::function<GridTrim(std::size_t l, std::size_t k)>& alone) {
   Group g(lines);
-  for (std::size_t k = 0; k < lines.front()->count; ++k) {
-    for (std::size_t l = 0; l < lines.size(); ++l) g.walks[l] = g.known[l] > 0;
-    Lane invalid{}, limited{};
-    if (any(g.walks)) {
-      go_to(g, k);
-      foresee(g, k);
-      approach(g);
-      verify(g);
-      invalid = not_finite(g);
-      limited = outside(g);
-      keep_all_matrices(g, k);
+  for (LineTracker* w : lines) expect(*w);
+  const std::size_t count = lines.front()->count;
+  for (std::size_t k = 0; k < count; ++k) {
+    go_to(g, k);
+    if (std::ranges::find(g.walks.of, 1.0) != std::end(g.walks.of)) {
+      solve(g);
+      keep_matrices(g, k);
       std::swap(g.last, g.before_last);
       std::swap(g.last, g.J);
     }
     for (std::size_t l = 0; l < lines.size(); ++l) {
-      if (g.walks[l] && g.found[l] && invalid[l] == 0 && limited[l] == 0) {
+      if (g.walks[l] != 0 && g.found[l] != 0) {
         keep(g, l, k);
         g.known[l] = std::min(g.known[l] + 1, most_known);
         g.primed[l] = std::min<std::size_t>(g.primed[l] + 1, 2);
@@ -314,6 +306,10 @@ void walk_side_by_side(const std::vector<LineTracker*>& lines,
         resume(g, l, k, alone(l, k));
       }
     }
+    std::ranges::rotate(g.history, g.history.end() - 1);
+    for (std::size_t i = 0; i < g.n; ++i) g.history.front()[i] = g.unknown(i);
+    const std::size_t in_block = k % Group::block_points + 1;
+    if (in_block == Group::block_points || k + 1 == count) deliver(g, k + 1 - in_block, k + 1);
   }
 }
 

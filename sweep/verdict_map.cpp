@@ -38,7 +38,10 @@ struct Units {
 
 Units units_of(const std::vector<SweepAxis>& axes, std::size_t conditions) {
   constexpr std::size_t points = std::size_t(1) << 16;  // some milliseconds of work
-  return {conditions, Lines{axes}.count(), std::max<std::size_t>(points / axes.back().size(), 1)};
+  constexpr std::size_t together = Model::model_lanes;
+  std::size_t of_unit = std::max<std::size_t>(points / axes.back().size(), 1);
+  if (of_unit > together) of_unit -= of_unit % together;
+  return {conditions, Lines{axes}.count(), of_unit};
 }
 
 void check_part(const SweepPart& part, std::size_t units) {

@@ -34,8 +34,9 @@ struct WindAirframe {
     const AircraftOf<P> a = aircraft(p);
     const S &V = x[0], &gamma = x[1], &theta = x[2], &q = x[3];
     const S alpha = theta - gamma;
-    const Flow<S> air =
-        flow(V, sin_cos(alpha), coefficients(*polar, alpha), q, u[theta0], u[a1s], u[eta], a);
+    const SinCos<S> incidence = sin_cos(alpha);
+    const CoefficientsOf<S> C = coefficients(*polar, alpha);
+    const Flow<S> air = flow(V, incidence, C, q, u[theta0], u[a1s], u[eta], a);
     if (rates) {
       const SinCos<S> path = sin_cos(gamma);
       rates[0] = speed_rate(air, path.sin, a);
@@ -62,8 +63,9 @@ struct BodyAirframe {
     const AircraftOf<P> a = aircraft(p);
     const S &theta = x[2], &q = x[3];
     const auto [V, alpha] = airspeed(x[0], x[1]);
-    const Flow<S> air =
-        flow(V, sin_cos(alpha), coefficients(*polar, alpha), q, u[theta0], u[a1s], u[eta], a);
+    const SinCos<S> incidence = sin_cos(alpha);
+    const CoefficientsOf<S> C = coefficients(*polar, alpha);
+    const Flow<S> air = flow(V, incidence, C, q, u[theta0], u[a1s], u[eta], a);
     if (rates) {
       const auto body = body_acceleration(air, x[0], x[1], sin_cos(theta), q, u[delta_e], a);
       rates[0] = body.u;

@@ -90,7 +90,8 @@ struct WindLoop {
     const RotorCommand<S> rotor = rotor_command(sensed, C.CD, s, a, k);
     const RotorCommand<S> total{behind<added>(rotor.theta0, added_to, 0, s),
                                 behind<added>(rotor.a1s, added_to, 1, s)};
-    const Flow<S> air = flow(V, sin_cos(alpha), C, q, total.theta0, total.a1s, d.eta, a);
+    const SinCos<S> incidence = sin_cos(alpha);
+    const Flow<S> air = flow(V, incidence, C, q, total.theta0, total.a1s, d.eta, a);
     const S V_rate = speed_rate(air, path.sin, a);
     const auto [He, Le] = energy_errors(sensed, V_rate, a, k);
     const S commanded_e = elevator_command(sensed, Le, s, k);

@@ -18,7 +18,8 @@ using physics::PolarTable;
   return choose(Number(0.0) < a.cyclic_blend, blended, switched);
 }
 
-// The pieces of the polar at each lane's angle, and the place on it, as Polar::place() finds them.
+// The pieces of the polar at each lane's angle, most often one for all, and the place on it, as
+// Polar::place() finds them.
 struct Pieces {
   Number c[12], t;
 };
@@ -40,24 +41,35 @@ inline std::size_t piece_at(const PolarTable& polar, double turned) {
 
 inline Pieces pieces_at(const PolarTable& polar, const Number& alpha) {
   constexpr double turn = 2 * 3.14159265358979323846;
-  double turned[lane_count], c[12][lane_count], offset[lane_count];
+  double turned[lane_count];
+  const double* row[lane_count];
   (alpha - polar.first).store(turned);
+  bool same = true;
   for (std::size_t l = 0; l < lane_count; ++l) {
     double& at = turned[l];
     if (!(at >= 0 && at < turn)) {
       at = at - turn * __builtin_floor(at / turn);
       at = at < 0 ? 0.0 : turn < at ? turn : at;
     }
-    const double* const row = polar.rows + piece_at(polar, at) * PolarTable::width;
-    for (std::size_t i = 0; i < 12; ++i) c[i][l] = row[i];
-    offset[l] = row[PolarTable::offset];
+    row[l] = polar.rows + piece_at(polar, at) * PolarTable::width;
+    same = same && row[l] == row[0];
   }
   Pieces p;
-  for (std::size_t i = 0; i < 12; ++i) p.c[i].load(c[i]);
-  Number from;
   p.t.load(turned);
-  from.load(offset);
-  p.t = p.t - from;
+  if (same) {
+    for (std::size_t i = 0; i < 12; ++i) p.c[i] = row[0][i];
+    p.t = p.t - Number(row[0][PolarTable::offset]);
+    return p;
+  }
+  double c[lane_count];
+  for (std::size_t i = 0; i < 12; ++i) {
+    for (std::size_t l = 0; l < lane_count; ++l) c[l] = row[l][i];
+    p.c[i].load(c);
+  }
+  for (std::size_t l = 0; l < lane_count; ++l) c[l] = row[l][PolarTable::offset];
+  Number offset;
+  offset.load(c);
+  p.t = p.t - offset;
   return p;
 }
 

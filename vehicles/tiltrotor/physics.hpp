@@ -31,9 +31,9 @@ S induced_velocity(const S& theta0, const AircraftOf<P>& a) {
 template <class S>
 struct Flow {
   S Q, Q_qh;  // ½ρW²S and Q q c̄/(2W), the latter finite at W = 0
-  SinCos<S> alpha, disc, a1s,
-      phi;  // disc = η - a1s: from body x to the disc normal; φ = α + disc
-  CoefficientsOf<S> C;
+  const SinCos<S>& alpha;
+  SinCos<S> disc, a1s, phi;  // disc = η - a1s: from body x to the disc normal; φ = α + disc
+  const CoefficientsOf<S>& C;
   S thrust;
 };
 
