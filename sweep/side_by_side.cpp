@@ -70,6 +70,8 @@ struct Group {
         step(chosen([]<InstructionSet set>() { return lane_steps<set>(); })) {
     for (std::size_t l = 0; l < L; ++l) put(l, lines[std::min(l, lines.size() - 1)]->base);
     for (Numbers& numbers : history) numbers.resize(n);
+    for (Index i = 0; i < block.n; ++i)  // stable until there is a matrix
+      std::fill_n(&block(i, i, 0), block.count, -1.0);
     for (const Index row : p.equations)
       for (std::size_t k = 0; k < n; ++k) {
         entries.push_back(s.unknowns[k] * Index(rows) + row);
