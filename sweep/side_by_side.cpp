@@ -308,7 +308,7 @@ void walk_side_by_side(const std::vector<LineTracker*>& lines,
         resume(g, l, k, alone(l, k));
       }
     }
-    std::ranges::rotate(g.history, g.history.end() - 1);
+    std::rotate(g.history.begin(), g.history.end() - 1, g.history.end());
     for (std::size_t i = 0; i < g.n; ++i) g.history.front()[i] = g.unknown(i);
     const std::size_t in_block = k % Group::block_points + 1;
     if (in_block == Group::block_points || k + 1 == count) deliver(g, k + 1 - in_block, k + 1);
