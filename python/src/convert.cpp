@@ -80,15 +80,21 @@ static void set_option(TrimOptions& options, const std::string& name, const py::
     throw std::invalid_argument(fmt::format("trim has no option '{}'", name));
 }
 
-TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {
-  for (const auto& [key, value] : fields) {
+void for_each_option(const py::dict& options,
+                     const std::function<void(const std::string& name, py::handle value)>& set) {
+  for (const auto& [key, value] : options) {
     const std::string name = py::str(key);
     try {
-      set_option(options, name, value);
+      set(name, value);
     } catch (const py::cast_error&) {
       throw py::type_error(fmt::format("{} cannot be {}", name, std::string(py::repr(value))));
     }
   }
+}
+
+TrimOptions trim_options_of(const py::dict& fields, TrimOptions options) {
+  for_each_option(
+      fields, [&](const std::string& name, py::handle value) { set_option(options, name, value); });
   return options;
 }
 

@@ -5,6 +5,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <functional>
 #include <map>
 #include <string>
 #include <tuple>
@@ -30,6 +31,11 @@ inline OperatingPoint point_of(const PointTuple& point) {
   return {std::get<0>(point), std::get<1>(point), std::get<2>(point)};
 }
 inline PointTuple tuple_of(const OperatingPoint& point) { return {point.x, point.u, point.p}; }
+
+/// Calls `set` with each option's name and value. A value of another type is a TypeError that names
+/// the option.
+void for_each_option(const py::dict& options,
+                     const std::function<void(const std::string& name, py::handle value)>& set);
 
 /// A trim specification from its fields: free, steady, rates, bounds, implied, effort, moving.
 TrimSpec spec_of(const py::dict& fields);

@@ -16,8 +16,7 @@ using Eigen::MatrixXd;
 
 FollowOptions follow_options_of(const py::dict& fields) {
   FollowOptions options;
-  for (const auto& [key, value] : fields) {
-    const std::string name = py::str(key);
+  for_each_option(fields, [&](const std::string& name, py::handle value) {
     if (name == "max_step")
       options.max_step = value.cast<double>();
     else if (name == "max_points")
@@ -30,7 +29,7 @@ FollowOptions follow_options_of(const py::dict& fields) {
       options.step_tolerance = value.cast<double>();
     else
       throw std::invalid_argument(fmt::format("follow has no option '{}'", name));
-  }
+  });
   return options;
 }
 

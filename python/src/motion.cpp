@@ -24,8 +24,7 @@ using ChangeTuple = std::tuple<std::string, double, double, double>;  ///< signa
 
 IntegrateOptions options_of(const py::dict& fields) {
   IntegrateOptions options;
-  for (const auto& [key, value] : fields) {
-    const std::string name = py::str(key);
+  for_each_option(fields, [&](const std::string& name, py::handle value) {
     if (name == "tolerance")
       options.tolerance = value.cast<double>();
     else if (name == "sample")
@@ -36,7 +35,7 @@ IntegrateOptions options_of(const py::dict& fields) {
       options.max_steps = value.cast<long>();
     else
       throw std::invalid_argument(fmt::format("simulate has no option '{}'", name));
-  }
+  });
   return options;
 }
 

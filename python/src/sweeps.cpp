@@ -214,8 +214,7 @@ void observe(TuneOptions& options, const TuneProblem& problem, Progress& progres
 
 TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool callables) {
   options.threads = callables ? 1 : 0;
-  for (const auto& [key, value] : fields) {
-    const std::string name = py::str(key);
+  for_each_option(fields, [&](const std::string& name, py::handle value) {
     if (name == "evaluations")
       options.evaluations = value.cast<long>();
     else if (name == "seconds")
@@ -236,7 +235,7 @@ TuneOptions tune_options_of(const py::dict& fields, TuneOptions options, bool ca
       options.starts = value.cast<std::vector<VectorXd>>();
     else if (name != "regulator_starts" && name != "placed_starts")
       throw std::invalid_argument(fmt::format("tune has no option '{}'", name));
-  }
+  });
   return options;
 }
 

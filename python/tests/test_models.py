@@ -129,6 +129,18 @@ FREE = {"free": ["current"], "steady": ["rate"]}
         ("seed: .* got -1", lambda: tiltrim.tune(held_ball(), gains={"k_d": (1, 2)}, seed=-1)),
         ("seconds: expected 0 or more, got nan", lambda: tiltrim.tune(
             held_ball(), gains={"k_d": (1, 2)}, seconds=np.nan)),
+        ("uncertain: mass: expected .lower", lambda: tiltrim.tune(
+            held_ball(), gains={"k_d": (1, 2)}, uncertain={"mass": 3})),
+        ("start cannot be 'a'", lambda: tiltrim.tune(
+            held_ball(), gains={"k_d": (1, 2)}, start="a")),
+        ("longest_step cannot be 'a'", lambda: tiltrim.simulate(
+            magnet(), HELD, 1.0, longest_step="a")),
+        ("more than 2000000 samples", lambda: tiltrim.simulate(magnet(), HELD, 1.0, sample=1e-9)),
+        ("max_step cannot be 'a'", lambda: tiltrim.follow(
+            held_ball(), parameter="k_p", to=90, max_step="a")),
+        ("moving: expected a list", lambda: tiltrim.linearize(held_ball(), moving="gap")),
+        ("count: .* got 5.5", lambda: tiltrim.envelope(
+            held_ball(), along=("k_p", 90, 200), over=("k_d", 1, 2), count=5.5)),
         ("rows: expected finite", lambda: tiltrim.envelope(
             held_ball(), along=("k_p", 90, 200), over=("k_d", 1, 2), rows=[np.nan])),
         ("number: .* got 1.5", lambda: tiltrim.fly(tiltrim.tiltrotor(), number=1.5)),

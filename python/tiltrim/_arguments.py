@@ -31,6 +31,15 @@ def whole(what: str, value: Any, most: int) -> int:
     return number
 
 
+def pair(what: str, given: Any) -> Tuple[float, float]:
+    """The two numbers given for `what`."""
+    try:
+        lower, upper = given
+    except (TypeError, ValueError):
+        raise TypeError(f"{what}: expected (lower, upper), got {given!r}") from None
+    return real(what, lower), real(what, upper)
+
+
 def mapping(what: str, given: Any, entry: str) -> Dict[str, Any]:
     """The dictionary given for `what`, None for an empty one."""
     if given is not None and not isinstance(given, Mapping):

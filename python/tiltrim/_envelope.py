@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _tiltrim
-from ._arguments import real
+from ._arguments import pair, real, whole
 from ._follow import _signal
 from ._models import Array, Model, Point, Signal
 from ._needs import need
@@ -161,15 +161,18 @@ def envelope(
     (docs/follow.md).
     """
     own = spec_of("envelope", spec, fields)
+    if count is not None:
+        count = whole("count", count, 1000)
     with told(progress) as tell:
         if isinstance(what, Condition):
             return _of_condition(what, along, over, count, rows, tell)
         model, own, at = asked(what, guess, own, "envelope")
         if along is None or over is None or isinstance(over, str):
             raise TypeError("envelope() needs along= and over=, each (signal, lower, upper)")
-        low, high = float(over[1]), float(over[2])
+        low, high = pair("over", over[1:])
+        count = 100 if count is None else count
         wanted = np.linspace(low, high, 11) if rows is None else np.array(_rows(rows))
-        axes = [(name, float(a), float(b), count or 100) for name, a, b in (along, over)]
+        axes = [(along[0], *pair("along", along[1:]), count), (over[0], low, high, count)]
         raw = _tiltrim.envelope(
             model._core, own._fields(), at._tuple(), axes[0], axes[1], wanted.tolist(), tell
         )

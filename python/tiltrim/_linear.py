@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _tiltrim
-from ._arguments import listed_names
+from ._arguments import listed_names, real
 from ._models import Array, Model, Point, Signal
 from ._needs import need
 from ._problems import Bound, Guess, Problem, _range
@@ -244,7 +244,8 @@ def linearize(
     time_limit : s of wall clock, of the trim and of the linear model each; default: a Condition's
              study may have one, else none
     """
-    inputs = listed_names("inputs", inputs)
+    inputs, moving = listed_names("inputs", inputs), listed_names("moving", moving)
+    tolerance = real("tolerance", tolerance)
     if isinstance(what, Condition) and what.formulation == "table":
         raise NoLinearModel("no linear model: formulation table has no rates")
     if isinstance(what, (Problem, Condition)):

@@ -241,7 +241,11 @@ def simulate(
     if start is None or duration is None:
         raise TypeError("simulate() of a model needs a start and a duration")
     at = model.point(start.point if isinstance(start, TrimResult) else start)
-    duration = real("duration", duration)
+    duration, sample = real("duration", duration), real("sample", sample)
+    if sample > 0 and duration / sample > _MOST_SAMPLES:
+        raise _tiltrim.InvalidArgument(
+            f"sample: {duration:g} s in steps of {sample:g} s are more than {_MOST_SAMPLES} samples"
+        )
     if isinstance(input, Mapping):
         for name in input:
             if name not in [s.name for s in model.inputs]:
@@ -279,8 +283,12 @@ def simulate(
     return Trajectory(model=model, start=at, **raw)
 
 
+#: as of a study's motion
+_MOST_SAMPLES = 2_000_000
+
+
 def _change(given: Any) -> Change:
-    if isinstance(given, str) or not 2 <= len(given) <= 4:
+    if isinstance(given, str) or not isinstance(given, Sequence) or not 2 <= len(given) <= 4:
         raise TypeError(f"changes: expected (signal, size, from, until), got {given!r}")
     return Change(*given)
 

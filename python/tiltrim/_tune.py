@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
-from ._arguments import MOST_THREADS, mapping, real, whole
+from ._arguments import MOST_THREADS, mapping, pair, real, whole
 from ._models import Array, Model
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._progress import Progress, told
@@ -258,11 +258,17 @@ def tune(
     members = [what] if isinstance(what, (Model, Problem, Condition, TrimResult)) else list(what)
     asked: Any = goal
     goals = asked if isinstance(asked, list) else [asked]
+    ranges = "{parameter: (from, to)}"
     request = {
-        "gains": [_gain(*one, linear) for one in mapping("gains", gains, "{parameter: (from, to)}").items()],
-        "uncertain": [(n, real(n, a), real(n, b)) for n, (a, b) in (uncertain or {}).items()],
+        "gains": [
+            _gain(name, bound, linear) for name, bound in mapping("gains", gains, ranges).items()
+        ],
+        "uncertain": [
+            (name, *pair(f"uncertain: {name}", bound))
+            for name, bound in mapping("uncertain", uncertain, ranges).items()
+        ],
         "corners": corners,
-        "samples": samples,
+        "samples": whole("samples", samples, 10**6),
         "schedule": [float(v) for v in schedule],
         "schedule_over": schedule_over,
         "disturbance": {name: real(name, value) for name, value in (disturbance or {}).items()},
@@ -290,11 +296,7 @@ def _seconds(given: Any) -> float:
 def _gain(
     name: str, bound: Tuple[float, float], linear: Sequence[str]
 ) -> Tuple[str, float, float, bool]:
-    try:
-        lower, upper = bound
-    except (TypeError, ValueError):
-        raise TypeError(f"gains: {name}: expected (lower, upper), got {bound!r}") from None
-    lower, upper = real(name, lower), real(name, upper)
+    lower, upper = pair(f"gains: {name}", bound)
     return name, lower, upper, lower > 0 and name not in linear
 
 
