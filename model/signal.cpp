@@ -48,6 +48,9 @@ std::string nearest_name(std::string_view name, const std::vector<std::string>& 
   };
   const auto same = std::ranges::find(candidates, letters(name), letters);
   if (same != candidates.end()) return *same;
+  const auto last_part = [&](const std::string& c) { return letters(c.substr(c.rfind('.') + 1)); };
+  const auto part = std::ranges::find(candidates, letters(name), last_part);  // of gains.K_Lp
+  if (part != candidates.end()) return *part;
   const auto distance = [&](const std::string& c) { return edit_distance(name, c); };
   const std::string& best = *std::ranges::min_element(candidates, {}, distance);
   return distance(best) <= std::max(name.size(), best.size()) / 2 ? best : std::string{};

@@ -30,7 +30,7 @@ std::string as_radians(const std::string& key, double value) {
 
 std::string as_degrees(const std::string& key, double value) {
   if (!(std::abs(value) > 2 * std::numbers::pi)) return {};
-  return fmt::format("{0} = {1} is in rad, {2:.0f} degrees; {1} degrees would be {3:.4g} rad", key,
+  return fmt::format("{0} = {1} is in rad, {2:.4g} degrees; {1} degrees would be {3:.4g} rad", key,
                      value, value / degree, value * degree);
 }
 

@@ -1006,6 +1006,7 @@ TEST_CASE("signals: positions, names, sizes, and the nearest name") {
   CHECK(nearest_name("throttle", names(signals)) == "throttle");
   CHECK(nearest_name("zzz", names(signals)).empty());
   CHECK(nearest_name("klp", {"K_Ep", "K_Lp"}) == "K_Lp");
+  CHECK(nearest_name("K_lp", {"K_Lr", "gains.K_Lp"}) == "gains.K_Lp");
   CHECK(nearest_name("x", {}).empty());
   CHECK(nearest_name(std::string(100'000, 'e'), names(signals)).empty());
 }
