@@ -452,10 +452,14 @@ TEST_CASE("exit 2: tilts that are not two, that rise, or are none") {
   const Scratch scratch("simulate");
   scratch.write("s.toml", held);
   const std::map<std::string, std::string> mistakes{
-      {"90", "--tilts: At least 2 required"},    {"90,45,0", "--tilts: At Most 2 required"},
-      {"0,90", "tilts must decrease, between"},  {"45,45", "tilts must decrease, between"},
-      {"91,0", "is not a number from 0 to 90"},  {"90,-1", "is not a number from 0 to 90"},
-      {"nan,0", "tilts must decrease, between"}, {"a,b", "--tilts"}};
+      {"90", "--tilts: At least 2 required"},
+      {"90,45,0", "--tilts: At Most 2 required"},
+      {"0,90", "tilts must decrease, between"},
+      {"45,45", "tilts must decrease, between"},
+      {"91,0", "is not a number from 0 to 90"},
+      {"90,-1", "is not a number from 0 to 90"},
+      {"nan,0", "--tilts: nan is not a number from 0 to 90"},
+      {"a,b", "--tilts"}};
   for (const auto& [tilts, words] : mistakes)
     refused(scratch, "s.toml --tilt-rate-limit --tilts " + tilts, words);
 }

@@ -110,7 +110,8 @@ struct TrimResult {
 
 /// Solves `spec` on `model` from `guess`. Throws std::invalid_argument on invalid arguments: a name
 /// the model does not have, bounds that are reversed or NaN, no equation at all, more equations
-/// than unknowns, a guess of the wrong size, a time limit that is not positive.
+/// than unknowns, a guess of the wrong size, a tolerance or time limit that is not positive, a
+/// count below zero.
 [[nodiscard]] TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                               const TrimOptions& options = {});
 
