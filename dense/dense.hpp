@@ -107,8 +107,11 @@ struct RealEigensystem {
 };
 RealEigensystem real_eigensystem(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
 /// Column j of V, or of another matrix in such columns.
-Eigen::VectorXcd complex_column(const Eigen::MatrixXd& P, const Eigen::VectorXcd& values,
-                                Eigen::Index j);
+Eigen::VectorXcd complex_column(const Eigen::Ref<const Eigen::MatrixXd>& P,
+                                const Eigen::VectorXcd& values, Eigen::Index j);
+/// Eigenvectors of a quasi-triangular T with these eigenvalues in such columns, of any length.
+Eigen::MatrixXd triangular_vectors(const Eigen::MatrixXd& T, const Eigen::VectorXcd& values);
+Eigen::MatrixXd left_triangular_vectors(const Eigen::MatrixXd& T, const Eigen::VectorXcd& values);
 /// Eigenvalues only.
 Eigensystem eigenvalues(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
 /// In ascending order; only the lower triangle of S is read.

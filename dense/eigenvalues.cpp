@@ -1,5 +1,8 @@
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <complex>
+#include <limits>
+#include <utility>
 
 #include "dense/dense.hpp"
 
@@ -9,8 +12,9 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
+using Eigen::VectorXd;
 
-VectorXcd complex_column(const MatrixXd& P, const VectorXcd& values, Index j) {
+VectorXcd complex_column(const Eigen::Ref<const MatrixXd>& P, const VectorXcd& values, Index j) {
   const double im = values[j].imag();
   VectorXcd v = P.col(im < 0 ? j - 1 : j).cast<std::complex<double>>();
   if (im > 0) v.imag() = P.col(j + 1);
@@ -44,7 +48,81 @@ RealEigensystem with_vectors(const Matrix& A, Index max_iterations) {
   return found;
 }
 
+template <class Scalar>
+double size(Scalar x) {
+  return std::abs(std::real(x)) + std::abs(std::imag(x));
+}
+
+// Overwrites the rows of x above `top`: (T - λI) x = 0 with those from `top` on, which are given.
+template <class Vector, class Scalar = typename Vector::Scalar>
+void substitute_up(const MatrixXd& T, const VectorXcd& values, Scalar lambda, double least,
+                   Index top, Vector& x) {
+  constexpr double large = 1e8;  // whose products with any entry stay far below overflow
+  const auto pivot = [&](Scalar a) { return a == 0.0 ? Scalar(least) : a; };
+  for (Index i = top - 1; i >= 0; --i) {
+    if (values[i].imag() != 0) {
+      Scalar a = T(i - 1, i - 1) - lambda, b = T(i - 1, i), c = T(i, i - 1), d = T(i, i) - lambda;
+      Scalar &p = x[i - 1], &q = x[i], r = p, s = q;
+      if (size(c) > size(a)) {
+        std::swap(a, c);
+        std::swap(b, d);
+        std::swap(r, s);
+      }
+      const Scalar by = c / pivot(a);
+      q = (s - by * r) / pivot(d - by * b);
+      p = (r - b * q) / pivot(a);
+      --i;
+      x.head(i) -= p * T.col(i).head(i) + q * T.col(i + 1).head(i);
+      if (const double most = std::max(size(p), size(q)); most > large) x /= most;
+      continue;
+    }
+    x[i] /= pivot(T(i, i) - lambda);
+    x.head(i) -= x[i] * T.col(i).head(i);
+    if (size(x[i]) > large) x /= size(x[i]);
+  }
+}
+
 }  // namespace
+
+MatrixXd triangular_vectors(const MatrixXd& T, const VectorXcd& values) {
+  const Index n = T.rows();
+  using Limits = std::numeric_limits<double>;
+  const double least = std::max(Limits::epsilon() * T.norm(), Limits::min());
+  MatrixXd X = MatrixXd::Zero(n, n);
+  for (Index j = 0; j < n; ++j) {
+    if (values[j].imag() == 0) {
+      VectorXd x = -T.col(j).head(j + 1);
+      x[j] = 1;
+      substitute_up(T, values, values[j].real(), least, j, x);
+      X.col(j).head(j + 1) = x;
+      continue;
+    }
+    const std::complex<double> i(0, 1), lambda = values[j];
+    const double b = T(j, j + 1), c = T(j + 1, j);
+    const auto last =
+        std::abs(c) < std::abs(b) ? i * b / (lambda - T(j, j)) : i * (lambda - T(j + 1, j + 1)) / c;
+    VectorXcd x(j + 2);
+    x.head(j) = -(T.col(j).head(j) * last + T.col(j + 1).head(j) * i);
+    x[j] = last;
+    x[j + 1] = i;
+    substitute_up(T, values, lambda, least, j, x);
+    X.col(j).head(x.size()) = x.real();
+    X.col(++j).head(x.size()) = x.imag();
+  }
+  return X;
+}
+
+// wᴴ T = λ wᴴ is Tᵀ w̄ = λ w̄, upper triangular from the last row to the first.
+MatrixXd left_triangular_vectors(const MatrixXd& T, const VectorXcd& values) {
+  const MatrixXd turned = T.transpose().reverse();
+  MatrixXd W = triangular_vectors(turned, values.conjugate().reverse()).reverse();
+  for (Index j = 0; j < W.cols(); ++j)
+    if (values[j].imag() > 0) {
+      W.col(j).swap(W.col(j + 1));
+      W.col(++j) *= -1;
+    }
+  return W;
+}
 
 RealEigensystem real_eigensystem(const MatrixXd& A, Index max_iterations) {
   if (A.rows() <= small_size) return with_vectors(SmallMatrix(A), max_iterations);

@@ -39,16 +39,15 @@ bool isolate(Balanced& b, Index& low, Index& high) {
 }
 
 // Scales state i by the power of two that makes the norms of its row and column nearly equal.
-bool scale_one(Balanced& b, Index i, Index low, Index high) {
+bool scale_one(Balanced& b, MatrixXd& transposed, Index i, Index low, Index high) {
   constexpr double worth = 0.95;  // a step that gains less is not applied
-  // Sums exclude the diagonal; subtracting it afterwards would lose digits if it dominates.
-  double c = 0.0, r = 0.0;
-  for (Index j = low; j <= high; ++j) {
-    if (j == i) continue;
-    c += std::abs(b.B(j, i));
-    r += std::abs(b.B(i, j));
-  }
-  if (!(c > 0 && r > 0)) return false;
+  // Without the diagonal; subtracting it afterwards would lose digits if it dominates.
+  const auto sum = [&](const auto& column) {
+    return column.segment(low, i - low).cwiseAbs().sum() +
+           column.segment(i + 1, high - i).cwiseAbs().sum();
+  };
+  const double c = sum(b.B.col(i)), r = sum(transposed.col(i));
+  if (!(c > 0 && r > 0) || (r < 2 * c && c < 2 * r)) return false;
   // f = 2^k nearest to √(r/c), limited so that no entry leaves the range of doubles
   constexpr int farthest = 200;
   const int k =
@@ -58,6 +57,8 @@ bool scale_one(Balanced& b, Index i, Index low, Index high) {
   if (std::abs(std::log2(b.scale[i] * f)) > 2 * farthest) return false;
   b.B.col(i) *= f;
   b.B.row(i) /= f;
+  transposed.row(i) *= f;
+  transposed.col(i) /= f;
   b.scale[i] *= f;
   return true;
 }
@@ -70,19 +71,6 @@ MatrixXd Balanced::same(const MatrixXd& of) const {
     for (Index j = 0; j < m.cols(); ++j)
       m(i, j) = of(order[std::size_t(i)], order[std::size_t(j)]) * (scale[j] / scale[i]);
   return m;
-}
-
-MatrixXd Balanced::back(const MatrixXd& V) const {
-  MatrixXd v(V.rows(), V.cols());
-  for (Index i = 0; i < V.rows(); ++i) v.row(order[std::size_t(i)]) = scale[i] * V.row(i);
-  return v;
-}
-
-// wᴴ B = λ wᴴ  =>  (wᴴ D⁻¹ Pᵀ) A = λ (wᴴ D⁻¹ Pᵀ)
-Eigen::VectorXcd Balanced::back_left(const Eigen::VectorXcd& w) const {
-  Eigen::VectorXcd left(w.size());
-  for (Index i = 0; i < w.size(); ++i) left[order[std::size_t(i)]] = w[i] / scale[i];
-  return left;
 }
 
 Balanced as_given(const MatrixXd& A) {
@@ -98,10 +86,11 @@ Balanced balance(const MatrixXd& A) {
   while (low <= high && isolate(b, low, high)) {
   }
   constexpr int cap = 100;  // sweeps; each scaling lowers the norm, and a few sweeps suffice
+  MatrixXd transposed = b.B.transpose();  // whose columns are quicker to add than rows
   bool moving = true;
   for (int sweep = 0; moving && sweep < cap; ++sweep) {
     moving = false;
-    for (Index i = low; i <= high; ++i) moving = scale_one(b, i, low, high) || moving;
+    for (Index i = low; i <= high; ++i) moving = scale_one(b, transposed, i, low, high) || moving;
   }
   return b;
 }

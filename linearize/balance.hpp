@@ -14,10 +14,6 @@ struct Balanced {
 
   /// The same transformation applied to the magnitudes of a perturbation of A.
   Eigen::MatrixXd same(const Eigen::MatrixXd& of) const;
-  /// Eigenvectors of B, in columns, as eigenvectors of A.
-  Eigen::MatrixXd back(const Eigen::MatrixXd& V) const;
-  /// A left eigenvector of B as one of A.
-  Eigen::VectorXcd back_left(const Eigen::VectorXcd& w) const;
 };
 
 /// Isolated eigenvalues are permuted to the ends (so that a permuted triangular matrix becomes

@@ -4,15 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
-#include <queue>
 #include <stdexcept>
-#include <tuple>
+#include <utility>
 
 #include "dense/dense.hpp"
 #include "linearize/balance.hpp"
+#include "linearize/decompose.hpp"
 #include "linearize/eigenvalues.hpp"
 #include "linearize/mode_name.hpp"
 #include "linearize/spectrum_bounds.hpp"
@@ -91,69 +90,6 @@ void check_matrix(const MatrixXd& A, const MatrixXd& error, const std::vector<st
         fmt::format("modes: {} names for {} states", names.size(), A.rows()));
 }
 
-// Power of two that scales the norm to about one, so that no square overflows or underflows.
-double unit(const MatrixXd& A) {
-  const double largest = A.cwiseAbs().maxCoeff();
-  return largest > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(largest), -1000, 1000)) : 1.0;
-}
-
-// Bound of the underflow in B caused by A/scale and balancing.
-MatrixXd lost(const MatrixXd& A, double scale, const Balanced& b) {
-  constexpr double least = std::numeric_limits<double>::min();
-  MatrixXd lost = MatrixXd::Zero(A.rows(), A.cols());
-  for (Index i = 0; i < A.rows(); ++i)
-    for (Index j = 0; j < A.cols(); ++j) {
-      const double kept = b.B(i, j) * (b.scale[i] / b.scale[j]) * scale;
-      if (kept != A(b.order[std::size_t(i)], b.order[std::size_t(j)]))
-        lost(i, j) = least * (1 + b.scale[j] / b.scale[i]);
-    }
-  return lost;
-}
-
-// A matrix in units of `scale` and balanced coordinates B, with its eigensystem.
-struct Decomposed {
-  double scale = 1.0;
-  Balanced balanced;
-  MatrixXd error;  // of B
-  dense::RealEigensystem solved;
-  Inverse inv;
-
-  VectorXcd right(Index i) const { return dense::complex_column(solved.P, solved.values, i); }
-  VectorXcd left(Index i) const { return dense::complex_column(inv.W, solved.values, i); }
-  double condition(Index i) const {
-    return inv.defect < 1 ? left(i).norm() * right(i).norm() : infinity;
-  }
-  double worst_condition() const {
-    double worst = 0.0;
-    for (Index i = 0; i < solved.values.size(); ++i) worst = std::max(worst, condition(i));
-    return worst;
-  }
-  Bounds bounds() const { return tiltrim::bounds(balanced.B, error, solved, inv); }
-};
-
-Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, Balanced balanced, double scale,
-                     int max_iterations) {
-  Decomposed d{scale, std::move(balanced), {}, {}, {}};
-  d.error = lost(A, scale, d.balanced);
-  if (A_error.size() > 0) d.error += d.balanced.same(A_error / scale);
-  d.solved = dense::real_eigensystem(d.balanced.B, max_iterations);
-  if (d.solved.converged) d.inv = inverse(d.solved);
-  return d;
-}
-
-// Balanced, unless that worsens an ill-conditioned eigenvalue.                   [67]
-Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, int max_iterations) {
-  constexpr double ill_conditioned = 1e6;
-  const double scale = unit(A);
-  Decomposed d = decompose(A, A_error, balance(A / scale), scale, max_iterations);
-  const bool converged = d.solved.converged;
-  if (converged && d.worst_condition() < ill_conditioned) return d;
-  Decomposed plain = decompose(A, A_error, as_given(A / scale), scale, max_iterations);
-  if (!converged) return plain;
-  const bool better = plain.solved.converged && plain.bounds().error.sum() < d.bounds().error.sum();
-  return better ? plain : d;
-}
-
 // Eigenvalues with their bounds.
 struct Spectrum {
   VectorXcd values;  // 1/s
@@ -164,25 +100,19 @@ struct Spectrum {
 
 Spectrum spectrum_of(const Decomposed& d) {
   if (!d.solved.converged) return {{}, {}, Verdict::undecided, false};
-  const Bounds b = d.bounds();
+  const Bounds b = bounds(d.balanced.B, d.error, d.solved, d.inv);
   return {d.scale * d.solved.values,
           d.scale * b.error.array() + (d.scale < tiny ? 4 * denormal : 0.0), b.verdict};
 }
 
-MatrixXd part(const MatrixXd& A, const std::vector<Index>& block) {
-  return A.size() > 0 ? MatrixXd(A(block, block)) : MatrixXd();
-}
-
 // If exact zeros make a matrix block triangular, its spectrum is that of its blocks, each bounded
 // separately: a 1x1 zero block gives an exact zero.
-Spectrum by_blocks(const MatrixXd& A, const MatrixXd& A_error,
-                   const std::vector<std::vector<Index>>& blocks, int max_iterations) {
-  Spectrum all{VectorXcd(A.rows()), VectorXd(A.rows())};
+Spectrum by_blocks(const std::vector<Decomposed>& blocks, Index n) {
+  Spectrum all{VectorXcd(n), VectorXd(n)};
   Index at = 0;
   bool undecided = false, unstable = false;
-  for (const std::vector<Index>& block : blocks) {
-    const Spectrum own =
-        spectrum_of(decompose(part(A, block), part(A_error, block), max_iterations));
+  for (const Decomposed& block : blocks) {
+    const Spectrum own = spectrum_of(block);
     if (!own.converged) return own;
     all.values.segment(at, own.values.size()) = own.values;
     all.error.segment(at, own.values.size()) = own.error;
@@ -194,46 +124,12 @@ Spectrum by_blocks(const MatrixXd& A, const MatrixXd& A_error,
   return all;
 }
 
-// Matches each eigenvalue of the whole matrix to one of the blocks, the nearest pairs first.
-std::vector<Index> matched(const VectorXcd& whole, const VectorXcd& of_blocks) {
-  const Index n = whole.size();
-  using Pair = std::tuple<double, Index, Index>;
-  std::vector<Pair> pairs;
-  pairs.reserve(std::size_t(n * n));
-  for (Index i = 0; i < n; ++i)
-    for (Index j = 0; j < n; ++j) pairs.emplace_back(std::abs(whole[i] - of_blocks[j]), i, j);
-  std::priority_queue nearest(std::greater<Pair>(), std::move(pairs));
-  std::vector<Index> match(std::size_t(n), -1);
-  std::vector<bool> taken(std::size_t(n), false);
-  for (Index open = n; open > 0; nearest.pop()) {
-    const auto [apart, i, j] = nearest.top();
-    if (match[std::size_t(i)] >= 0 || taken[std::size_t(j)]) continue;
-    match[std::size_t(i)] = j;
-    taken[std::size_t(j)] = true;
-    --open;
-  }
-  return match;
-}
-
-// The blocks' eigenvalues, in the order of those of the whole matrix.
-Spectrum in_order(const VectorXcd& whole, const Spectrum& of_blocks) {
-  Spectrum ordered = of_blocks;
-  const std::vector<Index> match = matched(whole, of_blocks.values);
-  for (Index i = 0; i < whole.size(); ++i) {
-    ordered.values[i] = of_blocks.values[match[std::size_t(i)]];
-    ordered.error[i] = of_blocks.error[match[std::size_t(i)]];
-  }
-  return ordered;
-}
-
 // Unit length, and the largest component real and positive, which makes the vector unique.
-void add_vectors(Mode& mode, VectorXcd right, const VectorXcd& left) {
+VectorXcd unique(VectorXcd v) {
   Index largest = 0;
-  right.cwiseAbs().maxCoeff(&largest);
-  right *= std::conj(right[largest]) / std::abs(right[largest]) / right.norm();
-  mode.left = VectorXcd::Zero(right.size());
-  if (left.size() > 0) mode.left = left / std::conj(left.dot(right));
-  mode.right = std::move(right);
+  v.cwiseAbs().maxCoeff(&largest);
+  v *= std::conj(v[largest]) / std::abs(v[largest]) / v.norm();
+  return v;
 }
 
 // What a mode has in common with the other one of its pair.
@@ -247,39 +143,55 @@ void conjugate(Mode& mode, const Mode& other) {
 }
 
 // A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
-VectorXd participation(const Decomposed& d, Index i) {
-  const VectorXd share = (d.right(i).cwiseAbs2().cwiseProduct(d.left(i).cwiseAbs2())).cwiseSqrt();
+// In the order of the blocks v is zero after its own and w before it.
+void add_vectors(Mode& mode, const Decomposed& d, Index i, const VectorXcd& v, Index first) {
+  const Index n = d.condition.size(), end = v.size();
+  const auto& [B, order, scale] = d.balanced;
+  const VectorXcd& values = d.solved.values;
+  const VectorXcd unit = unique(v);
+  mode.right = mode.left = VectorXcd::Zero(n);
+  mode.participation = VectorXd::Zero(n);
+  for (Index k = 0; k < end; ++k) mode.right[order[std::size_t(k)]] = unit[k];
+  if (!d.distinct(i)) return;
+  const VectorXcd w = dense::complex_column(d.inv.W, values, i);
+  VectorXcd left = w.cwiseQuotient(scale.cast<std::complex<double>>());
+  left /= std::conj(left.segment(first, end - first).dot(unit.tail(end - first)));
+  for (Index k = first; k < n; ++k) mode.left[order[std::size_t(k)]] = left[k];
+  const VectorXcd right = dense::complex_column(d.solved.P.topRows(end), values, i);
+  const VectorXd share =
+      (right.tail(end - first).cwiseAbs2().cwiseProduct(w.segment(first, end - first).cwiseAbs2()))
+          .cwiseSqrt();
   const double sum = share.sum();
-  VectorXd of_states(share.size());
-  for (Index k = 0; k < share.size(); ++k)
-    of_states[d.balanced.order[std::size_t(k)]] = share[k] / sum;
-  return of_states;
+  for (Index k = first; k < end; ++k)
+    mode.participation[order[std::size_t(k)]] = share[k - first] / sum;
 }
 
-// All properties but the names; `scaled` are the eigenvalues of A/scale.
-std::vector<Mode> with_vectors(const MatrixXd& A, const Decomposed& d, const Spectrum& found,
-                               const VectorXcd& scaled) {
+// All properties but the names.
+std::vector<Mode> with_vectors(const MatrixXd& A, const Decomposed& d, const Spectrum& found) {
   const Index n = A.rows();
+  const std::vector<Index>& order = d.balanced.order;
   const VectorXcd& values = d.solved.values;
-  const MatrixXd scaled_A = A / d.scale, V = d.balanced.back(d.solved.P), AV = scaled_A * V;
+  const MatrixXd scaled_A = A(order, order) / d.scale;
+  const MatrixXd V = d.balanced.scale.asDiagonal() * d.solved.P, AV = product(scaled_A, V, d.ends);
   const double size = double(n) * epsilon * scaled_A.cwiseAbs().colwise().sum().maxCoeff();
-  const bool invertible = d.inv.defect < 1;
   std::vector<Mode> modes(static_cast<std::size_t>(n));
+  Index first = 0;
+  auto end = d.ends.begin();
   for (Index i = 0; i < n; ++i) {
+    if (i == *end) first = *end++;
     Mode& mode = modes[std::size_t(i)];
     mode.eigenvalue = found.values[i];
     mode.error = found.error[i];
-    if (values[i].imag() < 0 && scaled[i] == std::conj(scaled[i - 1])) {
+    if (values[i].imag() < 0) {
       conjugate(mode, modes[std::size_t(i - 1)]);
       continue;
     }
-    const VectorXcd right = dense::complex_column(V, values, i);
-    mode.backward_error =
-        backward_error(scaled_A, dense::complex_column(AV, values, i), right, scaled[i], size);
-    mode.condition = d.condition(i);
+    const VectorXcd v = dense::complex_column(V.topRows(*end), values, i);
+    const VectorXcd Av = dense::complex_column(AV.topRows(*end), values, i);
+    mode.backward_error = backward_error(scaled_A, Av, v, values[i], size);
+    mode.condition = d.condition[i];
     mode.determined = mode.condition <= ill_determined;
-    add_vectors(mode, right, invertible ? d.balanced.back_left(d.left(i)) : VectorXcd());
-    mode.participation = invertible ? participation(d, i) : VectorXd::Zero(n);
+    add_vectors(mode, d, i, v, first);
   }
   return modes;
 }
@@ -302,18 +214,17 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
 
   constexpr std::size_t matrices = 10;  // of twenty; a quarter of a call with 100 states
   keep_freed_memory(matrices * std::size_t(A.size()) * sizeof(double));
-  const Decomposed d = decompose(A, A_error, max_iterations);
-  const std::vector<std::vector<Index>> blocks = irreducible_blocks(A, A_error);
-  const bool whole = blocks.size() == 1;
-  Spectrum found = whole ? spectrum_of(d) : by_blocks(A, A_error, blocks, max_iterations);
-  if (!d.solved.converged || !found.converged) {
+  std::vector<Decomposed> blocks;
+  for (const std::vector<Index>& states : irreducible_blocks(A, A_error))
+    blocks.push_back(decompose(A, A_error, states, max_iterations));
+  const Spectrum found = by_blocks(blocks, A.rows());
+  if (!found.converged) {
     result.converged = false;
     result.verdict = Verdict::undecided;
     return result;
   }
-  if (!whole) found = in_order(d.scale * d.solved.values, found);
-  result.modes =
-      with_vectors(A, d, found, whole ? d.solved.values : VectorXcd(found.values / d.scale));
+  const bool whole = blocks.size() == 1;
+  result.modes = with_vectors(A, whole ? blocks[0] : join(A, blocks, found.values), found);
   if (!state_names.empty()) {
     const auto possible = possible_names(mode_names, state_names);
     for (Mode& m : result.modes)
@@ -335,7 +246,7 @@ VectorXcd eigenvalues(const MatrixXd& A, int max_iterations) {
   VectorXcd lambda(n);
   Index at = 0;
   for (const std::vector<Index>& block : irreducible_blocks(A, {})) {
-    const MatrixXd own = part(A, block);
+    const MatrixXd own = A(block, block);
     const double scale = unit(own);
     const dense::Eigensystem solved = dense::eigenvalues(balance(own / scale).B, max_iterations);
     if (!solved.converged) return {};

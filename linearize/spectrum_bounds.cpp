@@ -39,6 +39,7 @@ VectorXd row_sums(const MatrixXd& M, const VectorXcd& values) {
     for (Index i = 0; i < n; i += two(i) ? 2 : 1) {
       const double a = M(i, j), b = two(j) ? M(i, j + 1) : 0.0;
       const double c = two(i) ? M(i + 1, j) : 0.0, d = two(i) && two(j) ? M(i + 1, j + 1) : 0.0;
+      if (a == 0 && b == 0 && c == 0 && d == 0) continue;
       if (two(i) && two(j))
         sums[i] += 0.5 * (std::hypot(a + d, b - c) + std::hypot(a - d, b + c));
       else
@@ -49,27 +50,36 @@ VectorXd row_sums(const MatrixXd& M, const VectorXcd& values) {
   return sums;
 }
 
-// ‖I - X V‖∞ from the row sums of its computed value, and the rounding of the product.
-double largest_defect(const VectorXd& sums, const MatrixXd& X_size, const VectorXd& V_sums) {
+// Row sums of |I - X V| from those of its computed value, and the rounding of the product.
+VectorXd with_rounding(const VectorXd& sums, const MatrixXd& X_size, const VectorXd& V_sums) {
   const double rounding = (2 * double(sums.size()) + 4) * epsilon;
-  const VectorXd rows = sums + rounding * (X_size * V_sums);
-  return rows.allFinite() ? rows.maxCoeff() : infinity;
+  return sums + rounding * (X_size * V_sums);
 }
+
+double largest(const VectorXd& rows) { return rows.allFinite() ? rows.maxCoeff() : infinity; }
 
 }  // namespace
 
 // In real columns V = P S,  V⁻¹ = S⁻¹ P⁻¹,  I - V⁻¹V = S⁻¹ (I - P⁻¹P) S.
+VectorXd defects(const dense::RealEigensystem& solved, const MatrixXd& W, const MatrixXd& product) {
+  const Index n = W.rows();
+  MatrixXd rest = -product;
+  for (Index i = 0; i < n; ++i) {
+    if (solved.values[i].imag() != 0) rest.row(i) *= 2;
+    rest(i, i) += 1;
+  }
+  const VectorXd across = lengths(solved.P, solved.values).rowwise().sum();
+  return with_rounding(row_sums(rest, solved.values), lengths(W, solved.values).transpose(),
+                       across);
+}
+
 Inverse inverse(const dense::RealEigensystem& solved) {
-  const Index n = solved.P.rows();
   Inverse inv{dense::inverse(solved.P).transpose(), infinity};
   MatrixXd& W = inv.W;
   if (!W.allFinite()) return inv;
-  const MatrixXd rest = MatrixXd::Identity(n, n) - W.transpose() * solved.P;
-  for (Index j = 0; j < n; ++j)
+  for (Index j = 0; j < W.cols(); ++j)
     if (solved.values[j].imag() != 0) W.col(j) *= 0.5;
-  const VectorXd across = lengths(solved.P, solved.values).rowwise().sum();
-  inv.defect =
-      largest_defect(row_sums(rest, solved.values), lengths(W, solved.values).transpose(), across);
+  inv.defect = largest(defects(solved, W, W.transpose() * solved.P));
   return inv;
 }
 
@@ -155,7 +165,7 @@ double least_singular_value(const MatrixXcd& M) {
   const MatrixXcd X = dense::inverse(M);
   const MatrixXd size = X.cwiseAbs();
   const VectorXd rest = (MatrixXcd::Identity(n, n) - X * M).cwiseAbs().rowwise().sum();
-  const double largest_row = largest_defect(rest, size, M.cwiseAbs().rowwise().sum());
+  const double largest_row = largest(with_rounding(rest, size, M.cwiseAbs().rowwise().sum()));
   const double defect = std::sqrt(double(n)) * largest_row;  // of ‖E‖∞, for ‖E‖₂
   if (!(defect < 0.5)) return 0.0;
   const double columns = size.colwise().sum().maxCoeff(), rows = size.rowwise().sum().maxCoeff();
@@ -256,16 +266,20 @@ Verdict axis_verdict(const MatrixXd& B, const MatrixXd& error,
 
 Bounds bounds(const MatrixXd& B, const MatrixXd& error, const dense::RealEigensystem& solved,
               const Inverse& inv) {
-  const Index n = B.rows();
-  const VectorXd separate = gershgorin_radii(B, error, solved, inv);
-  const double departure = departure_from_normal(solved.T);
+  const double n = double(B.rows());
+  VectorXd radius = gershgorin_radii(B, error, solved, inv);
+  const double separate = radius.sum();
   const auto common = [&](double E) {
-    return VectorXd::Constant(n, schur_radius(departure, E, n)).eval();
+    return schur_radius(departure_from_normal(solved.T), E, B.rows());
   };
-  // The common radius grows with the error: without its products it is a lower bound.
-  VectorXd radius = common(schur_rounding(B, error, solved));
-  if (!(separate.sum() < radius.sum())) radius = common(schur_error(B, error, solved));
-  Bounds b = of_discs(solved.values, separate.sum() < radius.sum() ? separate : radius);
+  // The common radius grows with the error and is no smaller: without its products it is a lower
+  // bound.
+  const double least = schur_rounding(B, error, solved);
+  if (!(separate < n * least) && !(separate < n * common(least))) {
+    const double of_all = common(schur_error(B, error, solved));
+    if (!(separate < n * of_all)) radius.setConstant(of_all);
+  }
+  Bounds b = of_discs(solved.values, radius);
   if (b.verdict == Verdict::undecided) b.verdict = axis_verdict(B, error, solved);
   return b;
 }
@@ -323,6 +337,7 @@ std::vector<std::vector<Index>> irreducible_blocks(const MatrixXd& A, const Matr
                std::vector<bool>(n, false)};
   for (Index v = 0; v < A.rows(); ++v)
     if (c.number[std::size_t(v)] < 0) c.visit(v);
+  std::ranges::reverse(c.found);  // first what no other depends on
   return c.found;
 }
 

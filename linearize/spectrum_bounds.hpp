@@ -22,6 +22,9 @@ struct Inverse {
   double defect = std::numeric_limits<double>::infinity();
 };
 Inverse inverse(const dense::RealEigensystem& solved);
+/// Row sums of |I - Wᴴ V|, with the rounding of the product, which is given as Wᵀ P.
+Eigen::VectorXd defects(const dense::RealEigensystem& solved, const Eigen::MatrixXd& W,
+                        const Eigen::MatrixXd& product);
 
 /// Error bounds of the eigenvalues, and stability.
 struct Bounds {
@@ -35,7 +38,8 @@ Bounds bounds(const Eigen::MatrixXd& B, const Eigen::MatrixXd& error,
               const dense::RealEigensystem& solved, const Inverse& inverse);
 
 /// Index sets by which exact zeros of A and its error make A block triangular: the strongly
-/// connected components of its graph, each in ascending order. A single set if A is irreducible.
+/// connected components of its graph, each in ascending order. In their order A is block upper
+/// triangular. A single set if A is irreducible.
 std::vector<std::vector<Eigen::Index>> irreducible_blocks(const Eigen::MatrixXd& A,
                                                           const Eigen::MatrixXd& A_error);
 

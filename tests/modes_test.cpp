@@ -596,8 +596,8 @@ TEST_CASE("balancing is an exact similarity") {
     // Eigenvectors come back as those of A
     const algebra::Eigensystem system = algebra::eigensystem(b.B);
     Eigen::MatrixXcd V(n, n);
-    V.real() = b.back(system.vectors.real());
-    V.imag() = b.back(system.vectors.imag());
+    for (Index i = 0; i < n; ++i)
+      V.row(b.order[std::size_t(i)]) = b.scale[i] * system.vectors.row(i);
     for (Index k = 0; k < n; ++k) {
       const double miss = (A * V.col(k) - system.values[k] * V.col(k)).norm();
       CHECK_NEAR(miss, 0, 1e-12 * A.norm() * V.col(k).norm());
@@ -939,6 +939,70 @@ TEST_CASE("a permuted block triangular matrix has the eigenvalues of its blocks"
         CHECK(std::ranges::any_of(turned.modes, [&](const Mode& k) {
           return std::abs(k.eigenvalue - own.eigenvalue) <= k.error + own.error;
         }));
+  }
+}
+
+struct Blocks {
+  MatrixXd A;
+  std::vector<std::complex<long double>> eigenvalues;
+};
+
+// Of 1 to 6 states above couplings, of five kinds, permuted; eigenvalues from the blocks.
+static Blocks coupled_blocks(Random& random, int kind) {
+  const Index n = whole(random, 2, 24);
+  const MatrixXd same = dense(random, 2);
+  const double coupling = kind == 1 ? std::pow(10, uniform(random, -8, 8)) : 1;
+  MatrixXd A = coupling * dense(random, n).triangularView<Eigen::StrictlyUpper>().toDenseMatrix();
+  Blocks all;
+  for (Index at = 0, m = 0; at < n; at += m) {
+    m = std::min<Index>(n - at, kind == 2 ? 2 : whole(random, 1, 6));
+    A.block(at, at, m, m) = kind == 2 && m == 2 ? same : dense(random, m);
+    if (kind == 3 && whole(random, 0, 2) == 0) A.middleRows(at, m).setZero();
+    const auto own = precise(A.block(at, at, m, m).cast<long double>());
+    all.eigenvalues.insert(all.eigenvalues.end(), own.begin(), own.end());
+  }
+  if (kind == 4) A = rescaled(A, powers_of_two(random, n, 40));
+  all.A = permuted(A, shuffled(random, n));
+  return all;
+}
+
+TEST_CASE("block triangular: values within their discs, vectors on both sides") {
+  Random random(16);
+  for (int trial = 0; trial < 400; ++trial) {
+    CAPTURE(trial);
+    const auto [A, eigenvalues] = coupled_blocks(random, trial % 5);
+    const Modes m = modes(A);
+    check_modes(A, m);
+    check_contained(m, eigenvalues);
+    const auto n = double(A.rows());
+    for (const Mode& mode : m.modes) {
+      const double small = 1e3 * n * epsilon * A.norm();  // with the blocks' own scaling
+      CHECK_NEAR((A * mode.right - mode.eigenvalue * mode.right).norm(), 0, small);
+      if (!std::isfinite(mode.condition)) continue;
+      const Eigen::VectorXcd miss =
+          A.transpose() * mode.left.conjugate() - mode.eigenvalue * mode.left.conjugate();
+      CHECK_NEAR(miss.norm(), 0, small * mode.left.norm());
+      CHECK_NEAR(std::abs(mode.left.dot(mode.right) - 1.0), 0, n * epsilon * mode.left.norm());
+    }
+  }
+}
+
+TEST_CASE("a defective coupling leaves the other modes theirs") {
+  // Two equal oscillators, one driving the other, beside a mode that both drive
+  MatrixXd A = MatrixXd::Zero(5, 5);
+  A.topLeftCorner(2, 2) << 0, 1, -4, -1;
+  A.block(2, 2, 2, 2) = A.topLeftCorner(2, 2);
+  A(1, 2) = 1;
+  A.row(4) << 1, 0, 1, 0, -3;
+  const Modes m = modes(A, {}, {"a", "b", "c", "d", "e"});
+  check_modes(A, m);
+  CHECK(m.modes[0].eigenvalue == -3.0);
+  CHECK_NEAR(m.modes[0].condition, 1, 1);
+  CHECK(m.modes[0].name == "e");
+  CHECK_NEAR(m.modes[0].participation[4], 1, 1e-14);
+  for (std::size_t i = 1; i < 5; ++i) {
+    CHECK_FALSE(m.modes[i].determined);
+    CHECK(m.modes[i].error < 1e-13);  // that of the oscillator alone
   }
 }
 
