@@ -154,7 +154,7 @@ void add_vectors(Mode& mode, const Decomposed& d, Index i, const VectorXcd& v, I
   for (Index k = 0; k < end; ++k) mode.right[order[std::size_t(k)]] = unit[k];
   if (!d.distinct(i)) return;
   const VectorXcd w = dense::complex_column(d.inv.W, values, i);
-  VectorXcd left = w.cwiseQuotient(scale.cast<std::complex<double>>());
+  VectorXcd left = w.cwiseQuotient(scale);
   left /= std::conj(left.segment(first, end - first).dot(unit.tail(end - first)));
   for (Index k = first; k < n; ++k) mode.left[order[std::size_t(k)]] = left[k];
   const VectorXcd right = dense::complex_column(d.solved.P.topRows(end), values, i);
