@@ -431,6 +431,13 @@ TEST_CASE("lanes: a Jacobian that is singular, a derivative that is not finite, 
   check_as_alone(curved(), x_and_w(), [&](std::vector<double>&, MatrixXd& J, double p) {
     if (late(p) && J.cols() > 0) J(1, 1) = nan;
   });
+  TrimSpec without_w;  // whose derivative no step meets
+  without_w.free = {"x"};
+  without_w.steady = {"x"};
+  without_w.moving = {"w"};
+  check_as_alone(curved(), without_w, [&](std::vector<double>&, MatrixXd& J, double p) {
+    if (late(p) && J.cols() > 1) J(1, J.cols() - 1) = nan;
+  });
   check_as_alone(curved(), x_and_w(), [&](std::vector<double>& y, MatrixXd&, double p) {
     if (late(p)) y[2] = nan;
   });
