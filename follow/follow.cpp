@@ -252,11 +252,9 @@ std::string no_start(Follower& f) {
 }
 
 void check(const FollowOptions& options) {
-  for (const auto& [name, value] :
-       {std::pair("longest step", options.max_step), std::pair("tolerance", options.tolerance),
-        std::pair("step tolerance", options.step_tolerance)})
-    if (!(value > 0) || !std::isfinite(value))
-      throw std::invalid_argument(fmt::format("a {} of {}; expected more than 0", name, value));
+  check_positive("longest step", options.max_step);
+  check_positive("tolerance", options.tolerance);
+  check_positive("step tolerance", options.step_tolerance);
   if (options.max_points < 1)
     throw std::invalid_argument(
         fmt::format("{} points at most; expected at least 1", options.max_points));

@@ -51,6 +51,15 @@ std::vector<std::string> all_parameters(const Model& model, const TrimSpec& spec
   return left;
 }
 
+// Throws on those that the model does not have, that are free, and that stand there twice.
+void check_names(const Model& model, const TrimSpec& spec, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    with_parameter(model, spec, name);
+    if (std::ranges::count(names, name) > 1)
+      throw std::invalid_argument(fmt::format("'{}' is listed twice as a parameter", name));
+  }
+}
+
 // Derivatives of all model variables with respect to the parameter, and their conditioning.
 struct Shift {
   VectorXd variables;
@@ -219,11 +228,7 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   const RoundToNearest environment;
   const std::vector<std::string> names =
       parameters.empty() ? all_parameters(model, spec) : parameters;
-  for (const std::string& name : names) {
-    with_parameter(model, spec, name);  // may throw
-    if (std::ranges::count(names, name) > 1)
-      throw std::invalid_argument(fmt::format("'{}' is listed twice as a parameter", name));
-  }
+  check_names(model, spec, names);
   Sensitivities result;
   result.point = trimmed;
   const auto refused = [&](SensitivityStatus status, std::string why) {

@@ -17,6 +17,11 @@ namespace tiltrim {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+void check_positive(const char* name, double value) {
+  if (!(value > 0) || !std::isfinite(value))
+    throw std::invalid_argument(fmt::format("a {} of {}; expected more than 0", name, value));
+}
+
 std::string counted(int n, const std::string& what) {
   return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
 }

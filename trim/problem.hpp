@@ -131,6 +131,9 @@ std::string counted(int n, const std::string& what);
 std::string row_name(const Model& model, Eigen::Index row);
 std::string row_unit(const Model& model, Eigen::Index row);
 
+/// Throws std::invalid_argument unless the value is finite and more than 0.
+void check_positive(const char* name, double value);
+
 /// Deterministic starts over the bounds: the Halton sequence, index 1, 2, ...; an unbounded unknown
 /// is spread over five nominal sizes around the guess.
 Eigen::VectorXd start(const Problem& problem, int index);

@@ -297,16 +297,12 @@ std::optional<TrimResult> refused(const Problem& p, const TrimOptions& options) 
 }
 
 void check(const TrimOptions& options) {
-  const auto positive = [](const char* name, double value) {
-    if (!(value > 0) || !std::isfinite(value))
-      throw std::invalid_argument(fmt::format("a {} of {}; expected more than 0", name, value));
-  };
   const auto at_least = [](int least, const char* name, int count) {
     if (count < least)
       throw std::invalid_argument(fmt::format("{} {}; expected at least {}", count, name, least));
   };
-  positive("tolerance", options.tolerance);
-  positive("step tolerance", options.step_tolerance);
+  check_positive("tolerance", options.tolerance);
+  check_positive("step tolerance", options.step_tolerance);
   at_least(0, "starts", options.starts);
   at_least(0, "boxes", options.max_boxes);
   at_least(1, "iterations", options.max_iterations);

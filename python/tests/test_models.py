@@ -119,7 +119,7 @@ FREE = {"free": ["current"], "steady": ["rate"]}
         ("changes: expected .signal", lambda: tiltrim.simulate(
             magnet(), HELD, 1.0, changes={"current": 1})),
         ("axes: expected {signal", lambda: tiltrim.sweep(held_ball(), axes=[("k_p", [1, 2])])),
-        ("'k_p': 3 twice in a row", lambda: tiltrim.sweep(held_ball(), axes={"k_p": [2, 3, 3]})),
+        ("axis k_p: 3.* after 3.*; expected ascending or descending", lambda: tiltrim.sweep(held_ball(), axes={"k_p": [2, 3, 3]})),
         ("threads: .* from 0 to 1024, got -1", lambda: tiltrim.sweep(
             held_ball(), axes={"k_p": [2, 3]}, threads=-1)),
         ("nothing to tune: no gain is free", lambda: tiltrim.tune(held_ball())),

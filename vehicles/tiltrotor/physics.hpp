@@ -30,8 +30,8 @@ S induced_velocity(const S& theta0, const AircraftOf<P>& a) {
 // The forces on the airframe without elevator: dynamic pressure, coefficients, thrust.
 template <class S>
 struct Flow {
-  S Q, Q_qh;  // ½ρW²S and Q q c̄/(2W), the latter finite at W = 0
-  const SinCos<S>& alpha;
+  S Q, Q_qh;                 // ½ρW²S and Q q c̄/(2W), the latter finite at W = 0
+  const SinCos<S>& alpha;    // the caller's, as are the coefficients
   SinCos<S> disc, a1s, phi;  // disc = η - a1s: from body x to the disc normal; φ = α + disc
   const CoefficientsOf<S>& C;
   S thrust;
