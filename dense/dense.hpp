@@ -4,15 +4,17 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <complex>
 #include <optional>
 
 namespace tiltrim::dense {
 
-/// A matrix and a vector of at most 16 rows, stored without allocation.
+/// Matrices and vectors of at most 16 rows, stored without allocation.
 inline constexpr int small_size = 16;
 using SmallMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, small_size, small_size>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, small_size, 1>;
+using SmallComplexVector = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, small_size, 1>;
 
 // --- Square systems.
 
@@ -56,6 +58,8 @@ SmallVector small_solve(const SmallMatrix& A, const SmallVector& b);
 double determinant(const LU<Eigen::MatrixXd>& lu);
 Eigen::MatrixXd inverse(const Eigen::MatrixXd& A);
 Eigen::MatrixXcd inverse(const Eigen::MatrixXcd& A);
+/// Not finite if A is singular.
+SmallMatrix small_inverse(const SmallMatrix& A);
 
 // --- Any shape.
 
@@ -99,13 +103,18 @@ struct Eigensystem {
 Eigensystem eigensystem(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
 
 /// The same in real columns, and the Schur form it was computed from.
-struct RealEigensystem {
+template <class Matrix, class Vector>
+struct RealEigensystemOf {
   bool converged = false;
-  Eigen::VectorXcd values;
-  Eigen::MatrixXd P;     ///< columns of V; of a pair p and q, where its columns are p + iq, p - iq
-  Eigen::MatrixXd U, T;  ///< A = U T Uᵀ, T quasi-triangular
+  Vector values;
+  Matrix P;     ///< columns of V; of a pair p and q, where its columns are p + iq, p - iq
+  Matrix U, T;  ///< A = U T Uᵀ, T quasi-triangular
 };
+using RealEigensystem = RealEigensystemOf<Eigen::MatrixXd, Eigen::VectorXcd>;
+using SmallEigensystem = RealEigensystemOf<SmallMatrix, SmallComplexVector>;
 RealEigensystem real_eigensystem(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
+/// The same without allocation.
+SmallEigensystem small_eigensystem(const SmallMatrix& A, Eigen::Index max_iterations = 40);
 /// Column j of V, or of another matrix in such columns.
 Eigen::VectorXcd complex_column(const Eigen::Ref<const Eigen::MatrixXd>& P,
                                 const Eigen::VectorXcd& values, Eigen::Index j);

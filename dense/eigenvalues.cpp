@@ -14,12 +14,16 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-VectorXcd complex_column(const Eigen::Ref<const MatrixXd>& P, const VectorXcd& values, Index j) {
+template <class Vector>
+static Vector complex_column(const auto& P, const Vector& values, Index j) {
   const double im = values[j].imag();
-  VectorXcd v = P.col(im < 0 ? j - 1 : j).cast<std::complex<double>>();
+  Vector v = P.col(im < 0 ? j - 1 : j).template cast<std::complex<double>>();
   if (im > 0) v.imag() = P.col(j + 1);
   if (im < 0) v.imag() = -P.col(j);
   return v;
+}
+VectorXcd complex_column(const Eigen::Ref<const MatrixXd>& P, const VectorXcd& values, Index j) {
+  return complex_column<VectorXcd>(P, values, j);
 }
 
 namespace {
@@ -33,15 +37,15 @@ struct Solver : Eigen::EigenSolver<Matrix> {
 
 // solver.eigenvectors() would return the real and imaginary parts as two real vectors if the
 // imaginary part of a pair is below ε times its real part.
-template <class Matrix>
-RealEigensystem with_vectors(const Matrix& A, Index max_iterations) {
+template <class Found, class Matrix>
+Found with_vectors(const Matrix& A, Index max_iterations) {
   Solver<Matrix> solver(A.rows());
   solver.setMaxIterations(max_iterations * A.rows()).compute(A);
   if (solver.info() != Eigen::Success) return {};
-  RealEigensystem found{true, solver.eigenvalues(), solver.pseudoEigenvectors(),
-                        solver.schur().matrixU(), solver.schur().matrixT()};
+  Found found{true, solver.eigenvalues(), solver.pseudoEigenvectors(), solver.schur().matrixU(),
+              solver.schur().matrixT()};
   for (Index j = 0; j < A.cols(); ++j) {
-    const VectorXcd v = complex_column(found.P, found.values, j).normalized();
+    const auto v = complex_column(found.P, found.values, j).normalized().eval();
     found.P.col(j) = v.real();
     if (found.values[j].imag() > 0) found.P.col(++j) = v.imag();
   }
@@ -125,8 +129,11 @@ MatrixXd left_triangular_vectors(const MatrixXd& T, const VectorXcd& values) {
 }
 
 RealEigensystem real_eigensystem(const MatrixXd& A, Index max_iterations) {
-  if (A.rows() <= small_size) return with_vectors(SmallMatrix(A), max_iterations);
-  return with_vectors(A, max_iterations);
+  if (A.rows() <= small_size) return with_vectors<RealEigensystem>(SmallMatrix(A), max_iterations);
+  return with_vectors<RealEigensystem>(A, max_iterations);
+}
+SmallEigensystem small_eigensystem(const SmallMatrix& A, Index max_iterations) {
+  return with_vectors<SmallEigensystem>(A, max_iterations);
 }
 
 Eigensystem eigensystem(const MatrixXd& A, Index max_iterations) {

@@ -78,6 +78,14 @@ SmallVector small_solve(const SmallMatrix& A, const SmallVector& b) {
   return solve(small_lu(A), b);
 }
 
+SmallMatrix small_inverse(const SmallMatrix& A) {
+  const LU<SmallMatrix> lu = small_lu(A);
+  SmallMatrix X(A.rows(), A.cols());
+  for (Index j = 0; j < A.cols(); ++j)
+    X.col(j) = solve(lu, SmallVector(SmallVector::Unit(A.rows(), j)));
+  return X;
+}
+
 double determinant(const LU<MatrixXd>& lu) {
   return double(lu.P.determinant()) * lu.pivots().prod();
 }

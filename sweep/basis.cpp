@@ -1,24 +1,22 @@
 #include "sweep/basis.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
-#include "dense/dense.hpp"
-
 namespace tiltrim {
 
+using dense::SmallMatrix;
 using Eigen::Index;
-using Eigen::MatrixXcd;
-using Eigen::MatrixXd;
 
 namespace {
 
 Kinds kinds(Spectrum lambda) {
   const int n = int(lambda.size());
   Kinds k;
-  k.partner.assign(lambda.size(), -1);
+  k.partner.resize(lambda.size(), -1);
   for (int i = 0; i < n; ++i) {
     if (lambda[i].imag() == 0) {
       k.reals.push_back(i);
@@ -43,14 +41,18 @@ Kinds kinds(Spectrum lambda) {
 
 // The permutation p that minimizes Σ cost(i, p(i)). Rows are added one by one, each along the
 // shortest path of reduced costs cᵢⱼ - uᵢ - vⱼ >= 0 to a free column. Ties: the first.      [37]
-std::vector<int> assign(const MatrixXd& cost) {
+PerMode<int> shortest_paths(const SmallMatrix& cost) {
+  constexpr std::size_t most = dense::small_size + 1;
   const int n = int(cost.rows());
-  std::vector<double> u(n, 0.0), v(n + 1, 0.0);
-  std::vector<int> row(n + 1, -1);  // of each column; the path starts at column n
+  std::array<double, most> u{}, v{};
+  std::array<int, most> row;  // of each column; the path starts at column n
+  row.fill(-1);
   for (int i = 0; i < n; ++i) {
-    std::vector<double> length(n + 1, infinity);
-    std::vector<int> before(n + 1, n);
-    std::vector<char> reached(n + 1, false);
+    std::array<double, most> length;
+    std::array<int, most> before;
+    std::array<bool, most> reached{};
+    length.fill(infinity);
+    before.fill(n);
     int j = n;
     row[n] = i;
     while (row[j] >= 0) {
@@ -78,46 +80,95 @@ std::vector<int> assign(const MatrixXd& cost) {
     }
     for (; j != n; j = before[j]) row[j] = row[before[j]];
   }
-  std::vector<int> to(n);
+  PerMode<int> to(n);
   for (int j = 0; j < n; ++j) to[row[j]] = j;
+  return to;
+}
+
+// The same, at once if every row has one smallest cost, in a column of its own.
+PerMode<int> assign(const SmallMatrix& cost) {
+  const int n = int(cost.rows());
+  PerMode<int> to(n);
+  std::array<bool, dense::small_size> taken{};
+  for (int i = 0; i < n; ++i) {
+    int best = 0;
+    double second = infinity;
+    for (int j = 1; j < n; ++j) {
+      const bool less = cost(i, j) < cost(i, best);
+      second = std::min(second, less ? cost(i, best) : cost(i, j));
+      if (less) best = j;
+    }
+    if (!(cost(i, best) < second) || std::exchange(taken[best], true)) return shortest_paths(cost);
+    to[i] = best;
+  }
   return to;
 }
 
 }  // namespace
 
-Basis basis(const MatrixXd& balanced, Spectrum lambda) {
+Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
   const Index n = balanced.rows();
-  const dense::Eigensystem solved = dense::eigensystem(balanced);
+  const dense::SmallEigensystem solved = dense::small_eigensystem(balanced);
   Basis b;
   b.lambda.assign(lambda.begin(), lambda.end());
   if (solved.converged) {
-    const Eigen::VectorXcd& found = solved.values;
+    const dense::SmallComplexVector& found = solved.values;
     if (lambda.empty()) b.lambda.assign(found.begin(), found.end());
-    MatrixXd miss(n, n);
+    SmallMatrix miss(n, n);
     for (Index i = 0; i < n; ++i)
       for (Index j = 0; j < n; ++j) miss(i, j) = std::sqrt(distance2(b.lambda[i], found[j]));
-    b.V = solved.V(Eigen::all, assign(miss));
-    b.W = dense::inverse(b.V);
+    for (const int j : assign(miss)) {
+      const int of = side(found[j]);
+      b.place.push_back({of < 0 ? j - 1 : j, of > 0 ? j + 1 : j, double(of)});
+    }
+    b.P = solved.P;
+    b.R = dense::small_inverse(b.P);
   }
-  b.kind = kinds(b.lambda);
+  b.kind = kinds(spectrum(b.lambda));
   return b;
 }
 
+namespace {
+
+SmallMatrix product(const SmallMatrix& R, const SmallMatrix& P) {
+  SmallMatrix X = SmallMatrix::Zero(R.rows(), P.cols());
+  for (Index j = 0; j < X.cols(); ++j)
+    for (Index k = 0; k < X.cols(); ++k)
+      for (Index i = 0; i < X.rows(); ++i) X(i, j) += R(i, k) * P(k, j);
+  return X;
+}
+
+// wᵢ vⱼ of X = R P, times two if mode i is of a pair.
+Complex entry(const SmallMatrix& X, const Basis::Place& w, const Basis::Place& v) {
+  return {X(w.re, v.re) + w.side * v.side * X(w.im, v.im),
+          v.side * X(w.re, v.im) - w.side * X(w.im, v.re)};
+}
+
+}  // namespace
+
 // tr(Pᵢ Qⱼ) of the spectral projectors Pᵢ = vᵢ wᵢᴴ of a and Qⱼ of b: independent of the scaling of
 // eigenvectors and states; rows and columns sum to one.                          [38, 39]
-MatrixXcd correlation(const Basis& a, const Basis& b) {
+SmallMatrix correlation(const Basis& a, const Basis& b) {
   const Index n = Index(a.lambda.size());
-  if (a.V.size() == 0 || b.V.size() == 0) return MatrixXcd::Ones(n, n);
-  const MatrixXcd M = (a.W * b.V).cwiseProduct((b.W * a.V).transpose());
-  return M.allFinite() ? M : MatrixXcd::Ones(n, n);
+  if (a.place.empty() || b.place.empty()) return SmallMatrix::Ones(n, n);
+  const SmallMatrix ab = product(a.R, b.P), ba = product(b.R, a.P);
+  SmallMatrix M(n, n);
+  for (Index i = 0; i < n; ++i)
+    for (Index j = 0; j < n; ++j) {
+      const Basis::Place &at = a.place[i], &to = b.place[j];
+      const Complex x = entry(ab, at, to), y = entry(ba, to, at);
+      const double share = (at.side == 0 ? 1.0 : 0.5) * (to.side == 0 ? 1.0 : 0.5);
+      M(i, j) = share * (x.real() * y.real() - x.imag() * y.imag());
+    }
+  return M.allFinite() ? M : SmallMatrix::Ones(n, n);
 }
 
 namespace {
 
 // Distance of each eigenvalue to the nearest other one that is not its conjugate.
-std::vector<double> gaps(const Basis& a) {
+PerMode<double> gaps(const Basis& a) {
   const int n = int(a.lambda.size());
-  std::vector<double> gap(n, infinity);
+  PerMode<double> gap(n, infinity);
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < n; ++k)
       if (k != i && k != a.kind.partner[i])
@@ -127,7 +178,7 @@ std::vector<double> gaps(const Basis& a) {
 }
 
 // Half the sum of the two smallest costs at which a pair becomes two real eigenvalues.
-double cost_of_split(const MatrixXd& cost, int member, const std::vector<int>& reals) {
+double cost_of_split(const SmallMatrix& cost, int member, const PerMode<int>& reals) {
   double least = infinity, second = infinity;
   for (const int j : reals) {
     const double c = cost(member, j);
@@ -141,49 +192,49 @@ double cost_of_split(const MatrixXd& cost, int member, const std::vector<int>& r
 
 // 1 - (correlation, 0 .. 1) + d/(d + gap) with d the distance from the predicted place. A pair
 // counts as a whole: near the real axis its projector stays bounded, those of its members do not.
-MatrixXd costs(const MatrixXcd& M, const Basis& a, Spectrum predicted, const Basis& b) {
+SmallMatrix costs(const SmallMatrix& M, const Basis& a, Spectrum predicted, const Basis& b) {
   const int n = int(a.lambda.size());
-  const std::vector<double> gap = gaps(a);
-  MatrixXd cost(n, n);
+  const PerMode<double> gap = gaps(a);
+  SmallMatrix cost(n, n);
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       const int i2 = a.kind.partner[i], j2 = b.kind.partner[j];
-      Complex trace = M(i, j);
+      double trace = M(i, j);
       if (i2 != i) trace += M(i2, j);
       if (j2 != j) trace += M(i, j2);
       if (i2 != i && j2 != j) trace = 0.5 * (trace + M(i2, j2));
       const double d = std::sqrt(distance2(predicted[i], b.lambda[j]));
       const double way = d > 0 ? 1 / (1 + gap[i] / d) : 0.0;
-      cost(i, j) = 1 - std::clamp(trace.real(), 0.0, 1.0) + way;
+      cost(i, j) = 1 - std::clamp(trace, 0.0, 1.0) + way;
     }
   return cost;
 }
 
 // Pairs to pairs and reals to reals; as many pairs split as b has fewer. Which pairs split is
 // decided with the pairs, at their smallest cost of splitting; into which reals, with the reals.
-std::vector<int> assign_kinds(const MatrixXd& cost, const Basis& a, const Basis& b) {
+PerMode<int> assign_kinds(const SmallMatrix& cost, const Basis& a, const Basis& b) {
   const auto &pairs = a.kind.pairs, &next = b.kind.pairs;
   if (pairs.size() < next.size()) {  // reals join: in reverse, pairs split
-    const std::vector<int> from = assign_kinds(cost.transpose(), b, a);
-    std::vector<int> to(from.size());
+    const PerMode<int> from = assign_kinds(cost.transpose(), b, a);
+    PerMode<int> to(from.size());
     for (std::size_t j = 0; j < from.size(); ++j) to[from[j]] = int(j);
     return to;
   }
-  std::vector<int> to(a.lambda.size()), rows = a.kind.reals;
-  MatrixXd C(pairs.size(), pairs.size());
+  PerMode<int> to(a.lambda.size()), rows = a.kind.reals;
+  SmallMatrix C(pairs.size(), pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i)
     for (std::size_t j = 0; j < pairs.size(); ++j)
       C(i, j) = j < next.size() ? cost(pairs[i][0], next[j][0])
                                 : cost_of_split(cost, pairs[i][0], b.kind.reals);
-  const std::vector<int> paired = assign(C);
-  std::vector<std::array<int, 2>> split;
+  const PerMode<int> paired = assign(C);
+  PerMode<std::array<int, 2>> split;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const bool splits = std::size_t(paired[i]) >= next.size();
     if (splits) split.push_back(pairs[i]);
     for (std::size_t m = 0; m < 2; ++m)
       splits ? rows.push_back(pairs[i][m]) : void(to[pairs[i][m]] = next[paired[i]][m]);
   }
-  const std::vector<int> alone = assign(cost(rows, b.kind.reals));
+  const PerMode<int> alone = assign(cost(rows, b.kind.reals));
   for (std::size_t i = 0; i < rows.size(); ++i) to[rows[i]] = b.kind.reals[alone[i]];
   for (const auto& [plus, minus] : split)  // by convention
     if (b.lambda[to[plus]].real() < b.lambda[to[minus]].real()) std::swap(to[plus], to[minus]);

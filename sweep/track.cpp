@@ -15,8 +15,8 @@
 
 namespace tiltrim {
 
+using dense::SmallMatrix;
 using Eigen::Index;
-using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 
 namespace {
@@ -27,19 +27,20 @@ constexpr double crossing_mix = 1.0 / 4096;
 
 // Modes that are linked together: a pair, modes that split or join, and modes that cannot be
 // separated in a or in b. Returns the group number of each mode.
-std::vector<int> grouped(const Basis& a, const Basis& b, const std::vector<int>& to) {
+PerMode<int> grouped(const Basis& a, const Basis& b, const PerMode<int>& to) {
   const int n = int(to.size());
-  double size = 0.0;
-  for (int i = 0; i < n; ++i) size = std::max({size, std::abs(a.lambda[i]), std::abs(b.lambda[i])});
-  // a defective double eigenvalue is computed as two this far apart
-  const double same = std::sqrt(std::numeric_limits<double>::epsilon()) * size;
-  std::vector<int> group(n);
+  double size2 = 0.0;
+  for (int i = 0; i < n; ++i)
+    size2 = std::max({size2, std::norm(a.lambda[i]), std::norm(b.lambda[i])});
+  // a defective double eigenvalue is computed as two this far apart, squared
+  const double same = std::numeric_limits<double>::epsilon() * size2;
+  PerMode<int> group(n);
   for (int i = 0; i < n; ++i) group[i] = i;
   for (int i = 0; i < n; ++i)
     for (int k = 0; k < i; ++k) {
       const bool pair = a.kind.partner[i] == k || b.kind.partner[to[i]] == to[k];
-      const bool one = std::abs(a.lambda[i] - a.lambda[k]) <= same &&
-                       std::abs(b.lambda[to[i]] - b.lambda[to[k]]) <= same;
+      const bool one = distance2(a.lambda[i], a.lambda[k]) <= same &&
+                       distance2(b.lambda[to[i]], b.lambda[to[k]]) <= same;
       if (pair || one) std::ranges::replace(group, group[i], group[k]);
     }
   return group;
@@ -48,9 +49,9 @@ std::vector<int> grouped(const Basis& a, const Basis& b, const std::vector<int>&
 // Confidence of the link of each group.
 struct Judge {
   const Basis &a, &b;
-  const std::vector<int>&to, &group;
-  MatrixXcd trace;           // [group, group it is linked to], of their projectors
-  std::vector<double> rank;  // number of modes of a group
+  const PerMode<int>&to, &group;
+  SmallMatrix trace;     // [group, group it is linked to], of their projectors
+  PerMode<double> rank;  // number of modes of a group
 
   // 1 - 2 (overlap with other groups): 1 - 2 sin²θ if two modes mix by the angle θ.
   double character(int g) const {
@@ -94,24 +95,24 @@ struct Judge {
   }
 };
 
-std::vector<double> confidence(const MatrixXcd& M, const Basis& a, Spectrum predicted,
-                               const Basis& b, const std::vector<int>& to) {
+PerMode<double> confidence(const SmallMatrix& M, const Basis& a, Spectrum predicted, const Basis& b,
+                           const PerMode<int>& to) {
   const std::size_t n = to.size();
-  const std::vector<int> group = grouped(a, b, to);
-  Judge judge{a, b, to, group, MatrixXcd::Zero(n, n), std::vector<double>(n, 0.0)};
+  const PerMode<int> group = grouped(a, b, to);
+  Judge judge{a, b, to, group, SmallMatrix::Zero(n, n), PerMode<double>(n, 0.0)};
   for (std::size_t i = 0; i < n; ++i) {
     ++judge.rank[group[i]];
     for (std::size_t k = 0; k < n; ++k) judge.trace(group[i], group[k]) += M(i, to[k]);
   }
-  const double place = std::max(judge.position(a.lambda), judge.position(predicted));
-  std::vector<double> sure(n);
+  const double place = std::max(judge.position(spectrum(a.lambda)), judge.position(predicted));
+  PerMode<double> sure(n);
   for (std::size_t i = 0; i < n; ++i) {
     const int g = group[i];
     sure[i] =
         std::clamp(std::min(std::max(place, judge.character(g)), judge.exchange(g)), 0.0, 1.0);
   }
   // A wrong link takes another mode's place: doubt about one is doubt about those it mixes with.
-  std::vector<double> together = sure;
+  PerMode<double> together = sure;
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < n; ++k)
       if (group[i] != group[k] && sure[k] < together[i])
@@ -119,24 +120,30 @@ std::vector<double> confidence(const MatrixXcd& M, const Basis& a, Spectrum pred
   return together;
 }
 
-Link link_once(const Basis& a, Spectrum predicted, const Basis& b) {
-  const MatrixXcd M = correlation(a, b);
-  Link link{assign_kinds(costs(M, a, predicted, b), a, b), {}};
+// A link without allocation.
+struct SmallLink {
+  PerMode<int> to;
+  PerMode<double> confidence;
+};
+
+SmallLink link_once(const Basis& a, Spectrum predicted, const Basis& b) {
+  const SmallMatrix M = correlation(a, b);
+  SmallLink link{assign_kinds(costs(M, a, predicted, b), a, b), {}};
   link.confidence = confidence(M, a, predicted, b, link.to);
   return link;
 }
 
-double weakest(const Link& link) {
+double weakest(const SmallLink& link) {
   return link.to.empty() ? 1.0 : *std::ranges::min_element(link.confidence);
 }
 
 // The lowest confidence first, then the sum.
-std::pair<double, double> strength(const Link& link) {
+std::pair<double, double> strength(const SmallLink& link) {
   return {weakest(link), std::accumulate(link.confidence.begin(), link.confidence.end(), 0.0)};
 }
 
-Link joined(const Link& first, const Link& second) {
-  Link link = first;
+SmallLink joined(const SmallLink& first, const SmallLink& second) {
+  SmallLink link = first;
   for (std::size_t i = 0; i < link.to.size(); ++i) {
     const std::size_t k = std::size_t(first.to[i]);
     link.to[i] = second.to[k];
@@ -146,8 +153,8 @@ Link joined(const Link& first, const Link& second) {
 }
 
 // Linear extrapolation from `mid`, in the order of its eigenvalues; modes that changed kind stay.
-std::vector<Complex> onward(Spectrum last, const Basis& mid, const std::vector<int>& to) {
-  std::vector<Complex> predicted = mid.lambda;
+PerMode<Complex> onward(Spectrum last, const Basis& mid, const PerMode<int>& to) {
+  PerMode<Complex> predicted = mid.lambda;
   for (std::size_t i = 0; i < to.size(); ++i)
     if (side(last[i]) == side(mid.lambda[to[i]]))
       predicted[to[i]] = 2.0 * mid.lambda[to[i]] - last[i];
@@ -169,26 +176,27 @@ struct Path {
       throw std::invalid_argument(
           fmt::format("link: the matrix between is {} x {}, the ends {} x {}", A->rows(), A->cols(),
                       balanced.B.rows(), balanced.B.cols()));
-    const MatrixXd same = balanced.same(*A);
+    const SmallMatrix same = balanced.same(*A);
     if (!same.allFinite()) return {};
     Basis b = basis(same, {});
     if (b.lambda.empty()) return {};
     return b;
   }
 
-  Link refined(const Basis& a, double from, Spectrum predicted, const Basis& b, double to,
-               int depth) {
-    const Link direct = link_once(a, predicted, b);
+  SmallLink refined(const Basis& a, double from, Spectrum predicted, const Basis& b, double to,
+                    int depth) {
+    const SmallLink direct = link_once(a, predicted, b);
     if (weakest(direct) >= trusted || depth <= 0) return direct;
     const double middle = 0.5 * (from + to);
     const std::optional<Basis> mid = at(middle);
     if (!mid) return direct;
-    std::vector<Complex> halfway(predicted.begin(), predicted.end());
+    PerMode<Complex> halfway(predicted.begin(), predicted.end());
     for (std::size_t i = 0; i < halfway.size(); ++i)
       halfway[i] = 0.5 * (a.lambda[i] + predicted[i]);
-    const Link first = refined(a, from, halfway, *mid, middle, depth - 1);
-    const Link second = refined(*mid, middle, onward(a.lambda, *mid, first.to), b, to, depth - 1);
-    const Link chain = joined(first, second);
+    const SmallLink first = refined(a, from, spectrum(halfway), *mid, middle, depth - 1);
+    const PerMode<Complex> beyond = onward(spectrum(a.lambda), *mid, first.to);
+    const SmallLink second = refined(*mid, middle, spectrum(beyond), b, to, depth - 1);
+    const SmallLink chain = joined(first, second);
     return strength(chain) > strength(direct) ? chain : direct;
   }
 };
@@ -198,6 +206,9 @@ void check(const MatrixXd& A, Spectrum last, Spectrum predicted, const MatrixXd&
   if (A.cols() != n || B.rows() != n || B.cols() != n)
     throw std::invalid_argument(fmt::format("link: the matrices are {} x {} and {} x {}", A.rows(),
                                             A.cols(), B.rows(), B.cols()));
+  if (n > dense::small_size)
+    throw std::invalid_argument(
+        fmt::format("link: {} modes, at most {} are supported", n, dense::small_size));
   if (std::ssize(last) != n || std::ssize(predicted) != n || std::ssize(next) != n)
     throw std::invalid_argument(
         fmt::format("link: {}, {} and {} eigenvalues for matrices of size {}", last.size(),
@@ -222,7 +233,8 @@ Link link(const MatrixXd& A, Spectrum last, Spectrum predicted, const MatrixXd& 
   const Balanced balanced = balance(0.5 * A.cwiseAbs() + 0.5 * B.cwiseAbs());
   const Basis a = basis(balanced.same(A), last), b = basis(balanced.same(B), next);
   Path path{between, balanced, options.trusted, options.max_between};
-  return path.refined(a, 0.0, predicted, b, 1.0, options.max_depth);
+  const SmallLink found = path.refined(a, 0.0, predicted, b, 1.0, options.max_depth);
+  return {{found.to.begin(), found.to.end()}, {found.confidence.begin(), found.confidence.end()}};
 }
 
 }  // namespace tiltrim

@@ -74,8 +74,8 @@ struct IsolatedModes {
 /// (the assignment problem). Pairs that split into two real eigenvalues, or two that join into a
 /// pair, are linked as a pair: the member with positive imaginary part is the larger real one.
 /// `last` are the eigenvalues of A in mode order, `predicted` their extrapolation (equal to `last`
-/// at a first step), `next` those of B, all in 1/s. Throws std::invalid_argument if sizes differ, a
-/// value is not finite, or `last` or `next` are not in conjugate pairs.
+/// at a first step), `next` those of B, all in 1/s. Throws std::invalid_argument if sizes differ or
+/// are above 16, a value is not finite, or `last` or `next` are not in conjugate pairs.
 [[nodiscard]] Link link(const Eigen::MatrixXd& A, std::span<const std::complex<double>> last,
                         std::span<const std::complex<double>> predicted, const Eigen::MatrixXd& B,
                         std::span<const std::complex<double>> next);
