@@ -194,6 +194,7 @@ struct Path {
     for (std::size_t i = 0; i < halfway.size(); ++i)
       halfway[i] = 0.5 * (a.lambda[i] + predicted[i]);
     const SmallLink first = refined(a, from, spectrum(halfway), *mid, middle, depth - 1);
+    if (strength(first) <= strength(direct)) return direct;  // a chain is no stronger than a part
     const PerMode<Complex> beyond = onward(spectrum(a.lambda), *mid, first.to);
     const SmallLink second = refined(*mid, middle, spectrum(beyond), b, to, depth - 1);
     const SmallLink chain = joined(first, second);
