@@ -17,21 +17,23 @@ using Eigen::MatrixXd;
 namespace {
 
 std::uint8_t as_byte(double confidence) {
-  return std::uint8_t(std::lround(255 * std::clamp(confidence, 0.0, 1.0)));
+  return std::uint8_t(255 * std::clamp(confidence, 0.0, 1.0) + 0.5);
 }
 
 // Stores the modes of `length` points from k, with their largest real part and smallest damping.
 void keep_modes(LineTracker& w, std::size_t k, std::size_t length, const double* const* re,
                 const double* const* im) {
   const std::size_t n = std::size_t(w.sweep.states());
+  constexpr double least = std::numeric_limits<double>::min();  // zero has no damping
   std::array<double, IsolatedModes::longest> abscissa, damping;
   abscissa.fill(-std::numeric_limits<double>::infinity());
   damping.fill(1.0);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t m = 0; m < length; ++m) {
       const double x = re[i][m], y = im[i][m], size2 = x * x + y * y;
-      abscissa[m] = std::max(abscissa[m], x);
-      damping[m] = std::min(damping[m], size2 > 0 ? -x * std::abs(x) / size2 : 0.0);
+      abscissa[m] = abscissa[m] < x ? x : abscissa[m];
+      const double zeta2 = (0.0 - x * std::abs(x)) / (size2 > least ? size2 : least);
+      damping[m] = zeta2 < damping[m] ? zeta2 : damping[m];
     }
     for (std::size_t m = 0; m < length; ++m) {
       w.points.eigenvalue_re[(k + m) * n + i] = re[i][m];
