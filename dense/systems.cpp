@@ -78,12 +78,22 @@ SmallVector small_solve(const SmallMatrix& A, const SmallVector& b) {
   return solve(small_lu(A), b);
 }
 
+// All columns at once, so that none waits for its own quotients: column i of Y is row i of A⁻¹.
 SmallMatrix small_inverse(const SmallMatrix& A) {
   const LU<SmallMatrix> lu = small_lu(A);
-  SmallMatrix X(A.rows(), A.cols());
-  for (Index j = 0; j < A.cols(); ++j)
-    X.col(j) = solve(lu, SmallVector(SmallVector::Unit(A.rows(), j)));
-  return X;
+  const auto& a = lu.factors;
+  const Index n = A.rows();
+  SmallMatrix Y = SmallMatrix::Zero(n, n);
+  for (Index k = 0; k < n; ++k) Y(k, lu.P.indices()[k]) = 1;
+  for (Index j = 0; j < n; ++j)
+    for (Index i = j + 1; i < n; ++i)
+      for (Index k = 0; k < n; ++k) Y(k, i) -= a(i, j) * Y(k, j);
+  for (Index j = n - 1; j >= 0; --j) {
+    for (Index k = 0; k < n; ++k) Y(k, j) /= a(j, j);
+    for (Index i = 0; i < j; ++i)
+      for (Index k = 0; k < n; ++k) Y(k, i) -= a(i, j) * Y(k, j);
+  }
+  return Y.transpose();
 }
 
 double determinant(const LU<MatrixXd>& lu) {
