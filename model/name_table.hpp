@@ -22,7 +22,7 @@ class NameTable {
     std::size_t names = 0;
     for (auto* part = parts_; const Signals* signals : parts)
       names += signals->size(), *part++ = *signals;
-    slots_.resize(std::bit_ceil(2 * names + 1), empty);
+    slots_.resize(std::bit_ceil(2 * names + 2), empty);
   }
 
   /// The name of the next signal, in order. False if the name is there already.
@@ -44,7 +44,7 @@ class NameTable {
     return word;
   }
   // Of length, first and last bytes; names that share them meet, and are compared.
-  static std::size_t hash_of(std::string_view name) {
+  static std::uint64_t hash_of(std::string_view name) {
     constexpr std::uint64_t odd = 0x9e3779b97f4a7c15;
     const std::size_t n = name.size();
     const char* const at = name.data();
@@ -55,12 +55,13 @@ class NameTable {
       first = word_at<std::uint32_t>(at), last = word_at<std::uint32_t>(at + n - 4);
     else if (n > 0)
       first = word_at<std::uint8_t>(at), last = word_at<std::uint8_t>(at + n - 1);
-    return std::size_t(((first ^ (last * odd)) + n) * odd >> 32);
+    return ((first ^ (last * odd)) + n) * odd;
   }
   // Of the name, or of the empty slot where it belongs.
   std::size_t place_of(std::string_view name) const {
     const std::size_t mask = slots_.size() - 1;
-    std::size_t at = hash_of(name) & mask;
+    // Only the highest bits of a product depend on all bits of its factors.
+    std::size_t at = hash_of(name) >> std::countl_zero(mask);
     while (slots_[at] != empty && name_of(std::size_t(slots_[at])) != name) at = (at + 1) & mask;
     return at;
   }

@@ -62,12 +62,15 @@ constexpr int further_optimizations = 4;  // Ipopt from further starts: 1000 New
 
 // Distinct verified solutions, and the closest point if there are none.
 struct Search {
+  // As an aggregate it would be filled with zeros first.
+  Search(const Problem& problem, const TrimOptions& with) : p(problem), options(with) {}
+
   const Problem& p;
   const TrimOptions& options;
-  std::vector<TrimResult> answers{};
-  std::optional<TrimResult> not_repeatable{};
-  std::optional<TrimResult> output_not_finite{};
-  VectorXd closest{};
+  std::vector<TrimResult> answers;
+  std::optional<TrimResult> not_repeatable;
+  std::optional<TrimResult> output_not_finite;
+  VectorXd closest;
   double closest_residual = infinity;
   bool none_within = false;  // no point within the limits was found
   int starts = 0;
@@ -76,8 +79,10 @@ struct Search {
     TrimResult r = verify(p, z, optimal, options);
     if (r.status == TrimStatus::not_repeatable) not_repeatable = r;
     if (r.status == TrimStatus::not_finite && std::isfinite(r.residual)) output_not_finite = r;
-    if (r.residual < closest_residual) closest = z, closest_residual = r.residual;
-    if (r.status > TrimStatus::not_implied) return;
+    if (r.status > TrimStatus::not_implied) {
+      if (r.residual < closest_residual) closest = z, closest_residual = r.residual;
+      return;
+    }
     for (TrimResult& other : answers) {
       const VectorXd apart = unknowns_of(p, other.point) - z;
       const VectorXd size = z.cwiseAbs().cwiseMax(1.0);
@@ -317,7 +322,7 @@ TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
         fmt::format("method newton needs as many unknowns as equations, not {} and {}", problem.n(),
                     problem.m()));
   if (auto r = refused(problem, options)) return *r;
-  Search first{problem, options}, all{problem, options};
+  Search first(problem, options), all(problem, options);
   const bool ends = !options.others && problem.square() && problem.n() > 0 && first_found(first);
   if (!ends) search(all);
   Search& s = ends ? first : all;
