@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <complex>
 #include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "dense/dense.hpp"
@@ -58,31 +59,44 @@ double size(Scalar x) {
 }
 
 // Overwrites the rows of x above `top`: (T - λI) x = 0 with those from `top` on, which are given.
-template <class Vector, class Scalar = typename Vector::Scalar>
+// The columns of x are its real part and, for a complex λ, its imaginary part.
+template <class Columns, class Scalar>
 void substitute_up(const MatrixXd& T, const VectorXcd& values, Scalar lambda, double least,
-                   Index top, Vector& x) {
+                   Index top, Columns x) {
   constexpr double large = 1e8;  // whose products with any entry stay far below overflow
   const auto pivot = [&](Scalar a) { return a == 0.0 ? Scalar(least) : a; };
+  const auto parts = [](const Scalar& a) {
+    return Eigen::Map<const Eigen::Matrix<double, 1, Columns::ColsAtCompileTime>>(
+        reinterpret_cast<const double*>(&a));
+  };
+  const auto entry = [&](Index i) {
+    if constexpr (std::is_same_v<Scalar, double>)
+      return x(i, 0);
+    else
+      return Scalar(x(i, 0), x(i, 1));
+  };
   for (Index i = top - 1; i >= 0; --i) {
     if (values[i].imag() != 0) {
       Scalar a = T(i - 1, i - 1) - lambda, b = T(i - 1, i), c = T(i, i - 1), d = T(i, i) - lambda;
-      Scalar &p = x[i - 1], &q = x[i], r = p, s = q;
+      Scalar r = entry(i - 1), s = entry(i);
       if (size(c) > size(a)) {
         std::swap(a, c);
         std::swap(b, d);
         std::swap(r, s);
       }
-      const Scalar by = c / pivot(a);
-      q = (s - by * r) / pivot(d - by * b);
-      p = (r - b * q) / pivot(a);
-      --i;
-      x.head(i) -= p * T.col(i).head(i) + q * T.col(i + 1).head(i);
+      const Scalar by = c / pivot(a), q = (s - by * r) / pivot(d - by * b),
+                   p = (r - b * q) / pivot(a);
+      x.row(i) = parts(q);
+      x.row(--i) = parts(p);
+      for (Index k = 0; k < x.cols(); ++k)
+        x.col(k).head(i) -= parts(p)[k] * T.col(i).head(i) + parts(q)[k] * T.col(i + 1).head(i);
       if (const double most = std::max(size(p), size(q)); most > large) x /= most;
       continue;
     }
-    x[i] /= pivot(T(i, i) - lambda);
-    x.head(i) -= x[i] * T.col(i).head(i);
-    if (size(x[i]) > large) x /= size(x[i]);
+    const Scalar p = entry(i) / pivot(T(i, i) - lambda);
+    x.row(i) = parts(p);
+    for (Index k = 0; k < x.cols(); ++k) x.col(k).head(i) -= parts(p)[k] * T.col(i).head(i);
+    if (size(p) > large) x /= size(p);
   }
 }
 
@@ -95,23 +109,22 @@ MatrixXd triangular_vectors(const MatrixXd& T, const VectorXcd& values) {
   MatrixXd X = MatrixXd::Zero(n, n);
   for (Index j = 0; j < n; ++j) {
     if (values[j].imag() == 0) {
-      VectorXd x = -T.col(j).head(j + 1);
+      auto x = X.block<Eigen::Dynamic, 1>(0, j, j + 1, 1);
+      x = -T.col(j).head(j + 1);
       x[j] = 1;
       substitute_up(T, values, values[j].real(), least, j, x);
-      X.col(j).head(j + 1) = x;
       continue;
     }
     const std::complex<double> i(0, 1), lambda = values[j];
     const double b = T(j, j + 1), c = T(j + 1, j);
     const auto last =
         std::abs(c) < std::abs(b) ? i * b / (lambda - T(j, j)) : i * (lambda - T(j + 1, j + 1)) / c;
-    VectorXcd x(j + 2);
-    x.head(j) = -(T.col(j).head(j) * last + T.col(j + 1).head(j) * i);
-    x[j] = last;
-    x[j + 1] = i;
+    auto x = X.block<Eigen::Dynamic, 2>(0, j, j + 2, 2);
+    x.col(0).head(j) = -last.real() * T.col(j).head(j);
+    x.col(1).head(j) = -(last.imag() * T.col(j).head(j) + T.col(j + 1).head(j));
+    x.bottomRows<2>() << last.real(), last.imag(), 0, 1;
     substitute_up(T, values, lambda, least, j, x);
-    X.col(j).head(x.size()) = x.real();
-    X.col(++j).head(x.size()) = x.imag();
+    ++j;
   }
   return X;
 }
@@ -129,6 +142,7 @@ MatrixXd left_triangular_vectors(const MatrixXd& T, const VectorXcd& values) {
 }
 
 RealEigensystem real_eigensystem(const MatrixXd& A, Index max_iterations) {
+  if (A.rows() == 1) return {true, A.col(0), MatrixXd::Ones(1, 1), MatrixXd::Ones(1, 1), A};
   if (A.rows() <= small_size) return with_vectors<RealEigensystem>(SmallMatrix(A), max_iterations);
   return with_vectors<RealEigensystem>(A, max_iterations);
 }

@@ -21,16 +21,17 @@ void swap_both(Balanced& b, Index i, Index j) {
 
 // A row (or column) whose off-diagonal entries inside [low, high] are zero isolates an eigenvalue.
 bool isolate(Balanced& b, Index& low, Index& high) {
-  const Index size = high - low + 1;
   for (Index i = low; i <= high; ++i) {
-    const auto alone = [&](const auto& entries) {
-      return (entries.array() != 0).count() == (b.B(i, i) != 0 ? 1 : 0);
+    const auto alone = [&](const auto& entry) {
+      Index k = high;
+      while (k >= low && (k == i || entry(k) == 0)) --k;
+      return k < low;
     };
-    if (alone(b.B.row(i).segment(low, size))) {
+    if (alone(b.B.row(i))) {
       swap_both(b, i, high--);
       return true;
     }
-    if (alone(b.B.col(i).segment(low, size).transpose())) {
+    if (alone(b.B.col(i))) {
       swap_both(b, i, low++);
       return true;
     }
@@ -67,8 +68,8 @@ bool scale_one(Balanced& b, MatrixXd& transposed, Index i, Index low, Index high
 
 MatrixXd Balanced::same(const MatrixXd& of) const {
   MatrixXd m(of.rows(), of.cols());
-  for (Index i = 0; i < m.rows(); ++i)
-    for (Index j = 0; j < m.cols(); ++j)
+  for (Index j = 0; j < m.cols(); ++j)
+    for (Index i = 0; i < m.rows(); ++i)
       m(i, j) = of(order[std::size_t(i)], order[std::size_t(j)]) * (scale[j] / scale[i]);
   return m;
 }

@@ -35,11 +35,11 @@ VectorXd conditions(const dense::RealEigensystem& solved, const MatrixXd& W,
   const VectorXcd& values = solved.values;
   VectorXd all(values.size());
   for (Index i = 0; i < values.size(); ++i) {
+    const Index columns = values[i].imag() > 0 ? 2 : 1;
     if (values[i].imag() < 0)
       all[i] = all[i - 1];
     else if (defects[i] < most)
-      all[i] = dense::complex_column(W, values, i).norm() *
-               dense::complex_column(solved.P, values, i).norm();
+      all[i] = W.middleCols(i, columns).norm() * solved.P.middleCols(i, columns).norm();
     else
       all[i] = spectrum::infinity;
   }
@@ -87,19 +87,22 @@ void each_of(const std::vector<Decomposed>& blocks, const Visit& visit) {
 void normalize(MatrixXd& V, MatrixXd& W, const VectorXcd& values) {
   for (Index j = 0; j < V.cols(); ++j) {
     const VectorXcd v = dense::complex_column(V, values, j).normalized();
-    VectorXcd w = dense::complex_column(W, values, j);
-    w /= std::conj(w.dot(v));
     V.col(j) = v.real();
+    if (!(values[j].imag() > 0)) {
+      W.col(j) /= W.col(j).dot(V.col(j));
+      continue;
+    }
+    VectorXcd w = dense::complex_column(W, values, j);
+    w *= 1.0 / std::conj(w.dot(v));
     W.col(j) = w.real();
-    if (!(values[j].imag() > 0)) continue;
     V.col(++j) = v.imag();
     W.col(j) = w.imag();
   }
 }
 
-// In the coordinates of `whole`. Each block is Aᵢᵢ = Uᵢ Tᵢᵢ Uᵢᵀ in coordinates of its own, which a
-// power of two brings close to those. With Tᵢⱼ = Uᵢᵀ Aᵢⱼ Uⱼ this is a Schur form of the whole: it
-// takes no iteration, and its vectors follow by substitution.
+// Of A in units of `scale`, in the coordinates of `whole`. Each block is Aᵢᵢ = Uᵢ Tᵢᵢ Uᵢᵀ in
+// coordinates of its own, which a power of two brings close to those. With Tᵢⱼ = Uᵢᵀ Aᵢⱼ Uⱼ this is
+// a Schur form of the whole: it takes no iteration, and its vectors follow by substitution.
 Decomposed join(const MatrixXd& A, const std::vector<Decomposed>& blocks,
                 const VectorXcd& eigenvalues, const Balanced& whole, double scale) {
   const Index n = A.rows();
@@ -117,7 +120,7 @@ Decomposed join(const MatrixXd& A, const std::vector<Decomposed>& blocks,
   d.balanced.order = own.order;
   d.solved.values = eigenvalues / scale;
 
-  MatrixXd T = own.same(A / scale);
+  MatrixXd T = own.same(A);
   each_of(blocks, [&](const Decomposed& block, Index at, Index m) {
     T.block(0, at, at, m) = T.block(0, at, at, m) * block.solved.U;
     T.block(at, at, m, m) = block.solved.T * (block.scale / scale);
@@ -163,9 +166,10 @@ Decomposed decompose(const MatrixXd& A, const MatrixXd& A_error, const std::vect
 Decomposed join(const MatrixXd& A, const std::vector<Decomposed>& blocks,
                 const VectorXcd& eigenvalues) {
   const double scale = unit(A);
-  Decomposed d = join(A, blocks, eigenvalues, balance(A / scale), scale);
+  const MatrixXd scaled = A / scale;
+  Decomposed d = join(scaled, blocks, eigenvalues, balance(scaled), scale);
   if (d.condition.maxCoeff() < ill_conditioned) return d;
-  Decomposed plain = join(A, blocks, eigenvalues, as_given(A / scale), scale);
+  Decomposed plain = join(scaled, blocks, eigenvalues, as_given(scaled), scale);
   return plain.condition.maxCoeff() < d.condition.maxCoeff() ? plain : d;
 }
 

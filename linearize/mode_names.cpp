@@ -1,6 +1,4 @@
 // Names of modes from the states that participate in them.
-#include <fmt/ranges.h>
-
 #include <algorithm>
 
 #include "linearize/mode_name.hpp"
@@ -22,7 +20,7 @@ double share_of(const std::string& state, const Eigen::VectorXd& share,
 
 std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string>& names) {
   Eigen::VectorXd left = (1e9 * share).array().round();  // equal to rounding: in the states' order
-  std::vector<std::string> leading;
+  std::string name;
   double sum = 0.0;
   for (std::size_t k = 0; k < names.size(); ++k) {
     Index next = 0;
@@ -30,10 +28,10 @@ std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string
     const double own = share[next];
     if (sum >= most_of_it || own == 0 || (own < some && sum > 0)) break;
     sum += own;
-    leading.push_back(names[std::size_t(next)]);
+    name += (name.empty() ? "" : " + ") + names[std::size_t(next)];
     left[next] = -1;
   }
-  return fmt::format("{}", fmt::join(leading, " + "));
+  return name;
 }
 
 }  // namespace

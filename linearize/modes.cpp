@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "dense/dense.hpp"
@@ -55,22 +56,24 @@ constexpr double tiny = 1e-280;         // for a matrix whose results may become
 constexpr double ill_determined = 1e8;  // condition above which half the digits are lost
 
 // ‖Av - λv‖₁/(n ‖A‖₁ ε ‖v‖₁): LAPACK's measure, for A as given, of size n ‖A‖₁ ε.  [12]
-double scaled_residual(const VectorXcd& Av, const VectorXcd& v, std::complex<double> lambda,
+template <class Vector>
+double scaled_residual(const Vector& Av, const Vector& v, typename Vector::Scalar lambda,
                        double size) {
-  const double residual = (Av - lambda * v).lpNorm<1>();
-  return residual == 0 ? 0.0 : residual / (size * v.lpNorm<1>());
+  const double residual = (Av - lambda * v).template lpNorm<1>();
+  return residual == 0 ? 0.0 : residual / (size * v.template lpNorm<1>());
 }
 
 // The smaller one of two vectors: v, and the singular vector of A - λI for its smallest singular
 // value. After balancing, components of v are accurate relative to the balanced vector only.
-double backward_error(const MatrixXd& A, const VectorXcd& Av, const VectorXcd& v,
-                      std::complex<double> lambda, double size) {
+template <class Vector>
+double backward_error(const MatrixXd& A, const Vector& Av, const Vector& v,
+                      typename Vector::Scalar lambda, double size) {
   constexpr double good = 1.0;  // the rounding of one product: no better vector needed
   const double own = scaled_residual(Av, v, lambda, size);
   if (own <= good) return own;
   const MatrixXcd shifted = A - lambda * MatrixXcd::Identity(A.rows(), A.cols());
   const VectorXcd least = dense::least_singular_vector(shifted);
-  const double best = scaled_residual(A * least, least, lambda, size);
+  const double best = scaled_residual<VectorXcd>(A * least, least, lambda, size);
   return own < best ? own : best;  // own may be NaN
 }
 
@@ -125,11 +128,11 @@ Spectrum by_blocks(const std::vector<Decomposed>& blocks, Index n) {
 }
 
 // Unit length, and the largest component real and positive, which makes the vector unique.
-VectorXcd unique(VectorXcd v) {
+template <class Vector>
+void make_unique(Vector& v) {
   Index largest = 0;
   v.cwiseAbs().maxCoeff(&largest);
-  v *= std::conj(v[largest]) / std::abs(v[largest]) / v.norm();
-  return v;
+  v *= Eigen::numext::conj(v[largest]) / std::abs(v[largest]) / v.norm();
 }
 
 // What a mode has in common with the other one of its pair.
@@ -142,25 +145,36 @@ void conjugate(Mode& mode, const Mode& other) {
   mode.participation = other.participation;
 }
 
+// Column i of V from its real columns; of reals for a real eigenvalue.
+template <class Vector>
+Vector column(const Eigen::Ref<const MatrixXd>& P, const VectorXcd& values, Index i) {
+  if constexpr (std::is_same_v<Vector, VectorXd>)
+    return P.col(i);
+  else
+    return dense::complex_column(P, values, i);
+}
+
 // A V = V Λ,  W = V⁻¹;  participation of state k in mode i is |vₖᵢ wᵢₖ|            [3]
 // In the order of the blocks v is zero after its own and w before it.
-void add_vectors(Mode& mode, const Decomposed& d, Index i, const VectorXcd& v, Index first) {
-  const Index n = d.condition.size(), end = v.size();
+template <class Vector>
+void add_vectors(Mode& mode, const Decomposed& d, Index i, Vector v, Index first) {
+  const Index n = d.condition.size(), end = v.size(), own = end - first;
   const auto& [B, order, scale] = d.balanced;
-  const VectorXcd& values = d.solved.values;
-  const VectorXcd unit = unique(v);
+  make_unique(v);
   mode.right = mode.left = VectorXcd::Zero(n);
   mode.participation = VectorXd::Zero(n);
-  for (Index k = 0; k < end; ++k) mode.right[order[std::size_t(k)]] = unit[k];
+  for (Index k = 0; k < end; ++k) mode.right[order[std::size_t(k)]] = v[k];
   if (!d.distinct(i)) return;
-  const VectorXcd w = dense::complex_column(d.inv.W, values, i);
-  VectorXcd left = w.cwiseQuotient(scale);
-  left /= std::conj(left.segment(first, end - first).dot(unit.tail(end - first)));
+  Vector left = column<Vector>(d.inv.W, d.solved.values, i);
+  left.array() /= scale.array();
+  left *= 1.0 / Eigen::numext::conj(left.segment(first, own).dot(v.tail(own)));
   for (Index k = first; k < n; ++k) mode.left[order[std::size_t(k)]] = left[k];
-  const VectorXcd right = dense::complex_column(d.solved.P.topRows(end), values, i);
-  const VectorXd share =
-      (right.tail(end - first).cwiseAbs2().cwiseProduct(w.segment(first, end - first).cwiseAbs2()))
-          .cwiseSqrt();
+  const auto squares = [&](const MatrixXd& columns) {
+    return columns.block(first, i, own, std::is_same_v<Vector, VectorXd> ? 1 : 2)
+        .rowwise()
+        .squaredNorm();
+  };
+  const VectorXd share = squares(d.solved.P).cwiseProduct(squares(d.inv.W)).cwiseSqrt();
   const double sum = share.sum();
   for (Index k = first; k < end; ++k)
     mode.participation[order[std::size_t(k)]] = share[k - first] / sum;
@@ -177,6 +191,11 @@ std::vector<Mode> with_vectors(const MatrixXd& A, const Decomposed& d, const Spe
   std::vector<Mode> modes(static_cast<std::size_t>(n));
   Index first = 0;
   auto end = d.ends.begin();
+  const auto add = [&]<class Vector>(Mode& mode, Index i, Vector v, auto lambda) {
+    const Vector Av = column<Vector>(AV.topRows(*end), values, i);
+    mode.backward_error = backward_error(scaled_A, Av, v, lambda, size);
+    add_vectors(mode, d, i, std::move(v), first);
+  };
   for (Index i = 0; i < n; ++i) {
     if (i == *end) first = *end++;
     Mode& mode = modes[std::size_t(i)];
@@ -186,12 +205,12 @@ std::vector<Mode> with_vectors(const MatrixXd& A, const Decomposed& d, const Spe
       conjugate(mode, modes[std::size_t(i - 1)]);
       continue;
     }
-    const VectorXcd v = dense::complex_column(V.topRows(*end), values, i);
-    const VectorXcd Av = dense::complex_column(AV.topRows(*end), values, i);
-    mode.backward_error = backward_error(scaled_A, Av, v, values[i], size);
     mode.condition = d.condition[i];
     mode.determined = mode.condition <= ill_determined;
-    add_vectors(mode, d, i, v, first);
+    if (values[i].imag() > 0)
+      add(mode, i, dense::complex_column(V.topRows(*end), values, i), values[i]);
+    else
+      add(mode, i, VectorXd(V.col(i).head(*end)), values[i].real());
   }
   return modes;
 }
@@ -214,8 +233,10 @@ Modes modes(const MatrixXd& A, const MatrixXd& A_error, const std::vector<std::s
 
   constexpr std::size_t matrices = 10;  // of twenty; a quarter of a call with 100 states
   keep_freed_memory(matrices * std::size_t(A.size()) * sizeof(double));
+  const auto parts = irreducible_blocks(A, A_error);
   std::vector<Decomposed> blocks;
-  for (const std::vector<Index>& states : irreducible_blocks(A, A_error))
+  blocks.reserve(parts.size());
+  for (const std::vector<Index>& states : parts)
     blocks.push_back(decompose(A, A_error, states, max_iterations));
   const Spectrum found = by_blocks(blocks, A.rows());
   if (!found.converged) {

@@ -17,13 +17,15 @@ using spectrum::infinity;
 
 namespace {
 
-// |V| of a matrix in real columns. The root is not below the length if a square underflows.
+// With it the root of a sum of squares is not below the length if a square underflows.
+constexpr double lost_square = 1e-300;
+
+// |V| of a matrix in real columns.
 MatrixXd lengths(const MatrixXd& P, const VectorXcd& values) {
-  constexpr double least = 1e-300;
   MatrixXd size = P.cwiseAbs();
   for (Index j = 0; j < P.cols(); ++j) {
     if (!(values[j].imag() > 0)) continue;
-    size.col(j) = (P.col(j).array().square() + P.col(j + 1).array().square() + least).sqrt();
+    size.col(j) = (P.col(j).array().square() + P.col(j + 1).array().square() + lost_square).sqrt();
     size.col(j + 1) = size.col(j);
     ++j;
   }
@@ -35,15 +37,16 @@ VectorXd row_sums(const MatrixXd& M, const VectorXcd& values) {
   const Index n = M.rows();
   VectorXd sums = VectorXd::Zero(n);
   const auto two = [&](Index i) { return values[i].imag() > 0; };
+  const auto length = [](double x, double y) { return std::sqrt(x * x + y * y + lost_square); };
   for (Index j = 0; j < n; j += two(j) ? 2 : 1)
     for (Index i = 0; i < n; i += two(i) ? 2 : 1) {
       const double a = M(i, j), b = two(j) ? M(i, j + 1) : 0.0;
       const double c = two(i) ? M(i + 1, j) : 0.0, d = two(i) && two(j) ? M(i + 1, j + 1) : 0.0;
       if (a == 0 && b == 0 && c == 0 && d == 0) continue;
       if (two(i) && two(j))
-        sums[i] += 0.5 * (std::hypot(a + d, b - c) + std::hypot(a - d, b + c));
+        sums[i] += 0.5 * (length(a + d, b - c) + length(a - d, b + c));
       else
-        sums[i] += two(i) ? 0.5 * std::hypot(a, c) : two(j) ? 2 * std::hypot(a, b) : std::abs(a);
+        sums[i] += two(i) ? 0.5 * length(a, c) : two(j) ? 2 * length(a, b) : std::abs(a);
     }
   for (Index i = 0; i < n; ++i)
     if (two(i)) sums[i + 1] = sums[i];
@@ -61,15 +64,14 @@ double largest(const VectorXd& rows) { return rows.allFinite() ? rows.maxCoeff()
 }  // namespace
 
 // In real columns V = P S,  V⁻¹ = S⁻¹ P⁻¹,  I - V⁻¹V = S⁻¹ (I - P⁻¹P) S.
-VectorXd defects(const dense::RealEigensystem& solved, const MatrixXd& W, const MatrixXd& product) {
+VectorXd defects(const dense::RealEigensystem& solved, const MatrixXd& W, MatrixXd product) {
   const Index n = W.rows();
-  MatrixXd rest = -product;
-  for (Index i = 0; i < n; ++i) {
-    if (solved.values[i].imag() != 0) rest.row(i) *= 2;
-    rest(i, i) += 1;
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = 0; i < n; ++i) product(i, j) *= solved.values[i].imag() != 0 ? -2 : -1;
+    product(j, j) += 1;
   }
   const VectorXd across = lengths(solved.P, solved.values).rowwise().sum();
-  return with_rounding(row_sums(rest, solved.values), lengths(W, solved.values).transpose(),
+  return with_rounding(row_sums(product, solved.values), lengths(W, solved.values).transpose(),
                        across);
 }
 
@@ -139,22 +141,24 @@ double departure_from_normal(const MatrixXd& T) {
   return N.norm();
 }
 
-// One radius for all n eigenvalues, defective or not: the smallest δ with
-//   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹ <= 1,  k = 0 .. n-1
+// A bound of ‖E‖ ‖(λ - T)⁻¹‖ at a distance δ from every eigenvalue:
+//   ‖E‖ Σₖ ‖N‖ᵏ/δᵏ⁺¹,  k = 0 .. n-1
+double resolvent(double departure, double E, Index n, double delta) {
+  double sum = 0.0, power = 1.0 / delta;
+  for (Index k = 0; k < n; ++k, power *= departure / delta) sum += power;
+  return E * sum;
+}
+
+// One radius for all n eigenvalues, defective or not: the smallest δ at which it is at most one,
 // where E is the backward error of the Schur form plus the given error.       [11, thm 7.2.3]
 double schur_radius(double departure, double E, Index n) {
   if (!(E > 0)) return 0.0;
-  const auto resolvent = [&](double delta) {
-    double sum = 0.0, power = 1.0 / delta;
-    for (Index k = 0; k < n; ++k, power *= departure / delta) sum += power;
-    return E * sum;
-  };
   double low = E, high = E + departure + 1;
-  while (resolvent(high) > 1 && std::isfinite(high)) high *= 2;
+  while (resolvent(departure, E, n, high) > 1 && std::isfinite(high)) high *= 2;
   constexpr int halvings = 60;  // to round-off of the exponent
   for (int i = 0; i < halvings; ++i) {
     const double middle = std::sqrt(low) * std::sqrt(high);
-    (resolvent(middle) > 1 ? low : high) = middle;
+    (resolvent(departure, E, n, middle) > 1 ? low : high) = middle;
   }
   return high;
 }
@@ -266,18 +270,14 @@ Verdict axis_verdict(const MatrixXd& B, const MatrixXd& error,
 
 Bounds bounds(const MatrixXd& B, const MatrixXd& error, const dense::RealEigensystem& solved,
               const Inverse& inv) {
-  const double n = double(B.rows());
+  const Index n = B.rows();
   VectorXd radius = gershgorin_radii(B, error, solved, inv);
-  const double separate = radius.sum();
-  const auto common = [&](double E) {
-    return schur_radius(departure_from_normal(solved.T), E, B.rows());
-  };
-  // The common radius grows with the error and is no smaller: without its products it is a lower
-  // bound.
-  const double least = schur_rounding(B, error, solved);
-  if (!(separate < n * least) && !(separate < n * common(least))) {
-    const double of_all = common(schur_error(B, error, solved));
-    if (!(separate < n * of_all)) radius.setConstant(of_all);
+  const double mean = radius.sum() / double(n), departure = departure_from_normal(solved.T);
+  // The common radius grows with the error: it is larger than the mean if it is so without the
+  // products.
+  if (!(resolvent(departure, schur_rounding(B, error, solved), n, mean) > 1)) {
+    const double of_all = schur_radius(departure, schur_error(B, error, solved), n);
+    if (!(mean < of_all)) radius.setConstant(of_all);
   }
   Bounds b = of_discs(solved.values, radius);
   if (b.verdict == Verdict::undecided) b.verdict = axis_verdict(B, error, solved);

@@ -24,7 +24,7 @@ struct Inverse {
 Inverse inverse(const dense::RealEigensystem& solved);
 /// Row sums of |I - Wᴴ V|, with the rounding of the product, which is given as Wᵀ P.
 Eigen::VectorXd defects(const dense::RealEigensystem& solved, const Eigen::MatrixXd& W,
-                        const Eigen::MatrixXd& product);
+                        Eigen::MatrixXd product);
 
 /// Error bounds of the eigenvalues, and stability.
 struct Bounds {
