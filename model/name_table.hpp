@@ -59,9 +59,9 @@ class NameTable {
   }
   // Of the name, or of the empty slot where it belongs.
   std::size_t place_of(std::string_view name) const {
-    const std::size_t mask = slots_.size() - 1;
+    const std::uint64_t mask = slots_.size() - 1;
     // Only the highest bits of a product depend on all bits of its factors.
-    std::size_t at = hash_of(name) >> std::countl_zero(mask);
+    std::uint64_t at = hash_of(name) >> std::countl_zero(mask);
     while (slots_[at] != empty && name_of(std::size_t(slots_[at])) != name) at = (at + 1) & mask;
     return at;
   }
