@@ -14,7 +14,7 @@ namespace tiltrim {
 namespace {
 
 // In font heights.
-constexpr double least_left = 5.6, right = 1.4, below = 4.2, below_bare = 2.4, above = 0.9,
+constexpr double least_left = 5.6, right = 1.4, under = 4.2, under_bare = 2.4, above = 0.9,
                  below_key = 0.5;
 constexpr double key_sample = 4.5;            // width of the line sample in the key
 constexpr double x_room = 4.0, y_room = 1.7;  // of a tick
@@ -79,7 +79,7 @@ double height_above(const Panel& panel, Device device) {
   return above + (rows > 0 ? rows * key_row(device) + below_key : 0.0);
 }
 
-double height_below(const Panel& panel) { return panel.x.label.empty() ? below_bare : below; }
+double height_below(const Panel& panel) { return panel.x.label.empty() ? under_bare : under; }
 
 double height_of(const Panel& panel, Device device) {
   return height_above(panel, device) + axes_height(panel, device) + height_below(panel);
