@@ -592,6 +592,14 @@ TEST_CASE("the caller's mistakes") {
   CHECK_THROWS_AS(static_cast<void>(link(A, a, a, A, alone)), std::invalid_argument);
   CHECK_THROWS_AS(static_cast<void>(link(A, a, off, A, a)), std::invalid_argument);
   CHECK_THROWS_AS(static_cast<void>(link(infinity * A, a, a, A, a)), std::invalid_argument);
+  const auto to_itself = [](int n) {
+    const VectorXd rates = VectorXd::LinSpaced(n, -n, -1);
+    const MatrixXd D = rates.asDiagonal();
+    const Spectrum same(rates.begin(), rates.end());
+    return link(D, same, same, D, same).to.size();
+  };
+  CHECK(to_itself(16) == 16);
+  CHECK_THROWS_AS(static_cast<void>(to_itself(17)), std::invalid_argument);
 }
 
 // ---- many points at once, and two modes that meet ----
