@@ -17,7 +17,7 @@ using Eigen::MatrixXd;
 namespace {
 
 std::uint8_t as_byte(double confidence) {
-  return std::uint8_t(255 * std::clamp(confidence, 0.0, 1.0) + 0.5);
+  return std::uint8_t(std::lround(255 * std::clamp(confidence, 0.0, 1.0)));
 }
 
 // Stores the modes of `length` points from k, with their largest real part and smallest damping.
