@@ -129,4 +129,10 @@ TEST_CASE("a pipe that nobody ends: the first signal does") {
     }
 }
 
+TEST_CASE("a file in the user's folder with the name of a library is not loaded") {
+  const Scratch scratch("files-library");
+  for (const char* name : {"libm.so.6", "libz.so.1"}) scratch.write(name, "no library");
+  CHECK(run(scratch, "--version").exit_code == 0);
+}
+
 }  // namespace files_cli_test
