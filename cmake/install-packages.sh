@@ -13,7 +13,7 @@ packages="build-essential cmake ninja-build pkg-config file
   libcli11-dev nlohmann-json3-dev libboost-dev libboost-math-dev libtbb-dev libnetcdf-dev libmatio-dev zlib1g-dev libflint-arb-dev libflint-dev
   gnuplot-nox doctest-dev"
 [ "${1:-}" = program ] || packages="$packages libbenchmark-dev pybind11-dev python3-dev python3-numpy"
-[ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev clang-format clang-tidy qemu-user
+[ "${1:-}" != dev ] || packages="$packages clang libclang-rt-14-dev lld clang-format clang-tidy qemu-user
   libopenmpi-dev openmpi-bin python3-netcdf4 python3-scipy
   python3-pytest python3-xarray python3-matplotlib python3-joblib python3-jsonschema python3-venv mypy
   texlive-latex-recommended texlive-science doxygen mkdocs lintian zsh fish chromium chromium-driver python3-selenium"

@@ -38,9 +38,9 @@ endfunction()
 function(tiltrim_light target cold)
   if(cold)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-    if(NOT target STREQUAL tiltrim_tables)  # whose audits are long under sanitizers
-      target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
-    endif()
+  endif()
+  if(target MATCHES "_(study|report|cli|commands|design|qualities)$")  # sanitizers run in them for seconds only
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
   endif()
   if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
     # As many as one compiler process takes with less than 1 GB.
