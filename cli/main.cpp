@@ -56,12 +56,28 @@ int finish(const Common& common, const Run& run) {
   return interrupt.signal() == 0 ? outcome.exit_code : 128 + interrupt.signal();
 }
 
+// "AFTER.nc is missing; expected 'tiltrim diff BEFORE.nc AFTER.nc'"; empty if none is.
+std::string missing(const CLI::App& command) {
+  std::string first, usage = "tiltrim " + command.get_name();
+  for (const CLI::Option* option :
+       command.get_options([](const CLI::Option* o) { return o->get_required(); })) {
+    const std::string name = value_name(*option);
+    usage += " " + name;
+    if (first.empty() && option->count() == 0) first = name;
+  }
+  return first.empty() ? "" : fmt::format("{} is missing; expected '{}'", first, usage);
+}
+
 // An error in the arguments, in one line.
 std::string refusal(const CLI::App& app, const CLI::ParseError& error, const std::string& first) {
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
   const bool known = std::ranges::find(commands, first) != commands.end();
-  if (known) return fmt::format("{}; see 'tiltrim {} --help'", error.what(), first);
+  if (known) {
+    const bool required = error.get_exit_code() == int(CLI::ExitCodes::RequiredError);
+    const std::string lacks = required ? missing(*app.get_subcommand(first)) : "";
+    return fmt::format("{}; see 'tiltrim {} --help'", lacks.empty() ? error.what() : lacks, first);
+  }
   const std::string all = fmt::format("there are: {}", fmt::join(commands, ", "));
   if (first.empty()) return "no command; " + all + "; see 'tiltrim --help'";
   if (first.front() == '-') return fmt::format("{}; see 'tiltrim --help'", error.what());

@@ -568,7 +568,9 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("linearize " + good + " --inputs Vv", "Vv");
   refused("trimm " + good, "did you mean 'trim'");
   refused("", "no command");
-  refused("trim", "study");
+  refused("trim", "STUDY.toml is missing; expected 'tiltrim trim STUDY.toml'");
+  refused("merge", "PART.nc... is missing");
+  refused("completion", "expected 'tiltrim completion bash|fish|zsh'");
   refused("trim " + good + " --sarts 3", "--sarts");
 
   const std::string stall = studies + "stall.toml ";

@@ -359,7 +359,8 @@ TEST_CASE("files that cannot be read are refused") {
   fs::create_directory(scratch.path / "folder.csv");
   check_refused(scratch, "modes folder.csv", "folder.csv: Is a directory", "");
   check_refused(scratch, "modes /dev/zero", "/dev/zero: is too large", "at most 64 MB");
-  check_refused(scratch, "modes", "matrix is required", "'tiltrim modes --help'");
+  check_refused(scratch, "modes", "A.csv is missing; expected 'tiltrim modes A.csv'",
+                "'tiltrim modes --help'");
   scratch.write("A.csv", "-1\n");
   check_refused(scratch, "modes A.csv -o A.csv", "A.csv: -o and", "expected two files");
   check_refused(scratch, "modes A.csv --variable B", "--variable: A.csv has one matrix",

@@ -577,7 +577,7 @@ TEST_CASE("bad arguments and bad places: exit 2, the path or the option named") 
   scratch.write("file", "");
   fs::create_directory(scratch.path / "folder");
   const std::string sweep = "sweep s.toml ";
-  check_refused(scratch, "sweep", {"study is required", "tiltrim sweep --help"});
+  check_refused(scratch, "sweep", {"STUDY.toml is missing", "tiltrim sweep --help"});
   check_refused(scratch, "sweep nowhere.toml", {"nowhere.toml: "});
   check_refused(scratch, "sweep folder", {"folder: ", "directory"});
   check_refused(scratch, sweep + "-o folder", {"folder: Is a directory"});
@@ -595,7 +595,8 @@ TEST_CASE("bad arguments and bad places: exit 2, the path or the option named") 
   check_refused(scratch, "swep s.toml", {"did you mean 'sweep'?"});
   check_refused(scratch, "diff s.toml s.toml", {"s.toml: "});
   check_refused(scratch, "diff none.nc s.toml", {"none.nc: No such file"});
-  check_refused(scratch, "diff none.nc", {"after is required", "tiltrim diff --help"});
+  check_refused(scratch, "diff none.nc",
+                {"AFTER.nc is missing; expected 'tiltrim diff BEFORE.nc AFTER.nc'", "--help"});
 }
 
 TEST_CASE("--checkpoint nan is refused") {
