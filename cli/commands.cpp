@@ -180,6 +180,15 @@ Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::
       all ? answered : unanswered};
 }
 
+// The variable that an option names.
+static Key named_by(const char* option, const std::string& name, const Study& study) {
+  try {
+    return key_among(keys_of(study), name);
+  } catch (const std::invalid_argument& e) {
+    throw StudyError(fmt::format("{}: {}", option, e.what()));
+  }
+}
+
 // The branch requested on the command line or in the study.
 static FollowTable asked(const FollowCommand& command, const Study& study) {
   const std::string file = study.file.string();
@@ -190,7 +199,7 @@ static FollowTable asked(const FollowCommand& command, const Study& study) {
         "{}: no [follow] table; expected one with parameter and to, or --parameter KEY --to VALUE",
         file));
   if (command.parameter.empty()) return *study.follow;
-  const Key key = key_among(keys_of(study), command.parameter);
+  const Key key = named_by("--parameter", command.parameter, study);
   if (!(*command.to >= key.accepted.lower && *command.to <= key.accepted.upper))
     throw StudyError(fmt::format("--to: {} is out of range; expected {} from {} to {} {}",
                                  *command.to, key.name, key.accepted.lower, key.accepted.upper,
@@ -256,7 +265,7 @@ Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
   const Study study = read_study(command.common.study);
   std::vector<Key> keys;
   for (const std::string& name : command.parameters)
-    keys.push_back(key_among(keys_of(study), name));
+    keys.push_back(named_by("--parameters", name, study));
   std::vector<SensitivityAnswer> conditions;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     TrimOptions trimming = command.trimming;

@@ -51,6 +51,10 @@ void check(const SimulateCommand& command) {
   goes_with(!command.samples.empty(), "--samples", flies, "a flight");
   goes_with(!command.plots.empty(), "--plots", flies, "a flight");
   goes_with(!command.tilts.empty(), "--tilts", command.tilt_rate_limit, "--tilt-rate-limit");
+  if (const auto& tilts = command.tilts; !tilts.empty() && !(tilts.front() > tilts.back()))
+    throw std::invalid_argument(
+        fmt::format("--tilts: {} to {} does not decrease; expected FROM above TO, as 90,0",
+                    tilts.front(), tilts.back()));
   goes_with(!command.log.empty(), "--log", command.monte_carlo, "--monte-carlo");
   goes_with(!command.common.only.empty(), "--only", !command.response.empty(), "--response");
   check_samples(command);

@@ -576,9 +576,12 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   const std::string stall = studies + "stall.toml ";
   refused("follow " + good, "no [follow] table");
   refused("follow " + stall + "--only lvel", "nearest: 'level'");
-  refused("follow " + stall + "--parameter Vv --to 3", "did you mean 'V'?");
+  refused("follow " + stall + "--parameter Vv --to 3",
+          "tiltrim: --parameter: 'Vv' is not a number of a study; did you mean 'V'?");
   refused("follow " + stall + "--parameter v --to 3", "did you mean 'V'?");
-  refused("sensitivities " + good + " --parameters gains.Klp", "did you mean 'gains.K_Lp'?");
+  refused(
+      "sensitivities " + good + " --parameters gains.Klp",
+      "tiltrim: --parameters: 'gains.Klp' is not a number of a study; did you mean 'gains.K_Lp'?");
   refused("follow " + stall + "--parameter gamma --to 3", "did you mean 'gamma_deg'?");
   refused("follow " + stall + "--parameter V --to -3", "expected V from 0 to");
   refused("follow " + stall + "--parameter V --to nan", "--to");

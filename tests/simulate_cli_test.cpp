@@ -454,8 +454,8 @@ TEST_CASE("exit 2: tilts that are not two, that rise, or are none") {
   const std::map<std::string, std::string> mistakes{
       {"90", "--tilts: At least 2 required"},
       {"90,45,0", "--tilts: At Most 2 required"},
-      {"0,90", "tilts must decrease, between"},
-      {"45,45", "tilts must decrease, between"},
+      {"0,90", "tiltrim: --tilts: 0 to 90 does not decrease"},
+      {"45,45", "tiltrim: --tilts: 45 to 45 does not decrease"},
       {"91,0", "is not a number from 0 to 90"},
       {"90,-1", "is not a number from 0 to 90"},
       {"nan,0", "--tilts: nan is not a number from 0 to 90"},
