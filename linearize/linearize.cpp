@@ -50,12 +50,18 @@ Selection select(const Model& model, const LinearizeOptions& options) {
   for (Index i = 0; i < std::ssize(model.states); ++i) s.variables.push_back(i);
   const std::vector<std::string> wanted =
       options.inputs.empty() ? names(model.inputs) : options.inputs;
-  for (const std::string& name : wanted) {
-    const Index j = variable(model, name);
-    if (j < std::ssize(model.states))
-      throw std::invalid_argument(fmt::format("'{}' is a state, it cannot be an input", name));
-    s.variables.push_back(j);
-    s.inputs.push_back(signal_of(model, j));
+  try {
+    for (const std::string& name : wanted) {
+      const Index j = variable(model, name);
+      if (j < std::ssize(model.states))
+        throw std::invalid_argument(fmt::format("'{}' is a state, it cannot be an input", name));
+      if (std::ranges::find(s.variables, j) != s.variables.end())
+        throw std::invalid_argument(fmt::format("'{}' is listed twice; expected each once", name));
+      s.variables.push_back(j);
+      s.inputs.push_back(signal_of(model, j));
+    }
+  } catch (const std::invalid_argument& e) {
+    throw std::invalid_argument(fmt::format("inputs: {}", e.what()));
   }
   return s;
 }

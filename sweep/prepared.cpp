@@ -77,6 +77,9 @@ Prepared::Prepared(const SweepRequest& r, const std::vector<SweepAxis>& a, const
   for (const std::string& name : r.inputs) {
     const Index input = find(m.inputs, name);
     inputs.push_back(input >= 0 ? input : nu + index_of(m.outputs, name, "output"));
+    if (std::ranges::count(r.inputs, name) > 1)
+      throw std::invalid_argument(
+          fmt::format("inputs: '{}' is listed twice; expected each once", name));
   }
 }
 

@@ -591,7 +591,8 @@ TEST_CASE("bad input: exit 2, one line that says what and where, nothing written
   refused("follow " + stall + "--parameter theta_deg --to 3", "'theta' is free");
   refused("follow " + stall + "--max-step 0", "--max-step");
   refused("follow " + stall + "--max-step nan", "--max-step: nan is not a number from");
-  refused("linearize " + good + " --inputs K_Lp", "nearest: 'gains.K_Lp'");
+  refused("linearize " + good + " --inputs K_Lp",
+          "inputs: no signal 'K_Lp' (nearest: 'gains.K_Lp'");
   refused("sensitivities " + good + " --parameters V,V", "'V' is listed twice");
   const std::string table = studies + "printed.toml --only 'Table 3, level'";
   refused("follow " + table + " --parameter V --to 3", "formulation table");

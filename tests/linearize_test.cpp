@@ -1039,6 +1039,8 @@ TEST_CASE("the caller's mistakes throw, in words") {
   const OperatingPoint point = reference_case("level").point;
   CHECK(contains(refusal(loop, point, {.inputs = {"etta"}}), "no signal 'etta' (nearest: 'eta')"));
   CHECK(contains(refusal(loop, point, {.inputs = {"theta"}}), "'theta' is a state"));
+  CHECK(
+      contains(refusal(loop, point, {.inputs = {"eta", "eta"}}), "inputs: 'eta' is listed twice"));
   CHECK(contains(refusal(loop, point, {.bounds = {{"thetta", {0, 1}}}}), "no signal 'thetta'"));
   CHECK(contains(refusal(loop, point, {.moving = {"heigth"}}), "'heigth'"));
   CHECK(contains(refusal(loop, point, {.moving = {"eta"}}), "'eta'"));

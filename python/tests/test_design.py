@@ -76,6 +76,8 @@ def test_signals_by_name():
     assert tiltrim.lyapunov(linear, np.eye(2))
     with pytest.raises(ValueError, match="no input 'wind'; there are: torque, gust"):
         tiltrim.lqr(linear, [1, 1], [1], inputs=["wind"])
+    with pytest.raises(ValueError, match="inputs: 'gust' is listed twice; expected each once"):
+        tiltrim.lqr(linear, [1, 1], [1, 1], inputs=["gust", "gust"])
     with pytest.raises(ValueError, match="no signal 'q'; there are: angle, rate"):
         tiltrim.lqr(linear, {"q": 1}, [1, 1])
     with pytest.raises(TypeError, match=r"expected a LinearModel or \(A, B\)"):

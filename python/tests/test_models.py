@@ -108,6 +108,10 @@ FREE = {"free": ["current"], "steady": ["rate"]}
         ("expected a list of signals, got 3", lambda: Model("m", len, states=3)),
         ("expected a name, a unit", lambda: Model("m", len, states=[("a", "m", 1, 2)])),
         ("inputs: expected a list", lambda: tiltrim.linearize(magnet(), HELD, inputs="current")),
+        ("inputs: 'current' is listed twice", lambda: tiltrim.linearize(
+            magnet(), HELD, inputs=["current", "current"])),
+        ("inputs: 'current' is listed twice", lambda: tiltrim.sweep(
+            held_ball(), axes={"k_p": [80.0, 90.0]}, inputs=["current", "current"])),
         ("parameters: expected a list", lambda: tiltrim.sensitivities(held_ball(), "mass")),
         ("'mass' is listed twice", lambda: tiltrim.sensitivities(held_ball(), ["mass", "mass"])),
         ("to: expected a number", lambda: tiltrim.follow(held_ball(), parameter="k_p", to="9")),

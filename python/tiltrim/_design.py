@@ -229,7 +229,11 @@ def _named(count: int, letter: str) -> Tuple[str, ...]:
 
 
 def _chosen(asked: Sequence[str], names: Sequence[str], what: str) -> List[int]:
-    return [_place(name, names, what) for name in asked]
+    places = [_place(name, names, what) for name in asked]
+    for i, name in enumerate(asked):
+        if places[i] in places[:i]:
+            raise _tiltrim.InvalidArgument(f"{what}s: '{name}' is listed twice; expected each once")
+    return places
 
 
 def _plant(
