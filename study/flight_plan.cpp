@@ -133,7 +133,14 @@ ScatteredFlights scattered_flights(const Study& study) {
     throw std::invalid_argument(
         "no [montecarlo] table; expected one, with a [[montecarlo.scatter]] for each scattered "
         "number");
-  return {flight_plan(study), study.simulate.value_or(SimulateTable{}).gusts, *study.montecarlo};
+  const std::vector<GustTable> gusts = study.simulate.value_or(SimulateTable{}).gusts;
+  const auto random = [](const GustTable& gust) { return gust.kind == GustTable::Kind::dryden; };
+  if (study.montecarlo->scatter.empty() && std::ranges::none_of(gusts, random))
+    throw std::invalid_argument(
+        "montecarlo.scatter: is missing, so that every flight would be the same; expected a "
+        "[[montecarlo.scatter]] for each scattered number, or a [[simulate.gust]] of kind "
+        "\"dryden\"");
+  return {flight_plan(study), gusts, *study.montecarlo};
 }
 
 }  // namespace

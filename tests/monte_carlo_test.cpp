@@ -256,7 +256,7 @@ TEST_CASE("no trim to start from: said, none flown, no log left") {
   const MonteCarlo run = flown(
       "[[condition]]\nname = 'slow'\nV = 3\ngamma_deg = 0\neta_deg = 0\n"
       "[simulate]\nschedule = 'hold'\n" +
-          again(5),
+          again(5) + mass,
       options);
   CHECK_FALSE(run.message.empty());
   CHECK(run.asked == 5);
@@ -266,6 +266,9 @@ TEST_CASE("no trim to start from: said, none flown, no log left") {
 
 TEST_CASE("no [montecarlo], no flight of the number") {
   CHECK_THROWS_WITH_AS((void)flown(in_hover), doctest::Contains("no [montecarlo] table"),
+                       std::invalid_argument);
+  const std::string same = "montecarlo.scatter: is missing, so that every flight would be the same";
+  CHECK_THROWS_WITH_AS((void)flown(in_hover + again(5)), doctest::Contains(same.c_str()),
                        std::invalid_argument);
   const Study study = parsed(in_hover + again(5) + mass);
   for (const long number : {-1L, 5L})
