@@ -132,12 +132,13 @@ void drop(Sheet& sheet, const Which& which) {
   }
 }
 
-// Drops the column that repeats the parameter's.
-void drop_repeated(Sheet& sheet) {
+// Drops the column that repeats the parameter's, in radians or degrees.
+void drop_repeated(Sheet& sheet, const Key& parameter) {
   constexpr std::size_t own = 2;
-  if (sheet.columns.size() <= own) return;
-  const std::string key = sheet.columns[own].key;
-  drop(sheet, [&](std::size_t k) { return k != own && sheet.columns[k].key == key; });
+  drop(sheet, [&](std::size_t k) {
+    const std::string& key = sheet.columns[k].key;
+    return k != own && (key == parameter.signal || key == parameter.signal + "_deg");
+  });
 }
 
 // Columns of one value become a note: "Constant: γ = 0°, η = 0°."
@@ -178,7 +179,7 @@ Sheet events_sheet(const BranchAnswer& b) {
     cells.back() = SheetCell(words(e));
     sheet.rows.push_back(cells);
   }
-  drop_repeated(sheet);
+  drop_repeated(sheet, b.parameter);
   for (const char* untold : {"name", "eigenvalue_re", "eigenvalue_im", "residual"})
     drop(sheet, [&](std::size_t k) { return sheet.columns[k].key == untold; });
   note_constants(sheet);
@@ -203,7 +204,7 @@ Sheet branches_sheet(const std::vector<BranchAnswer>& branches) {
     }
     events_before(b.branch.points.size());
   }
-  drop_repeated(sheet);
+  if (!branches.empty()) drop_repeated(sheet, branches.front().parameter);
   return sheet;
 }
 

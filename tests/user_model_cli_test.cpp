@@ -172,6 +172,12 @@ TEST_CASE("follow: the study's parameter or another") {
   CHECK(limit["end"] == "limit");
   CHECK_NEAR(limit["points"].back()["state"]["gap"].get<double>(), 0.02, 1e-2);
   CHECK_NEAR(limit["events"].back()["aim"].get<double>(), 0.015, 1e-9);
+  std::string text = slurp(TILTRIM_SOURCE_DIR "/studies/levitation.toml");
+  text.replace(text.find("unit = \"m\""), 10, "unit = \"rad\"");
+  scratch.write("angle.toml", text);
+  const std::string table =
+      run(scratch, "follow angle.toml --only 'which bias' --parameter gap --to 0.01 -f csv").out;
+  CHECK(table.starts_with("name,kind,gap,speed,"));  // not in degrees as well
   check_refused(scratch, "follow " + levitation + "--parameter V --to 5",
                 "'V' is not a number of a study; there are: gap, speed, added, mass");
 }
