@@ -280,11 +280,6 @@ static void read_user_study(const Section& top, const Entry& root, Study& study)
 
 Study parse_study(std::string_view text, const fs::path& file) {
   const RoundToNearest environment;
-  if (text.size() > largest_study)
-    refuse(file, {},
-           fmt::format("the file has more than {} bytes; expected a study, which has a "
-                       "few thousand",
-                       largest_study));
   const Entry root = parse_toml(text, file);
   const Section top(file, root, "at the top level", "");
   Study study;
@@ -353,7 +348,15 @@ Vehicle vehicle_at(const Study& study, const Condition& condition) {
   return vehicle;
 }
 
-Study load_study(const fs::path& file) { return parse_study(read_text(file, largest_study), file); }
+Study load_study(const fs::path& file) {
+  const std::string text = read_text(file, largest_study);
+  if (text.size() > largest_study)
+    refuse(file, {},
+           fmt::format("the file has more than {} bytes; expected a study, which has a "
+                       "few thousand",
+                       largest_study));
+  return parse_study(text, file);
+}
 
 #ifndef TILTRIM_SOURCE_DATA
 #define TILTRIM_SOURCE_DATA ""

@@ -102,6 +102,8 @@ def test_a_sweep_asked_for_in_python(program, studies, tmp_path):
     same(ds.eigenvalue.values.real, [[m["re"] for m in p["modes"]] for p in points])
     with pytest.raises(tiltrim.StudyError, match="K_Lpp"):
         tiltrim.sweep(condition, axes={"gains.K_Lpp": values})
+    many = np.linspace(0.2, 0.3, 60_000)  # more text than a study's file may have
+    assert tiltrim.sweep(condition, axes={"gains.K_Lp": many}, crossings=False).sizes["K_Lp"] == len(many)
     own = tiltrim.read_study(studies / "map_corridor.toml").conditions["corridor"]
     with pytest.raises(TypeError, match="axes of its own"):
         tiltrim.sweep(own, axes={"V": [5, 6]})
