@@ -74,7 +74,8 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
     if (m.eigenvalue.imag() < 0) continue;  // the conjugate represents both
     growing = growing || m.eigenvalue.real() > 0;
     undetermined = undetermined || !m.determined;
-    sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(), m.damping(),
+    sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(),
+                          m.frequency() > 0 ? SheetCell(m.damping()) : SheetCell(),  // none at zero
                           m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
                           shares(m.participation, states)});
   }

@@ -366,6 +366,9 @@ TEST_CASE("files that cannot be read are refused") {
   check_refused(scratch, "modes A.csv --variable B", "--variable: A.csv has one matrix",
                 "a MAT-file or a JSON object");
   CHECK(slurp(scratch.path / "A.csv") == "-1\n");
+  scratch.write("zero.csv", "0\n");  // which has no damping ratio
+  CHECK(run(scratch, "modes zero.csv").out.find("  0.0000        0e+00     0.0000  - ") !=
+        std::string::npos);
   CHECK(run(scratch, "modes --help").out.find("--variable") != std::string::npos);
 }
 

@@ -108,7 +108,7 @@ def number_at(point, key):
         return math.degrees(known[key[:-4]]) if key.endswith("_deg") else known[key]
     re_, im = (point["modes"][int(mode[2])][part] for part in ("re", "im"))
     omega = math.hypot(re_, im)
-    return {"re": re_, "im": abs(im), "omega": omega, "zeta": -re_ / omega if omega else 0}[mode[1]]
+    return {"re": re_, "im": abs(im), "omega": omega, "zeta": -re_ / omega if omega else None}[mode[1]]
 
 
 def named(things, name):
@@ -587,6 +587,38 @@ def misses_of_hostile(driver, program, folder):
     yield from check_quiet(driver, page)
 
 
+ZERO = """[model]
+[[model.state]]
+name = "x"
+rate = "u - a*x"
+[[model.input]]
+name = "u"
+[[model.parameter]]
+name = "a"
+value = 1.0
+[[condition]]
+name = "held"
+x = 0.0
+u = "free"
+[[report.map]]
+[[report.map.axis]]
+key = "a"
+values = [0.0, 1.0, 2.0]
+"""
+
+
+def misses_of_zero(driver, program, folder):
+    """An eigenvalue of zero has no damping ratio."""
+    study, page = folder / "zero.toml", folder / "zero.html"
+    study.write_text(ZERO, encoding="utf-8")
+    run(program, "report", study, "-o", page)
+    opened(driver, page)
+    driver.find_element("css selector", ".controls input").send_keys(Keys.HOME)
+    words = ask(driver, "readouts")[0]
+    if "λ 0, ζ –, ω 0 rad/s" not in words:
+        yield f"of an eigenvalue of zero the slider says {words}"
+
+
 def main():
     for tool in ("chromium", "chromedriver", "gnuplot"):
         if not shutil.which(tool):
@@ -599,7 +631,8 @@ def main():
             missed = 0
             for miss in itertools.chain(misses_of_paper(driver, program, source, folder),
                                         misses_of_user_model(driver, program, source, folder),
-                                        misses_of_hostile(driver, program, folder)):
+                                        misses_of_hostile(driver, program, folder),
+                                        misses_of_zero(driver, program, folder)):
                 print(miss, flush=True)
                 missed += 1
         finally:

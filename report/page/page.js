@@ -30,7 +30,7 @@
     if (re === null) return null;
     if (mode[1] === 'height') return Math.abs(im);
     const omega = Math.hypot(re, im);
-    return mode[1] === 'omega' ? omega : omega === 0 ? 0 : -re / omega;
+    return mode[1] === 'omega' ? omega : omega === 0 ? null : -re / omega;
   }
 
   // Position of a value along an axis in the figure's own units; null outside.
@@ -93,8 +93,9 @@
     const both = other < 0 ? [m] : [Math.min(m, other), Math.max(m, other)];
     const name = `${both.map((k) => k + 1).join(', ')} ${[...new Set(both.map((k) => track.modes[k]))].join('; ')}`;
     if (re === null) return `${name}: no equilibrium`;
+    const zeta = valueAt(track, 'zeta_' + m, i);  // none at zero
     return `${name}: λ ${shown(re)}${im === 0 ? '' : ` ± ${shown(Math.abs(im))}i`}, ` +
-      `ζ ${shown(valueAt(track, 'zeta_' + m, i))}, ω ${shown(valueAt(track, 'omega_' + m, i))} rad/s`;
+      `ζ ${zeta === null ? '–' : shown(zeta)}, ω ${shown(valueAt(track, 'omega_' + m, i))} rad/s`;
   }
   const parameterWords = (track, i) => {
     const p = track.columns[0];
