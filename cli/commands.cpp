@@ -72,8 +72,8 @@ void for_each(const Study& study, const Common& common,
     } catch (const std::invalid_argument& e) {
       const char* const hint =
           study.conditions.size() > 1 ? " (choose other conditions with --only NAME)" : "";
-      throw StudyError(fmt::format("{}: condition '{}': {}{}", study.file.string(), condition.name,
-                                   e.what(), hint));
+      throw StudyError(
+          fmt::format("{}: condition '{}': {}{}", condition.place, condition.name, e.what(), hint));
     }
     progress.advance();
   }

@@ -246,7 +246,7 @@ std::vector<std::string> provable(const Study& study, const std::vector<std::str
     try {
       (void)prove_problem(study, condition);
       all.push_back(condition.name);
-    } catch (const std::invalid_argument&) {  // `prove` reports why
+    } catch (const StudyError&) {  // `prove` reports why
     }
   }
   return all;

@@ -249,6 +249,8 @@ std::vector<Condition> read_conditions(const Entry& root, const std::filesystem:
              fmt::format("condition: {} is not a table; {}", describe(entry), expected));
     conditions.push_back(own ? read_user_condition(entry, file, own)
                              : read_condition(entry, file, equations));
+    conditions.back().place =
+        fmt::format("{}:{}:{}", file.string(), entry.place.line, entry.place.column);
     const std::string& name = conditions.back().name;
     if (!names.insert(name).second) {
       const auto key = std::ranges::find(entry.entries, "name", &Entry::key);

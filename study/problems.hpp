@@ -17,7 +17,7 @@
 
 namespace tiltrim {
 
-/// The study's conditions as requests. Throws std::invalid_argument, naming the condition, for one
+/// The study's conditions as requests. Throws StudyError, naming the condition's place, for one
 /// that cannot be swept: formulation table, or an axis that it does not have.
 [[nodiscard]] std::vector<SweepRequest> sweep_requests(const Study& study,
                                                        const std::vector<Condition>& conditions,
@@ -31,7 +31,7 @@ namespace tiltrim {
 [[nodiscard]] TuneOptions tune_options(const Study& study);
 
 /// The study's [prove] for a condition of its closed loop or of its [model]. Throws
-/// std::invalid_argument, naming the condition, if a proof cannot be about it: more unknowns than
+/// StudyError, naming the condition's place, if a proof cannot be about it: more unknowns than
 /// equations, an unknown parameter, a rate that is implied, an output held at a value.
 [[nodiscard]] ProveProblem prove_problem(const Study& study, const Condition& condition);
 

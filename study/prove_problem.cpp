@@ -21,7 +21,7 @@ namespace {
 using Jets = std::vector<Jet>;
 
 [[noreturn]] void refuse(const Condition& condition, const std::string& why) {
-  throw std::invalid_argument(fmt::format("condition '{}': {}", condition.name, why));
+  throw StudyError(fmt::format("{}: condition '{}': {}", condition.place, condition.name, why));
 }
 
 // States whose rates a condition holds.

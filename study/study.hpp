@@ -128,6 +128,7 @@ struct UserCondition {
 struct Condition {
   std::string name;  ///< unique in the study
   std::variant<Command, AirframeCondition, TableCondition, UserCondition> asked;  ///< by kind
+  std::string place{};  ///< of its [[condition]], "file:line:column"
 
   /// The command of a closed-loop condition; null for other formulations, like the next three.
   const Command* command() const { return std::get_if<Command>(&asked); }

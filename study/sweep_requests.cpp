@@ -48,7 +48,8 @@ std::vector<SweepRequest> sweep_requests(const Study& study,
       requests.push_back(request_of(study, condition, axes));
       check_keys(requests.back().model, axes);
     } catch (const std::invalid_argument& e) {
-      throw std::invalid_argument(fmt::format("condition '{}': {}", condition.name, e.what()));
+      throw StudyError(
+          fmt::format("{}: condition '{}': {}", condition.place, condition.name, e.what()));
     }
   }
   return requests;

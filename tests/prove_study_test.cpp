@@ -221,7 +221,7 @@ TEST_CASE("a condition that a proof cannot be about is refused with the reason")
     const Study study =
         study_of(model + "[[model.output]]\nname = \"y\"\nvalue = \"x\"\n" + condition(values) +
                  "[[condition]]\nname = \"other\"\nu = 1.0\n" + box(key, 1, 2));
-    return refusal([&] { (void)prove_problem(study, study.conditions[0]); });
+    return refusal<StudyError>([&] { (void)prove_problem(study, study.conditions[0]); });
   };
   CHECK(says("u = 1.0").empty());
   CHECK(contains(says("u = [0.0, 1.0]"), "condition 'there': a proof needs as many unknowns"));

@@ -546,12 +546,13 @@ TEST_CASE("bad values, and keys that move with an axis: exit 2, with the place a
   for (const Bad& bad : cases) check_study_refused(scratch, bad.study, bad.said);
 }
 
-TEST_CASE("what a condition cannot be swept over: exit 2, with its name") {
+TEST_CASE("what a condition cannot be swept over: exit 2, with its place") {
   const Scratch scratch("sweep-bad-condition");
   const std::vector<Bad> cases{
-      {airframe + three, {"s.toml: condition 'b': the airframe", "no variable gains.K_Lp"}},
-      {printed + three, {"s.toml: condition 'c': formulation table has no linear model to sweep"}},
-      {level + axis("V", 0, 20, 3), {"s.toml: condition 'a': at V = 0 there is no path"}},
+      {airframe + three, {"s.toml:1:1: condition 'b': the airframe", "no variable gains.K_Lp"}},
+      {printed + three,
+       {"s.toml:1:1: condition 'c': formulation table has no linear model to sweep"}},
+      {level + axis("V", 0, 20, 3), {"s.toml:1:1: condition 'a': at V = 0 there is no path"}},
       {airframe + axis("theta_deg", 0, 10, 3),
        {"s.toml: ", "theta_deg is a free variable of this trim;"}},
   };

@@ -1165,10 +1165,9 @@ TEST_CASE("the caller's mistakes are named") {
   const Study s = study(flight_text(airplane) + axis_text("gains.K_Lp", 1, 2, 2));
   Condition table = s.conditions[0];
   table.asked = TableCondition{};
-  CHECK(contains(
-      refusal<std::invalid_argument>([&] { (void)sweep_requests(s, {table}, s.sweep->axes); }),
-      "condition 'airplane'"));
-  CHECK(contains(refusal<std::invalid_argument>([&] {
+  CHECK(contains(refusal<StudyError>([&] { (void)sweep_requests(s, {table}, s.sweep->axes); }),
+                 ":3:1: condition 'airplane'"));
+  CHECK(contains(refusal<StudyError>([&] {
                    (void)sweep_requests(s, s.conditions, {axis("theta0", {0, 1})});
                  }),
                  "theta0"));

@@ -359,6 +359,7 @@ void add_studies(py::module_& module) {
       .def_property_readonly("follow", &follow_table);
   py::class_<HeldCondition>(module, "Condition")
       .def_property_readonly("name", [](const HeldCondition& c) { return c.condition.name; })
+      .def_property_readonly("place", [](const HeldCondition& c) { return c.condition.place; })
       .def_property_readonly("formulation",
                              [](const HeldCondition& c) { return formulation_of(c.condition); })
       .def_property_readonly("study", [](const HeldCondition& c) { return HeldStudy{c.study}; })

@@ -120,7 +120,7 @@ def test_conditions_without_an_answer(tmp_path):
         tiltrim.modes(study, condition="slow")
     with pytest.raises(tiltrim.InvalidArgument, match=r"two.toml: no condition 'levle' \(nearest"):
         tiltrim.modes(study, condition="levle")
-    with pytest.raises(tiltrim.InvalidArgument, match="two.toml: condition 'level': 'mas' is not a number"):
+    with pytest.raises(tiltrim.InvalidArgument, match="two.toml:1:1: condition 'level': 'mas' is not a number"):
         tiltrim.sensitivities(study, ["mas"])
     with pytest.raises(TypeError, match="condition= names one of a study's conditions"):
         tiltrim.trim(study["level"], condition="level")

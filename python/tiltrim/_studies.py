@@ -201,7 +201,7 @@ def of_studies(verb: Callable[P, R]) -> OfStudies[P, R]:
                 if condition is not None:
                     raise
             except _tiltrim.InvalidArgument as error:
-                words = f"{what.file}: condition '{name}': {error}"
+                words = f"{one._core.place}: condition '{name}': {error}"
                 raise _tiltrim.InvalidArgument(words) from error
         return answers if condition is None else answers[condition]
 
