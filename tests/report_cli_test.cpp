@@ -258,7 +258,7 @@ TEST_CASE("margins, the study's own gains and the end of the flight are marked")
 TEST_CASE("bad calls: exit 2, nothing written") {
   const Scratch scratch("report");
   scratch.write("s.toml", small);
-  check_refused(scratch, "report", {"study"});
+  check_refused(scratch, "report", {"STUDY.toml is missing"});
   check_refused(scratch, "report nowhere.toml", {"nowhere.toml"});
   check_refused(scratch, "report s.toml -o s.toml", {"s.toml"});
   check_refused(scratch, "report s.toml -o nowhere/page.html", {"nowhere"});
