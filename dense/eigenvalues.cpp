@@ -9,6 +9,69 @@
 
 namespace tiltrim::dense {
 
+using SmallBlock = Eigen::Block<SmallMatrix, Eigen::Dynamic, Eigen::Dynamic, false>;
+
+// (I - τ v vᵀ) M, v = (1, rest)
+template <int rest>
+static void reflect_rows(SmallBlock& M, const Eigen::Matrix<double, rest, 1>& v, double tau) {
+  if (tau == 0) return;
+  const Eigen::Matrix<double, rest, 1> turned = tau * v;
+  for (Eigen::Index j = 0; j < M.cols(); ++j) {
+    double* const column = &M.coeffRef(0, j);
+    double sum = v[0] * column[1];
+    for (int i = 1; i < rest; ++i) sum += v[i] * column[i + 1];
+    sum += column[0];
+    column[0] -= tau * sum;
+    for (int i = 0; i < rest; ++i) column[i + 1] -= turned[i] * sum;
+  }
+}
+
+// M (I - τ v vᵀ)
+template <int rest>
+static void reflect_columns(SmallBlock& M, const Eigen::Matrix<double, rest, 1>& v, double tau) {
+  if (tau == 0) return;
+  const Eigen::Index stride = M.outerStride();
+  for (Eigen::Index i = 0; i < M.rows(); ++i) {
+    double* const row = &M.coeffRef(i, 0);
+    double sum = v[0] * row[stride];
+    for (int j = 1; j < rest; ++j) sum += v[j] * row[(j + 1) * stride];
+    sum = tau * (sum + row[0]);
+    row[0] -= sum;
+    for (int j = 0; j < rest; ++j) row[(j + 1) * stride] -= sum * v[j];
+  }
+}
+
+}  // namespace tiltrim::dense
+
+// Reflectors of two and three rows, of which the QR iteration on small matrices consists: the bits
+// of Eigen's products of blocks, whose calls take longer than their few numbers.
+template <>
+template <>
+void Eigen::MatrixBase<tiltrim::dense::SmallBlock>::applyHouseholderOnTheLeft(
+    const Matrix<double, 2, 1>& v, const double& tau, double*) {
+  tiltrim::dense::reflect_rows(derived(), v, tau);
+}
+template <>
+template <>
+void Eigen::MatrixBase<tiltrim::dense::SmallBlock>::applyHouseholderOnTheLeft(
+    const Matrix<double, 1, 1>& v, const double& tau, double*) {
+  tiltrim::dense::reflect_rows(derived(), v, tau);
+}
+template <>
+template <>
+void Eigen::MatrixBase<tiltrim::dense::SmallBlock>::applyHouseholderOnTheRight(
+    const Matrix<double, 2, 1>& v, const double& tau, double*) {
+  tiltrim::dense::reflect_columns(derived(), v, tau);
+}
+template <>
+template <>
+void Eigen::MatrixBase<tiltrim::dense::SmallBlock>::applyHouseholderOnTheRight(
+    const Matrix<double, 1, 1>& v, const double& tau, double*) {
+  tiltrim::dense::reflect_columns(derived(), v, tau);
+}
+
+namespace tiltrim::dense {
+
 using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
