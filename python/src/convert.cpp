@@ -151,6 +151,7 @@ py::dict dict_of(const LinearModel& l) {
 template <class Of>
 static auto column(const std::vector<Mode>& modes, Of of) {
   std::vector<std::decay_t<std::invoke_result_t<Of, const Mode&>>> all;
+  all.reserve(modes.size());
   for (const Mode& m : modes) all.push_back(std::invoke(of, m));
   return all;
 }
