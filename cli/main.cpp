@@ -56,7 +56,7 @@ int finish(const Common& common, const Run& run) {
   return interrupt.signal() == 0 ? outcome.exit_code : 128 + interrupt.signal();
 }
 
-// "AFTER.nc is missing; expected 'tiltrim diff BEFORE.nc AFTER.nc'"; empty if none is.
+// "AFTER.nc is missing; expected 'tiltrim diff BEFORE.nc AFTER.nc'", or nothing.
 std::string missing(const CLI::App& command) {
   std::string first, usage = "tiltrim " + command.get_name();
   for (const CLI::Option* option :

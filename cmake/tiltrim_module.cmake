@@ -39,7 +39,7 @@ function(tiltrim_light target cold)
   if(cold)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   endif()
-  if(target MATCHES "_(study|report|cli|commands|design|qualities)$")  # sanitizers run in them for seconds only
+  if(target MATCHES "_(study|report|cli|commands|design|qualities)$")  # which compute little: half the time
     target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
   endif()
   if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)

@@ -59,6 +59,10 @@ std::string verdict_in_words(const Modes& m) {
   return least;
 }
 
+SheetCell damping_cell(const Mode& mode) {
+  return mode.frequency() > 0 ? SheetCell(mode.damping()) : SheetCell();
+}
+
 Sheet modes_sheet(const Modes& modes, const Signals& states) {
   Sheet sheet;
   sheet.columns = {{"eigenvalue", "eigenvalue", "1/s"},
@@ -74,8 +78,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
     if (m.eigenvalue.imag() < 0) continue;  // the conjugate represents both
     growing = growing || m.eigenvalue.real() > 0;
     undetermined = undetermined || !m.determined;
-    sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(),
-                          m.frequency() > 0 ? SheetCell(m.damping()) : SheetCell(),  // none at zero
+    sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(), damping_cell(m),
                           m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
                           shares(m.participation, states)});
   }

@@ -14,6 +14,8 @@ Sheet modes_sheet(const Modes& modes, const Signals& states);
 /// Eigenvalues, one row each (both of a pair), for CSV.
 Sheet all_modes_sheet(const Modes& modes);
 
+/// Empty for an eigenvalue of zero, which has no damping ratio.
+SheetCell damping_cell(const Mode& mode);
 Tone tone_of(Verdict verdict);  ///< good, bad or doubtful
 /// "-0.4681 ± 0.0999i"
 std::string eigenvalue_text(const Mode& mode);

@@ -181,7 +181,7 @@ std::vector<SheetCell> in_short(const ConditionReport& c) {
   const Mode& least = *std::ranges::min_element(c.modes->modes, {}, &Mode::damping);
   cells[0] = SheetCell(to_string(c.modes->verdict), tone_of(c.modes->verdict));
   cells[1] = c.modes->spectral_abscissa;
-  cells[2] = least.damping();
+  cells[2] = damping_cell(least);
   cells[3] = least.name;
   return cells;
 }

@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 
+#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "linearize/eigenvalues.hpp"
 #include "linearize/mode_name.hpp"
@@ -343,6 +344,15 @@ TEST_CASE("the same, badly scaled") {
     const Modes m = modes(A);
     check_modes(A, m);
   }
+}
+
+TEST_CASE("up to sixteen rows: the bits of Eigen's own iteration") {
+  Random random = draws(12);
+  for (Index n = 2; n <= 16; ++n)
+    for (int i = 0; i < trials(100); ++i) {
+      const MatrixXd A = normal(random, n, n);
+      CHECK(dense::real_eigensystem(A).values == algebra::eigensystem(A).values);
+    }
 }
 
 TEST_CASE("hard matrices: eigenvalues within their discs") {

@@ -2,6 +2,7 @@
 
 import importlib.util
 import math
+import re
 
 import numpy as np
 import pytest
@@ -186,6 +187,7 @@ def test_a_model_without_states_is_its_d_and_has_no_modes():
     for none in (tiltrim.modes(linear), tiltrim.modes(np.zeros((0, 0)))):
         assert none.verdict == "stable" and len(none) == 0
         assert none.spectral_abscissa == -math.inf and "no states, no modes" in repr(none)
+    assert re.search(r"0\.0000 +- +inf", repr(tiltrim.modes([[0.0]])))  # zero has no damping ratio
 
 
 def test_numbers_of_any_size_are_printed_short():

@@ -196,7 +196,7 @@ class Modes(Plotted):
                     _complex(m.eigenvalue),
                     f"{m.error:.0e}",
                     fixed(m.frequency, 4),
-                    fixed(m.damping, 3),
+                    fixed(m.damping, 3) if m.frequency > 0 else "-",
                     f"{m.time_to_half:.3g}",
                     m.name,
                     taking_part,
