@@ -114,7 +114,7 @@ Real power_near_root(const Real& x) {
 // Scales the largest entry to [1, 2): a positive factor does not change the verdict.
 template <class N>
 void scale(Square<N>& A) {
-  const N n = A.n;
+  const std::size_t n = A.n;
   Real size = 0.0;
   for (std::size_t i = 0; i < n * n; ++i) size = max(size, abs(A.entry[i]));
   constexpr double most = 0x1p1022, least = 0x1p-1022;
@@ -126,7 +126,7 @@ void scale(Square<N>& A) {
 // A sweep of D⁻¹ A D that makes each state's row and column sums nearly equal.           [8]
 template <class N>
 void balance(Square<N>& A) {
-  const N n = A.n;
+  const std::size_t n = A.n;
   for (std::size_t i = 0; i < n; ++i) {
     Real row = 0.0, column = 0.0;
     for (std::size_t j = 0; j < n; ++j) {
@@ -153,10 +153,11 @@ void balance(Square<N>& A) {
 // stored.                                                                     [11, sec. 7.4.3]
 template <class N>
 [[gnu::always_inline]] inline void reflect(Square<N>& A, std::size_t k) {
-  const N n = A.n;
+  const std::size_t n = A.n;
   const std::size_t first = k + 1;
   Real v[N::capacity];
   Real squares = 0.0;
+#pragma GCC unroll 8
   for (std::size_t i = first; i < n; ++i) {
     v[i] = A(i, k);
     squares = multiply_add(v[i], v[i], squares);
@@ -168,12 +169,14 @@ template <class N>
   const Real signed_length = choose(head < Real(0.0), -length, length);
   v[first] = head + signed_length;
   A(first, k) = -signed_length;
+#pragma GCC unroll 8
   for (std::size_t j = first; j < n; ++j) {
     Real dot = 0.0;
     for (std::size_t i = first; i < n; ++i) dot = multiply_add(v[i], A(i, j), dot);
     dot = dot * beta;
     for (std::size_t i = first; i < n; ++i) A(i, j) = multiply_add(dot, v[i], A(i, j));
   }
+#pragma GCC unroll 8
   for (std::size_t i = 0; i < n; ++i) {
     Real dot = 0.0;
     for (std::size_t j = first; j < n; ++j) dot = multiply_add(v[j], A(i, j), dot);
@@ -186,15 +189,17 @@ template <class N>
 //   pᵢ = (s - hᵢᵢ) pᵢ₋₁ - Σₘ hᵢ₋ₘ,ᵢ (hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁) pᵢ₋ₘ₋₁                    [32, sec. 4]
 template <class N>
 void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
-  const N n = H.n;
+  const std::size_t n = H.n;
   Real p[N::capacity + 1][N::capacity + 1];
   p[0][0] = 1.0;
+#pragma GCC unroll 8
   for (std::size_t i = 1; i <= n; ++i) {
     const Real here = -H(i - 1, i - 1);
     p[i][0] = 1.0;
     for (std::size_t k = 1; k < i; ++k) p[i][k] = multiply_add(here, p[i - 1][k - 1], p[i - 1][k]);
     p[i][i] = here * p[i - 1][i - 1];
     Real below = -1.0;  // -(hᵢ₋ₘ₊₁,ᵢ₋ₘ ... hᵢ,ᵢ₋₁)
+#pragma GCC unroll 8
     for (std::size_t m = 1; m < i; ++m) {
       below = below * H(i - m, i - m - 1);
       const Real factor = below * H(i - m - 1, i - 1);
@@ -210,9 +215,10 @@ void characteristic(const Square<N>& H, Real (&c)[N::capacity + 1]) {
 // where eₖ are the elementary symmetric functions of its column sums and `distance`.     [33]
 template <class N>
 void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[N::capacity + 1]) {
-  const N n = H.n;
+  const std::size_t n = H.n;
   Real sum[N::capacity], e[N::capacity + 1];
   Real squares = 0.0;
+#pragma GCC unroll 8
   for (std::size_t j = 0; j < n; ++j) {
     Real of_column = 0.0;
     sum[j] = 0.0;
@@ -224,6 +230,7 @@ void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[
   }
   const Real distance = multiply_add(sqrt(squares), relative, Real(underflow));
   e[0] = 1.0;
+#pragma GCC unroll 8
   for (std::size_t j = 0; j < n; ++j) {
     const Real column = sum[j] + distance;
     e[j + 1] = column * e[j];
@@ -231,6 +238,7 @@ void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[
   }
   const Real roundings = inflated * u * double(n * (n + 3)) / 2;
   error[0] = 0.0;
+#pragma GCC unroll 8
   for (std::size_t k = 1; k <= n; ++k) {
     const Real moved = distance * Real(inflated * __builtin_sqrt(double(n - k + 1)));
     error[k] = multiply_add(moved, e[k - 1], roundings * e[k]) + Real(underflow_of_step);
@@ -243,10 +251,12 @@ void coefficient_errors(const Square<N>& H, const Real& relative, Real (&error)[
 // entry after positive ones is unstable, whatever follows. A negative coefficient is unstable too,
 // as a polynomial without roots right of the axis has no negative Hurwitz determinant.     [34]
 template <class N>
-[[gnu::always_inline]] inline Signs routh(N n, Polynomial<N>& p) {
+[[gnu::always_inline]] inline Signs routh(N order, Polynomial<N>& p) {
+  const std::size_t n = order;
   const Real u_of_step = inflated * 4 * u, least = underflow_of_step, zero = 0.0;
   Mask positive = zero < Real(1.0), unstable = p.c[1] + p.error[1] < zero;
   for (std::size_t k = 2; k <= n; ++k) unstable = unstable || p.c[k] + p.error[k] < zero;
+#pragma GCC unroll 8
   for (std::size_t i = 1; i <= n; ++i) {
     unstable = unstable || (positive && p.c[i] + p.error[i] < zero);
     positive = positive && p.error[i] + p.error[i] < p.c[i];
@@ -275,23 +285,25 @@ double reduction_error(std::size_t n) {
 }
 
 template <class N>
-void routh_of(N n, const MatrixTask& task) {
+void routh_of(N order, const MatrixTask& task) {
+  const std::size_t n = order;
   const Real relative = reduction_error(n) + inflated * task.entry_error;
   for (std::size_t at = task.first; at < task.last; at += width) {
     const std::size_t left = task.last - at;
     Square<N> A;
-    A.n = n;
+    A.n = order;
     for (std::size_t i = 0; i < n * n; ++i)
       A.entry[i] = load(task.entries + i * task.count + at, left);
     if (task.balanced) {
       scale(A);
       for (int sweep = 0; sweep < 2; ++sweep) balance(A);
     }
+#pragma GCC unroll 8
     for (std::size_t k = 0; k + 2 < n; ++k) reflect(A, k);
     Polynomial<N> p;
     characteristic(A, p.c);
     coefficient_errors(A, relative, p.error);
-    store(routh(n, p), task.verdict + (at - task.first), left);
+    store(routh(order, p), task.verdict + (at - task.first), left);
   }
 }
 
