@@ -21,10 +21,19 @@ constexpr unsigned char converged = 0, fallback = 1, not_finite = 3;
 
 // --- The QR iteration.
 
+// The last row to look at: of a size known to the compiler all, which it unrolls. Rows that no
+// window has do not change.
+template <int N>
+constexpr int last_row(int top) {
+  return N > 0 ? N - 1 : top;
+}
+
 // Sets subdiagonal entries below rounding of their diagonal neighbours to zero.
 template <int N>
 [[gnu::always_inline]] inline void deflate(Matrix<N>& H, int top) {
-  for (int k = 1; k <= top; ++k) {
+  const int last = last_row<N>(top);
+#pragma GCC unroll 8
+  for (int k = 1; k <= last; ++k) {
     const Real size = abs(H(k - 1, k - 1)) + abs(H(k, k));
     H(k, k - 1) = choose(abs(H(k, k - 1)) <= Real(epsilon) * size, Real(0.0), H(k, k - 1));
   }
@@ -33,10 +42,12 @@ template <int N>
 // Every lane's lowest window of three or more rows; lanes without such a window are done, high < 2.
 template <int N>
 [[gnu::always_inline]] inline void find_windows(Matrix<N>& H, Lane& lane, int top) {
+  const int last = last_row<N>(top);
   Mask done;
   for (int round = 0; round <= top; ++round) {
     lane.low = 0.0;
-    for (int k = 1; k <= top; ++k)
+#pragma GCC unroll 8
+    for (int k = 1; k <= last; ++k)
       lane.low =
           choose(H(k, k - 1) == 0.0 && Real(double(k)) <= lane.high, Real(double(k)), lane.low);
     const Mask single = lane.low == lane.high && Real(0.0) <= lane.high,

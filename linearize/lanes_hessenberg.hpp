@@ -113,9 +113,9 @@ template <int N>
   }
 }
 
-// Scales one state; returns the lanes that were changed.
+// Scales one state; returns the lanes that were changed, and adds those where it is isolated.
 template <int N>
-[[gnu::always_inline]] inline Mask balance_one(Matrix<N>& A, int i) {
+[[gnu::always_inline]] inline Mask balance_one(Matrix<N>& A, int i, Mask& some_alone) {
   constexpr double worth = 4.0, farthest = 0x1p15;  // farthest per sweep: far from overflow
   const int n = A.n();
   Real c = 0.0, r = 0.0;
@@ -125,6 +125,7 @@ template <int N>
     r = r + abs(A(i, j));
   }
   const Mask alone = c == 0.0 || r == 0.0;
+  some_alone = some_alone || alone;
   Real f = root_of_ratio(r, c);
   const Mask unlike = !(Real(1 / worth) < f && f < worth) && !alone;
   const Mask isolated = alone && !(c == r);
@@ -174,13 +175,14 @@ template <int N>
 [[gnu::noinline]] void balance(Matrix<N>& A, Lane& lane) {
   const int n = A.n(), cap = 10 + n;
   lane.high = double(n - 1);
-  Mask changed = lane.finite;
+  Mask changed = lane.finite, alone = !lane.finite;
   for (int sweep = 0; any_of(changed) && sweep < cap; ++sweep) {
-    changed = balance_one(A, 0);
-    for (int i = 1; i < n; ++i) changed = changed || balance_one(A, i);
+    changed = alone = Mask(false);
+#pragma GCC unroll 8
+    for (int i = 0; i < n; ++i) changed = changed || balance_one(A, i, alone);
   }
   lane.hard = lane.hard || changed;
-  gather_isolated(A, lane);
+  if (any_of(alone)) gather_isolated(A, lane);
 }
 
 // --- Hessenberg form.
