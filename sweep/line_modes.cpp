@@ -17,7 +17,9 @@ using Eigen::MatrixXd;
 namespace {
 
 std::uint8_t as_byte(double confidence) {
-  return std::uint8_t(std::lround(255 * std::clamp(confidence, 0.0, 1.0)));
+  const double size = 255 * std::clamp(confidence, 0.0, 1.0);
+  const int whole = int(size);
+  return std::uint8_t(whole + (size - whole >= 0.5));  // std::lround(size), without a call
 }
 
 // Stores the modes of `length` points from k, with their largest real part and smallest damping.
@@ -26,8 +28,8 @@ void keep_modes(LineTracker& w, std::size_t k, std::size_t length, const double*
   const std::size_t n = std::size_t(w.sweep.states());
   constexpr double least = std::numeric_limits<double>::min();  // zero has no damping
   std::array<double, IsolatedModes::longest> abscissa, damping;
-  abscissa.fill(-std::numeric_limits<double>::infinity());
-  damping.fill(1.0);
+  std::fill_n(abscissa.begin(), length, -std::numeric_limits<double>::infinity());
+  std::fill_n(damping.begin(), length, 1.0);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t m = 0; m < length; ++m) {
       const double x = re[i][m], y = im[i][m], size2 = x * x + y * y;
@@ -137,7 +139,7 @@ struct Following {
         k >= 2 && last == k - 1 && last_but_one == k - 2 && !to.empty() && to == to_before;
     if (!straight) return 0;
     const std::vector<double>& v = w.coordinates();
-    std::array<double, IsolatedModes::longest> ratio{};
+    std::array<double, IsolatedModes::longest> ratio;
     std::size_t length = 0;
     for (; length < std::min(most, w.count - k) && known(k + length); ++length) {
       const double* const at = &v[k + length];

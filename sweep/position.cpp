@@ -69,11 +69,12 @@ std::size_t IsolatedModes::stay(const double* const* re, const double* const* im
                                 std::span<const double> step_ratio) {
   constexpr double radius = 1.0 / 8;
   const std::size_t length = std::min(longest, step_ratio.size());
-  std::array<double, longest> left{};             // 1: left its disk; also for NaN
+  std::array<double, longest> left;  // 1: left its disk; also for NaN
+  std::fill_n(left.begin(), length, 0.0);
   for (std::size_t i = 0; i < modes.size(); ++i)  // a pair has just split or joined
     if (side({0.0, im[i][-1]}) != side({0.0, im[i][-2]})) return 0;
   off.resize(modes.size() * longest);
-  worst.fill(0.0);
+  std::fill_n(worst.begin(), length, 0.0);
   for (std::size_t i = 0; i < modes.size(); ++i) {
     const double x0 = modes[i].real(), y0 = modes[i].imag();
     const double within = 1 / square(radius * gap[i]), scale = 1 / square(gap[i]);

@@ -214,10 +214,13 @@ void keep(const Group& g, std::size_t l, std::size_t k) {
 }
 
 void keep_matrices(Group& g, std::size_t k) {
-  const auto first = Index(k % Group::block_points * L);
-  for (std::size_t i = 0; i < g.nx; ++i)
-    for (std::size_t j = 0; j < g.nx; ++j)
-      std::memcpy(&g.block(Index(i), Index(j), first), g.slopes[j * g.rows + i].of, sizeof(Lane));
+  constexpr std::size_t count = Group::block_points * L;
+  const std::size_t nx = g.nx, rows = g.rows;
+  const Lane* const from = g.slopes.data();
+  double* to = &g.block(0, 0, Index(k % Group::block_points * L));
+  for (std::size_t i = 0; i < nx; ++i)
+    for (std::size_t j = 0; j < nx; ++j, to += count)
+      std::memcpy(to, from[j * rows + i].of, sizeof(Lane));
 }
 
 // The matrices of points first .. last - 1 are judged, or go to their lines.

@@ -114,6 +114,7 @@ struct Part {
 
   Part(const WindLoopTask& t, std::size_t at) : task(t), first(at) {
     for (std::size_t j = 0; j < states; ++j) x[j].load(t.z + j * Model::model_lanes + at);
+#pragma GCC unroll 64
     for (std::size_t j = 0; j < parameters; ++j)
       p[j].load(t.z + (states + j) * Model::model_lanes + at);
   }
@@ -132,11 +133,14 @@ struct Part {
     for (std::size_t j = 0; j < states; ++j) moving[j] = LaneDual(x[j]);
     for (std::size_t k = 0; k < count; ++k) moving[task.variables[from + k]].slopes[k] = 1.0;
     evaluate(loop, moving, p, results);
-    for (std::size_t i = 0; i < rows; ++i) {
+#pragma GCC unroll 16
+    for (std::size_t i = 0; i < rows; ++i)
       results[i].value.store(task.values + i * Model::model_lanes + first);
-      for (std::size_t k = 0; k < count; ++k)
-        results[i].slopes[k].store(task.slopes + ((from + k) * rows + i) * Model::model_lanes +
-                                   first);
+    for (std::size_t k = 0; k < count; ++k) {
+      double* const column = task.slopes + (from + k) * rows * Model::model_lanes + first;
+#pragma GCC unroll 16
+      for (std::size_t i = 0; i < rows; ++i)
+        results[i].slopes[k].store(column + i * Model::model_lanes);
     }
   }
 };
