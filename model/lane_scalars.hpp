@@ -63,75 +63,103 @@ struct SineCosine {
   return {angle, at.sin, at.cos};
 }
 
-/// A number with its derivatives along `dual_width` directions; formulas as in DualOf.
+/// A number with its derivatives along `dual_width` directions; formulas as in DualOf. Where all is
+/// inlined the compiler knows `along`, and leaves out the arithmetic of slopes that are zero.
 struct LaneDual {
   Number value;
   Number slopes[dual_width];
+  unsigned along;  // bit k: slope k may differ from zero
+
+  static constexpr unsigned all = (1U << dual_width) - 1;
 
   LaneDual() = default;
-  [[gnu::always_inline]] explicit LaneDual(const Number& v) : value(v) {
-    for (Number& slope : slopes) slope = 0.0;
+  [[gnu::always_inline]] LaneDual(const LaneDual& a) { *this = a; }
+  [[gnu::always_inline]] explicit LaneDual(const Number& v)
+      : LaneDual(v, 0, [](int) { return Number(0.0); }) {}
+
+  /// The slopes are `slope(k)`, or zero.
+  template <class Slope>
+  [[gnu::always_inline]] LaneDual(const Number& v, unsigned directions, const Slope& slope) {
+    set(v, directions, slope);
   }
 
-  /// The slopes are `slope(k)`.
-  template <class Slope>
-  [[gnu::always_inline]] LaneDual(const Number& v, const Slope& slope) : value(v) {
-#pragma GCC unroll 8
-    for (int k = 0; k < dual_width; ++k) slopes[k] = slope(k);
+  // Number by number: the compiler loses `along` where it copies a block of memory.
+  [[gnu::always_inline]] LaneDual& operator=(const LaneDual& a) {
+    set(a.value, a.along, [&](int k) { return a.slopes[k]; });
+    return *this;
   }
+
+  template <class Slope>
+  [[gnu::always_inline]] void set(const Number& v, unsigned directions, const Slope& slope) {
+    value = v;
+    along = directions;
+#pragma GCC unroll 8
+    for (int k = 0; k < dual_width; ++k) slopes[k] = has(k) ? slope(k) : Number(0.0);
+  }
+
+  [[gnu::always_inline]] bool has(int k) const { return (along >> k & 1) != 0; }
 
   [[gnu::always_inline]] friend LaneDual operator+(const LaneDual& a, const LaneDual& b) {
-    return {a.value + b.value, [&](int k) { return a.slopes[k] + b.slopes[k]; }};
+    return {a.value + b.value, a.along | b.along, [&](int k) {
+              return !b.has(k) ? a.slopes[k] : !a.has(k) ? b.slopes[k] : a.slopes[k] + b.slopes[k];
+            }};
   }
   [[gnu::always_inline]] friend LaneDual operator-(const LaneDual& a, const LaneDual& b) {
-    return {a.value - b.value, [&](int k) { return a.slopes[k] - b.slopes[k]; }};
+    return {a.value - b.value, a.along | b.along, [&](int k) {
+              return !b.has(k) ? a.slopes[k] : !a.has(k) ? -b.slopes[k] : a.slopes[k] - b.slopes[k];
+            }};
   }
   [[gnu::always_inline]] friend LaneDual operator*(const LaneDual& a, const LaneDual& b) {
-    return {a.value * b.value,
-            [&](int k) { return b.value * a.slopes[k] + a.value * b.slopes[k]; }};
+    return {a.value * b.value, a.along | b.along, [&](int k) {
+              return !b.has(k)   ? b.value * a.slopes[k]
+                     : !a.has(k) ? a.value * b.slopes[k]
+                                 : b.value * a.slopes[k] + a.value * b.slopes[k];
+            }};
   }
   [[gnu::always_inline]] friend LaneDual operator/(const LaneDual& a, const LaneDual& b) {
     const Number ratio = a.value / b.value, inverse = 1.0 / b.value;
-    return {ratio, [&](int k) { return (a.slopes[k] - ratio * b.slopes[k]) * inverse; }};
+    return {ratio, a.along | b.along, [&](int k) {
+              return (b.has(k) ? a.slopes[k] - ratio * b.slopes[k] : a.slopes[k]) * inverse;
+            }};
   }
   [[gnu::always_inline]] friend LaneDual operator-(const LaneDual& a) {
-    return {-a.value, [&](int k) { return -a.slopes[k]; }};
+    return {-a.value, a.along, [&](int k) { return -a.slopes[k]; }};
   }
   [[gnu::always_inline]] friend LaneDual operator+(const LaneDual& a, const Number& b) {
-    return {a.value + b, [&](int k) { return a.slopes[k]; }};
+    return {a.value + b, a.along, [&](int k) { return a.slopes[k]; }};
   }
   [[gnu::always_inline]] friend LaneDual operator+(const Number& a, const LaneDual& b) {
-    return {a + b.value, [&](int k) { return b.slopes[k]; }};
+    return {a + b.value, b.along, [&](int k) { return b.slopes[k]; }};
   }
   [[gnu::always_inline]] friend LaneDual operator-(const LaneDual& a, const Number& b) {
-    return {a.value - b, [&](int k) { return a.slopes[k]; }};
+    return {a.value - b, a.along, [&](int k) { return a.slopes[k]; }};
   }
   [[gnu::always_inline]] friend LaneDual operator-(const Number& a, const LaneDual& b) {
-    return {a - b.value, [&](int k) { return -b.slopes[k]; }};
+    return {a - b.value, b.along, [&](int k) { return -b.slopes[k]; }};
   }
   [[gnu::always_inline]] friend LaneDual operator*(const LaneDual& a, const Number& b) {
-    return {a.value * b, [&](int k) { return a.slopes[k] * b; }};
+    return {a.value * b, a.along, [&](int k) { return a.slopes[k] * b; }};
   }
   [[gnu::always_inline]] friend LaneDual operator*(const Number& a, const LaneDual& b) {
-    return {a * b.value, [&](int k) { return a * b.slopes[k]; }};
+    return {a * b.value, b.along, [&](int k) { return a * b.slopes[k]; }};
   }
   [[gnu::always_inline]] friend LaneDual operator/(const LaneDual& a, const Number& b) {
     const Number inverse = 1.0 / b;
-    return {a.value / b, [&](int k) { return a.slopes[k] * inverse; }};
+    return {a.value / b, a.along, [&](int k) { return a.slopes[k] * inverse; }};
   }
   [[gnu::always_inline]] friend LaneDual operator/(const Number& a, const LaneDual& b) {
     const Number ratio = a / b.value, factor = -ratio / b.value;
-    return {ratio, [&](int k) { return b.slopes[k] * factor; }};
+    return {ratio, b.along, [&](int k) { return b.slopes[k] * factor; }};
   }
 
   [[gnu::always_inline]] friend LaneDual abs(const LaneDual& a) {
     const NumberMask below = a.value < Number(0.0);
-    return {choose(below, -a.value, a.value),
+    return {choose(below, -a.value, a.value), a.along,
             [&](int k) { return choose(below, -a.slopes[k], a.slopes[k]); }};
   }
   [[gnu::always_inline]] friend LaneDual sqrt(const LaneDual& a) {
     const Number root = sqrt(a.value), slope = 1.0 / (2.0 * root);
-    return {root, [&](int k) { return slope * a.slopes[k]; }};
+    return {root, a.along, [&](int k) { return slope * a.slopes[k]; }};
   }
 };
 
@@ -139,8 +167,8 @@ struct LaneDual {
                                                                    const Number& sin,
                                                                    const Number& cos) {
   return {angle,
-          {sin, [&](int k) { return cos * angle.slopes[k]; }},
-          {cos, [&](int k) { return -sin * angle.slopes[k]; }}};
+          {sin, angle.along, [&](int k) { return cos * angle.slopes[k]; }},
+          {cos, angle.along, [&](int k) { return -sin * angle.slopes[k]; }}};
 }
 
 [[gnu::always_inline]] inline physics::SinCos<LaneDual> sin_cos(const LaneDual& angle) {

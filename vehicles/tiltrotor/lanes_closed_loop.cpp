@@ -89,7 +89,7 @@ inline CoefficientsOf<LaneDual> coefficients(const PolarTable& polar, const Lane
   const Pieces p = pieces_at(polar, alpha.value);
   const auto of = [&](const Number* c) {
     const Number slope = cubic_slope(c, p.t);
-    return LaneDual(cubic(c, p.t), [&](int k) { return slope * alpha.slopes[k]; });
+    return LaneDual(cubic(c, p.t), alpha.along, [&](int k) { return slope * alpha.slopes[k]; });
   };
   return {of(p.c), of(p.c + 4), of(p.c + 8)};
 }
@@ -100,11 +100,6 @@ using Loop = physics::WindLoop<physics::LoopInputs::nothing, const PolarTable*>;
 
 constexpr std::size_t states = Loop::sizes.states, parameters = Loop::sizes.parameters,
                       rows = states + Loop::sizes.outputs;
-
-template <class S>
-TILTRIM_FLATTEN void evaluate(const Loop& loop, const S* x, const Number* p, S* results) {
-  loop(x, static_cast<const S*>(nullptr), p, results, results + states);
-}
 
 // Lanes first .. first + lane_count - 1 of the points.
 struct Part {
@@ -119,23 +114,40 @@ struct Part {
       p[j].load(t.z + (states + j) * Model::model_lanes + at);
   }
 
-  void values(const Loop& loop) const {
+  [[gnu::noinline]] TILTRIM_FLATTEN void values(const Loop& loop) const {
     Number results[rows];
-    evaluate(loop, x, p, results);
+    loop(x, static_cast<const Number*>(nullptr), p, results, results + states);
     for (std::size_t i = 0; i < rows; ++i)
       results[i].store(task.values + i * Model::model_lanes + first);
   }
 
+  // With the derivatives with respect to the states, each along a direction of its own.
+  [[gnu::noinline]] TILTRIM_FLATTEN void slopes_of_states(const Loop& loop) const {
+    LaneDual moving[states];
+#pragma GCC unroll 8
+    for (std::size_t j = 0; j < states; ++j)
+      moving[j] = LaneDual(x[j], 1U << j, [](int) { return Number(1.0); });
+    slopes_from(loop, moving, 0, states);
+  }
+
   // With the derivatives with respect to variables from .. from + dual_width - 1.
-  void slopes(const Loop& loop, std::size_t from) const {
+  [[gnu::noinline]] TILTRIM_FLATTEN void slopes(const Loop& loop, std::size_t from) const {
     const std::size_t left = task.count - from, count = left < dual_width ? left : dual_width;
-    LaneDual moving[states], results[rows];
-    for (std::size_t j = 0; j < states; ++j) moving[j] = LaneDual(x[j]);
+    LaneDual moving[states];
+    for (std::size_t j = 0; j < states; ++j)
+      moving[j] = LaneDual(x[j], LaneDual::all, [](int) { return Number(0.0); });
     for (std::size_t k = 0; k < count; ++k) moving[task.variables[from + k]].slopes[k] = 1.0;
-    evaluate(loop, moving, p, results);
+    slopes_from(loop, moving, from, count);
+  }
+
+  [[gnu::always_inline]] void slopes_from(const Loop& loop, const LaneDual* moving,
+                                          std::size_t from, std::size_t count) const {
+    LaneDual results[rows];
+    loop(moving, static_cast<const LaneDual*>(nullptr), p, results, results + states);
 #pragma GCC unroll 16
     for (std::size_t i = 0; i < rows; ++i)
       results[i].value.store(task.values + i * Model::model_lanes + first);
+#pragma GCC unroll 8
     for (std::size_t k = 0; k < count; ++k) {
       double* const column = task.slopes + (from + k) * rows * Model::model_lanes + first;
 #pragma GCC unroll 16
@@ -144,6 +156,14 @@ struct Part {
     }
   }
 };
+
+static_assert(states == dual_width);
+
+bool along_states(const WindLoopTask& task) {
+  bool same = task.count == states;
+  for (std::size_t j = 0; j < task.count; ++j) same = same && task.variables[j] == Eigen::Index(j);
+  return same;
+}
 
 }  // namespace
 
@@ -158,9 +178,12 @@ void wind_loop<InstructionSet::TILTRIM_SET>(const WindLoopTask& task) {
   const Loop loop{task.polar, task.printed ? Equations::printed : Equations::consistent};
   for (std::size_t first = 0; first < Model::model_lanes; first += lane_count) {
     const Part part(task, first);
-    if (!task.slopes) part.values(loop);
-    for (std::size_t from = 0; task.slopes && from < task.count; from += dual_width)
-      part.slopes(loop, from);
+    if (!task.slopes)
+      part.values(loop);
+    else if (along_states(task))
+      part.slopes_of_states(loop);
+    else
+      for (std::size_t from = 0; from < task.count; from += dual_width) part.slopes(loop, from);
   }
 }
 
