@@ -299,7 +299,7 @@ int different(const Answers& a, const Answers& b) {
 
 }  // namespace
 
-TEST_CASE("closed loops and random matrices: every eigenvalue, to its backward error") {
+TEST_CASE("closed loops and random matrices: every eigenvalue, to its backward error" * thorough) {
   Random random(1);
   Index count = trials(100000);
   const auto check_all = [&](Index n, Index matrices, const std::function<MatrixXd()>& draw) {

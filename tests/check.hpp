@@ -58,6 +58,12 @@ inline constexpr bool sanitized = true;
 inline constexpr bool sanitized = false;
 #endif
 
+/// Marks a case that takes long and runs next to nothing of the library that no other case runs:
+/// left out where the environment has TILTRIM_BRIEF.
+inline constexpr struct {
+  void fill(doctest::detail::TestCase& of) const { of.m_test_suite = "thorough"; }
+} thorough;
+
 /// Number of random trials: a tenth under sanitizers, which look for faults, not for rates. The
 /// environment's TILTRIM_TRIALS scales it, down to one: 0.02 in an emulator. Compile-time constants
 /// are not scaled.

@@ -262,7 +262,7 @@ TEST_CASE("out of reach: the closest point, what holds it back, what each thing 
   for (int i = 0; i < trials(20); ++i) check(two_equations(g));
 }
 
-TEST_CASE("u1 + u2 = 1 and = 2, without limits") {
+TEST_CASE("u1 + u2 = 1 and = 2, without limits" * thorough) {
   const Diagnosis d = diagnosed(conflict(1, 1, 1, 2, 1, Range{}));
   CHECK(d.holding.empty());
   REQUIRE(d.remedies.size() == 3);
@@ -284,7 +284,7 @@ static Range operator*(double c, const Range& r) {
   return {std::min(c * r.lower, c * r.upper), std::max(c * r.lower, c * r.upper)};
 }
 
-TEST_CASE("a variable that cannot help: shown where the model has an enclosure of it") {
+TEST_CASE("a variable that cannot help: shown where the model has an enclosure of it" * thorough) {
   Asked q(1, {{0, 1}, {0, 0}}, 0,
           [](const VectorXd& u, double p) { return vec({1 + u[0] + u[1] * u[1] + p * p}); });
   const auto status = [&](const char* signal) {
@@ -673,7 +673,7 @@ TEST_CASE("remedies in words") {
 // ---- regressions ----
 
 // The optimality test decomposed Jᵀ with no rows active, once the equation is omitted.
-TEST_CASE("a single equation, nothing at its limit") {
+TEST_CASE("a single equation, nothing at its limit" * thorough) {
   const Asked q(1, {{-1, 2}}, 0, [](const VectorXd& u, double) { return vec({u[0] * u[0] + 1}); });
   CHECK_NEAR(of(diagnosed(q), equation, "x").to, 1, 1e-9);
 }
@@ -684,7 +684,7 @@ TEST_CASE("a closest point of the wrong size throws") {
 }
 
 // u1 + u2 = p with p beyond the corner (1, 2) by 1e-4; y' = u3 - ½ is there for the case above.
-TEST_CASE("barely out of reach: held back by the limits all the same") {
+TEST_CASE("barely out of reach: held back by the limits all the same" * thorough) {
   const Asked q(2, {{0, 1}, {0, 2}, {0, 1}}, 3.0001, [](const VectorXd& u, double p) {
     return vec({u[0] + u[1] - p, u[2] - 0.5});
   });

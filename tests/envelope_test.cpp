@@ -122,7 +122,7 @@ static bool all_outer(const BorderPiece& p, bool outer) {
 
 static double circle(double x, double a, double b) { return x * x + a * a + b * b - 1; }
 
-TEST_CASE("a disc bounded by a fold: x² = 1 - a² - b²") {
+TEST_CASE("a disc bounded by a fold: x² = 1 - a² - b²" * thorough) {
   for (const int count : {11, 21, 30}) {
     CAPTURE(count);
     const Envelope e =
@@ -144,7 +144,8 @@ TEST_CASE("a disc bounded by a fold: x² = 1 - a² - b²") {
   }
 }
 
-TEST_CASE("a limit within the disc: the sheet that is cut off, where the other is there or not") {
+TEST_CASE("a limit within the disc: the sheet that is cut off, where the other is there or not" *
+          thorough) {
   const double least = -0.5, r = std::sqrt(0.75);
   const Envelope both = explored({.rate = circle, .bounds = {{"x", {least, 5}}}}, {.rows = {0}});
   REQUIRE(both.pieces.size() == 2);
@@ -284,7 +285,7 @@ TEST_CASE("every status is reached") {
   }
 }
 
-TEST_CASE("no numbers in half of the plane: what is found elsewhere is verified") {
+TEST_CASE("no numbers in half of the plane: what is found elsewhere is verified" * thorough) {
   const auto half = [](const Rate& rate, bool throws) {
     return [=](double x, double a, double b) {
       if (a > 0.2 && throws) throw std::runtime_error("no");
@@ -442,7 +443,7 @@ TEST_CASE("the conversion corridor: its border holds what it says, by difference
   CHECK(check_sides(a, sanitized ? 100 : 20) >= (sanitized ? 4 : 25));
 }
 
-TEST_CASE("the corridor's ends in level flight are those of follow()") {
+TEST_CASE("the corridor's ends in level flight are those of follow()" * thorough) {
   const EnvelopeAnswer a = tiltrotor("eta_deg", 30, {.rows = {0}});
   const double slowest = event(along_V(20, 0, 5), EventKind::limit, "delta_e lower");
   CHECK_NEAR(slowest, 6.685575, printed_to("6.685575"));
@@ -479,7 +480,7 @@ TEST_CASE("another grid and other seeds find the same corridor" * doctest::skip(
     }
 }
 
-TEST_CASE("over the path angle: ends and folds as follow() meets them") {
+TEST_CASE("over the path angle: ends and folds as follow() meets them" * thorough) {
   const EnvelopeAnswer a = tiltrotor("gamma_deg", 30, {.rows = {-5 * degree}});
   REQUIRE(a.parts.size() == 1);
   const double slowest = event(along_V(8, -5 * degree, 5), EventKind::limit, "delta_e lower");
@@ -673,7 +674,7 @@ TEST_CASE("a fold is followed to the edge beyond which the model has no values")
   check_row(e.rows[0], {{{-1, "fold"}, {1, "fold"}}});
 }
 
-TEST_CASE("every piece of the tiltrotor's border over the path angle comes to an end") {
+TEST_CASE("every piece of the tiltrotor's border over the path angle comes to an end" * thorough) {
   const EnvelopeAnswer a = tiltrotor("gamma_deg", 20);
   for (const BorderPiece& p : a.parts[0].pieces) {
     CHECK(p.points.size() < 1000);

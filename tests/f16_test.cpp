@@ -46,7 +46,7 @@ void check_printed(double value, const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("level flight at every printed speed, to every digit printed") {
+TEST_CASE("level flight at every printed speed, to every digit printed" * thorough) {
   const auto table = printed().at("level").at("rows");
   CHECK(table.size() == 16);
   for (const auto& row : table) {

@@ -441,7 +441,8 @@ TEST_CASE("Clopper and Pearson's interval: closed forms, its own definition, mon
 
 static FlightPlan planned(const std::string& simulate) { return flight_plan(studied(simulate)); }
 
-TEST_CASE("where a plan starts: on the ground, from the first command's trim, from a condition's") {
+TEST_CASE("where a plan starts: on the ground, from the first command's trim, from a condition's" *
+          thorough) {
   const FlightPlan ground = planned("[simulate]\n");
   CHECK(ground.start.on_ground);
   CHECK(ground.start.state.along == 0);

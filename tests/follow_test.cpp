@@ -823,7 +823,8 @@ static void check_flight(const Route& r, const Branch& branch) {
 }
 
 TEST_CASE(
-    "tiltrotor, from 20 m/s to 5 m/s: back and forth over two folds, to the elevator's limit") {
+    "tiltrotor, from 20 m/s to 5 m/s: back and forth over two folds, to the elevator's limit" *
+    thorough) {
   struct Case {
     double gamma;
     double folds[2], limit;  // as check_fold and check_limit confirm them
@@ -893,7 +894,8 @@ TEST_CASE("tiltrotor: between the folds the branch passes every trim that many s
   for (std::size_t i = 0; i < 3; ++i) CHECK_NEAR(on_branch[i], everywhere[i], 1e-8);
 }
 
-TEST_CASE("tiltrotor: with more inputs than equations the branch is what trim() finds least") {
+TEST_CASE("tiltrotor: with more inputs than equations the branch is what trim() finds least" *
+          thorough) {
   AirframeCondition condition;
   condition.values = {{"V", {10, 10}}, {"eta", {90 * degree, 90 * degree}}};
   const TrimProblem problem = airframe_problem(reference_vehicle(), condition, Axes::wind);

@@ -89,7 +89,7 @@ std::string published(const json& p) {
 
 }  // namespace
 
-TEST_CASE("plants of COMPleib: the printed norms of static controllers, or better") {
+TEST_CASE("plants of COMPleib: the printed norms of static controllers, or better" * thorough) {
   std::ifstream file(TILTRIM_SOURCE_DIR "/data/references/fixed_order.json");
   const json read = json::parse(file);
   for (const json& p : read["problems"]) {
@@ -285,7 +285,8 @@ TEST_CASE("a small step of the commanded speed, flown: its overshoot") {
   CHECK_NEAR((fastest - 15) / step - 1, overshoot, 1e-3);
 }
 
-TEST_CASE("a disturbance at the elevator, over all frequencies; the cost of a deviation in speed") {
+TEST_CASE("a disturbance at the elevator, over all frequencies; the cost of a deviation in speed" *
+          thorough) {
   const double k_V = 0.35;
   const auto value_at = [&](const std::string& goal) {
     return -score_at(of_level_flight(goal), k_V);
@@ -437,7 +438,7 @@ TEST_CASE("an unstable loop is worse than any stable one, with a slope to the ax
 
 // The cost of x' = (x₂, -x₁ - f x₂) from unit noise is 2/f·(1/2 + ...): 1/f + 3 f/2, least at
 // f² = 2/3, for outputs x₁ and f x₂.
-TEST_CASE("constant output feedback of Levine and Athans: the least H2 norm") {
+TEST_CASE("constant output feedback of Levine and Athans: the least H2 norm" * thorough) {
   const TuneResult found = tuned(R"([model]
 state = [{name = "x1", rate = "x2 + w1"}, {name = "x2", rate = "-x1 - f*x2 + w2"}]
 output = [{name = "u", value = "-f*x2"}]

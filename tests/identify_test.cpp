@@ -92,7 +92,7 @@ TEST_CASE("identification: NLopt's ranges are those of the closed form") {
   CHECK_NEAR(id.thrust_excess_range->upper, most, 1e-8);
 }
 
-TEST_CASE("identification: planted constants are found") {
+TEST_CASE("identification: planted constants are found" * thorough) {
   std::mt19937 random(1);
   const auto draw = [&](double from, double to) { return from + (to - from) * uniform(random); };
   for (int trial = 0; trial < 200; ++trial) {

@@ -598,7 +598,8 @@ TEST_CASE("exact derivatives are those of the equations, and their error estimat
   CHECK(score.median_overstatement() < 1000);  // some 16 roundings where one or two happen
 }
 
-TEST_CASE("error estimates of differences bound the true error and do not overstate it") {
+TEST_CASE("error estimates of differences bound the true error and do not overstate it" *
+          thorough) {
   Random random(2);
   Score score;
   const auto run = [&](const std::vector<Known>& models, int points) {

@@ -163,7 +163,7 @@ static void check_same(double actual, double expected, double tolerance) {
     CHECK_NEAR(actual, expected, tolerance * std::max(std::abs(expected), 1.0));
 }
 
-TEST_CASE("margins are those of a dense scan of the loop opened by hand") {
+TEST_CASE("margins are those of a dense scan of the loop opened by hand" * thorough) {
   constexpr double gridded = sanitized ? 4e-3 : 1e-5;  // peaks between grid points, and differences
   for_each_loop([](const LoopsAnswer& a, const ActuatorLoop& l, const Model& model) {
     const Scan s = scanned(opened_by_hand(model, a.linear.point, position(l)));
@@ -212,7 +212,8 @@ static MatrixXd scaled(const Model& model, const OperatingPoint& trim, Index j, 
 
 static double abscissa(const MatrixXd& A) { return algebra::eigenvalues(A).real().maxCoeff(); }
 
-TEST_CASE("the command times the gain margin: the nonlinear loop's eigenvalue is on the axis") {
+TEST_CASE("the command times the gain margin: the nonlinear loop's eigenvalue is on the axis" *
+          thorough) {
   int met = 0;
   for_each_loop([&](const LoopsAnswer& a, const ActuatorLoop& l, const Model& model) {
     const auto check = [&](double margin, double at) {
@@ -432,7 +433,7 @@ TEST_CASE("the caller's mistakes throw") {
 
 static const std::string command = "margins " + paper;
 
-TEST_CASE("tiltrim margins: text, JSON and CSV say the same") {
+TEST_CASE("tiltrim margins: text, JSON and CSV say the same" * thorough) {
   const program::Scratch scratch("margins");
   const program::Ran text = program::run(scratch, command);
   CHECK(text.exit_code == 0);
@@ -474,7 +475,8 @@ TEST_CASE("tiltrim margins: text, JSON and CSV say the same") {
   }
 }
 
-TEST_CASE("tiltrim margins: loops chosen, in the actuators' order, each once; Bode data as asked") {
+TEST_CASE("tiltrim margins: loops chosen, in the actuators' order, each once; Bode data as asked" *
+          thorough) {
   const program::Scratch scratch("margins");
   const program::Ran ran = program::run(
       scratch, command +
@@ -496,7 +498,8 @@ TEST_CASE("tiltrim margins: loops chosen, in the actuators' order, each once; Bo
   CHECK(scratch.files() == std::set<std::string>{"bode.csv", "margins.csv"});
 }
 
-TEST_CASE("tiltrim margins: no trim is exit 1, unstable is an answer; the rest is written") {
+TEST_CASE("tiltrim margins: no trim is exit 1, unstable is an answer; the rest is written" *
+          thorough) {
   const program::Scratch scratch("margins");
   scratch.write("study.toml",
                 "[[condition]]\nname = \"level\"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n"
@@ -518,7 +521,7 @@ TEST_CASE("tiltrim margins: no trim is exit 1, unstable is an answer; the rest i
   CHECK(j[2]["loops"][0]["bode"]["frequency"].size() == 200);
 }
 
-TEST_CASE("tiltrim margins: mistakes are said in a line, and nothing is written") {
+TEST_CASE("tiltrim margins: mistakes are said in a line, and nothing is written" * thorough) {
   const program::Scratch scratch("margins");
   const auto refused = [&](const std::string& arguments, const std::string& words) {
     const program::Ran ran = program::run(scratch, arguments);

@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
     return skipped;
   }
   doctest::Context context(argc, argv);
+  if (std::getenv("TILTRIM_BRIEF")) context.addFilter("test-suite-exclude", "thorough");
   const int failed = context.run();
   if (failed || context.shouldExit()) return failed;
   if (Ran::cases == 0 || Ran::assertions == 0) {

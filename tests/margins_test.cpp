@@ -600,7 +600,8 @@ TEST_CASE("opened: by signal names") {
         std::string::npos);
 }
 
-TEST_CASE("margins: none missed and none invented, against a dense scan of random loops") {
+TEST_CASE("margins: none missed and none invented, against a dense scan of random loops" *
+          thorough) {
   Random random(4);
   int with_gain_up = 0, with_gain_down = 0, with_phase = 0, finer = 0;
   for (int k = 0; k < trials(1000); ++k) {

@@ -272,7 +272,7 @@ std::vector<Complex> plain_eigenvalues(const MatrixXd& A) {
 
 }  // namespace
 
-TEST_CASE("random matrices of many kinds: eigenvalues to LAPACK's measure") {
+TEST_CASE("random matrices of many kinds: eigenvalues to LAPACK's measure" * thorough) {
   Random random(1);
   std::normal_distribution<double> normal;
   const std::function<MatrixXd(Index)> kinds[] = {
@@ -384,7 +384,7 @@ TEST_CASE("hard matrices: eigenvalues within their discs") {
   }
 }
 
-TEST_CASE("known eigenvalues within their discs") {
+TEST_CASE("known eigenvalues within their discs" * thorough) {
   Random random(4);
   SUBCASE("Godunov") {
     const Modes m = modes(godunov());

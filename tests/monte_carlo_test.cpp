@@ -249,7 +249,7 @@ TEST_CASE("a flight that ends early is worse than any that ends in time, the ear
   CHECK_NEAR(run.share.upper, 1 - std::pow(0.025, 1.0 / 20), 1e-12);
 }
 
-TEST_CASE("no trim to start from: said, none flown, no log left") {
+TEST_CASE("no trim to start from: said, none flown, no log left" * thorough) {
   const Folder folder;
   MonteCarloOptions options;
   options.log = folder.path / "log";

@@ -244,7 +244,8 @@ ProveProblem problem_of(const Ring& ring) {
 
 }  // namespace
 
-TEST_CASE("an instability by terms of third or fourth order alone is never certified away") {
+TEST_CASE("an instability by terms of third or fourth order alone is never certified away" *
+          thorough) {
   Random draw = draws(32);
   const std::vector<std::vector<int>> rings{{1, 1, 1}, {1, 1, 1, 1}, {2, 2}, {1, 2}};
   for (int i = 0; i < trials(40); ++i) {

@@ -57,7 +57,7 @@ std::string crossing(const std::string& rate = "0") {
 
 }  // namespace
 
-TEST_CASE("an oscillator is stable where its damping is above twice the margin") {
+TEST_CASE("an oscillator is stable where its damping is above twice the margin" * thorough) {
   // x'' + c x' + k x = 0, k > c²/4: both eigenvalues have the real part -c/2.
   const std::string oscillator = states({{"x", "v"}, {"v", "-c*v - k*x"}}) + parameter("c", 1) +
                                  parameter("k", 4) + condition("");
@@ -87,7 +87,8 @@ TEST_CASE("a planted crossing is enclosed") {
   CHECK(t.regions[2].box[0].lower > 0.37);
 }
 
-TEST_CASE("below a fold there is no trim, above it the branch of the condition is stable") {
+TEST_CASE("below a fold there is no trim, above it the branch of the condition is stable" *
+          thorough) {
   // x' = p - x² with x within [0, 3]: x = sqrt(p), eigenvalue -2x.
   const Theorem t = proved(states({{"x", "p - x^2"}}) + parameter("p", 1) +
                            condition("x = [0.0, 3.0]") + box("p", -1, 4));
@@ -101,7 +102,7 @@ TEST_CASE("below a fold there is no trim, above it the branch of the condition i
   CHECK_NEAR(t.no_trim, 0.2, 1e-4);
 }
 
-TEST_CASE("beyond the limit of an input there is no trim; a fixed state may vary") {
+TEST_CASE("beyond the limit of an input there is no trim; a fixed state may vary" * thorough) {
   // 0 = u - p x with x held: u = p x within [-1, 0.8], eigenvalue -p.
   const std::string held = states({{"x", "u - p*x"}}) + input("u") + parameter("p", 0.4) +
                            condition("x = 1.0\nu = [-1.0, 0.8]");

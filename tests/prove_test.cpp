@@ -75,13 +75,13 @@ TEST_CASE("nothing planted: proved") {
   CHECK(t.stable == 1.0);
 }
 
-TEST_CASE("a wide window is proved unstable") {
+TEST_CASE("a wide window is proved unstable" * thorough) {
   const Theorem t = prove(windowed(0.4, 0.2), few());
   CHECK(t.status() == ProofStatus::refuted);
   CHECK(t.unstable > 0.3);
 }
 
-TEST_CASE("the corridor's proof holds at random points and does not depend on threads") {
+TEST_CASE("the corridor's proof holds at random points and does not depend on threads" * thorough) {
   const Study study = corridor_study("prove_corridor.toml");
   const ProveProblem problem = corridor_problem(study, 46.4, 46.6);  // across the handover
   ProveOptions options;

@@ -24,7 +24,7 @@ static OperatingPoint with(const Model& m, OperatingPoint at, const char* name, 
   return at;
 }
 
-TEST_CASE("RepeatedTrim: the bits of trim() from every guess, in any order") {
+TEST_CASE("RepeatedTrim: the bits of trim() from every guess, in any order" * thorough) {
   const TrimProblem p = closed_loop_problem(reference_vehicle(), {15.0, 0.0, 0.0});
   const TrimResult level = trim(p.model, p.spec, p.guess);
   REQUIRE(level);

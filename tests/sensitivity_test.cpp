@@ -209,7 +209,7 @@ static std::string parameter(Random& g, const Model& model) {
   return all[g() % all.size()];
 }
 
-TEST_CASE("random aircraft: as differences of re-trimmed points") {
+TEST_CASE("random aircraft: as differences of re-trimmed points" * thorough) {
   Random g(26);
   Tally tally;
   constexpr int points = trials(1000);
@@ -244,7 +244,7 @@ static void compare_all(const TrimProblem& problem, const std::vector<std::strin
   CHECK(tally.not_judged == 0);
 }
 
-TEST_CASE("the airframe alone: along states, inputs and parameters; at least effort") {
+TEST_CASE("the airframe alone: along states, inputs and parameters; at least effort" * thorough) {
   const Range level{0, 0}, up{pi / 4, pi / 4};
   const AirframeCondition square{{{"V", {15, 15}}, {"eta", level}, {"a1s", level}}, {}, {}};
   const AirframeCondition least{{{"V", {6, 6}}, {"gamma", up}, {"eta", up}}, {}, {}};

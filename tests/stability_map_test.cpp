@@ -255,7 +255,7 @@ std::vector<MatrixXd> hard_matrices(Index n) {
 
 }  // namespace
 
-TEST_CASE("verdicts: no random matrix is contradicted by its eigenvalues") {
+TEST_CASE("verdicts: no random matrix is contradicted by its eigenvalues" * thorough) {
   Random random = draws(1);
   int each = trials(250'000) / 20;  // a million: `make planted`
   for (const Index n : {1, 2, 3, 4, 4, 5, 6, 6, 6, 8}) {

@@ -410,7 +410,7 @@ TEST_CASE("an angle in degrees that is a fraction of pi is remarked upon") {
   CHECK(places == "t.toml:2:12: t.toml:10:6: t.toml:13:14: ");
 }
 
-TEST_CASE("the shipped studies have their angles in the units of their keys") {
+TEST_CASE("the shipped studies have their angles in the units of their keys" * thorough) {
   for (const auto& entry : fs::directory_iterator(source / "studies"))
     if (entry.path().extension() == ".toml") CHECK(angle_remarks(load_study(entry.path())).empty());
 }
@@ -691,7 +691,7 @@ TEST_CASE("the environment says where the data are") {
   set ? setenv("TILTRIM_DATA", before.c_str(), 1) : unsetenv("TILTRIM_DATA");
 }
 
-TEST_CASE("a study cut short at any byte loads or is refused") {
+TEST_CASE("a study cut short at any byte loads or is refused" * thorough) {
   for (const char* name : {"paper", "airframe", "printed"}) {
     const std::string text = contents(source / "studies" / fmt::format("{}.toml", name));
     REQUIRE(text.size() > 1000);
@@ -702,7 +702,7 @@ TEST_CASE("a study cut short at any byte loads or is refused") {
   }
 }
 
-TEST_CASE("a study with bytes changed, lost or doubled loads or is refused") {
+TEST_CASE("a study with bytes changed, lost or doubled loads or is refused" * thorough) {
   for (const char* name : {"paper", "airframe", "printed"})
     check_damaged(contents(source / "studies" / fmt::format("{}.toml", name)), 2000);
 }

@@ -953,7 +953,7 @@ Vehicle vehicle_at(const Study& s, const SweepMap& map, std::size_t point) {
 
 }  // namespace
 
-TEST_CASE("along every gain each point is what trim, linearize and modes say") {
+TEST_CASE("along every gain each point is what trim, linearize and modes say" * thorough) {
   SweepOptions options;
   options.crossings = false;
   const Gains reference;
@@ -1488,7 +1488,7 @@ std::vector<SweepAxis> along_p(double from, double to, int count) {
 
 }  // namespace
 
-TEST_CASE("a claim that is false in the middle of a line spoils nothing") {
+TEST_CASE("a claim that is false in the middle of a line spoils nothing" * thorough) {
   Random random(9);
   for (const auto& [from, to] : {std::pair(-1.0, 1.0), std::pair(0.0, 1.0), std::pair(1.2, -0.5)}) {
     const double middle = 0.5 * (from + to);
@@ -1568,7 +1568,7 @@ TEST_CASE("a true claim whose φ turns on the line: its crossings") {
   check_crossings(swept(claim.request(), along_p(-1, 1.1, 22)), both);
 }
 
-TEST_CASE("the tiltrotor's gains: the map with the claim is the map without") {
+TEST_CASE("the tiltrotor's gains: the map with the claim is the map without" * thorough) {
   int steady = 0, moving = 0, saved = 0;  // derivatives: most lines need a dozen less
   for (const FlownAt& flight : {helicopter, airplane})
     for (std::size_t g = 0; g < gain_signals().size(); ++g) {
@@ -1598,7 +1598,7 @@ TEST_CASE("the tiltrotor's gains: the map with the claim is the map without") {
 
 // ---- 13. many points at a time, and real modes near a pair ----
 
-TEST_CASE("modes that do not cross keep their places, many points at a time") {
+TEST_CASE("modes that do not cross keep their places, many points at a time" * thorough) {
   for (const int count : {200, 1000}) {
     const Links links = links_of(2, std::size_t(count - 1), count, false);
     CHECK(links.swapped == 0);

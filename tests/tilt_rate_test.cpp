@@ -490,7 +490,7 @@ static TiltRateOptions fast_tilt() {
   return options;
 }
 
-TEST_CASE("stable at every frozen tilt, lost at one degree a second") {
+TEST_CASE("stable at every frozen tilt, lost at one degree a second" * thorough) {
   const FlightPlan plan = planned("fast_tilt");
   const TiltRateLimit limit = tilt_rate_limit(plan.flight, fast_tilt());
   CHECK(limit.status == TiltRateStatus::found);
@@ -540,7 +540,7 @@ TEST_CASE("the answer does not depend on the number of threads") {
   check_same(helicopter_limit(), tilt_rate_limit(planned("transition_bumpless").flight, options));
 }
 
-TEST_CASE("always, never, no trim") {
+TEST_CASE("always, never, no trim" * thorough) {
   Flight flight = planned("transition_bumpless").flight;
   TiltRateOptions options = helicopter();
   options.loops = 9;

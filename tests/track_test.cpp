@@ -411,7 +411,7 @@ TEST_CASE("pairs merge and split, reals join") {
   }
 }
 
-TEST_CASE("merged and split again, a pair is itself") {
+TEST_CASE("merged and split again, a pair is itself" * thorough) {
   Random random(7);
   const MatrixXd T = similarity(random, 4);
   const Matrices A = [&](double s) {

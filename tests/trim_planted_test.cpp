@@ -141,7 +141,7 @@ static TrimOptions with_starts(int starts, TrimMethod method) {
 // Fewer further starts than the default: a harder test.
 static TrimOptions few_starts(TrimMethod method) { return with_starts(8, method); }
 
-TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong one") {
+TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong one" * thorough) {
   Random g = draws(2013);
   int n = trials(2000);
   int solved = 0, silently_wrong = 0, at_the_planted = 0;
@@ -166,7 +166,7 @@ TEST_CASE("planted equilibria: found from two scale lengths away, never a wrong 
   CHECK(at_the_planted >= 0.9 * n);  // the cubic may have others
 }
 
-TEST_CASE("planted without equilibrium: none is reported") {
+TEST_CASE("planted without equilibrium: none is reported" * thorough) {
   Random g = draws(14);
   int converged = 0, called_singular = 0, small_gaps = 0;
   int n = trials(200);
@@ -202,7 +202,7 @@ TEST_CASE("planted singular equilibria are not called well-conditioned") {
   CHECK(reached >= 0.95 * n);
 }
 
-TEST_CASE("planted equilibria outside the bounds are not answers") {
+TEST_CASE("planted equilibria outside the bounds are not answers" * thorough) {
   Random g = draws(16);
   int silently_wrong = 0, converged = 0, beyond = 0;
   int n = trials(200);
@@ -279,7 +279,7 @@ struct Lattice {
 
 }  // namespace
 
-TEST_CASE("random boxes: infeasible is shown where it is true, and only there") {
+TEST_CASE("random boxes: infeasible is shown where it is true, and only there" * thorough) {
   Random g = draws(17);
   int with = 0, without = 0, shown = 0, solved = 0, wrongly_shown = 0, silently_wrong = 0;
   int boxes = trials(1000);

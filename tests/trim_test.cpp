@@ -347,7 +347,7 @@ TEST_CASE("every way of ending is reached and named") {
   SUBCASE("by Newton") { every_way_of_ending(few_starts(TrimMethod::newton)); }
 }
 
-TEST_CASE("an optimum that cannot be verified is not called one") {
+TEST_CASE("an optimum that cannot be verified is not called one" * thorough) {
   Model m = plain([](double x, double u) { return x + u; });
   m.outputs = {{"cost", "", 1.0}};
   const TrimSpec spec{.free = {"x", "u"}, .steady = {"x"}, .effort = {{"cost", 1.0, 0.0}}};
@@ -509,7 +509,7 @@ TEST_CASE("the caller's mistakes throw, in real names") {
 
 // ---- three models with known answers ----
 
-TEST_CASE("a pendulum: the torque for an angle, the angles for a torque") {
+TEST_CASE("a pendulum: the torque for an angle, the angles for a torque" * thorough) {
   for (const bool exact : {true, false})
     for (const TrimOptions& options : both_methods()) {
       CAPTURE(exact);
@@ -591,7 +591,7 @@ TEST_CASE("a variable with equal bounds is held there, whether free or not") {
   CHECK_NEAR(trim(fold(), spec, at_fold(1, 9)).point.x[0], 2.0, converged_to);
 }
 
-TEST_CASE("redundant surfaces: the least-norm solution, with and without a bound") {
+TEST_CASE("redundant surfaces: the least-norm solution, with and without a bound" * thorough) {
   const Redundant aircraft;
   for (const bool exact : {true, false}) {
     CAPTURE(exact);
@@ -685,7 +685,7 @@ TEST_CASE("near the answer each Newton step squares the error") {
   }
 }
 
-TEST_CASE("the closest point keeps the limits, or says which ones cannot be kept") {
+TEST_CASE("the closest point keeps the limits, or says which ones cannot be kept" * thorough) {
   Model m;  // V' = (thrust - V²)/10, load = 2 thrust
   m.states = {{"V", "m/s", 1.0}};
   m.inputs = {{"thrust", "N", 1.0}};
@@ -738,7 +738,7 @@ TEST_CASE("the observer sees the Newton iterates from the guess only") {
   }
 }
 
-TEST_CASE("the same input gives the same bytes; a trimmed point stays where it is") {
+TEST_CASE("the same input gives the same bytes; a trimmed point stays where it is" * thorough) {
   TrimSpec bounded = Redundant::spec();
   for (const std::string& name : bounded.free) bounded.bounds[name] = {-0.12, 0.12};
   const TrimSpec angle{.free = {"theta", "omega"}, .steady = {"theta", "omega"}};
@@ -814,7 +814,7 @@ TEST_CASE("of two trims of equal effort the one nearer to the guess, whatever ro
         1);
 }
 
-TEST_CASE("rates that vanish with their slopes are no equilibrium") {
+TEST_CASE("rates that vanish with their slopes are no equilibrium" * thorough) {
   const Model decay = scalar([](double x, double) { return std::exp(-x); });
   const TrimResult far = trim(decay, {.free = {"x"}, .steady = {"x"}}, {vec({0}), {}, vec({0})});
   CHECK(far.status == TrimStatus::not_found);

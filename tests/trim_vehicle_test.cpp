@@ -315,7 +315,7 @@ TEST_CASE("the reference cases") {
     }
 }
 
-TEST_CASE("near stall: the least effort of all equilibria, and the others counted") {
+TEST_CASE("near stall: the least effort of all equilibria, and the others counted" * thorough) {
   std::size_t most = 0;
   for (const double gamma : {0.0, 5 * degree})
     for (double V = 6.5; V <= 11.0; V += 0.25) {
@@ -338,7 +338,7 @@ TEST_CASE("near stall: the least effort of all equilibria, and the others counte
   CHECK(most >= 3);
 }
 
-TEST_CASE("(3) as printed cannot climb: shown") {
+TEST_CASE("(3) as printed cannot climb: shown" * thorough) {
   Vehicle printed = reference();
   printed.aircraft.pitch_scale = 1;
   printed.aircraft.wake_immersion = 1;
@@ -349,7 +349,7 @@ TEST_CASE("(3) as printed cannot climb: shown") {
   CHECK(truth(printed, climb).within.empty());
 }
 
-TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be") {
+TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be" * thorough) {
   std::mt19937_64 g(2013);
   const auto within = [&](double lower, double upper) {
     return std::uniform_real_distribution<double>(lower, upper)(g);
@@ -555,7 +555,7 @@ TEST_CASE("hover without a wake: in closed form") {
   CHECK_NEAR(closed.point.x[2], leaning, 1e-9);
 }
 
-TEST_CASE("the closed loop's trim is continuous down to rest") {
+TEST_CASE("the closed loop's trim is continuous down to rest" * thorough) {
   for (const double gamma : {0.0, pi / 2})
     for (const bool wake : {true, false}) {
       CAPTURE(gamma);
@@ -648,7 +648,7 @@ TEST_CASE("the airframe alone: what cannot be asked") {
                   std::invalid_argument);
 }
 
-TEST_CASE("a thrust that is too weak is shown to be, and where it ends") {
+TEST_CASE("a thrust that is too weak is shown to be, and where it ends" * thorough) {
   Vehicle weak = reference();
   weak.aircraft.thrust_excess = 0.7;
   const TrimResult r = trim_closed_loop(weak, {1.0, pi / 2, pi / 2});

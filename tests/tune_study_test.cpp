@@ -663,7 +663,7 @@ TEST_CASE("a [tune] with bytes changed, lost or doubled loads or is refused") {
 }
 
 // The value of each key is replaced by each of these in turn.
-TEST_CASE("a [tune] with a value of another kind at any key loads or is refused") {
+TEST_CASE("a [tune] with a value of another kind at any key loads or is refused" * thorough) {
   check_exchanged(everything, "[tune]",
                   {"1", "-0.0", "1e308", "5e-324", "nan", "'x'", "''", "true", "2024-01-01", "[]",
                    "[[]]", "[{}]", "{}", "{a = 1}", "['x', 1]"});

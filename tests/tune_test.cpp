@@ -75,7 +75,8 @@ Modes modes_with(const Study& study, const VectorXd& gains, const Condition& con
 
 }  // namespace
 
-TEST_CASE("three conditions, nine gains: past what evolution found, by two searches, any seed") {
+TEST_CASE("three conditions, nine gains: past what evolution found, by two searches, any seed" *
+          thorough) {
   const TuneProblem problem = problem_a();
   const Study study = three_conditions();
   for (const GlobalSearch global : {GlobalSearch::multistart, GlobalSearch::mlsl})

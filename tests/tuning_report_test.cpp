@@ -373,7 +373,7 @@ TEST_CASE("names stand as they are in JSON and CSV") {
   CHECK(csv[23].starts_with("übergang η,\"mass +15 %, inertia_yy -15 %"));
 }
 
-TEST_CASE("TOML is read by a study as the same bits") {
+TEST_CASE("TOML is read by a study as the same bits" * thorough) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> exponent(-6.0, 5.0);
   TuningReport report = tuned();

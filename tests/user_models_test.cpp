@@ -182,7 +182,7 @@ TEST_CASE("its derivatives are of the wrong size") {
   CHECK(says(r.message, words));
 }
 
-TEST_CASE("it jumps") {
+TEST_CASE("it jumps" * thorough) {
   SUBCASE("over zero: there is no equilibrium") {
     const Model m = scalar([](double x, double p) { return one(x < p - 0.3 ? 1.0 : -1.0); });
     CHECK(trimmed(m).status == TrimStatus::not_found);
@@ -226,7 +226,7 @@ TEST_CASE("it is stiff: a rate of 1e9 beside one of 1") {
   CHECK(follow(m, spec, r.point, "p", 2).end == BranchEnd::reached);
 }
 
-TEST_CASE("its Jacobian is singular at the equilibrium") {
+TEST_CASE("its Jacobian is singular at the equilibrium" * thorough) {
   const Model m = scalar([](double x, double p) { return one(-std::pow(x - p, 3)); });
   CHECK(trimmed(m).status == TrimStatus::singular);
   const LinearModel linear = linear_at(m, 1);
@@ -239,7 +239,7 @@ TEST_CASE("its Jacobian is singular at the equilibrium") {
   for (const std::int8_t verdict : map.verdict) CHECK(Verdict(verdict) == Verdict::undecided);
 }
 
-TEST_CASE("it has no equilibrium") {
+TEST_CASE("it has no equilibrium" * thorough) {
   const Model m = scalar([](double x, double p) { return one(p + x * x); });
   const TrimResult r = trimmed(m);
   CHECK(r.status == TrimStatus::not_found);

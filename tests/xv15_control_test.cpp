@@ -75,7 +75,7 @@ TEST_CASE("the corridor is stable under the control law") {
 
 // The closed loop with a factor k on what the law commands, A + (k - 1) b c, is at the border of
 // stability at the gain margins, and stable between.
-TEST_CASE("a factor on a command destabilizes the loop at its gain margins") {
+TEST_CASE("a factor on a command destabilizes the loop at its gain margins" * thorough) {
   const Model loop = closed_loop(published());
   const Eigen::VectorXd p = closed_loop_parameters(*published());
   int limited = 0;
@@ -105,7 +105,7 @@ TEST_CASE("a factor on a command destabilizes the loop at its gain margins") {
   CHECK(limited >= 2);
 }
 
-TEST_CASE("a nonlinear conversion from hover to 160 kt and back") {
+TEST_CASE("a nonlinear conversion from hover to 160 kt and back" * thorough) {
   const Model loop = closed_loop(published());
   Eigen::VectorXd p = closed_loop_parameters(*published());
   constexpr double rise = 75, until = 5 + rise + 15 + rise + 20;  // s
