@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -106,10 +107,40 @@ PerMode<int> assign(const SmallMatrix& cost) {
 
 }  // namespace
 
-Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
+namespace {
+
+// Each eigenvector on its own; false if eigenvalues are close to each other.
+bool one_by_one(const SmallMatrix& balanced, Spectrum lambda, Basis& b) {
+  const dense::SmallHessenberg h = dense::small_hessenberg(balanced);
+  if (lambda.empty()) {
+    const dense::SmallComplexVector found = dense::small_eigenvalues(h.H);
+    b.lambda.assign(found.begin(), found.end());
+  }
+  b.kind = kinds(spectrum(b.lambda));
+  b.place.resize(b.lambda.size());
+  PerMode<Complex> upper;
+  int column = 0;
+  for (const int i : b.kind.reals) {
+    upper.push_back(b.lambda[i]);
+    b.place[i] = {column, column, 0.0};
+    ++column;
+  }
+  for (const auto& [plus, minus] : b.kind.pairs) {
+    upper.push_back(b.lambda[plus]);
+    b.place[plus] = {column, column + 1, 1.0};
+    b.place[minus] = {column, column + 1, -1.0};
+    column += 2;
+  }
+  const std::optional<SmallMatrix> P = dense::small_vectors(balanced, h, spectrum(upper));
+  if (P) b.P = *P;
+  return P.has_value();
+}
+
+// All at once, by the QR iteration.
+void together(const SmallMatrix& balanced, Spectrum lambda, Basis& b) {
   const Index n = balanced.rows();
   const dense::SmallEigensystem solved = dense::small_eigensystem(balanced);
-  Basis b;
+  b.place.clear();
   b.lambda.assign(lambda.begin(), lambda.end());
   if (solved.converged) {
     const dense::SmallComplexVector& found = solved.values;
@@ -122,9 +153,17 @@ Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
       b.place.push_back({of < 0 ? j - 1 : j, of > 0 ? j + 1 : j, double(of)});
     }
     b.P = solved.P;
-    b.R = dense::small_inverse(b.P);
   }
   b.kind = kinds(spectrum(b.lambda));
+}
+
+}  // namespace
+
+Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
+  Basis b;
+  b.lambda.assign(lambda.begin(), lambda.end());
+  if (!one_by_one(balanced, lambda, b)) together(balanced, lambda, b);
+  if (!b.place.empty()) b.R = dense::small_inverse(b.P);
   return b;
 }
 

@@ -355,6 +355,63 @@ TEST_CASE("up to sixteen rows: the bits of Eigen's own iteration") {
     }
 }
 
+using Values = std::vector<std::complex<double>>;
+
+static Values upper_half(const MatrixXd& A) {
+  Values upper;
+  for (const auto& z : algebra::eigenvalues(A))
+    if (z.imag() >= 0) upper.push_back(z);
+  return upper;
+}
+
+TEST_CASE("up to sixteen rows: eigenvalues and each eigenvector on its own") {
+  Random random = draws(13);
+  int found = 0, all = 0;
+  for (Index n = 1; n <= 16; ++n)
+    for (int i = 0; i < trials(100); ++i, ++all) {
+      MatrixXd A = normal(random, n, n);
+      if (i % 2 == 1)  // entries that are zero: H falls into blocks
+        A = A.unaryExpr([&](double a) { return uniform(random, 0, 1) < 0.3 ? 0.0 : a; });
+      const dense::SmallHessenberg h = dense::small_hessenberg(A);
+      const Values upper = upper_half(A);
+      const auto values = dense::small_eigenvalues(h.H);
+      for (const auto& z : upper)
+        if (values.size() > 0) CHECK((values.array() - z).abs().minCoeff() <= 1e-7 * A.norm());
+      const auto P = dense::small_vectors(A, h, upper);
+      if (!P) continue;
+      ++found;
+      Index column = 0;
+      for (const auto& z : upper) {
+        Eigen::VectorXcd v = P->col(column++).cast<std::complex<double>>();
+        if (z.imag() > 0) v += std::complex<double>(0, 1) * P->col(column++);
+        CHECK(v.cwiseAbs().maxCoeff() >= 0.5);
+        CHECK((A * v - z * v).norm() <= 1e-10 * A.norm());
+      }
+      CHECK(column == n);
+    }
+  CHECK(found > 0.9 * all);
+}
+
+TEST_CASE("no eigenvector of a wrong eigenvalue, of close ones, of too few") {
+  Random random = draws(14);
+  const auto vectors = [](const MatrixXd& A, const Values& upper) {
+    return dense::small_vectors(A, dense::small_hessenberg(A), upper);
+  };
+  const MatrixXd A = normal(random, 6, 6);
+  const Values upper = upper_half(A);
+  CHECK(vectors(A, upper));
+  CHECK(!vectors(A, Values(upper.begin() + 1, upper.end())));
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    Values wrong = upper;
+    wrong[i] += 1e-6 * A.norm();
+    CHECK(!vectors(A, wrong));
+  }
+  const MatrixXd close = (MatrixXd(2, 2) << 1, 1, 0, 1 + 1e-6).finished();
+  CHECK(!vectors(close, upper_half(close)));
+  const MatrixXd near_axis = (MatrixXd(2, 2) << 1, 1, -1e-12, 1).finished();
+  CHECK(!vectors(near_axis, upper_half(near_axis)));
+}
+
 TEST_CASE("hard matrices: eigenvalues within their discs") {
   Random random(3);
   const std::pair<std::string, MatrixXd> hard[] = {
