@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "dense/dense.hpp"
+#include "dense/known_size.hpp"
 
 namespace tiltrim::dense {
 
@@ -35,13 +36,10 @@ double magnitude(Plain z) { return std::abs(z.re) + std::abs(z.im); }
 double inverse(double a) { return 1 / a; }
 Plain inverse(Plain a) { return (1 / (a.re * a.re + a.im * a.im)) * Plain(a.re, -a.im); }
 
-}  // namespace
-
-// Gauss elimination below the subdiagonal, each step a similarity.          [11, sec. 7.4]
-SmallHessenberg small_hessenberg(const SmallMatrix& A) {
-  SmallHessenberg found{A, {}};
-  SmallMatrix& H = found.H;
-  const int n = int(A.rows());
+template <class Matrix>
+SmallHessenberg hessenberg(Matrix H) {
+  SmallHessenberg found;
+  const int n = int(H.rows());
   for (int m = 1; m < n - 1; ++m) {
     double* const factor = &H(0, m - 1);
     int pivot = m;
@@ -59,7 +57,15 @@ SmallHessenberg small_hessenberg(const SmallMatrix& A) {
     for (int k = m + 1; k < n; ++k)
       for (int i = 0; i < n; ++i) H(i, m) += factor[k] * H(i, k);
   }
+  found.H = H;
   return found;
+}
+
+}  // namespace
+
+// Gauss elimination below the subdiagonal, each step a similarity.          [11, sec. 7.4]
+SmallHessenberg small_hessenberg(const SmallMatrix& A) {
+  return with_known_size([](const auto& known) { return hessenberg(known); }, A);
 }
 
 namespace {
@@ -167,13 +173,13 @@ SmallComplexVector small_eigenvalues(SmallMatrix H) {
 namespace {
 
 // H - λI = L U with exchanges of adjacent rows; U by rows.
-template <class Scalar>
+template <class Scalar, class Matrix>
 struct Shifted {
   std::array<std::array<Scalar, small_size>, small_size> U;
   std::array<Scalar, small_size> factor, pivot_inverse;
   std::array<bool, small_size> exchanged;
 
-  Shifted(const SmallMatrix& H, Scalar lambda, double least) {
+  Shifted(const Matrix& H, Scalar lambda, double least) {
     const int n = int(H.rows());
     for (int j = 0; j < n; ++j) U[0][j] = H(0, j);
     U[0][0] -= lambda;
@@ -218,10 +224,11 @@ void normalize(Scalar* x, int n) {
 }
 
 // Inverse iteration, twice, and the way back from H to A.                  [11, sec. 7.6.1]
-template <class Scalar>
-std::array<Scalar, small_size> vector_of(const SmallHessenberg& h, Scalar lambda, double least) {
-  const int n = int(h.H.rows());
-  const Shifted<Scalar> shifted(h.H, lambda, least);
+template <class Scalar, class Matrix>
+std::array<Scalar, small_size> vector_of(const Matrix& H, const std::array<int, small_size>& pivot,
+                                         Scalar lambda, double least) {
+  const int n = int(H.rows());
+  const Shifted<Scalar, Matrix> shifted(H, lambda, least);
   std::array<Scalar, small_size> x;
   x.fill(1.0);
   shifted.solve_upper(x.data(), n);
@@ -229,16 +236,16 @@ std::array<Scalar, small_size> vector_of(const SmallHessenberg& h, Scalar lambda
   shifted.solve_lower(x.data(), n);
   shifted.solve_upper(x.data(), n);
   for (int m = n - 2; m > 0; --m) {
-    for (int i = m + 1; i < n; ++i) x[i] += h.H(i, m - 1) * x[m];
-    std::swap(x[m], x[h.pivot[m]]);
+    for (int i = m + 1; i < n; ++i) x[i] += H(i, m - 1) * x[m];
+    std::swap(x[m], x[pivot[m]]);
   }
   normalize(x.data(), n);
   return x;
 }
 
 // True if A x = λ x to within `size`.
-template <class Scalar>
-bool satisfies(const SmallMatrix& A, Scalar lambda, const Scalar* x, double size) {
+template <class Scalar, class Matrix>
+bool satisfies(const Matrix& A, Scalar lambda, const Scalar* x, double size) {
   const int n = int(A.rows());
   std::array<Scalar, small_size> miss;
   for (int i = 0; i < n; ++i) miss[i] = -1.0 * lambda * x[i];
@@ -258,10 +265,10 @@ bool apart(std::span<const std::complex<double>> upper, double gap) {
   return true;
 }
 
-}  // namespace
-
-std::optional<SmallMatrix> small_vectors(const SmallMatrix& A, const SmallHessenberg& h,
-                                         std::span<const std::complex<double>> upper) {
+template <class Matrix>
+std::optional<SmallMatrix> vectors(const Matrix& A, const Matrix& H,
+                                   const std::array<int, small_size>& pivot,
+                                   std::span<const std::complex<double>> upper) {
   // ε^¼ and ε^¾: what two iterations leave of another eigenvector, (near/far)², is rounding.
   constexpr double far = 0x1p-13, near = epsilon / far;
   const int n = int(A.rows());
@@ -272,12 +279,12 @@ std::optional<SmallMatrix> small_vectors(const SmallMatrix& A, const SmallHessen
   double* column = P->data();
   for (const std::complex<double>& lambda : upper) {
     if (lambda.imag() == 0) {
-      const auto x = vector_of(h, lambda.real(), least);
+      const auto x = vector_of(H, pivot, lambda.real(), least);
       if (!satisfies(A, lambda.real(), x.data(), near * size)) return {};
       column = std::copy_n(x.data(), n, column);
       continue;
     }
-    const auto x = vector_of(h, plain(lambda), least);
+    const auto x = vector_of(H, pivot, plain(lambda), least);
     if (!satisfies(A, plain(lambda), x.data(), near * size)) return {};
     for (int i = 0; i < n; ++i) {
       column[i] = x[i].re;
@@ -286,6 +293,14 @@ std::optional<SmallMatrix> small_vectors(const SmallMatrix& A, const SmallHessen
     column += 2 * n;
   }
   return P;
+}
+
+}  // namespace
+
+std::optional<SmallMatrix> small_vectors(const SmallMatrix& A, const SmallHessenberg& h,
+                                         std::span<const std::complex<double>> upper) {
+  return with_known_size(
+      [&](const auto& known, const auto& H) { return vectors(known, H, h.pivot, upper); }, A, h.H);
 }
 
 }  // namespace tiltrim::dense

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dense/dense.hpp"
+#include "dense/known_size.hpp"
 
 namespace tiltrim::dense {
 
@@ -16,11 +17,11 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
-// Eigen's operations in plain loops: its blocks and calls cost more than these.
-static LU<SmallMatrix> small_lu(const SmallMatrix& A) {
-  LU<SmallMatrix> found{A, decltype(LU<SmallMatrix>::P)(A.rows())};
-  const Index n = A.rows();
-  auto& a = found.factors;
+// Eigen's operations in plain loops: its blocks and calls cost more than these. Returns the row of
+// A at each of U's.
+template <class Matrix>
+static std::array<int, small_size> eliminate(Matrix& a) {
+  const Index n = a.rows();
   std::array<int, small_size> row_at{};
   std::iota(row_at.begin(), row_at.end(), 0);
   for (Index k = 0; k < n; ++k) {
@@ -36,7 +37,13 @@ static LU<SmallMatrix> small_lu(const SmallMatrix& A) {
     for (Index j = k + 1; j < n; ++j)
       for (Index i = k + 1; i < n; ++i) a(i, j) -= a(i, k) * a(k, j);
   }
-  for (int k = 0; k < n; ++k) found.P.indices()[row_at[std::size_t(k)]] = k;
+  return row_at;
+}
+
+static LU<SmallMatrix> small_lu(const SmallMatrix& A) {
+  LU<SmallMatrix> found{A, decltype(LU<SmallMatrix>::P)(A.rows())};
+  const std::array<int, small_size> row_at = eliminate(found.factors);
+  for (int k = 0; k < A.rows(); ++k) found.P.indices()[row_at[std::size_t(k)]] = k;
   return found;
 }
 
@@ -79,12 +86,12 @@ SmallVector small_solve(const SmallMatrix& A, const SmallVector& b) {
 }
 
 // All columns at once, so that none waits for its own quotients: column i of Y is row i of A⁻¹.
-SmallMatrix small_inverse(const SmallMatrix& A) {
-  const LU<SmallMatrix> lu = small_lu(A);
-  const auto& a = lu.factors;
-  const Index n = A.rows();
-  SmallMatrix Y = SmallMatrix::Zero(n, n);
-  for (Index k = 0; k < n; ++k) Y(k, lu.P.indices()[k]) = 1;
+template <class Matrix>
+static SmallMatrix inverse_by_columns(Matrix a) {
+  const std::array<int, small_size> row_at = eliminate(a);
+  const Index n = a.rows();
+  Matrix Y = Matrix::Zero(n, n);
+  for (Index k = 0; k < n; ++k) Y(row_at[std::size_t(k)], k) = 1;
   for (Index j = 0; j < n; ++j)
     for (Index i = j + 1; i < n; ++i)
       for (Index k = 0; k < n; ++k) Y(k, i) -= a(i, j) * Y(k, j);
@@ -94,6 +101,9 @@ SmallMatrix small_inverse(const SmallMatrix& A) {
       for (Index k = 0; k < n; ++k) Y(k, i) -= a(i, j) * Y(k, j);
   }
   return Y.transpose();
+}
+SmallMatrix small_inverse(const SmallMatrix& A) {
+  return with_known_size([](const auto& known) { return inverse_by_columns(known); }, A);
 }
 
 double determinant(const LU<MatrixXd>& lu) {

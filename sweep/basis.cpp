@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dense/known_size.hpp"
+
 namespace tiltrim {
 
 using dense::SmallMatrix;
@@ -169,8 +171,9 @@ Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
 
 namespace {
 
-SmallMatrix product(const SmallMatrix& R, const SmallMatrix& P) {
-  SmallMatrix X = SmallMatrix::Zero(R.rows(), P.cols());
+template <class Matrix>
+SmallMatrix product(const Matrix& R, const Matrix& P) {
+  Matrix X = Matrix::Zero(R.rows(), P.cols());
   for (Index j = 0; j < X.cols(); ++j)
     for (Index k = 0; k < X.cols(); ++k)
       for (Index i = 0; i < X.rows(); ++i) X(i, j) += R(i, k) * P(k, j);
@@ -190,7 +193,9 @@ Complex entry(const SmallMatrix& X, const Basis::Place& w, const Basis::Place& v
 SmallMatrix correlation(const Basis& a, const Basis& b) {
   const Index n = Index(a.lambda.size());
   if (a.place.empty() || b.place.empty()) return SmallMatrix::Ones(n, n);
-  const SmallMatrix ab = product(a.R, b.P), ba = product(b.R, a.P);
+  const auto multiplied = [](const auto& R, const auto& P) { return product(R, P); };
+  const SmallMatrix ab = dense::with_known_size(multiplied, a.R, b.P),
+                    ba = dense::with_known_size(multiplied, b.R, a.P);
   SmallMatrix M(n, n);
   for (Index i = 0; i < n; ++i)
     for (Index j = 0; j < n; ++j) {

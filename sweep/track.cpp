@@ -80,16 +80,15 @@ struct Judge {
   }
 
   // Modes that exchange places cross if they do not mix, otherwise they may veer: 1 - √mixing,
-  // weighted so that it is one half at the mixing below which a gap cannot be resolved.
-  double exchange(int g) const {
-    double worst = 1.0;
+  // weighted so that it is one half at the mixing below which a gap cannot be resolved; by group.
+  PerMode<double> exchange() const {
+    PerMode<double> worst(to.size(), 1.0);
     for (std::size_t i = 0; i < to.size(); ++i)
       for (std::size_t k = 0; k < to.size(); ++k) {
-        const int h = group[k];
-        if (group[i] != g || h == g ||
-            !turned(a.lambda[i] - a.lambda[k], b.lambda[to[i]] - b.lambda[to[k]]))
+        const int g = group[i], h = group[k];
+        if (h == g || !turned(a.lambda[i] - a.lambda[k], b.lambda[to[i]] - b.lambda[to[k]]))
           continue;
-        worst = std::min(worst, 1 - 0.5 * std::sqrt(mixing(g, h)) / crossing_mix);
+        worst[g] = std::min(worst[g], 1 - 0.5 * std::sqrt(mixing(g, h)) / crossing_mix);
       }
     return worst;
   }
@@ -105,11 +104,11 @@ PerMode<double> confidence(const SmallMatrix& M, const Basis& a, Spectrum predic
     for (std::size_t k = 0; k < n; ++k) judge.trace(group[i], group[k]) += M(i, to[k]);
   }
   const double place = std::max(judge.position(spectrum(a.lambda)), judge.position(predicted));
+  const PerMode<double> exchange = judge.exchange();
   PerMode<double> sure(n);
   for (std::size_t i = 0; i < n; ++i) {
     const int g = group[i];
-    sure[i] =
-        std::clamp(std::min(std::max(place, judge.character(g)), judge.exchange(g)), 0.0, 1.0);
+    sure[i] = std::clamp(std::min(std::max(place, judge.character(g)), exchange[g]), 0.0, 1.0);
   }
   // A wrong link takes another mode's place: doubt about one is doubt about those it mixes with.
   PerMode<double> together = sure;
