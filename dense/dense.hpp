@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <complex>
 #include <optional>
 #include <span>
@@ -117,17 +116,9 @@ using SmallEigensystem = RealEigensystemOf<SmallMatrix, SmallComplexVector>;
 RealEigensystem real_eigensystem(const Eigen::MatrixXd& A, Eigen::Index max_iterations = 40);
 /// The same without allocation.
 SmallEigensystem small_eigensystem(const SmallMatrix& A, Eigen::Index max_iterations = 40);
-/// A = S H S⁻¹, H upper Hessenberg; S is in the exchanges of rows and below H's subdiagonal.
-struct SmallHessenberg {
-  SmallMatrix H;
-  std::array<int, small_size> pivot{};
-};
-SmallHessenberg small_hessenberg(const SmallMatrix& A);
-/// Eigenvalues of the Hessenberg matrix only, pairs as above; empty if the iteration fails.
-SmallComplexVector small_eigenvalues(SmallMatrix H);
 /// Eigenvectors of A at its known eigenvalues on and above the real axis, in that order, in such
 /// columns. Each is verified; empty if one is wrong or two eigenvalues are close to each other.
-std::optional<SmallMatrix> small_vectors(const SmallMatrix& A, const SmallHessenberg& h,
+std::optional<SmallMatrix> small_vectors(const SmallMatrix& A,
                                          std::span<const std::complex<double>> upper);
 /// Column j of V, or of another matrix in such columns.
 Eigen::VectorXcd complex_column(const Eigen::Ref<const Eigen::MatrixXd>& P,

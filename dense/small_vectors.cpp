@@ -1,4 +1,4 @@
-// Eigenvalues and eigenvectors of small matrices without a Schur form, in plain loops.
+// Eigenvectors of small matrices at known eigenvalues, in plain loops.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,9 +36,18 @@ double magnitude(Plain z) { return std::abs(z.re) + std::abs(z.im); }
 double inverse(double a) { return 1 / a; }
 Plain inverse(Plain a) { return (1 / (a.re * a.re + a.im * a.im)) * Plain(a.re, -a.im); }
 
+// A = S H S⁻¹, H upper Hessenberg; S is in the exchanges of rows and below H's subdiagonal.
 template <class Matrix>
-SmallHessenberg hessenberg(Matrix H) {
-  SmallHessenberg found;
+struct Hessenberg {
+  Matrix H;
+  std::array<int, small_size> pivot{};
+};
+
+// Gauss elimination below the subdiagonal, each step a similarity.          [11, sec. 7.4]
+template <class Matrix>
+Hessenberg<Matrix> hessenberg(const Matrix& A) {
+  Hessenberg<Matrix> found{A, {}};
+  Matrix& H = found.H;
   const int n = int(H.rows());
   for (int m = 1; m < n - 1; ++m) {
     double* const factor = &H(0, m - 1);
@@ -57,120 +66,8 @@ SmallHessenberg hessenberg(Matrix H) {
     for (int k = m + 1; k < n; ++k)
       for (int i = 0; i < n; ++i) H(i, m) += factor[k] * H(i, k);
   }
-  found.H = H;
   return found;
 }
-
-}  // namespace
-
-// Gauss elimination below the subdiagonal, each step a similarity.          [11, sec. 7.4]
-SmallHessenberg small_hessenberg(const SmallMatrix& A) {
-  return with_known_size([](const auto& known) { return hessenberg(known); }, A);
-}
-
-namespace {
-
-using Three = std::array<double, 3>;
-
-// First column of H² - (a + b) H + a b I over its size, a and b the eigenvalues of the last two
-// rows, from the lowest row m at which two subdiagonals in succession are small.
-Three first_column(const SmallMatrix& H, int low, int high, int& m) {
-  const double x = H(high, high), y = H(high - 1, high - 1),
-               w = H(high, high - 1) * H(high - 1, high);
-  for (m = high - 2;; --m) {
-    const double z = H(m, m), a = x - z, b = y - z;
-    Three v{(a * b - w) / H(m + 1, m) + H(m, m + 1), H(m + 1, m + 1) - z - a - b, H(m + 2, m + 1)};
-    const double size = std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
-    for (double& entry : v) entry /= size;
-    if (m == low) return v;
-    const double left = std::abs(H(m, m - 1)) * (std::abs(v[1]) + std::abs(v[2]));
-    const double around = std::abs(H(m - 1, m - 1)) + std::abs(z) + std::abs(H(m + 1, m + 1));
-    if (left <= epsilon * std::abs(v[0]) * around) return v;
-  }
-}
-
-// One step of Francis on rows low .. high: the bulge is chased down by reflections I - u vᵀ.
-void francis_step(SmallMatrix& H, int low, int high) {
-  int m;
-  Three v = first_column(H, low, high, m);
-  for (int k = m; k < high; ++k) {
-    const bool last = k == high - 1;
-    if (k > m) v = {H(k, k - 1), H(k + 1, k - 1), last ? 0.0 : H(k + 2, k - 1)};
-    const double norm = std::copysign(std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]), v[0]);
-    if (norm == 0) continue;
-    if (k > m) {
-      H(k, k - 1) = -norm;
-      H(k + 1, k - 1) = 0;
-      if (!last) H(k + 2, k - 1) = 0;
-    } else if (m > low) {
-      H(k, k - 1) = -H(k, k - 1);
-    }
-    const double first = v[0] + norm;
-    const Three u{first / norm, v[1] / norm, v[2] / norm};
-    const double q = v[1] / first, r = v[2] / first;
-    for (int j = k; j <= high; ++j) {
-      double* const h = &H(k, j);
-      const double sum = h[0] + q * h[1] + (last ? 0.0 : r * h[2]);
-      h[0] -= sum * u[0];
-      h[1] -= sum * u[1];
-      if (!last) h[2] -= sum * u[2];
-    }
-    for (int i = low; i <= std::min(high, k + 3); ++i) {
-      const double sum = u[0] * H(i, k) + u[1] * H(i, k + 1) + (last ? 0.0 : u[2] * H(i, k + 2));
-      H(i, k) -= sum;
-      H(i, k + 1) -= sum * q;
-      if (!last) H(i, k + 2) -= sum * r;
-    }
-  }
-}
-
-// Those of rows k and k + 1; of two real ones the second by their product, without cancellation.
-void set_two(const SmallMatrix& H, int k, SmallComplexVector& values) {
-  const double x = H(k + 1, k + 1), p = 0.5 * (H(k, k) - x), w = H(k + 1, k) * H(k, k + 1);
-  const double square = p * p + w, root = std::sqrt(std::abs(square));
-  if (square < 0) {
-    values[k] = {x + p, root};
-    values[k + 1] = {x + p, -root};
-    return;
-  }
-  const double far = p + std::copysign(root, p);
-  values[k] = x + far;
-  values[k + 1] = far != 0 ? x - w / far : x;
-}
-
-}  // namespace
-
-// Implicit double shifts, without the exceptional ones that few matrices need.    [11, alg. 7.5.2]
-SmallComplexVector small_eigenvalues(SmallMatrix H) {
-  constexpr int most = 10;  // steps per eigenvalue
-  const int n = int(H.rows());
-  const double size = H.cwiseAbs().maxCoeff();
-  for (int j = 0; j < n; ++j)
-    for (int i = j + 2; i < n; ++i) H(i, j) = 0;
-  SmallComplexVector values(n);
-  int high = n - 1;
-  for (int step = 0; high >= 0;) {
-    int low = high;
-    for (; low > 0; --low) {
-      const double around = std::abs(H(low - 1, low - 1)) + std::abs(H(low, low));
-      if (std::abs(H(low, low - 1)) <= epsilon * (around > 0 ? around : size)) break;
-    }
-    if (low >= high - 1) {
-      if (low == high)
-        values[high] = H(high, high);
-      else
-        set_two(H, low, values);
-      high = low - 1;
-      step = 0;
-      continue;
-    }
-    if (++step > most) return {};
-    francis_step(H, low, high);
-  }
-  return values;
-}
-
-namespace {
 
 // H - λI = L U with exchanges of adjacent rows; U by rows.
 template <class Scalar, class Matrix>
@@ -225,10 +122,9 @@ void normalize(Scalar* x, int n) {
 
 // Inverse iteration, twice, and the way back from H to A.                  [11, sec. 7.6.1]
 template <class Scalar, class Matrix>
-std::array<Scalar, small_size> vector_of(const Matrix& H, const std::array<int, small_size>& pivot,
-                                         Scalar lambda, double least) {
-  const int n = int(H.rows());
-  const Shifted<Scalar, Matrix> shifted(H, lambda, least);
+std::array<Scalar, small_size> vector_of(const Hessenberg<Matrix>& h, Scalar lambda, double least) {
+  const int n = int(h.H.rows());
+  const Shifted<Scalar, Matrix> shifted(h.H, lambda, least);
   std::array<Scalar, small_size> x;
   x.fill(1.0);
   shifted.solve_upper(x.data(), n);
@@ -236,8 +132,8 @@ std::array<Scalar, small_size> vector_of(const Matrix& H, const std::array<int, 
   shifted.solve_lower(x.data(), n);
   shifted.solve_upper(x.data(), n);
   for (int m = n - 2; m > 0; --m) {
-    for (int i = m + 1; i < n; ++i) x[i] += H(i, m - 1) * x[m];
-    std::swap(x[m], x[pivot[m]]);
+    for (int i = m + 1; i < n; ++i) x[i] += h.H(i, m - 1) * x[m];
+    std::swap(x[m], x[h.pivot[m]]);
   }
   normalize(x.data(), n);
   return x;
@@ -266,25 +162,24 @@ bool apart(std::span<const std::complex<double>> upper, double gap) {
 }
 
 template <class Matrix>
-std::optional<SmallMatrix> vectors(const Matrix& A, const Matrix& H,
-                                   const std::array<int, small_size>& pivot,
-                                   std::span<const std::complex<double>> upper) {
+std::optional<SmallMatrix> vectors(const Matrix& A, std::span<const std::complex<double>> upper) {
   // ε^¼ and ε^¾: what two iterations leave of another eigenvector, (near/far)², is rounding.
   constexpr double far = 0x1p-13, near = epsilon / far;
   const int n = int(A.rows());
   const double size = A.norm(), least = epsilon * size;
   const auto pairs = std::ranges::count_if(upper, [](const auto& z) { return z.imag() > 0; });
   if (std::ssize(upper) + pairs != n || !apart(upper, far * size)) return {};
+  const Hessenberg<Matrix> h = hessenberg(A);
   std::optional<SmallMatrix> P(std::in_place, n, n);
   double* column = P->data();
   for (const std::complex<double>& lambda : upper) {
     if (lambda.imag() == 0) {
-      const auto x = vector_of(H, pivot, lambda.real(), least);
+      const auto x = vector_of(h, lambda.real(), least);
       if (!satisfies(A, lambda.real(), x.data(), near * size)) return {};
       column = std::copy_n(x.data(), n, column);
       continue;
     }
-    const auto x = vector_of(H, pivot, plain(lambda), least);
+    const auto x = vector_of(h, plain(lambda), least);
     if (!satisfies(A, plain(lambda), x.data(), near * size)) return {};
     for (int i = 0; i < n; ++i) {
       column[i] = x[i].re;
@@ -297,10 +192,9 @@ std::optional<SmallMatrix> vectors(const Matrix& A, const Matrix& H,
 
 }  // namespace
 
-std::optional<SmallMatrix> small_vectors(const SmallMatrix& A, const SmallHessenberg& h,
+std::optional<SmallMatrix> small_vectors(const SmallMatrix& A,
                                          std::span<const std::complex<double>> upper) {
-  return with_known_size(
-      [&](const auto& known, const auto& H) { return vectors(known, H, h.pivot, upper); }, A, h.H);
+  return with_known_size([&](const auto& known) { return vectors(known, upper); }, A);
 }
 
 }  // namespace tiltrim::dense

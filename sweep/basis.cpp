@@ -107,17 +107,9 @@ PerMode<int> assign(const SmallMatrix& cost) {
   return to;
 }
 
-}  // namespace
-
-namespace {
-
-// Each eigenvector on its own; false if eigenvalues are close to each other.
+// Each eigenvector on its own, at its known eigenvalue; false if two are close to each other.
 bool one_by_one(const SmallMatrix& balanced, Spectrum lambda, Basis& b) {
-  const dense::SmallHessenberg h = dense::small_hessenberg(balanced);
-  if (lambda.empty()) {
-    const dense::SmallComplexVector found = dense::small_eigenvalues(h.H);
-    b.lambda.assign(found.begin(), found.end());
-  }
+  b.lambda.assign(lambda.begin(), lambda.end());
   b.kind = kinds(spectrum(b.lambda));
   b.place.resize(b.lambda.size());
   PerMode<Complex> upper;
@@ -133,7 +125,7 @@ bool one_by_one(const SmallMatrix& balanced, Spectrum lambda, Basis& b) {
     b.place[minus] = {column, column + 1, -1.0};
     column += 2;
   }
-  const std::optional<SmallMatrix> P = dense::small_vectors(balanced, h, spectrum(upper));
+  const std::optional<SmallMatrix> P = dense::small_vectors(balanced, spectrum(upper));
   if (P) b.P = *P;
   return P.has_value();
 }
@@ -163,8 +155,7 @@ void together(const SmallMatrix& balanced, Spectrum lambda, Basis& b) {
 
 Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
   Basis b;
-  b.lambda.assign(lambda.begin(), lambda.end());
-  if (!one_by_one(balanced, lambda, b)) together(balanced, lambda, b);
+  if (lambda.empty() || !one_by_one(balanced, lambda, b)) together(balanced, lambda, b);
   if (!b.place.empty()) b.R = dense::small_inverse(b.P);
   return b;
 }

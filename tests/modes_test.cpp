@@ -364,7 +364,7 @@ static Values upper_half(const MatrixXd& A) {
   return upper;
 }
 
-TEST_CASE("up to sixteen rows: eigenvalues and each eigenvector on its own") {
+TEST_CASE("up to sixteen rows: each eigenvector on its own") {
   Random random = draws(13);
   int found = 0, all = 0;
   for (Index n = 1; n <= 16; ++n)
@@ -372,12 +372,8 @@ TEST_CASE("up to sixteen rows: eigenvalues and each eigenvector on its own") {
       MatrixXd A = normal(random, n, n);
       if (i % 2 == 1)  // entries that are zero: H falls into blocks
         A = A.unaryExpr([&](double a) { return uniform(random, 0, 1) < 0.3 ? 0.0 : a; });
-      const dense::SmallHessenberg h = dense::small_hessenberg(A);
       const Values upper = upper_half(A);
-      const auto values = dense::small_eigenvalues(h.H);
-      for (const auto& z : upper)
-        if (values.size() > 0) CHECK((values.array() - z).abs().minCoeff() <= 1e-7 * A.norm());
-      const auto P = dense::small_vectors(A, h, upper);
+      const auto P = dense::small_vectors(A, upper);
       if (!P) continue;
       ++found;
       Index column = 0;
@@ -395,7 +391,7 @@ TEST_CASE("up to sixteen rows: eigenvalues and each eigenvector on its own") {
 TEST_CASE("no eigenvector of a wrong eigenvalue, of close ones, of too few") {
   Random random = draws(14);
   const auto vectors = [](const MatrixXd& A, const Values& upper) {
-    return dense::small_vectors(A, dense::small_hessenberg(A), upper);
+    return dense::small_vectors(A, upper);
   };
   const MatrixXd A = normal(random, 6, 6);
   const Values upper = upper_half(A);
