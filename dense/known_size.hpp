@@ -1,5 +1,5 @@
-/// Small matrices of frequent sizes as types of that size, whose loops the compiler unrolls: half
-/// of the time, the same bits. Internal to dense/ and sweep/.
+/// Small matrices of frequent sizes as types of that size, whose loops the compiler unrolls: the
+/// same bits. Internal to dense/ and sweep/.
 #pragma once
 
 #include "dense/dense.hpp"

@@ -59,7 +59,7 @@ inline constexpr bool sanitized = false;
 #endif
 
 /// Marks a case that takes long and runs next to nothing of the library that no other case runs:
-/// left out where the environment has TILTRIM_BRIEF.
+/// left out under sanitizers where the environment has TILTRIM_BRIEF, and nowhere else.
 inline constexpr struct {
   void fill(doctest::detail::TestCase& of) const { of.m_test_suite = "thorough"; }
 } thorough;

@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "linearize/batch.hpp"
+#include "tests/check.hpp"
 
 namespace {
 
@@ -63,7 +64,8 @@ int main(int argc, char** argv) {
     return skipped;
   }
   doctest::Context context(argc, argv);
-  if (std::getenv("TILTRIM_BRIEF")) context.addFilter("test-suite-exclude", "thorough");
+  if (sanitized && std::getenv("TILTRIM_BRIEF"))
+    context.addFilter("test-suite-exclude", "thorough");
   const int failed = context.run();
   if (failed || context.shouldExit()) return failed;
   if (Ran::cases == 0 || Ran::assertions == 0) {

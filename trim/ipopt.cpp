@@ -136,7 +136,7 @@ Ipopt::SmartPtr<Ipopt::IpoptApplication> application() {
   options->SetNumericValue("mu_init", 1e-3);              // starts are close and scaled: a small
   options->SetStringValue("nlp_scaling_method", "none");  // barrier saves half the iterations
   options->SetStringValue("linear_solver", "mumps");
-  options->SetIntegerValue("mumps_mem_percent", 5);  // not 1000, another 4 MB
+  options->SetIntegerValue("mumps_mem_percent", 5);  // its default, 1000, takes 4 MB more
   app->Initialize("");
   return app;
 }
