@@ -2,7 +2,7 @@
 # A folder is a target tiltrim::<folder>, by the last part of its path: what it may include is what it USES, and what those use.
 # HEADERS are public: installed, listed in docs/api.md, documented.
 # LINKS: libraries its users must link too. HEADERS_OF: header-only ones, needed to build it alone.
-# COLD: reads and writes, computes nothing that lasts; compiled in two thirds of the time.
+# COLD: what lasts is computed in the folders that it calls; -O1 compiles it in three quarters of the time of -O3.
 function(tiltrim_module folder)
   cmake_path(GET folder FILENAME name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "COLD" "" "HEADERS;SOURCES;USES;LINKS;HEADERS_OF")
