@@ -24,11 +24,14 @@ function(tiltrim_lanes folder)
     target_compile_definitions(tiltrim_${module}_${set} PRIVATE TILTRIM_SET=${set} TILTRIM_LANES=lanes_${set} ${x86})
     if(set STREQUAL scalar)
       target_compile_definitions(tiltrim_${module}_${set} PRIVATE TILTRIM_LANES_SCALAR)
+      set(level 1)  # runs only where it is asked for
+    else()
+      set(level 3)
     endif()
     target_include_directories(tiltrim_${module}_${set} PRIVATE ${PROJECT_SOURCE_DIR})
     target_link_libraries(tiltrim_${module}_${set} PRIVATE Eigen3::Eigen)
     tiltrim_compile_options(tiltrim_${module}_${set})
-    target_compile_options(tiltrim_${module}_${set} PRIVATE ${flags_${set}} $<$<CONFIG:Release>:-O3>)
+    target_compile_options(tiltrim_${module}_${set} PRIVATE ${flags_${set}} $<$<CONFIG:Release>:-O${level}>)
     # clang need not unroll all that g++ does.
     target_compile_options(tiltrim_${module}_${set} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-Wno-pass-failed>)
     # One source, four times: sanitizers look at two of them, the others take them minutes.

@@ -42,6 +42,9 @@ function(tiltrim_light target cold)
   if(target MATCHES "_(study|report|cli|commands|design|qualities)$")  # which compute little: half the time
     target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
   endif()
+  if(TILTRIM_UNITY)
+    tiltrim_precompiled(${target} ${cold})
+  endif()
   if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
     # As many as one compiler process takes with less than 1 GB.
     set(batch 12)
@@ -64,7 +67,29 @@ function(tiltrim_light target cold)
   endif()
 endfunction()
 
+# Headers that most sources include are parsed once for each of the two levels of optimisation, by the first folder of
+# each: one that adds no definitions, which g++ would ask of the others too.
+function(tiltrim_precompiled target cold)
+  get_property(first GLOBAL PROPERTY TILTRIM_PRECOMPILED_${cold})
+  if(first)
+    target_precompile_headers(${target} REUSE_FROM ${first})
+    return()
+  endif()
+  set_property(GLOBAL PROPERTY TILTRIM_PRECOMPILED_${cold} ${target})
+  set(headers <Eigen/Core> <algorithm> <array> <cmath> <complex> <functional> <limits> <map> <memory> <optional> <span>
+      <stdexcept> <string> <vector>)
+  if(cold)
+    list(APPEND headers <nlohmann/json.hpp>)
+  endif()
+  target_precompile_headers(${target} PRIVATE ${headers})
+endfunction()
+
 function(tiltrim_compile_options target)
+  # kB from which g++ collects its garbage: a tenth of a large unit's time, but no process may take over 1 GB.
+  set(heap 260000)
+  if(target MATCHES "_(model|trim|sweep|simulate|tiltrotor|xv15|flight|study|commands|cli)$")
+    set(heap 600000)
+  endif()
   # Contraction off: the same source gives the same bits with and without fused multiply-add.
   # Not these: g++ 12 at -O3 sees them in temporary std::strings where they are not.
   target_compile_options(${target} PRIVATE
@@ -72,8 +97,7 @@ function(tiltrim_compile_options target)
     # clang sees shadows between sources that are one unit.
     $<$<NOT:$<AND:$<CXX_COMPILER_ID:Clang>,$<BOOL:${TILTRIM_UNITY}>>>:-Wshadow>
     "$<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized;-Wno-restrict;-Wno-stringop-overflow>"
-    # g++ collects its garbage less often: a tenth of the time of a large unit, no process over 1 GB.
-    $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=260000>
+    $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=${heap}>
     -ffp-contract=off -fno-semantic-interposition)
   # What reads files: the fuzzer sees which of its branches an input takes.
   if(TILTRIM_FUZZ AND target MATCHES "_(runtime|model|sweep|study|cli|commands)$")
