@@ -42,7 +42,7 @@ function(tiltrim_light target cold)
   if(target MATCHES "_(study|report|cli|commands|design|qualities)$")  # which compute little: half the time
     target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
   endif()
-  if(TILTRIM_UNITY)
+  if(TILTRIM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # clang wants all flags to be the same
     tiltrim_precompiled(${target} ${cold})
   endif()
   if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
