@@ -87,7 +87,7 @@ endfunction()
 function(tiltrim_compile_options target)
   # kB from which g++ collects its garbage: a tenth of a large unit's time, but no process may take over 1 GB.
   set(heap 260000)
-  if(target MATCHES "_(model|trim|sweep|simulate|tiltrotor|xv15|flight|study|commands|cli)$")
+  if(target MATCHES "_(model|trim|sweep|simulate|tiltrotor|xv15|flight|study|commands|cli)$|^test_|^(cli|model|trim|report|linearize|xv15|design)_tests$")
     set(heap 600000)
   endif()
   # Contraction off: the same source gives the same bits with and without fused multiply-add.
