@@ -267,6 +267,13 @@ class Point(Shown):
         self.u = _vector(u, len(model.inputs), "input u")
         self.p = _vector(p, len(model.parameters), "parameters p")
 
+    @classmethod
+    def _holding(cls, model: Model, x: Array, u: Array, p: Array) -> Point:
+        """The point of these arrays themselves, of the model's sizes."""
+        point = cls.__new__(cls)
+        point.model, point.x, point.u, point.p = model, x, u, p
+        return point
+
     def _where(self, name: str) -> Tuple[Array, int]:
         place = self.model._place.get(name)
         if place is None:

@@ -131,12 +131,11 @@ def asked(
 
 
 def _result(raw: Dict[str, Any], model: Model, spec: TrimSpec) -> TrimResult:
-    own = dict(raw)
-    own.pop("model", None)
-    own["point"] = Point(model, *raw["point"])
-    own["others"] = [Point(model, *other) for other in raw["others"]]
-    own["limits_active"] = [f"{name} {side}" for name, side, _ in raw["limits_active"]]
-    return TrimResult(model=model, spec=spec, **own)
+    raw.pop("model", None)
+    raw["point"] = Point._holding(model, *raw["point"])
+    raw["others"] = [Point._holding(model, *other) for other in raw["others"]]
+    raw["limits_active"] = [f"{name} {side}" for name, side, _ in raw["limits_active"]]
+    return TrimResult(model=model, spec=spec, **raw)
 
 
 @of_studies
@@ -190,9 +189,10 @@ def trim(
         "max_iterations": max_iterations,
         "max_boxes": max_boxes,
         "closest": closest,
-        **time_limited(time_limit),
-        **({} if others is None else {"others": others}),
     }
+    options.update(time_limited(time_limit))
+    if others is not None:
+        options["others"] = others
     if isinstance(what, Condition) and guess is None and not own._asked():
         raw = _tiltrim.trim_condition(what._core, options)
         of_table = what.formulation == "table"
@@ -202,6 +202,7 @@ def trim(
             result._linear_inputs = ("V", "gamma", "eta")  # the commands of the closed loop
         return result
     model, own, start = asked(what, guess, own, "trim")
-    options.setdefault("others", own._ranks())
+    if others is None:
+        options["others"] = own._ranks()
     raw = _tiltrim.trim(model._core, own._fields(), start._tuple(), options)
     return _result(raw, model, own)
