@@ -80,7 +80,7 @@ SVD svd(const Eigen::MatrixXd& A);
 SmallSVD small_svd(const SmallMatrix& A);
 Eigen::VectorXd singular_values(const Eigen::MatrixXd& A);
 /// Of a square matrix, in no order; empty if rotations do not find them, as for entries beyond
-/// 1e±100.
+/// 1e±70.
 SmallVector small_singular_values(const SmallMatrix& A);
 /// The minimum-norm least-squares solution; σ below the rounding error of the largest counts as
 /// zero.

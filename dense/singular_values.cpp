@@ -33,7 +33,8 @@ VectorXd singular_values(const MatrixXd& A) { return Jacobi(A).singularValues();
 //                                                                              [11, sec. 8.6.3]
 SmallVector small_singular_values(const SmallMatrix& A) {
   constexpr int most_sweeps = 30;
-  constexpr double orthogonal = 4 * std::numeric_limits<double>::epsilon(), largest = 1e100;
+  constexpr double orthogonal = 4 * std::numeric_limits<double>::epsilon();
+  constexpr double largest = 1e70;  // its fourth power is finite
   const double size = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
   if (!(size > 1 / largest && size < largest)) return {};
   SmallMatrix W = A;

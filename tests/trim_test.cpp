@@ -867,6 +867,23 @@ TEST_CASE("a singular trim names every variable that is left, and the rank") {
   CHECK(contains(r.message, "with rank 2 for 3 equations"));
 }
 
+TEST_CASE("a singular trim is singular however large its rates are") {
+  const std::vector<std::string> both{"a", "b"};
+  for (const double size : {1.0, 1e60, 1e69, 1e71, 1e78, 1e99, 1e101, 1e140}) {
+    CAPTURE(size);
+    const auto with = [&](double last) {
+      const Model m = flow(both, {}, [=](const auto& x, const auto&) {
+        return vec({size * (x[0] + x[1]), size * (x[0] + last * x[1])});
+      });
+      return trim(m, {.free = both, .steady = both}, {vec({0, 0}), {}, {}});
+    };
+    CHECK(with(1 + 1e-14).status == TrimStatus::singular);
+    const TrimResult regular = with(-1.0);
+    CHECK(regular.status == TrimStatus::converged);
+    CHECK_NEAR(regular.rcond, 1.0, 1e-12);  // [1, 1; 1, -1] is orthogonal but for its size
+  }
+}
+
 TEST_CASE("a model that knows nothing outside its domain is led back into it") {
   // Two tanks: the flow is the root of the head, undefined for a negative head.
   const Model tanks =
