@@ -214,7 +214,7 @@ bool kill_one_of(int n, const Scratch& scratch, const std::string& command) {
   const pid_t rank = one_rank_of(sweep.pid);  // 0: the sweep has ended
   if (rank > 0) ::kill(rank, SIGKILL);
   const int exit_code = finish(sweep).exit_code;
-  CHECK((exit_code == 0 ? fs::exists(map) : rank > 0));
+  CHECK((fs::exists(map) ? is_whole(map) : rank > 0 && exit_code != 0));
   return !fs::exists(map);
 }
 
