@@ -32,6 +32,9 @@ function(tiltrim_lanes folder)
     target_link_libraries(tiltrim_${module}_${set} PRIVATE Eigen3::Eigen)
     tiltrim_compile_options(tiltrim_${module}_${set})
     target_compile_options(tiltrim_${module}_${set} PRIVATE ${flags_${set}} $<$<CONFIG:Release>:-O${level}>)
+    if(TILTRIM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+      tiltrim_precompiled(tiltrim_${module}_${set} ${set} <experimental/simd>)
+    endif()
     # clang need not unroll all that g++ does.
     target_compile_options(tiltrim_${module}_${set} PRIVATE $<$<CXX_COMPILER_ID:Clang>:-Wno-pass-failed>)
     # One source, four times: sanitizers look at two of them, the others take them minutes.

@@ -38,12 +38,14 @@ endfunction()
 function(tiltrim_light target cold)
   if(cold)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+    set(json <nlohmann/json.hpp>)
   endif()
   if(target MATCHES "_(study|report|cli|commands|design|qualities)$")  # which compute little: half the time
     target_compile_options(${target} PRIVATE $<$<CONFIG:Debug>:-O0>)
   endif()
   if(TILTRIM_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL GNU)  # clang wants all flags to be the same
-    tiltrim_precompiled(${target} ${cold})
+    tiltrim_precompiled(${target} cold_${cold} <Eigen/Core> <algorithm> <array> <cmath> <complex> <functional> <limits> <map> <memory>
+                        <optional> <span> <stdexcept> <string> <vector> ${json})
   endif()
   if(TILTRIM_UNITY AND NOT target STREQUAL tiltrim_dense)
     # As many as one compiler process takes with less than 1 GB.
@@ -67,21 +69,16 @@ function(tiltrim_light target cold)
   endif()
 endfunction()
 
-# Headers that most sources include are parsed once for each of the two levels of optimisation, by the first folder of
-# each: one that adds no definitions, which g++ would ask of the others too.
-function(tiltrim_precompiled target cold)
-  get_property(first GLOBAL PROPERTY TILTRIM_PRECOMPILED_${cold})
+# Headers that most sources include are parsed once for each kind of flags: the two levels of optimisation, and each set of
+# instructions; by the first target of each, one that adds no definitions, which g++ would ask of the others too.
+function(tiltrim_precompiled target kind)
+  get_property(first GLOBAL PROPERTY TILTRIM_PRECOMPILED_${kind})
   if(first)
     target_precompile_headers(${target} REUSE_FROM ${first})
     return()
   endif()
-  set_property(GLOBAL PROPERTY TILTRIM_PRECOMPILED_${cold} ${target})
-  set(headers <Eigen/Core> <algorithm> <array> <cmath> <complex> <functional> <limits> <map> <memory> <optional> <span>
-      <stdexcept> <string> <vector>)
-  if(cold)
-    list(APPEND headers <nlohmann/json.hpp>)
-  endif()
-  target_precompile_headers(${target} PRIVATE ${headers})
+  set_property(GLOBAL PROPERTY TILTRIM_PRECOMPILED_${kind} ${target})
+  target_precompile_headers(${target} PRIVATE ${ARGN})
 endfunction()
 
 function(tiltrim_compile_options target)
