@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "dense/dense.hpp"
+#include "dense/known_size.hpp"
 
 namespace tiltrim::dense {
 
@@ -31,13 +32,10 @@ VectorXd singular_values(const MatrixXd& A) { return Jacobi(A).singularValues();
 
 // Columns are rotated in pairs until all are orthogonal: their lengths are the singular values.
 //                                                                              [11, sec. 8.6.3]
-SmallVector small_singular_values(const SmallMatrix& A) {
+template <class Matrix>
+static SmallVector lengths_when_orthogonal(Matrix W) {
   constexpr int most_sweeps = 30;
   constexpr double orthogonal = 4 * std::numeric_limits<double>::epsilon();
-  constexpr double largest = 1e70;  // its fourth power is finite
-  const double size = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
-  if (!(size > 1 / largest && size < largest)) return {};
-  SmallMatrix W = A;
   const Index n = W.cols(), rows = W.rows();
   bool rotated = true;
   for (int sweep = 0; rotated && sweep < most_sweeps; ++sweep) {
@@ -50,8 +48,9 @@ SmallVector small_singular_values(const SmallMatrix& A) {
         for (Index k = 0; k < rows; ++k) aa += a[k] * a[k], bb += b[k] * b[k], ab += a[k] * b[k];
         if (!(std::abs(ab) > orthogonal * std::sqrt(aa * bb))) continue;
         rotated = true;
-        const double twice = (bb - aa) / (2 * ab);
-        const double t = std::copysign(1 / (std::abs(twice) + std::sqrt(1 + twice * twice)), twice);
+        const double apart = bb - aa, twice = 2 * ab;
+        const double t =
+            twice / (apart + std::copysign(std::sqrt(apart * apart + twice * twice), apart));
         const double c = 1 / std::sqrt(1 + t * t), s = c * t;
         for (Index k = 0; k < rows; ++k) {
           const double was = a[k];
@@ -62,6 +61,13 @@ SmallVector small_singular_values(const SmallMatrix& A) {
   }
   if (rotated || !W.allFinite()) return {};
   return W.colwise().norm().transpose();
+}
+SmallVector small_singular_values(const SmallMatrix& A) {
+  constexpr double largest = 1e70;  // its fourth power is finite
+  const double size = A.size() > 0 ? A.cwiseAbs().maxCoeff() : 0.0;
+  if (!(size > 1 / largest && size < largest)) return {};
+  const auto of = [](auto M) { return lengths_when_orthogonal(M); };
+  return A.rows() == A.cols() ? with_known_size(of, A) : of(A);
 }
 
 template <class Vector>
