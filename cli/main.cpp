@@ -124,6 +124,17 @@ struct FoldedHelp : CLI::Formatter {
                         CLI::AppFormatMode mode) const override {
     return folded(CLI::Formatter::make_help(app, std::move(name), mode), TextStyle{}.width);
   }
+  // What comes without a name is shown as what it stands for: STUDY.toml.
+  std::string make_option_usage(const CLI::Option* option) const override {
+    const std::string name = value_name(*option);
+    return option->get_required() ? name : "[" + name + "]";
+  }
+  std::string make_option_name(const CLI::Option* option, bool positional) const override {
+    return positional ? value_name(*option) : CLI::Formatter::make_option_name(option, positional);
+  }
+  std::string make_option_opts(const CLI::Option* option) const override {
+    return option->get_positional() ? "" : CLI::Formatter::make_option_opts(option);
+  }
 };
 
 // The default options of every command.

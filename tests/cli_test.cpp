@@ -737,6 +737,15 @@ TEST_CASE("help teaches, on every level") {
     CHECK(ran.out.find("study") != std::string::npos);
     CHECK(ran.err.empty());
   }
+  const auto usage = [&](const std::string& command) {
+    const std::string text = tiltrim(scratch, command + " --help").out;
+    const std::size_t at = text.find("Usage: ");
+    return text.substr(at, text.find('\n', at) - at);
+  };
+  CHECK(usage("trim") == "Usage: tiltrim trim [OPTIONS] STUDY.toml");
+  CHECK(usage("diff") == "Usage: tiltrim diff [OPTIONS] BEFORE.nc AFTER.nc");
+  CHECK(usage("merge") == "Usage: tiltrim merge [OPTIONS] PART.nc...");
+  CHECK(usage("tables") == "Usage: tiltrim tables [OPTIONS] [STUDY.toml]");
 }
 
 }  // namespace cli_test
