@@ -16,6 +16,8 @@
   for (const t of data.tracks) {
     t.byKey = new Map(t.columns.map((c) => [c.key, c.values]));
     for (const c of t.columns) c.rounding = 1e-9 * c.values.reduce((most, v) => Math.max(most, Math.abs(v)), 0);
+    // An eigenvalue no larger is rounding next to the others and has no damping ratio, as in the figures.
+    t.zero = 1e-3 * Math.max(0, ...t.columns.filter((c) => /^(re|im)_/.test(c.key)).map((c) => c.rounding));
   }
   // A column's number; rounding next to the column's largest is 0.
   const shownOf = (column, value) => shown(value !== null && Math.abs(value) < column.rounding ? 0 : value);
@@ -30,7 +32,7 @@
     if (re === null) return null;
     if (mode[1] === 'height') return Math.abs(im);
     const omega = Math.hypot(re, im);
-    return mode[1] === 'omega' ? omega : omega === 0 ? null : -re / omega;
+    return mode[1] === 'omega' ? omega : omega <= track.zero ? null : -re / omega;
   }
 
   // Position of a value along an axis in the figure's own units; null outside.
