@@ -6,7 +6,9 @@ namespace tiltrim {
 
 Proportion proportion(long met, long of) {
   if (of == 0) return {};
-  using Binomial = boost::math::binomial_distribution<double>;
+  // In long double, as without this, a program that links it ends at its start under valgrind.
+  using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
+  using Binomial = boost::math::binomial_distribution<double, InDouble>;
   constexpr double outside = 0.025;  // probability on either side
   const auto n = double(of), k = double(met);
   return {k / n, Binomial::find_lower_bound_on_p(n, k, outside),
