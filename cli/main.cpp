@@ -124,7 +124,7 @@ struct FoldedHelp : CLI::Formatter {
                         CLI::AppFormatMode mode) const override {
     return folded(CLI::Formatter::make_help(app, std::move(name), mode), TextStyle{}.width);
   }
-  // What comes without a name is shown as what it stands for: STUDY.toml.
+  // A positional is shown by its value, STUDY.toml, as in messages and in the manual.
   std::string make_option_usage(const CLI::Option* option) const override {
     const std::string name = value_name(*option);
     return option->get_required() ? name : "[" + name + "]";

@@ -6,7 +6,8 @@ namespace tiltrim {
 
 Proportion proportion(long met, long of) {
   if (of == 0) return {};
-  // In long double, as without this, a program that links it ends at its start under valgrind.
+  // By default Boost computes in long double, and any program that links this aborts at start-up
+  // under valgrind, which has no 80-bit numbers.
   using InDouble = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
   using Binomial = boost::math::binomial_distribution<double, InDouble>;
   constexpr double outside = 0.025;  // probability on either side

@@ -16,7 +16,7 @@
   for (const t of data.tracks) {
     t.byKey = new Map(t.columns.map((c) => [c.key, c.values]));
     for (const c of t.columns) c.rounding = 1e-9 * c.values.reduce((most, v) => Math.max(most, Math.abs(v)), 0);
-    // An eigenvalue no larger is rounding next to the others and has no damping ratio, as in the figures.
+    // An eigenvalue up to 1e-12 of the largest is only rounding and has no damping ratio, as in the figures.
     t.zero = 1e-3 * Math.max(0, ...t.columns.filter((c) => /^(re|im)_/.test(c.key)).map((c) => c.rounding));
   }
   // A column's number; rounding next to the column's largest is 0.
