@@ -27,7 +27,8 @@ namespace {
 
 constexpr const char* about =
     "Trim and linear stability of flight-dynamics models: the built-in tiltrotor, or your own. "
-    "Every answer is verified and carries its error; where no answer exists, the reason.";
+    "Every answer is verified and comes with an error bound or estimate; if there is no answer, "
+    "tiltrim gives the reason.";
 
 constexpr const char* study_and_codes =
     "\n\nA study is one TOML file (docs/study.md). The smallest:\n"
@@ -189,7 +190,7 @@ struct Itself {
 
 std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
   CLI::App* completion = app.add_subcommand(
-      "completion", "a script for the shell's Tab key: source <(tiltrim completion bash)");
+      "completion", "a shell completion script: source <(tiltrim completion bash)");
   completion->add_option("shell", itself.shell, "bash, zsh or fish")
       ->check(CLI::IsMember({"bash", "zsh", "fish"}))
       ->type_name("bash|fish|zsh")

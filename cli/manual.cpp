@@ -70,7 +70,7 @@ constexpr const char* exit_status =
     ".TP\n0\nEvery condition is answered.\n"
     ".TP\n1\nSome condition has no verified answer; the rest are still written.\n"
     ".TP\n2\nBad input; the message names file, line and key.\n"
-    ".TP\n128 + n\nEnded by signal n, with what was finished.\n";
+    ".TP\n128 + n\nStopped by signal n; results finished before it are printed.\n";
 
 std::string page_of_command(const CLI::App& command) {
   const std::string name = command.get_name();

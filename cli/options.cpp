@@ -187,7 +187,9 @@ CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
                    "longest step, in nominal sizes of the unknowns (0.5)")
       ->check(within(1e-6, 100.0))
       ->type_name("STEP");
-  follow->add_option("--max-points", command.options.max_points, "most points on a branch (5000)")
+  follow
+      ->add_option("--max-points", command.options.max_points,
+                   "maximum number of points on a branch (5000)")
       ->check(within(2, 1000000))
       ->type_name("N");
   return follow;
@@ -256,7 +258,7 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
 
 CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command) {
   CLI::App* qualities = app.add_subcommand(
-      "qualities", "short period, phugoid, hovering oscillation, bandwidth: levels of each");
+      "qualities", "flying-qualities levels: short period, phugoid, hover oscillation, bandwidth");
   add_common(qualities, command.common, true);
   add_trim_options(qualities, command.common, command.trimming);
   add_choice(qualities, "--jacobian", command.method, jacobians,
@@ -273,8 +275,8 @@ CLI::App* add_loads(CLI::App& app, LoadsCommand& command) {
 }
 
 CLI::App* add_validate(CLI::App& app, ValidateCommand& command) {
-  CLI::App* validate =
-      app.add_subcommand("validate", "a published vehicle against every number published about it");
+  CLI::App* validate = app.add_subcommand(
+      "validate", "compare a published vehicle with the numbers published about it");
   validate->add_option("vehicle", command.vehicle, "xv15")->type_name("VEHICLE")->required();
   add_output(validate, command.common);
   return validate;
@@ -288,7 +290,7 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
                    "write the gains to this file, in the format of a study")
       ->type_name("FILE.toml");
   tune->add_option("--evaluations", command.evaluations,
-                   "largest number of candidates (default: the study's, 100000)")
+                   "maximum number of candidates (default: the study's, 100000)")
       ->check(within(0L, 1'000'000'000L))
       ->type_name("N");
   tune->add_option("--seconds", command.seconds, "time limit of each search; 0: no limit")
@@ -305,8 +307,8 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
 }
 
 CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
-  CLI::App* simulate = app.add_subcommand(
-      "simulate", "fly the study's [simulate]: the transition, the way back, a gust");
+  CLI::App* simulate =
+      app.add_subcommand("simulate", "fly the study's [simulate]: transition, reconversion, gusts");
   add_common(simulate, command.common, true);
   add_only(simulate, command.common);
   simulate->add_option("--samples", command.samples, "write every sample to this file, .nc or .csv")
@@ -348,7 +350,7 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
 
 CLI::App* add_report(CLI::App& app, ReportCommand& command) {
   CLI::App* report = app.add_subcommand(
-      "report", "one page of everything: tables, figures, maps, margins, flight, audit");
+      "report", "everything on one page: tables, figures, maps, margins, flight, audit");
   report->add_option("study", command.common.study, "the study file (TOML)")
       ->type_name("STUDY.toml")
       ->required();

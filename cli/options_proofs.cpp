@@ -35,8 +35,10 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
       ->check(within(0.0, 0.99))
       ->type_name("ZETA");
   CLI::Option* largest = prove->add_flag("--largest-margin", command.largest,
-                                         "search the largest decay rate that can be proved");
-  prove->add_option("--boxes", command.boxes, "boxes examined at most (the study's, or 20000)")
+                                         "find the largest decay rate that can be proved");
+  prove
+      ->add_option("--boxes", command.boxes,
+                   "maximum number of boxes (default: the study's, or 20000)")
       ->check(within(1L, 100'000'000L))
       ->type_name("N");
   prove->add_option("--certificate", command.certificate, "write the evidence of every box here")

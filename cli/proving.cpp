@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <stdexcept>
 
 #include "cli/commands.hpp"
 #include "cli/terminal.hpp"
@@ -104,6 +106,16 @@ std::unique_ptr<Log> opened(const Study& study, const ProveCommand& command) {
   return log;
 }
 
+void check_format(const Common& common) {
+  const std::map<Format, std::string> others{
+      {Format::csv, "csv"}, {Format::markdown, "markdown"}, {Format::latex, "latex"}};
+  const auto other = others.find(common.format);
+  if (other != others.end())
+    throw std::invalid_argument(
+        fmt::format("{}: prove writes no {}; expected text or json",
+                    common.asked ? "--format" : "-o " + common.output.string(), other->second));
+}
+
 // Whether more boxes would change nothing.
 bool at_its_end(const Study& study, const ProveCommand& command, const Theorem& t) {
   return !t.interrupted &&
@@ -113,8 +125,7 @@ bool at_its_end(const Study& study, const ProveCommand& command, const Theorem& 
 }  // namespace
 
 Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
-  if (command.common.format != Format::json && command.common.format != Format::text)
-    throw std::invalid_argument("prove writes text and json");
+  check_format(command.common);
   const Study study = read_study(command.common.study);
   Progress progress(to_prove(study, command.common.only).size());
   check_apart(command.certificate, "--certificate", command.common.study, "the study");

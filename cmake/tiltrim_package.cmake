@@ -6,9 +6,10 @@ set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "trim and linear stability of flight-dynam
 set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
 "tiltrim finds equilibria of a flight-dynamics model, linearizes it, maps its
 eigenvalues over any parameters, tunes gains for the worst of many operating
-points and simulates it. Every answer is verified and carries its error;
-where no trim exists, it says why. A tiltrotor under total energy control is
-built in. This package has the program, the C++ library and its headers.")
+points and simulates it. Every answer is verified and comes with an error
+bound or estimate; if there is no trim, tiltrim gives the reason. A tiltrotor
+under total energy control is built in. This package has the program, the
+C++ library and its headers.")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)

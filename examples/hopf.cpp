@@ -19,11 +19,11 @@ tiltrim::Model flow(const tiltrim::Signals& states, const char* parameter,
 // Follows the equilibria of m from near x at p until the parameter reaches `to`.
 void walk(const char* name, const tiltrim::Model& m, const VectorXd& x, double p, double to) {
   const auto states = names(m.states);
-  const tiltrim::TrimSpec still{.free = states, .steady = states};
-  const tiltrim::TrimResult start = trim(m, still, {x, VectorXd(0), VectorXd::Constant(1, p)});
+  const tiltrim::TrimSpec steady{.free = states, .steady = states};
+  const tiltrim::TrimResult start = trim(m, steady, {x, VectorXd(0), VectorXd::Constant(1, p)});
   std::printf("%s: %s\n", name, to_string(start.status).c_str());
   if (!start) return;
-  const tiltrim::Branch branch = follow(m, still, start.point, m.parameters[0].name, to);
+  const tiltrim::Branch branch = follow(m, steady, start.point, m.parameters[0].name, to);
   for (const tiltrim::BranchEvent& event : branch.events) {
     if (event.kind == tiltrim::EventKind::end) continue;
     const double at = std::round(event.at.parameter * 1e4) / 1e4 + 0.0;  // no -0

@@ -149,8 +149,8 @@ std::string beyond(double value, const Range& range, const char* name, double un
                    const char* unit_name) {
   if (value >= range.lower && value <= range.upper) return "";
   const double limit = value > range.upper ? range.upper : range.lower;
-  return fmt::format("{} would need {:.3g}{}, its limit is {:.3g}{}", name, value * unit, unit_name,
-                     limit * unit, unit_name);
+  return fmt::format("{} would need {:.3g}{}, but its limit is {:.3g}{}", name, value * unit,
+                     unit_name, limit * unit, unit_name);
 }
 
 std::string cause(const Flight& flight, const HandOverCheck& c) {

@@ -257,7 +257,7 @@ void check(const FollowOptions& options) {
   check_positive("step tolerance", options.step_tolerance);
   if (options.max_points < 1)
     throw std::invalid_argument(
-        fmt::format("{} points at most; expected at least 1", options.max_points));
+        fmt::format("max_points is {}; expected at least 1", options.max_points));
 }
 
 }  // namespace

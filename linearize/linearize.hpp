@@ -1,5 +1,5 @@
 /// @file
-/// Linearization: x' = A δx + B δu, y = C δx + D δu at an operating point, with error bounds.
+/// Linearization: δx' = A δx + B δu, δy = C δx + D δu at an operating point, with error bounds.
 #pragma once
 
 #include <limits>

@@ -3,8 +3,8 @@
 ///
 /// Assumed: IEEE 754 binary64 with rounding to nearest and subnormal numbers (RoundToNearest), so
 /// that + - * / and sqrt are correctly rounded, and a C library whose other functions err by at
-/// most `library_ulps` units in the last place (docs/prove.md). A range that cannot be told is NaN,
-/// and no comparison with it holds.
+/// most `library_ulps` units in the last place (docs/prove.md). A range that cannot be determined
+/// is NaN, and no comparison with it holds.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +30,7 @@ class Interval {
   double upper() const { return upper_; }  ///< included
 
   /// @cond
-  // fl(c - (φ|c| + η)) is at most the predecessor of c, φ = u(1 + 2u)     [90]
+  // fl(c - (φ|c| + η)) is at most the predecessor of c, φ = u(1 + 2u)     [100]
   static double down(double c) { return c - (outward * std::abs(c) + smallest); }
   static double up(double c) { return c + (outward * std::abs(c) + smallest); }
   static Interval around(double a, double b) { return {down(a), up(b)}; }

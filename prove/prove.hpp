@@ -19,7 +19,7 @@ namespace tiltrim {
 
 class Log;
 
-/// What prove() shall prove.
+/// A problem for prove().
 struct ProveProblem {
   /// A system of equations that every equilibrium within the limits solves: where it has no
   /// solution over bounded unknowns, there is no equilibrium.
@@ -106,7 +106,7 @@ struct Theorem {
   std::vector<ProofNode> tree{};                                ///< the first is the whole box
   std::size_t boxes = 0;                                        ///< examined
   double stable = 0, unstable = 0, no_trim = 0, undecided = 0;  ///< shares of the volume
-  std::vector<ProofNode> regions{};  ///< neighbouring boxes with one verdict, as one
+  std::vector<ProofNode> regions{};  ///< neighboring boxes with one verdict, as one
   bool interrupted = false;          ///< stopped by the caller
   ProofStatus status() const;        ///< proved: nothing unstable, nothing undecided
 };
@@ -122,21 +122,21 @@ struct ProveOptions {
   std::stop_token stop{};          ///< what is proved until then is kept
   std::function<void(double proved, std::size_t boxes)> observe{};  ///< progress
   /// Of examined boxes (runtime/log.hpp): those found in it are not examined again. Its identity
-  /// must tell the problem and the margin. prove_largest_margin() does without.
+  /// must distinguish problems and margins. Not used by prove_largest_margin().
   Log* log = nullptr;
   std::uint64_t log_part = 0;  ///< which of the proofs that share the log
 };
 
 /// Proves, for every value of the parameters within their ranges, that there is exactly one
 /// equilibrium in a stated tube, within the limits, and that every eigenvalue has a real part below
-/// -margin and a damping ratio above options.damping; or that an eigenvalue has not; or that there
-/// is no equilibrium within the limits.
-/// Throws std::invalid_argument if the model has no jets or a name is unknown.
+/// -margin and a damping ratio above options.damping; or that some eigenvalue violates this; or
+/// that there is no equilibrium within the limits. Throws std::invalid_argument if the model has no
+/// jets or a name is unknown.
 [[nodiscard]] Theorem prove(const ProveProblem& problem, const ProveOptions& options = {});
 
 /// The same for the largest margin of at least options.margin that it can prove, to within 1 % of
-/// itself, by bisection; the search ends where a proof needs more than options.max_boxes. If that
-/// of options.margin is not proved, its theorem.
+/// itself, by bisection; the search ends where a proof needs more than options.max_boxes. If
+/// options.margin itself cannot be proved, returns the theorem for options.margin.
 [[nodiscard]] Theorem prove_largest_margin(const ProveProblem& problem,
                                            const ProveOptions& options = {});
 

@@ -15,11 +15,12 @@ using Eigen::Index;
 namespace {
 
 Figure participation_figure(const ConditionReport& c, const std::string& id) {
-  Figure figure{"participation_" + id,
-                fmt::format("Shares of the states in each mode: {}", c.answer.condition.name),
-                "Shares of the states in each mode. ",
-                "",
-                {}};
+  Figure figure{
+      "participation_" + id,
+      fmt::format("Participation of the states in each mode: {}", c.answer.condition.name),
+      "Participation of the states in each mode. ",
+      "",
+      {}};
   std::vector<const Mode*> shown;
   for (const Mode& m : c.modes->modes)
     if (m.eigenvalue.imag() >= 0) shown.push_back(&m);

@@ -112,7 +112,7 @@ void add_flight(const FlightReport& flight, const Vehicle& vehicle, ReportFigure
                            {"climb_rate", "vertical"},
                            {"ground_speed", "horizontal"}})});
   add("flight_controls", "Controls with their limits", {collective, pitch});
-  add("flight_energy", "Errors of the rates of energy and of its distribution",
+  add("flight_energy", "Energy rate and distribution rate errors",
       {over_time("error", {{"He", "He"}, {"Le", "Le"}})});
   add("flight_path", "Height over distance",
       {flight_panel(track, "distance", "distance [m]", "height [m]", {{"height", ""}}, 10.0)});

@@ -35,7 +35,7 @@ const std::vector<PaperFigure>& figures() {
        "[m/s]",
        {{"climb_rate", "vertical", 1}, {"ground_speed", "horizontal", 2}}},
       {"fig7_energy_errors",
-       "Errors of the rates of energy and of its distribution",
+       "Energy rate and distribution rate errors",
        "time",
        "time [s]",
        "[-]",

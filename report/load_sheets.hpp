@@ -10,7 +10,7 @@
 
 namespace tiltrim {
 
-/// A table for each condition: X, Z [N] and M [N m] in body axes about the centre of gravity.
+/// A table for each condition: X, Z [N] and M [N m] in body axes about the center of gravity.
 std::vector<Sheet> loads_document(const std::vector<LoadsAnswer>& answers);
 std::string loads_text(const std::vector<LoadsAnswer>& answers, const TextStyle& style);
 Sheet loads_sheet(const std::vector<LoadsAnswer>& answers);       ///< of all conditions, for CSV

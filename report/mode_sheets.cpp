@@ -82,7 +82,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
                           m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
                           shares(m.participation, states)});
   }
-  if (growing) sheet.notes.push_back("Of a growing mode, t half is the time to double.");
+  if (growing) sheet.notes.push_back("For a growing mode, t half is the time to double.");
   if (undetermined)
     sheet.notes.push_back(
         "(!) condition above 1e8: the value of this eigenvalue is not determined.");

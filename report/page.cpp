@@ -143,8 +143,8 @@ std::string modes_part(Parts& parts) {
     body += figure(parts, "participation_" + id);
   }
   if (!body.empty() && parts.report.conditions.size() > most_drawn)
-    body = paragraph(fmt::format("Figures are drawn of the first {} conditions, tables of all.",
-                                 most_drawn)) +
+    body = paragraph(
+               fmt::format("Figures show the first {} conditions; tables show all.", most_drawn)) +
            body;
   return section(parts, "modes", "Eigenvalues and modes", body);
 }
@@ -214,8 +214,8 @@ std::string proofs_part(Parts& parts) {
   for (std::size_t i = 0; i < parts.report.theorems.size(); ++i) {
     const Theorem& t = parts.report.theorems[i];
     body += paragraph(fmt::format(
-        "{}: for shares of {:.9g} stable, {:.9g} unstable, {:.9g} without trim of the box this is "
-        "proved; {:.3g} is undecided. Stable: every eigenvalue has a real part below {:.6g} 1/s.",
+        "{}: shares of the box proved stable {:.9g}, unstable {:.9g}, without trim {:.9g}; "
+        "undecided {:.3g}. Stable: every eigenvalue has a real part below {:.6g} 1/s.",
         t.name, t.stable, t.unstable, t.no_trim, t.undecided, t.margin == 0 ? 0.0 : -t.margin));
     body += figure(parts, "proof_" + file_name_of("", i, t.name));
   }
@@ -262,7 +262,7 @@ std::string paper_part(Parts& parts) {
       "<details><summary>{} slips in the printed equations and "
       "tables</summary>\n<ol>\n{}</ol></details>\n",
       t.slips.size(), slips);
-  body += "<h3>The outcome</h3>\n<ul>\n";
+  body += "<h3>Findings</h3>\n<ul>\n";
   for (const std::string& finding : t.findings) body += "<li>" + html_escaped(finding) + "</li>\n";
   return section(parts, "paper", "The paper's Tables 1–3", body + "</ul>\n");
 }
@@ -270,13 +270,13 @@ std::string paper_part(Parts& parts) {
 std::string study_part(Parts& parts) {
   const StudyReport& r = parts.report;
   std::string body = paragraph("Made by " + r.program +
-                               " from the study below; the same command makes the same page.");
+                               " from the study below; the same command reproduces this page.");
   body += "<pre><code>" + html_escaped(r.command) + "</code></pre>\n";
   body += paragraph(
       "Tables as text, CSV, Markdown and LaTeX: --tables DIR. Figures as SVG, PDF and PNG for a "
       "column of 88 mm: --figures DIR.");
   return section(
-      parts, "study", "The study, and how to make this again",
+      parts, "study", "The study, and how to reproduce this page",
       body + fmt::format("<details><summary>{}</summary>\n<pre><code>{}</code></pre></details>\n",
                          html_escaped(r.study.file.filename().string()),
                          html_escaped(r.study.text)));
@@ -324,7 +324,7 @@ std::string report_page(const StudyReport& report, const ReportFigures& figures,
       "'unsafe-inline'; script-src 'nonce-tiltrim'; img-src data:\">\n"
       "<meta name=\"generator\" content=\"{0}\">\n<link rel=\"icon\" href=\"data:,\">\n<title>{1}: "
       "tiltrim report</title>\n<style>\n{2}{3}</style>\n</head>\n<body>\n"
-      "<a class=\"skip\" href=\"#main\">To the report</a>\n"
+      "<a class=\"skip\" href=\"#main\">Skip to the report</a>\n"
       "<header>\n<p class=\"kicker\">tiltrim report</p>\n<h1>{1}</h1>\n<p id=\"verdict\" "
       "class=\"verdict {4}\">{5}</p>\n</header>\n"
       "<nav aria-label=\"Parts of the report\">\n<ul>\n{6}</ul>\n</nav>\n{7}\n<main "

@@ -167,7 +167,7 @@ std::string paper_text(const PaperTables& t, const TextStyle& style) {
   for (const Sheet& sheet : paper_sheets(t)) text += '\n' + as_text(sheet, style);
   text += "\nSlips in the printed equations and tables\n";
   for (std::size_t i = 0; i < t.slips.size(); ++i) text += slip_text(t.slips[i], i + 1, style);
-  text += "\nThe outcome\n";
+  text += "\nFindings\n";
   for (const std::string& finding : t.findings) text += wrapped("- " + finding, 2, style.width);
   return text;
 }
@@ -181,7 +181,7 @@ std::vector<Sheet> paper_document(const PaperTables& t) {
   sheets.push_back({"Slips in the printed equations and tables", {}, {}, {}});
   for (std::size_t i = 0; i < t.slips.size(); ++i)
     sheets.push_back(paragraph_sheet(slip_text(t.slips[i], i + 1, unwrapped)));
-  sheets.push_back({"The outcome", {}, {}, t.findings});
+  sheets.push_back({"Findings", {}, {}, t.findings});
   return sheets;
 }
 

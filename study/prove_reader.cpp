@@ -32,10 +32,10 @@ double own_number(const Section& section, const Vehicle& vehicle, const Key& key
   Vehicle copy = vehicle;
   if (aircraft >= 0) return aircraft_value(copy.aircraft, std::size_t(aircraft));
   if (gain >= 0) return gain_value(copy.gains, std::size_t(gain));
-  section.refuse(*section.find("percent"),
-                 fmt::format("is a share of a number of the aircraft or the gains; expected from "
-                             "and to for {}",
-                             key.name));
+  section.refuse(
+      *section.find("percent"),
+      fmt::format("applies only to aircraft parameters and gains; expected from and to for {}",
+                  key.name));
 }
 
 // A share of the study's own value, or from and to.
@@ -47,7 +47,7 @@ ProveTable::Parameter read_range(const Section& section, const Key& key, const O
         section.refuse(*entry, "cannot be combined with percent; expected one or the other");
     const double share = section.number(*percent, {1e-6, 99}) / 100;
     const double own = own_value();
-    if (own == 0) section.refuse(*percent, "is a share of zero; expected from and to");
+    if (own == 0) section.refuse(*percent, "is a percentage of zero; expected from and to");
     return {key, std::min(own * (1 - share), own * (1 + share)),
             std::max(own * (1 - share), own * (1 + share))};
   }
@@ -86,10 +86,10 @@ ProveTable::Parameter read_user_parameter(const Section& section, const UserMode
   return read_range(section, key, [&] {
     const Eigen::Index at = find(own.model.parameters, key.signal);
     if (at < 0)
-      section.refuse(*section.find("percent"),
-                     fmt::format("is a share of a parameter of the model; expected from and to for "
-                                 "{}",
-                                 key.name));
+      section.refuse(
+          *section.find("percent"),
+          fmt::format("applies only to parameters of the model; expected from and to for {}",
+                      key.name));
     return own.parameters[at];
   });
 }

@@ -64,9 +64,9 @@ struct Component {
 
 const std::vector<Component>& components() {
   constexpr auto rotor_cause =
-      "the rotor equations of the simulation are in no stored text; the in-plane force is the "
+      "the sources do not give the rotor equations of the simulation; the in-plane force is the "
       "difference of large terms";
-  constexpr auto pylon_cause = "the pylon's cross-flow load is in no stored text";
+  constexpr auto pylon_cause = "the sources do not give the pylon's cross-flow load";
   static const std::vector<Component> all{
       {"spinners", "spinners", {"HUB_SPINNER"}, 0.5, {}, "", ""},
       {"fuselage",
@@ -270,11 +270,12 @@ void add_figure(std::vector<Comparison>& all) {
     const bool pitch = quantity == "pitch", power = quantity == "power";
     one.ours = if_found(at, pitch ? at.pitch : power ? at.power : at.stick);
     one.allowed = reading + (pitch ? 1.5 : power ? 0.1 * value : 5.0);
-    one.cause = !at.found ? at.why
-                : mast == "30"
-                    ? "flaps of the published trims are not stated (20 taken); the panel "
-                      "was not re-read, which moved others by 0.7 to 3 deg"
-                    : "the panel's reading, and the simulation's rotor equations";
+    one.cause =
+        !at.found ? at.why
+        : mast == "30"
+            ? "flaps of the published trims are not stated (20 taken); the panel was digitized "
+              "only once; a second reading of other panels changed pitch by 0.7 to 3 deg"
+            : "the panel's reading, and the simulation's rotor equations";
     all.push_back(one);
   }
 }
@@ -315,7 +316,7 @@ void add_poles(std::vector<Comparison>& all) {
     }
   }
   const std::string cause =
-      "mass, centre of gravity, rotor speed and flaps of the flight are not stated; fixed controls "
+      "mass, center of gravity, rotor speed and flaps of the flight are not stated; fixed controls "
       "here";
   const auto add = [&](const char* quantity, const char* unit, double value,
                        const std::optional<double>& ours, const char* page) {

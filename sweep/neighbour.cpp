@@ -179,7 +179,7 @@ bool settle(const Prepared& s, GridTrim& e) {
   if (found)
     e.message = missing_model(s, e);
   else if (e.message.empty())
-    e.message = "Newton from the neighbour finds no equilibrium";
+    e.message = "Newton from the neighboring point finds no equilibrium";
   if (!found) e.status = TrimStatus::not_found;
   return found;
 }

@@ -53,12 +53,12 @@ struct SweepInterrupted : std::runtime_error {
       : std::runtime_error(what), failed_elsewhere(elsewhere) {}
   bool failed_elsewhere;  ///< another rank of the run failed, and has reported the error
   /// The map so far. Points that were not reached have status -1; those that were are the same as
-  /// in the whole map. Crossings are missing where the search had not come.
+  /// in the whole map. Crossings are missing where the search had not yet run.
   std::shared_ptr<const SweepMap> finished{};
 };
 
 /// The map of all conditions, which share axes, states and inputs. Each point is trimmed by Newton
-/// from its neighbour with exact derivatives (a full trim if that fails), verified and linearized;
+/// from its neighbor with exact derivatives (a full trim if that fails), verified and linearized;
 /// eigenvalues are computed in batches, verdicts with error bounds, and mode names are tracked
 /// along the grid. Every line is tracked from both ends: where they find different equilibria the
 /// one of lower cost is the point's, the other its second branch. Results are bitwise identical for

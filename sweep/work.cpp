@@ -31,7 +31,7 @@ void check_axis(const SweepAxis& axis) {
   const auto refuse = [&](const std::string& why) {
     throw std::invalid_argument(fmt::format("axis {}: {}", axis.name, why));
   };
-  if (axis.columns.empty() || axis.size() == 0) refuse("no values; expected one at least");
+  if (axis.columns.empty() || axis.size() == 0) refuse("no values; expected at least one");
   for (const SweepAxis::Column& column : axis.columns) {
     if (column.values.size() != axis.size() || column.si.size() != axis.size())
       refuse(fmt::format("{} values of {}, {} in SI; expected {} of each", column.values.size(),

@@ -1280,8 +1280,8 @@ TEST_CASE("an axis without values, of unlike or unordered ones: refused in words
   const auto refused = [&](const SweepAxis& axis) {
     return refusal<std::invalid_argument>([&] { (void)swept(r, {axis}); });
   };
-  CHECK(refused({"p", {}}) == "axis p: no values; expected one at least");
-  CHECK(refused(axis("p", {})) == "axis p: no values; expected one at least");
+  CHECK(refused({"p", {}}) == "axis p: no values; expected at least one");
+  CHECK(refused(axis("p", {})) == "axis p: no values; expected at least one");
   CHECK(refused({"p", {{"p", "", "p", {1, 2}, {1}}}}) ==
         "axis p: 2 values of p, 1 in SI; expected 2 of each");
   CHECK(contains(refused(axis("p", {1, std::nan("")})), "p = nan; expected finite values"));

@@ -204,7 +204,7 @@ std::string limits_in_words(const Problem& p, const TrimResult& r) {
                    at_limits.push_back(fmt::format("{} at its {}", s.name, limit));
                }
              });
-  if (beyond.empty() && at_limits.empty()) return "no limit is reached there";
+  if (beyond.empty() && at_limits.empty()) return "with no limit reached";
   beyond.insert(beyond.end(), at_limits.begin(), at_limits.end());
   return fmt::format("with {}", fmt::join(beyond, ", "));
 }

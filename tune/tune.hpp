@@ -132,7 +132,7 @@ struct TuneProgress {
   bool feasible = false;         ///< the best candidate meets all limits
   std::string decides;           ///< what limits the best: requirement and point, as text
   long starts = 0;               ///< local searches completed
-  /// TuneResult::stationarity of the best when the last start ended that bettered it; NaN: none
+  /// TuneResult::stationarity of the best when the last start that improved it ended; NaN: none
   /// did.
   double stationarity = std::numeric_limits<double>::quiet_NaN();
 };

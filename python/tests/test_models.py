@@ -117,7 +117,7 @@ FREE = {"free": ["current"], "steady": ["rate"]}
         ("to: expected a number", lambda: tiltrim.follow(held_ball(), parameter="k_p", to="9")),
         ("a longest step of nan", lambda: tiltrim.follow(
             held_ball(), parameter="k_p", to=90, max_step=np.nan)),
-        ("-1 points at most", lambda: tiltrim.follow(
+        ("max_points is -1", lambda: tiltrim.follow(
             held_ball(), parameter="k_p", to=90, max_points=-1)),
         ("duration: expected a number", lambda: tiltrim.simulate(magnet(), HELD, "1")),
         ("changes: expected .signal", lambda: tiltrim.simulate(

@@ -57,7 +57,7 @@ def sweep(
     only  : conditions of a study; default: all
     crossings : look between the grid's points
     threads   : 0: as many as the machine has. Models with Python callables are swept by one
-    starts, method, time_limit : of the trim from nothing, where Newton from the neighbour fails;
+    starts, method, time_limit : of the trim from nothing, where Newton from the neighboring point fails;
              s of wall clock each, default: none, or the study's
     progress : True, or progress(done, total, text). An exception from it ends the sweep; if it
              returns False, the sweep stops with the lines that are finished: the other points have

@@ -10,7 +10,7 @@
 
 namespace tiltrim::xv15 {
 
-/// Force [N] and moment [N m] in body axes about the centre of gravity.
+/// Force [N] and moment [N m] in body axes about the center of gravity.
 struct Load {
   double X = 0.0;  ///< N, forward
   double Z = 0.0;  ///< N, down

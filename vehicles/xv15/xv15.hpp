@@ -33,7 +33,7 @@ struct Data;
 [[nodiscard]] Model model(const std::shared_ptr<const Data>& data);
 /// Default values of its parameters. `inflow_gradient`: 1 lets the induced velocity grow aft with
 /// the wake's skew (Pitt and Peters), 0 is uniform inflow. `airspeed_kt` and `climb_angle` are
-/// commands: the outputs forward_error and climb_error are what is left of them.
+/// commands: the outputs forward_error and climb_error are the deviations from them.
 [[nodiscard]] Eigen::VectorXd parameters(const Data& data);
 
 /// The total-energy control law around model(): collective and stick follow from the errors of
