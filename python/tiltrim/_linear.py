@@ -24,7 +24,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(repr=False)
 class LinearModel(Shown):
-    """x' = A dx + B du, y = C dx + D du at a point, with an error bound for every entry.
+    """dx' = A dx + B du, dy = C dx + D du at a point, with an error bound for every entry.
 
     A has shape (nx, nx), B (nx, nu), C (ny, nx), D (ny, nu), in the signals' units. True if the
     status is "linear"; else there are no matrices, and message gives the reason.
