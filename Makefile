@@ -135,7 +135,9 @@ format-check:
 	cmake/install-packages.sh dev
 	clang-format --dry-run --Werror $(SOURCES)
 
-figures: release
+figures: packages
+	cmake --preset release -D TILTRIM_BENCH=ON
+	cmake --build --preset release -j $(JOBS) --target tiltrim xv15_conversion
 	sed 's/count = 241/count = 481/' studies/map_corridor.toml > build/corridor.toml
 	build/bin/tiltrim sweep build/corridor.toml --format csv -o build/corridor.csv
 	gnuplot docs/figures/corridor.gp
@@ -145,7 +147,6 @@ figures: release
 	cp build/figures/fig5_angles.svg docs/figures/transition.svg
 	build/bin/tiltrim simulate studies/transition_as_drawn.toml --format csv -o build/as_drawn.csv
 	gnuplot docs/figures/as_drawn.gp
-	cmake --build --preset release --target xv15_conversion
 	build/bin/xv15_conversion 1 studies/xv15_conversion.toml build/xv15_conversion.csv
 	gnuplot -e 'file="build/xv15_conversion.csv"' docs/figures/xv15_conversion.gp
 	build/bin/tiltrim report studies/paper.toml -o build/paper.html --figures build/figures
