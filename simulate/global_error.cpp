@@ -33,11 +33,16 @@ Agreement agreement(const Signals& states, const Trajectory& run, const Trajecto
   for (std::size_t k = 0; k < run.samples(); ++k)
     largest = largest.cwiseMax(state(run, k).cwiseAbs());
   Agreement a{VectorXd::Zero(n)};
-  const double same_time = 1e-6 * run.end();
-  // Samples of one run only, at a step or an event, are skipped.
+  // Each run locates an event by itself. Samples of one run only, at its steps, are skipped.
+  const double same_event = 1e-6 * run.end();
+  const auto happens = [](const Trajectory& t, std::size_t k) {
+    return std::ranges::binary_search(t.events, t.t[k], {}, &MotionEvent::t);
+  };
   for (std::size_t i = 0, k = 0; i < run.samples() && k < other.samples();) {
     const double later = run.t[i] - other.t[k];
-    if (std::abs(later) > same_time) {
+    const bool same =
+        later == 0 || (std::abs(later) <= same_event && happens(run, i) && happens(other, k));
+    if (!same) {
       ++(later > 0 ? k : i);
       continue;
     }

@@ -126,11 +126,8 @@ class StiffIntegration {
         stepper.state(when, z_);
         return z_.data();
       };
-      events(stepper.from(), reached, at);
-      for (double s; (s = from_ + double(sampled_) * options_.sample) <= reached && s < to_;
-           ++sampled_)
-        sample(s, at(s));
-      if (options_.sample == 0 && reached < to_) sample(reached, at(reached));
+      samples(reached, at);
+      if (!events(stepper.from(), reached, at)) return false;
       t = reached;
       (void)at(t);
       for (std::size_t i = 0; i < n_; ++i)
@@ -142,13 +139,29 @@ class StiffIntegration {
     return true;
   }
 
-  // Locates sign changes of event functions between two times by bisection.
+  // Those on the grid up to the end of a step, or, without a grid, its end.
   template <class At>
-  void events(double low, double high, const At& at) {
+  void samples(double reached, const At& at) {
+    if (options_.sample == 0) {
+      if (reached < to_) sample(reached, at(reached));
+      return;
+    }
+    for (double s; (s = from_ + double(sampled_) * options_.sample) <= reached && s < to_;
+         ++sampled_)
+      sample(s, at(s));
+  }
+
+  // Locates sign changes of event functions between two times by bisection; returns whether the
+  // motion continues.
+  template <class At>
+  bool events(double low, double high, const At& at) {
     constexpr int halvings = 60;
     watch(high, at(high));
     for (std::size_t k = 0; k < above_.size(); ++k) {
-      if ((g_[k] > 0) == bool(above_[k]) || std::isnan(g_[k])) continue;
+      if (std::isnan(g_[k]))
+        return end(MotionStatus::not_finite, high,
+                   fmt::format("the event function '{}' is nan", motion_.event_functions[k].name));
+      if ((g_[k] > 0) == bool(above_[k])) continue;
       double a = low, b = high;
       for (int i = 0; i < halvings; ++i) {
         const double middle = 0.5 * (a + b);
@@ -160,6 +173,9 @@ class StiffIntegration {
       watch(high, at(high));
     }
     std::ranges::stable_sort(result_.events, {}, &MotionEvent::t);
+    if (long(result_.events.size()) >= options_.max_events)
+      return end(MotionStatus::event_limit, high, fmt::format("{} events", result_.events.size()));
+    return true;
   }
 };
 

@@ -294,6 +294,34 @@ TEST_CASE("stiff, with a step in the input and a switch on the way") {
   CHECK_NEAR(last(s), 0.0, 1e-8);
 }
 
+TEST_CASE(
+    "stiff: a sample at every step; a switch that is NaN and the limit of events end the motion") {
+  Model m = scalar([](double x, double u, double) { return -1e6 * (x - u); });
+  const std::vector<SignalChange> pulse{{"u", 1.0, 0.5, 1.5}};
+  const Simulation every = simulate(m, from(0.4), 2.0, pulse, {.sample = 0});
+  CHECK(every.status == MotionStatus::completed);
+  CHECK(every.stiff);
+  CHECK(every.steps < 2000);
+  CHECK(std::ssize(every.t) == every.steps + 1);
+  CHECK(std::ranges::is_sorted(every.t, std::less_equal{}));
+  CHECK_NEAR(last(every), 0.0, 1e-8);
+
+  m.switches = {{"half", [](const OperatingPoint& at) { return at.x[0] - 0.5; }}};
+  const Simulation limited = simulate(m, from(0.4), 2.0, pulse, {.max_events = 1});
+  CHECK(limited.status == MotionStatus::event_limit);
+  CHECK(limited.stiff);
+  CHECK(says(limited.message, "1 events"));
+  REQUIRE(limited.events.size() == 1);
+  CHECK_NEAR(limited.t.back(), 0.5, 1e-3);
+
+  m.switches = {{"root", [](const OperatingPoint& at) { return std::sqrt(0.5 - at.x[0]); }}};
+  const Simulation nan = simulate(m, from(0.4), 2.0, pulse);
+  CHECK(nan.status == MotionStatus::not_finite);
+  CHECK(nan.stiff);
+  CHECK(says(nan.message, "'root' is nan"));
+  CHECK_NEAR(nan.t.back(), 0.5, 1e-3);
+}
+
 TEST_CASE("a fixed step is taken as often as it is asked for") {
   const Simulation s = simulate(scalar([](double x, double, double) { return -x; }), from(1), 2.0,
                                 {}, {.sample = 1.0, .fixed_step = 1e-4});
