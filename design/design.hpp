@@ -96,7 +96,7 @@ struct Peak {
 
 /// The H2 norm, with its error.
 struct H2Norm {
-  double norm = std::numeric_limits<double>::infinity();  ///< infinite if unstable or D is not 0
+  double norm = std::numeric_limits<double>::infinity();  ///< infinite if unstable or D is not 0, NaN: not found
   double error = 0.0;  ///< relative: difference between the two Gramians, residuals
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -194,6 +195,7 @@ H2Norm h2_norm(const MatrixXd& A, const MatrixXd& B, const MatrixXd& C, const Ma
   // tr C P Cᵀ = tr Bᵀ O B with A P + P Aᵀ + B Bᵀ = 0 and Aᵀ O + O A + Cᵀ C = 0.
   const EquationSolution P = lyapunov(g.A, g.B * g.B.transpose());
   const EquationSolution O = lyapunov(g.A.transpose(), g.C.transpose() * g.C);
+  if (P.X.size() != g.A.size() || O.X.size() != g.A.size()) return {std::nan(""), unbounded};
   const auto root = [](double square) { return std::sqrt(std::max(0.0, square)); };
   const double norm = root((g.C * P.X * g.C.transpose()).trace());
   const double other = root((g.B.transpose() * O.X * g.B).trace());

@@ -158,6 +158,21 @@ struct Assignment {
     return false;
   }
 
+  // The inputs move the last two along one direction; if A keeps it, another one, which they do not
+  // reach, becomes the last.
+  bool bring_unreached() {
+    const dense::SVD svd = dense::svd(inputs(2));
+    if (svd.sigma.size() == 2 && svd.sigma[1] > uncontrolled * svd.sigma[0]) return false;
+    const Matrix2d U = svd.U;
+    const Matrix2d L = U.transpose() * schur.T.block(last - 2, last - 2, 2, 2) * U;
+    if (std::abs(L(1, 0)) > uncontrolled * schur.T.norm()) return false;
+    schur.T.middleCols(last - 2, 2) *= U;
+    schur.T.middleRows(last - 2, 2) = (U.transpose() * schur.T.middleRows(last - 2, 2)).eval();
+    schur.T(last - 1, last - 2) = 0;
+    schur.Z.middleCols(last - 2, 2) *= U;
+    return true;
+  }
+
   // Places or gives up at least one eigenvalue. Returns false if two blocks cannot be exchanged.
   bool advance() {
     Index b = block_at_end();
@@ -169,11 +184,13 @@ struct Assignment {
     } else {
       if (b == 1) {
         if (!bring_second()) return false;
-        if (deflate(1)) return true;
+        if (deflate(1) || (bring_unreached() && deflate(1))) return true;
         b = 2;
       }
       const auto [p, q] = wanted.take_two(value(block_at_end()));
-      apply(gain_of_two(schur.T.block(last - 2, last - 2, 2, 2), inputs(2), p, q));
+      const MatrixXd k = gain_of_two(schur.T.block(last - 2, last - 2, 2, 2), inputs(2), p, q);
+      if (!k.allFinite()) return false;
+      apply(k);
     }
     if (!schur.T.allFinite()) return false;
     const bool two = b == 2 && schur.T(last - 1, last - 2) == 0;

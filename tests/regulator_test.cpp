@@ -212,6 +212,19 @@ TEST_CASE("place: uncontrollable modes are named and stay") {
   const Placement half = place(rows({{0, 0}, {0, 1}}), force, complex({{-1, 1}, {-1, -1}}));
   CHECK(half.status == PlaceStatus::uncontrollable);
   CHECK_NEAR(half.poles[0].real(), -1, rounding);
+  // Two modes of one value: the input moves their sum and nothing across it. A third is moved
+  // freely.
+  for (const MatrixXd& a : {rows({{1, 0}, {0, 1}}), rows({{1, 0.5}, {0.5, 1}})}) {
+    const Placement one = place(a, rows({{1}, {1}}), complex({{-1, 1}, {-1, -1}}));
+    CHECK(one.status == PlaceStatus::uncontrollable);
+    REQUIRE(one.uncontrollable.size() == 1);
+    CHECK_NEAR(one.uncontrollable[0].real(), 1 - a(0, 1), rounding);
+    check_entries(one.K, rows({{1 + a(0, 1) / 2, 1 + a(0, 1) / 2}}), 1e-12);  // the sum to -1
+  }
+  const Placement third = place(rows({{1, 0, 0}, {0, 1, 0}, {0, 0, 2}}), rows({{1}, {1}, {1}}),
+                                complex({{-1, 1}, {-1, -1}, -3}));
+  CHECK(third.status == PlaceStatus::uncontrollable);
+  CHECK(third.uncontrollable.size() == 1);
 }
 
 TEST_CASE("place: mistakes are named") {
