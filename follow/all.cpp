@@ -71,8 +71,7 @@ void look_along(Found& f, std::size_t from, const std::string& parameter, double
       if (!(a * b <= 0)) continue;
       OperatingPoint guess = branch.points[std::abs(a) < std::abs(b) ? k : k + 1].point;
       set_value(guess, j, own);
-      f.add(at(f, guess, options),
-            fmt::format("the branch in {} from start {}", parameter, from + 1));
+      f.add(at(f, guess, options), fmt::format("the branch in {}", parameter));
     }
   }
 }

@@ -182,9 +182,8 @@ double length(const std::vector<VectorXd>& way) {
 }
 
 void follow_border(const Grid& g, std::deque<Seed>& seeds, std::vector<Followed>& all) {
-  constexpr std::size_t most = 400;  // pieces
   constexpr double shortest = 1e-4;  // scaled: shorter pieces are an artefact of a corner
-  while (!seeds.empty() && all.size() < most && !g.options.stop.stop_requested()) {
+  while (!seeds.empty() && all.size() < most_border_pieces && !g.options.stop.stop_requested()) {
     const Seed seed = std::move(seeds.front());
     seeds.pop_front();
     if (std::ranges::any_of(all, [&](const Followed& f) { return on(f.piece, f.way, seed); }))
@@ -391,8 +390,23 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
     e.rows.push_back(row_at(g, border, at / g.moving.nominal[g.n() + 1]));
   e.evaluations = g.fixed.evaluations + g.moving.evaluations;
   if (e.count.maxCoeff() == 0) e.status = EnvelopeStatus::empty;
+  if (!seeds.empty()) e.status = EnvelopeStatus::piece_limit;
   if (stopped) e.status = EnvelopeStatus::interrupted;
   return e;
+}
+
+std::string to_string(EnvelopeStatus status) {
+  switch (status) {
+    case EnvelopeStatus::complete:
+      return "complete";
+    case EnvelopeStatus::empty:
+      return "empty";
+    case EnvelopeStatus::interrupted:
+      return "interrupted";
+    case EnvelopeStatus::piece_limit:
+      break;
+  }
+  return "piece_limit";
 }
 
 }  // namespace tiltrim

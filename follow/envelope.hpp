@@ -43,7 +43,7 @@ struct EnvelopeInterval {
   /// One end of an interval of x.
   struct End {
     double x = 0.0;    ///< SI
-    std::string name;  ///< what ends it: a piece's name, or "edge" of the plane
+    std::string name;  ///< what ends it: a piece's name, "edge" of the plane, or "lost": not found
   };
   End from, to;  ///< ascending
 };
@@ -53,12 +53,16 @@ struct EnvelopeRow {
   std::vector<EnvelopeInterval> intervals;  ///< ascending
 };
 
+inline constexpr std::size_t most_border_pieces = 400;
+
 /// How an envelope ended.
 enum class EnvelopeStatus {
   complete,     ///< every sheet found has been covered
   empty,        ///< no trim found in the plane
   interrupted,  ///< stopped by the caller
+  piece_limit,  ///< the boundary has more than most_border_pieces: some of it is missing
 };
+std::string to_string(EnvelopeStatus status);  ///< as in JSON
 
 /// The result of envelope().
 struct Envelope {
@@ -91,7 +95,7 @@ struct EnvelopeOptions {
 /// One equilibrium found.
 struct Equilibrium {
   TrimResult trim;               ///< verified
-  std::string found;             ///< "a start", or "the branch in V from number 1"
+  std::string found;             ///< "a start", or "the branch in V"
   std::optional<Modes> modes{};  ///< if it has a linear model
 };
 
@@ -105,7 +109,8 @@ struct AllEquilibria {
 
 /// Newton from many starts, then the branches in `parameters` from every equilibrium found, in both
 /// directions up to `reach` nominal sizes: a branch that returns to the original parameter value
-/// gives another equilibrium. Repeated until nothing new is found. Throws as trim() and follow().
+/// gives another equilibrium. Repeated until nothing new is found, from 50 at most. Throws as
+/// trim() and follow().
 [[nodiscard]] AllEquilibria all_equilibria(const Model& model, const TrimSpec& spec,
                                            const OperatingPoint& guess,
                                            const std::vector<std::string>& parameters, double reach,

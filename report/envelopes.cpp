@@ -156,7 +156,12 @@ std::string asked(const EnvelopeAnswer& e) {
                      held(e));
 }
 
-const char* const interrupted = "interrupted: regions missing here may still have trims";
+std::string incomplete(const EnvelopeAnswer& e) {
+  const char* const may = "regions missing here may still have trims";
+  if (e.has(EnvelopeStatus::interrupted)) return fmt::format("interrupted: {}", may);
+  return fmt::format("the boundary has more than {} pieces, the others were not followed: {}",
+                     most_border_pieces, may);
+}
 
 }  // namespace
 
@@ -164,7 +169,8 @@ std::string envelopes_text(const std::vector<EnvelopeAnswer>& envelopes, const T
   std::string text;
   for (const EnvelopeAnswer& e : envelopes) {
     text += (text.empty() ? "" : "\n") + wrapped(asked(e), 0, style.width);
-    if (!e.answered()) text += wrapped(toned(interrupted, Tone::bad, style) + ".", 2, style.width);
+    if (!e.answered())
+      text += wrapped(toned(incomplete(e), Tone::bad, style) + ".", 2, style.width);
     text += as_text(envelope_sheet(e), style);
     const Sheet border = pieces_sheet(e);
     if (!border.rows.empty()) text += '\n' + as_text(border, style);
@@ -177,7 +183,7 @@ std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelop
   for (const EnvelopeAnswer& e : envelopes) {
     sheets.push_back(envelope_sheet(e));
     sheets.back().title = asked(e);
-    if (!e.answered()) sheets.back().notes.push_back(std::string(interrupted) + ".");
+    if (!e.answered()) sheets.back().notes.push_back(incomplete(e) + ".");
     Sheet border = pieces_sheet(e);
     border.title = e.condition.name + ": the boundary";
     if (!border.rows.empty()) sheets.push_back(std::move(border));
@@ -193,9 +199,7 @@ std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
     j["parts"] = ordered_json::array();
     for (const Envelope& part : e.parts) {
       ordered_json p;
-      p["status"] = part.status == EnvelopeStatus::complete ? "complete"
-                    : part.status == EnvelopeStatus::empty  ? "empty"
-                                                            : "interrupted";
+      p["status"] = to_string(part.status);
       p[along] = {across(e, part.x.range.lower), across(e, part.x.range.upper)};
       p[over] = {up(e, part.y.range.lower), up(e, part.y.range.upper)};
       p["evaluations"] = part.evaluations;

@@ -116,9 +116,12 @@ AllEquilibria all_equilibria(const Vehicle& vehicle, const Condition& condition,
                         options);
 }
 
+bool EnvelopeAnswer::has(EnvelopeStatus status) const {
+  return std::ranges::any_of(parts, [&](const Envelope& e) { return e.status == status; });
+}
+
 bool EnvelopeAnswer::answered() const {
-  return std::ranges::none_of(
-      parts, [](const Envelope& e) { return e.status == EnvelopeStatus::interrupted; });
+  return !has(EnvelopeStatus::interrupted) && !has(EnvelopeStatus::piece_limit);
 }
 
 EnvelopeTable envelope_table(const Study& study, const std::string& over,

@@ -113,7 +113,8 @@ struct EnvelopeAnswer {
   Model model;                  ///< the model that was trimmed
   std::vector<Envelope> parts;  ///< one, or two over tilt
 
-  bool answered() const;  ///< every part was completed
+  bool has(EnvelopeStatus status) const;  ///< any part
+  bool answered() const;                  ///< every part was completed
 };
 
 /// The study's [envelope], or the conversion corridor; `over` ("eta_deg", "gamma_deg") and `count`

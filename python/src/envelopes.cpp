@@ -22,18 +22,6 @@ struct Units {
   Unit x, y;
 };
 
-const char* word(EnvelopeStatus status) {
-  switch (status) {
-    case EnvelopeStatus::complete:
-      return "complete";
-    case EnvelopeStatus::empty:
-      return "empty";
-    case EnvelopeStatus::interrupted:
-      return "interrupted";
-  }
-  return "";
-}
-
 py::dict in_dict(const BorderPiece& piece, const Units& in) {
   std::vector<double> along, over, residual;
   std::vector<bool> outer;
@@ -69,7 +57,7 @@ py::dict in_dict(const Envelope& part, const Units& in) {
     rows.append(py::make_tuple(in.y(row.y), intervals));
   }
   py::dict d;
-  d["status"] = word(part.status);
+  d["status"] = to_string(part.status);
   d["along"] = RangeTuple(in.x(part.x.range.lower), in.x(part.x.range.upper));
   d["over"] = RangeTuple(in.y(part.y.range.lower), in.y(part.y.range.upper));
   d["count"] = part.count;

@@ -22,7 +22,7 @@ class Equilibrium(Shown):
     """An equilibrium, and how it was found."""
 
     trim: TrimResult
-    found: str  #: "a start", or "the branch in V from number 1"
+    found: str  #: "a start", or "the branch in V"
     modes: Optional[Modes]  #: None without a linear model
 
     def __getitem__(self, name: str) -> float:
@@ -56,8 +56,8 @@ class AllEquilibria(Plotted):
 
     def _page(self) -> Page:
         one = len(self) == 1
-        heading = f"{len(self)} equilibri{'um' if one else 'a'} from {self.starts} starts and "
-        heading += f"{self.branches} branches"
+        heading = f"{len(self)} equilibri{'um' if one else 'a'} from {self.starts} "
+        heading += f"start{'' if self.starts == 1 else 's'} and {self.branches} branches"
         if not self.equilibria:
             return Page(heading, [self.none.message] if self.none else [])
         states = self.equilibria[0].trim.model.states
