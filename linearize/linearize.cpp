@@ -110,9 +110,10 @@ std::string not_finite(const Model& model, const Evaluation& e) {
   return words.empty() ? "" : fmt::format("not finite: {}", fmt::join(words, ", "));
 }
 
-// Exact and finite-difference Jacobians that differ by more than their errors: one is wrong.
-void compare(const Estimate& exact, const Estimate& differences, const Model& model,
-             const Selection& selection, std::vector<std::string>& remarks) {
+// Exact and finite-difference Jacobians that differ by more than their errors: one is wrong, and
+// the error is their distance.
+void compare(const Estimate& differences, const Model& model, const Selection& selection,
+             Estimate& exact, std::vector<std::string>& remarks) {
   constexpr double doubt = 10.0;  // error estimates are approximate
   for (Index i = 0; i < exact.value.rows(); ++i)
     for (Index j = 0; j < exact.value.cols(); ++j) {
@@ -123,6 +124,7 @@ void compare(const Estimate& exact, const Estimate& differences, const Model& mo
                                     row_name(model, i),
                                     signal_of(model, selection.variables[std::size_t(j)]).name,
                                     exact.value(i, j), differences.value(i, j)));
+      exact.error(i, j) = apart + differences.error(i, j);
     }
 }
 
@@ -273,6 +275,7 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   if (use_exact) {
     fill_in(d, model, selection, all, linear.remarks);
     widen_where_singular(d, linear, all);
+    compare(d.jacobian, model, selection, all, linear.remarks);
   }
   if (!same_answer(e, evaluate(model, linear.point)) &&
       refused(LinearizeStatus::not_repeatable, unsteady))
@@ -287,10 +290,9 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   note_moving(options, linear);
   if (refused(LinearizeStatus::not_equilibrium, only_small(model, linear, options))) return;
   linear.status = LinearizeStatus::linear;
-  if (!use_exact) return;
-  linear.A_differences = {d.jacobian.value.topLeftCorner(n, n),
-                          d.jacobian.error.topLeftCorner(n, n)};
-  compare(all, d.jacobian, model, selection, linear.remarks);
+  if (use_exact)
+    linear.A_differences = {d.jacobian.value.topLeftCorner(n, n),
+                            d.jacobian.error.topLeftCorner(n, n)};
 }
 
 }  // namespace
