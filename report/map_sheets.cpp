@@ -116,7 +116,8 @@ const AxisCrossing* crossing_at(const SweepMap& map, const AxisInterval& i, doub
 // Largest real part; zero, not its rounding error, where an eigenvalue crosses the axis.
 double abscissa_of(const SweepMap& map, const AxisInterval& i) {
   for (const double end : {i.from, i.to}) {
-    const AxisCrossing* c = i.abscissa_at == end ? crossing_at(map, i, end) : nullptr;
+    const bool at_end = i.abscissa_at == end && i.verdict != IntervalVerdict::undecided;
+    const AxisCrossing* c = at_end ? crossing_at(map, i, end) : nullptr;
     if (c && c->kind != CrossingKind::jump && c->kind != CrossingKind::end) return 0.0;
   }
   return i.abscissa;

@@ -140,7 +140,8 @@ class Search {
     if (a && m && b && continuous(line_, *a, *m, *b)) {
       if (const auto piece = in_eigenvectors(*a, *m, *b)) {
         const Judged judged = judge(*piece, riding_);
-        if (judged.unclear.empty()) return;
+        // An end may lie on the axis, where its own number of unstable eigenvalues is that of no side.
+        if (judged.unclear.empty() && a->unstable() == b->unstable()) return;
         if (judged.rounding) return ended(from, a, to, b, true);
         if (judged.monotone && (a->unstable() == b->unstable() || locate(*a, *b))) return;
       }
@@ -166,7 +167,7 @@ class Search {
     e.kind = CrossingKind::end;
     if (!begin_ || !b) return;
     const Index changed = b->eigenvalues.size() - 1 - std::min(e.before, e.after);
-    const double frequency = std::abs(b->eigenvalues[std::max<Index>(changed, 0)].imag());
+    const double frequency = changed >= 0 ? std::abs(b->eigenvalues[changed].imag()) : 0.0;
     e.kind = !rounding && jumps(*begin_, *b) ? CrossingKind::jump
              : e.before == e.after           ? CrossingKind::touch
              : frequency > 0                 ? CrossingKind::hopf

@@ -143,7 +143,8 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
     if (unstable >= 0) largest_abscissa(line, seen, from, to, i);
     all.push_back(i);
   };
-  const auto add_beside = [&](double from, double to, int unstable) {
+  // Up to an event, from whose left end on nothing is certain.
+  const auto add_beside = [&](double from, double to, int unstable, double certain) {
     for (const Riding& r : riding) {
       const double left = std::max(r.from, from), right = std::min(r.to, to);
       if (unstable != 0 || !(left < right)) continue;
@@ -153,7 +154,10 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
       all.back().abscissa_at = all.back().from;
       from = right;
     }
-    add(from, to, unstable, true);
+    if (from < certain || all.empty())
+      add(from, to, unstable, true);
+    else
+      all.back().to = coordinate(axis, to);
   };
   const double last = double(line.size() - 1);
   int unstable = events.empty() ? -1 : events.front().before;
@@ -163,13 +167,15 @@ std::vector<AxisInterval> intervals(const GridLine& line, const std::vector<Line
   double from = 0.0;
   for (const LineEvent& e : events) {  // the state before, at and after it
     const bool jump = e.kind == CrossingKind::jump || e.kind == CrossingKind::end;
-    const bool wide = e.kind == CrossingKind::touch && std::abs(e.right - e.left) > 2 * finest;
-    add_beside(from, jump || wide ? e.left : e.at(), e.before);
+    constexpr double located = 1e-4;  // of a step
+    const double widest = e.kind == CrossingKind::touch ? 2 * finest : located;
+    const bool wide = !jump && std::abs(e.right - e.left) > widest;
+    add_beside(from, jump || wide ? e.left : e.at(), e.before, e.left);
     if (wide) add(e.left, e.right, std::max(e.before, e.after), false);
     from = jump || wide ? e.right : e.at();
     unstable = e.after;
   }
-  add_beside(from, last, unstable);
+  add_beside(from, last, unstable, last);
   std::erase_if(all, [](const AxisInterval& i) { return i.from == i.to; });
   return all;
 }

@@ -36,6 +36,8 @@ std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoi
     const Values v = values(problem, unknowns_of(problem, problem.base));
     if (!(v.residual.lpNorm<Eigen::Infinity>() <= round_off)) return {};
     return equilibrium_at(line.sweep, problem.base);
+  } catch (const CallerMistake&) {
+    throw;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception&) {  // settle() has failed, too

@@ -171,6 +171,8 @@ bool settle(const Prepared& s, GridTrim& e) {
     found = s.problem.square() && (s.problem.n() <= dense::small_size
                                        ? newton<dense::SmallMatrix, dense::SmallVector>(s, e)
                                        : newton<MatrixXd, VectorXd>(s, e));
+  } catch (const CallerMistake&) {
+    throw;
   } catch (const std::bad_alloc&) {
     throw;  // not an exception of the model
   } catch (const std::exception& thrown) {
@@ -217,6 +219,8 @@ std::optional<GridTrim> settle(const Prepared& s, const OperatingPoint& numbers,
   try {
     e.at = here;
     if (!keep_outputs(s, outputs_of(s.model(), from), e.at)) return {};
+  } catch (const CallerMistake&) {
+    throw;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception&) {  // settle() has stored the message

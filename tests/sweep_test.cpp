@@ -544,6 +544,38 @@ TEST_CASE("where an eigenvalue stays on the axis nothing is stable, and others s
   }
 }
 
+TEST_CASE(
+    "where the search spends its pieces next to the axis, the rest is undecided, not stable") {
+  // λ² + d λ + k = 0: unstable where k < 0, undamped where d = 0.
+  const auto oscillator = [](const std::function<double(double p)>& k,
+                             const std::function<double(double p)>& d) {
+    return request(planted({"p"}, [=](const VectorXd& p) {
+      return MatrixXd{{0, 1}, {-k(p[0]), -d(p[0])}};
+    }));
+  };
+  const auto away = [](double p) { return -p; };
+  const struct {
+    SweepRequest request;
+    double from, to, stable_to;
+  } cases[] = {
+      {oscillator(away, [](double p) { return 0.01 * std::abs(p) + 1e-6; }), -1.3, 1, 0},
+      {oscillator(away, [](double p) { return p * p; }), -1.3, 1, 0},
+      {oscillator(away, [](double) { return 0.0; }), -1, 1, -INFINITY},
+      {oscillator(away, [](double) { return 0.0; }), -2, 1, -INFINITY},
+  };
+  for (const auto& c : cases)
+    for (const int count : {2, 3, 4, 5, 12}) {
+      const SweepMap map = swept(c.request, {axis("p", spaced(c.from, c.to, count))});
+      CAPTURE(count);
+      for (const AxisInterval& i : map.intervals) {
+        if (i.verdict == IntervalVerdict::stable) CHECK(i.to <= c.stable_to + 1e-6);
+        if (i.verdict == IntervalVerdict::unstable) CHECK(i.from >= -1e-6);
+      }
+      CHECK(map.intervals.front().from == c.from);
+      CHECK_NEAR(map.intervals.back().to, c.to, 1e-15);
+    }
+}
+
 TEST_CASE("a curve that touches the axis is a touch") {
   Random random(5);
   for (int i = 0; i < 4; ++i) {
