@@ -312,10 +312,9 @@ static void check_loops(const std::vector<std::string>& asked, const Study& stud
 
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check_frequencies(command.options);
-  const std::filesystem::path &bode = command.bode, &output = command.common.output;
-  if (!bode.empty() && !output.empty() &&
-      absolute(bode).lexically_normal() == absolute(output).lexically_normal())
-    throw StudyError("--bode and --output name the same file; expected two files");
+  const std::filesystem::path& bode = command.bode;
+  check_apart(bode, "--bode", command.common.study, "the study");
+  check_apart(bode, "--bode", command.common.output, "-o");
   const Study study = read_study(command.common.study);
   check_loops(command.options.actuators, study);
   if (!bode.empty()) check_writable(bode);

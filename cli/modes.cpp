@@ -4,6 +4,7 @@
 
 #include "cli/commands.hpp"
 #include "cli/matrix_file.hpp"
+#include "cli/terminal.hpp"
 #include "report/mode_sheets.hpp"
 #include "vehicles/mode_names.hpp"
 
@@ -53,6 +54,7 @@ Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop
   const std::filesystem::path& file = command.common.study;
   if (file == "-" && command.error == "-")
     refuse("--error", "standard input is already the matrix", "a file");
+  check_apart(command.common.output, "-o", command.error, "--error");
   if (file.extension() == ".toml") refuse(file.string(), "is a study", "a matrix; see linearize");
   const MatrixFile A = read_matrix(file, command.variable.value_or("A"));
   const std::string name = file == "-" ? "standard input" : file.string();

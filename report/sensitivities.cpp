@@ -20,7 +20,7 @@ constexpr double percent = 0.01;
 
 // One percent of the parameter's value, or of its nominal size if the value is zero.
 double one_percent(const ParameterSensitivity& p) {
-  return percent * (p.value != 0 ? std::abs(p.value) : p.parameter.nominal);
+  return percent * (p.value != 0 ? p.value : p.parameter.nominal);
 }
 
 std::string title(const Mode& m) {

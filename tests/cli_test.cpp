@@ -447,6 +447,16 @@ TEST_CASE("sensitivities: as differences of trims and of eigenvalues") {
   CHECK(text.out.find("better damped") != std::string::npos);
   const Ran csv = tiltrim(scratch, level + " -f csv");
   CHECK(csv.out.starts_with("name,parameter,value,unit,quantity,derivative\n"));
+  // A negative parameter: one percent more is a larger magnitude.
+  const Ran negative =
+      tiltrim(scratch, "sensitivities " + studies + "airframe.toml --parameters aircraft.CM_q");
+  const std::regex row("CM_q +-7 +([+-])[^ ]+ +- +[^ ]+ +(larger|smaller)");
+  int rows = 0;
+  for (std::sregex_iterator r(negative.out.begin(), negative.out.end(), row), end; r != end; ++r) {
+    CHECK(((*r)[1] == "+") == ((*r)[2] == "larger"));
+    ++rows;
+  }
+  CHECK(rows >= 4);
   const fs::path none = scratch.write("none.toml", condition(20, -5, 0));
   const Ran untrimmed = tiltrim(scratch, "sensitivities " + none.string() + " -f json");
   CHECK(untrimmed.exit_code == 1);

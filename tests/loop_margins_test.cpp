@@ -540,7 +540,8 @@ TEST_CASE("tiltrim margins: mistakes are said in a line, and nothing is written"
   refused(command + " --to -1", "--to: -1 is not a frequency");
   refused(command + " --to inf", "--to: inf is not a frequency");
   refused(command + " --from 1e9", "condition 'climb': no Bode data from 1e+09 to ");
-  refused(command + " --bode a.csv -o ./a.csv", "--bode and --output name the same file;");
+  refused(command + " --bode a.csv -o ./a.csv", "--bode and -o name the same file;");
+  refused("margins study.toml --bode ./study.toml", "--bode and the study name the same file;");
   refused(command + " --bode nowhere/a.csv", "nowhere: No such file");
   refused("margins " + source + "/studies/airframe.toml",
           "condition 'hover': margins need a closed loop; expected formulation closed_loop");

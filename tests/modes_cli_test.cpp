@@ -363,6 +363,8 @@ TEST_CASE("files that cannot be read are refused") {
                 "'tiltrim modes --help'");
   scratch.write("A.csv", "-1\n");
   check_refused(scratch, "modes A.csv -o A.csv", "A.csv: -o and", "expected two files");
+  check_refused(scratch, "modes A.csv --error E.csv -o E.csv", "E.csv: -o and --error",
+                "expected two files");
   check_refused(scratch, "modes A.csv --variable B", "--variable: A.csv has one matrix",
                 "a MAT-file or a JSON object");
   CHECK(slurp(scratch.path / "A.csv") == "-1\n");
