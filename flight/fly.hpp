@@ -188,7 +188,7 @@ void write_netcdf(const FlightTable& table, const FlightNotes& notes,
 
 /// Linear and nonlinear response from an offset to the trim of a constant command, in wind axes.
 /// `offset` by state name: V, gamma, theta, q, energy_integral, distribution_integral (SI). Throws
-/// std::invalid_argument for other names and for a zero offset.
+/// std::invalid_argument for other names, a zero offset and options as for a motion.
 [[nodiscard]] Response response(const Flight& flight, const Command& command,
                                 const std::map<std::string, double>& offset,
                                 const ResponseOptions& options = {});

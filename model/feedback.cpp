@@ -281,6 +281,7 @@ Partial partial(const Loop& loop, const Sides& at, const std::array<Asked, 2>& a
   for (std::size_t side : {0, 1}) {
     const Asked& a = asked[side];
     const MatrixXd J = loop.models[side].derivatives(at[side], a.variables);
+    check_derivatives(loop.models[side], J, a.variables.size());
     const Index rates = loop.states(side), outputs = loop.outputs(side);
     const Index first_rate = side == 0 ? 0 : loop.states(0);
     const Index first_output = nx + (side == 0 ? 0 : loop.outputs(0));

@@ -1,6 +1,9 @@
 #include "simulate/comparison.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
+#include <stdexcept>
 
 #include "dense/dense.hpp"
 #include "model/lookup.hpp"
@@ -94,6 +97,15 @@ double reach(const Comparison& comparison, const VectorXd& offset, const Respons
 
 void compare(const std::function<Nonlinear(const VectorXd& offset)>& moved, const MatrixXd& A,
              const ResponseOptions& options, Response& response) {
+  if (!(options.sample > 0 && options.sample <= options.duration &&
+        std::isfinite(options.duration)))
+    throw std::invalid_argument(
+        fmt::format("response: sample {} and duration {}; expected 0 < sample <= duration",
+                    options.sample, options.duration));
+  if (!(options.tolerated > 0 && options.most >= 1))
+    throw std::invalid_argument(
+        fmt::format("response: tolerated {} and most {}; expected tolerated > 0 and most >= 1",
+                    options.tolerated, options.most));
   const VectorXd sizes = nominals(response.states);
   const Comparison comparison(moved, A, sizes, options);
   Motions motions = comparison.from(response.offset);

@@ -116,11 +116,12 @@ struct ResponseOptions {
   double tolerated = 0.1;                 ///< limit of Response::apart
   double most = 1e3;                      ///< largest multiple of the offset that is tried
   double tolerance = 1e-11;               ///< of the integration
-  TrimOptions trimming{};                 ///< for the start
+  TrimOptions trimming{};                 ///< of a flight's start; a motion has its trim
 };
 
 /// Linear and nonlinear motion of the model from an offset of states, by name, at a trim.
-/// Throws std::invalid_argument for names that are not states and for a zero offset.
+/// Throws std::invalid_argument for names that are not states, a zero offset, and options other than
+/// 0 < sample <= duration, tolerated > 0 and most >= 1.
 [[nodiscard]] Response response(const Model& model, const OperatingPoint& trim,
                                 const std::map<std::string, double>& offset,
                                 const ResponseOptions& options = {});

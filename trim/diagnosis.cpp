@@ -8,6 +8,7 @@
 
 #include "dense/dense.hpp"
 #include "model/lookup.hpp"
+#include "model/many.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/problem.hpp"
 #include "trim/remedy.hpp"
@@ -24,6 +25,7 @@ namespace {
 Model with_rates(const Model& model) {
   Model wider = model;
   wider.lanes = nullptr;
+  if (const auto* const f = model.f.target<FunctionOfMany>()) wider.f = f->one;
   const Index nx = std::ssize(model.states);
   for (Index i = 0; i < nx; ++i)
     wider.outputs.push_back(
@@ -55,10 +57,9 @@ Model with_rates(const Model& model) {
 
 // The value of the variable or output at a point.
 double at(const Model& model, const TrimResult& r, const std::string& signal) {
-  if (const Index i = find(model.outputs, signal);
-      i >= 0 && find(model.states, signal) < 0 && find(model.inputs, signal) < 0)
-    return r.outputs[i];
-  return value_of(r.point, variable(model, signal));
+  for (const Signals* own : {&model.states, &model.inputs, &model.parameters})
+    if (find(*own, signal) >= 0) return value_of(r.point, variable(model, signal));
+  return r.outputs[index_of(model.outputs, signal, "output")];
 }
 
 TrimOptions quiet(TrimOptions options) {

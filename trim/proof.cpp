@@ -74,6 +74,7 @@ Proof prove_no_solution(const Problem& p, const TrimOptions& options) {
     } catch (const OutOfTime&) {
       return proof;
     }
+    if (p.unknowns.empty()) return proof;  // nothing to divide
     const auto width = [&](Index j) {
       const Range& r = part.box[std::size_t(j)];
       return (r.upper - r.lower) / signal_of(p.model, j).nominal;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <numeric>
 #include <random>
 #include <stdexcept>
@@ -229,6 +230,10 @@ PlaceModes Candidates::modes(const Place& place, const VectorXd& variables, From
                              const VectorXd& uncertain) const {
   try {
     return computed(place, variables, from, uncertain);
+  } catch (const CallerMistake&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
   } catch (const std::exception& thrown) {  // an exception of the model, between trims
     PlaceModes nothing;
     nothing.status = TrimStatus::model_threw;
@@ -293,6 +298,10 @@ void Candidates::add_slopes(std::vector<PlaceModes>& all,
     if (!modes.valid() || modes.has_slopes()) return;
     try {
       differentiate(places_[places[i]], modes);
+    } catch (const CallerMistake&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      throw;
     } catch (const std::exception& thrown) {  // an exception of the model next to its trim
       modes = {};
       modes.status = TrimStatus::model_threw;
