@@ -70,39 +70,45 @@ struct Placement {
 enum class PeakStatus {
   found,            ///< the norm lies between `gain` and `upper`, which differ by the tolerance
   unstable,         ///< an eigenvalue of A is not left of the axis: the norm is infinite
-  iteration_limit,  ///< `gain` is a lower bound, `upper` is infinite or not within the tolerance
+  iteration_limit,  ///< `upper` is infinite or not within the tolerance: rounding, or the limit
 };
 std::string to_string(PeakStatus status);  ///< in words, as in Python
 
 /// The H∞ norm: the peak over frequency of the largest singular value of G(iω).
 struct Peak {
   PeakStatus status = PeakStatus::unstable;                ///< whether the bounds are close
-  double gain = std::numeric_limits<double>::infinity();   ///< G(iω) at `frequency`: lower bound
-  double upper = std::numeric_limits<double>::infinity();  ///< no frequency reaches this gain
+  double gain = std::numeric_limits<double>::infinity();   ///< G(iω) at `frequency`: lower bound,
+                                                           ///< but for rounding < upper - gain
+  double upper = std::numeric_limits<double>::infinity();  ///< no frequency reaches this gain,
+                                                           ///< rounding included
   double frequency = 0.0;                                  ///< rad/s; infinite if only D has it
   /// True if found.
   explicit operator bool() const { return status == PeakStatus::found; }
 };
 
 /// The H∞ norm by Bruinsma and Steinbuch [44, 45]: climb to a peak of the gain; a Hamiltonian
-/// matrix has an eigenvalue iω for every frequency at which the gain is slightly above that; climb
-/// from there. Shapes: A n x n, B n x m, C p x n, D p x m. A counts as unstable if an eigenvalue is
-/// on the axis to rounding, even if the outputs do not show it. Throws std::invalid_argument for
-/// shapes that do not match, values that are not finite, a `tolerance` of upper/gain - 1 that is
-/// not between 1e-12 and 1, and `max_levels`, the most Hamiltonian matrices, less than 1.
+/// matrix has an eigenvalue iω for every frequency at which the gain passes a level slightly above
+/// that; climb from there. Where rounding may have moved eigenvalues from the axis, Taylor
+/// expansions of G bound the gain; a level that rounding hides is raised tenfold. Shapes: A n x n,
+/// B n x m, C p x n, D p x m. A counts as unstable if an eigenvalue is on the axis to rounding,
+/// even if the outputs do not show it. Throws std::invalid_argument for shapes that do not match,
+/// values that are not finite, a `tolerance` of upper/gain - 1 that is not between 1e-12 and 1, and
+/// `max_levels`, the most Hamiltonian matrices, less than 1.
 [[nodiscard]] Peak hinf_norm(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B,
                              const Eigen::MatrixXd& C, const Eigen::MatrixXd& D,
                              double tolerance = 1e-8, int max_levels = 30);
 
 /// The H2 norm, with its error.
 struct H2Norm {
-  double norm = std::numeric_limits<double>::infinity();  ///< infinite if unstable or D is not 0, NaN: not found
-  double error = 0.0;  ///< relative: difference between the two Gramians, residuals
+  double norm = std::numeric_limits<double>::infinity();  ///< infinite if unstable or D is not 0,
+                                                          ///< NaN: not found
+  double error = 0.0;  ///< relative, a bound; infinite: not determined
 };
 
 /// The H2 norm: the root of the variance of y if u is white noise of unit intensity, or of the
-/// energy of the impulse responses. From the controllability Gramian, compared with that from the
-/// observability Gramian. Infinite if an eigenvalue of A is on the axis to rounding or right of it.
+/// energy of the impulse responses. From the controllability or the observability Gramian,
+/// whichever has the smaller error: a second Lyapunov equation turns what the first leaves into a
+/// bound. Infinite if an eigenvalue of A is on the axis to rounding or right of it.
 /// Throws std::invalid_argument for shapes that do not match and values that are not finite.
 [[nodiscard]] H2Norm h2_norm(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B,
                              const Eigen::MatrixXd& C, const Eigen::MatrixXd& D);

@@ -65,6 +65,36 @@ const System power{rows({{-0.04165, 0, 4.92, 0.492, 0, 0, 0},
                    rows({{1, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 1, 0, 0, 0}, {0, 0, 0, 0, 1, 0, 0}}),
                    MatrixXd::Zero(3, 2)};
 
+double gain(const System& g, double omega) {
+  MatrixXcd M = -g.A.cast<Complex>();
+  M.diagonal().array() += Complex(0, omega);
+  const MatrixXcd G = g.C * algebra::inverse(M) * g.B + g.D;
+  const MatrixXcd square = G.adjoint() * G;
+  return std::sqrt(algebra::eigenvalues(square).real().maxCoeff());
+}
+
+// √(tr C P Cᵀ), A P + P Aᵀ + B Bᵀ = 0 as n² equations in long double.
+double wide_h2(const System& g) {
+  const Index n = g.A.rows();
+  algebra::WideMatrix S = algebra::WideMatrix::Zero(n * n, n * n), q(n * n, 1);
+  const algebra::WideMatrix A = g.A.cast<long double>(), B = g.B.cast<long double>(),
+                            C = g.C.cast<long double>(), noise = B * B.transpose(),
+                            weight = C.transpose() * C;
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j < n; ++j) {
+      q(i * n + j, 0) = -noise(i, j);
+      for (Index k = 0; k < n; ++k) {
+        S(i * n + j, k * n + j) += A(i, k);
+        S(i * n + j, i * n + k) += A(j, k);
+      }
+    }
+  }
+  const algebra::WideMatrix P = algebra::solve(S, q);
+  long double square = 0;
+  for (Index i = 0; i < n * n; ++i) square += weight(i / n, i % n) * P(i, 0);
+  return double(std::sqrt(square));
+}
+
 }  // namespace
 
 TEST_CASE("hinf_norm: closed forms") {
@@ -147,19 +177,74 @@ TEST_CASE("hinf_norm: no frequency of a fine grid has a larger gain") {
     CAPTURE(trial);
     if (found.status == PeakStatus::unstable) continue;
     REQUIRE(found);
-    const auto gain = [&](double omega) {
-      MatrixXcd M = -A.cast<Complex>();
-      M.diagonal().array() += Complex(0, omega);
-      const MatrixXcd G = g.C * algebra::inverse(M) * g.B + g.D;
-      const MatrixXcd square = G.adjoint() * G;
-      return std::sqrt(algebra::eigenvalues(square).real().maxCoeff());
-    };
-    if (std::isfinite(found.frequency)) CHECK_NEAR(gain(found.frequency) / found.gain, 1, 1e-10);
+    if (std::isfinite(found.frequency)) CHECK_NEAR(gain(g, found.frequency) / found.gain, 1, 1e-10);
     double largest = 0;
     for (int k = 0; k < 300; ++k)
-      largest = std::max(largest, gain(1e-3 * std::pow(1e6, k / 299.0)));
+      largest = std::max(largest, gain(g, 1e-3 * std::pow(1e6, k / 299.0)));
     CHECK(largest <= found.upper * (1 + 1e-12));
   }
+}
+
+TEST_CASE("hinf_norm: a slow peak beside a fast mode that nearly cancels D") {
+  // 0.9999 at 1 rad/s, 0.85 from 1e7 rad/s on: near 0.85 the Hamiltonian matrix is all rounding.
+  const System g{rows({{-0.01, 0, 0}, {1, -100, 0}, {0, 0, -1e7}}), rows({{1}, {0}, {1}}),
+                 rows({{100, -1e4, 0.85e7}}), scalar(-0.85)};
+  const Peak found = hinf(g);
+  REQUIRE(found);
+  CHECK_NEAR(found.gain, 0.99990001, 2e-9);
+  CHECK_NEAR(found.frequency, 1, 1e-3);
+  CHECK(found.upper >= 0.99990001);
+  CHECK(found.upper <= found.gain * (1 + 1.01e-8));
+}
+
+TEST_CASE("hinf_norm: no bound is below the gain, over ten decades of time scales") {
+  Random random = draws(8);
+  int found = 0, of = 0;
+  for (int trial = 0; trial < trials(200); ++trial) {
+    const Index n = 1 + trial % 8, m = 1 + trial / 8 % 2, p = 1 + trial / 16 % 2;
+    VectorXd rates(n);
+    for (double& rate : rates) rate = std::pow(10, uniform(random, -3, 7));
+    MatrixXd A = MatrixXd::Zero(n, n);
+    A.diagonal() = -rates;
+    for (Index i = 0; i + 1 < n; i += 2) {
+      if (trial % 3 == 0) continue;  // lightly damped pairs
+      const double damping = std::pow(10, uniform(random, -4, 0));
+      A.block(i, i, 2, 2) = rates[i] * rows({{-damping, 1}, {-1, -damping}});
+    }
+    for (Index i = 0; i < n; ++i)
+      for (Index j = 0; j + 1 < i && trial % 3 == 2; ++j)
+        A(i, j) = uniform(random, -1, 1) * std::sqrt(rates[i] * rates[j]);
+    const double through = trial % 5 == 0 ? 0 : std::pow(10, uniform(random, -2, 2));
+    const System g{A, normal(random, n, m), normal(random, p, n) * rates.asDiagonal(),
+                   through * normal(random, p, m)};
+    const Peak peak = hinf(g);
+    CAPTURE(trial);
+    if (peak.status == PeakStatus::unstable) continue;
+    ++of;
+    if (peak) ++found;
+    CHECK(bool(peak) == (peak.upper <= peak.gain * (1 + 1.01e-8)));
+    double largest = 0;
+    for (int k = 0; k < 400; ++k)
+      largest = std::max(largest, gain(g, std::pow(10, -5 + 14 * k / 399.0)));
+    CHECK(largest <= peak.upper * (1 + 1e-12));
+  }
+  CHECK(found >= 0.9 * of);
+}
+
+TEST_CASE("hinf_norm: the same gain at all frequencies") {
+  // ∏ (s - r)/(s + r): x' = -r x + v, y = v - 2 r x, one after the other
+  const VectorXd rates{{0.5, 1, 30, 1e4}};
+  System g{MatrixXd::Zero(4, 4), MatrixXd::Ones(4, 1), -2 * rates.transpose(), scalar(1)};
+  for (Index i = 0; i < 4; ++i) {
+    g.A(i, i) = -rates[i];
+    g.A.row(i).head(i) = -2 * rates.head(i).transpose();
+  }
+  for (const double omega : {0.0, 3.0, 500.0}) CHECK_NEAR(gain(g, omega), 1, 1e-12);
+  const Peak found = hinf(g);
+  REQUIRE(found);
+  CHECK_NEAR(found.gain, 1, 1e-11);
+  CHECK(found.upper >= 1);
+  CHECK(found.upper <= 1 + 1.1e-8);
 }
 
 TEST_CASE("h2_norm: closed forms and a published value") {
@@ -182,6 +267,30 @@ TEST_CASE("h2_norm: closed forms and a published value") {
   CHECK(h2(first_order(-1, 1, 1, 0.5)).norm == infinity);
   CHECK(h2(first_order(1, 1, 1, 0)).norm == infinity);
   CHECK(h2(first_order(-1, 0, 1, 0)).norm == 0);
+}
+
+TEST_CASE("h2_norm: the error bounds what conditioning does") {
+  // A pole at -1e-10 beside one at -1e3; the norm in 60 digits.
+  const H2Norm found = h2(
+      {rows({{3, 700}, {-4.3, -1003.3333333}}), rows({{1}, {0.3}}), rows({{1, 0.3}}), scalar(0)});
+  CHECK(std::abs(found.norm - 85671.1534888) <= found.error * found.norm);
+  CHECK(found.error < 1e-2);
+
+  Random random = draws(9);
+  for (int trial = 0; trial < trials(200); ++trial) {
+    const Index n = 1 + trial % 6, m = 1 + trial % 2, p = 1 + trial % 3;
+    const bool stiff = trial % 4 == 3;
+    MatrixXd A = normal(random, n, n);
+    A -= (A.norm() + 0.1) * MatrixXd::Identity(n, n);
+    if (stiff)
+      for (Index i = 0; i < n; ++i) A.row(i) *= std::pow(10, uniform(random, -4, 4));
+    const System g{A, normal(random, n, m), normal(random, p, n), MatrixXd::Zero(p, m)};
+    const H2Norm one = h2(g);
+    CAPTURE(trial);
+    if (one.norm == infinity) continue;
+    CHECK(std::abs(one.norm - wide_h2(g)) <= one.error * one.norm);
+    if (!stiff) CHECK(one.error < 1e-11);
+  }
 }
 
 }  // namespace norms_test

@@ -84,7 +84,7 @@ class Peak(Shown):
 
     status: str  #: found, unstable (the norm is infinite), iteration_limit
     gain: float  #: largest singular value at `frequency`: a lower bound
-    upper: float  #: no frequency reaches this gain
+    upper: float  #: no frequency reaches this gain, rounding included; inf: not determined
     frequency: float  #: rad/s; inf if only D has this gain
 
     def __bool__(self) -> bool:
@@ -99,7 +99,7 @@ class H2Norm(Shown):
     """The H2 norm; float(norm) is its value."""
 
     norm: float  #: inf if A is not stable or D is not zero
-    error: float  #: relative
+    error: float  #: relative, a bound; inf: not determined
 
     def __float__(self) -> float:
         return self.norm
