@@ -21,6 +21,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double same_break = 1e-9;  // scaled: closer breaks of a row are the same
+constexpr const char* cut_off = "too many points";
 
 // ---- the border ----
 
@@ -97,9 +98,11 @@ std::string leaves_at_once(const CurvePoint& at, const std::vector<TestFunction>
 
 HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   constexpr double differences = 2e-5;  // extent of finite differences, if the model has no slopes
+  constexpr double share = 2.5e-3;  // of the plane's shorter side: a step, however small nominals
   const Curve curve = border(g.plane, seed.stop, seed.y);
   TraceOptions options;
-  options.max_step = g.options.max_step;
+  options.max_step =
+      std::max(g.options.max_step, share * (g.plane.upper - g.plane.lower).minCoeff());
   options.stop = g.options.stop;
   options.max_points = 2000;
   CurvePoint at;
@@ -133,7 +136,7 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   // The model may end at the plane's edge, as at a switch: then no edge can be crossed.
   at.y = half.way.back();
   const bool at_edge = tests[plane_edge](at).minCoeff() < differences;
-  half.end = at_edge ? "edge" : end == CurveEnd::points ? "too many points" : "lost";
+  half.end = at_edge ? "edge" : end == CurveEnd::points ? cut_off : "lost";
   return half;
 }
 
@@ -390,7 +393,9 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
     e.rows.push_back(row_at(g, border, at / g.moving.nominal[g.n() + 1]));
   e.evaluations = g.fixed.evaluations + g.moving.evaluations;
   if (e.count.maxCoeff() == 0) e.status = EnvelopeStatus::empty;
-  if (!seeds.empty()) e.status = EnvelopeStatus::piece_limit;
+  const auto ends_early = [](const BorderPiece& p) { return p.from == cut_off || p.to == cut_off; };
+  if (!seeds.empty() || std::ranges::any_of(e.pieces, ends_early))
+    e.status = EnvelopeStatus::incomplete;
   if (stopped) e.status = EnvelopeStatus::interrupted;
   return e;
 }
@@ -403,10 +408,10 @@ std::string to_string(EnvelopeStatus status) {
       return "empty";
     case EnvelopeStatus::interrupted:
       return "interrupted";
-    case EnvelopeStatus::piece_limit:
+    case EnvelopeStatus::incomplete:
       break;
   }
-  return "piece_limit";
+  return "incomplete";
 }
 
 }  // namespace tiltrim

@@ -53,14 +53,15 @@ struct EnvelopeRow {
   std::vector<EnvelopeInterval> intervals;  ///< ascending
 };
 
-inline constexpr std::size_t most_border_pieces = 400;
+inline constexpr std::size_t most_border_pieces = 400;  ///< that envelope() follows
 
 /// How an envelope ended.
 enum class EnvelopeStatus {
   complete,     ///< every sheet found has been covered
   empty,        ///< no trim found in the plane
   interrupted,  ///< stopped by the caller
-  piece_limit,  ///< the boundary has more than most_border_pieces: some of it is missing
+  incomplete,   ///< the boundary has more than most_border_pieces, or a piece with more points than
+                ///< are followed: some of it is missing
 };
 std::string to_string(EnvelopeStatus status);  ///< as in JSON
 
@@ -79,8 +80,10 @@ struct EnvelopeOptions {
   std::vector<double> rows{};  ///< values of y at which intervals of x are computed
   int coarse = 7;              ///< seeds along each axis
   int starts = 24;             ///< Newton starts at each seed
-  double max_step = 0.2;       ///< along the boundary, on every unknown over its nominal size
-  std::stop_token stop{};      ///< checked between trims
+  /// Along the boundary, on every unknown over its nominal size; in a plane much larger than that,
+  /// a 400th of its shorter side.
+  double max_step = 0.2;
+  std::stop_token stop{};                       ///< checked between trims
   std::function<void(double share)> observe{};  ///< share of the grid completed
 };
 

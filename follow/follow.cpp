@@ -24,15 +24,6 @@ namespace {
 
 constexpr double same_place = 1e-6;  // along the branch: crossings closer than this are the same
 
-TraceOptions trace_options(const FollowOptions& o) {
-  return {.first_step = std::min(0.05, o.max_step),
-          .max_step = o.max_step,
-          .max_points = o.max_points,
-          .tolerance = o.tolerance,
-          .step_tolerance = o.step_tolerance,
-          .stop = o.stop};
-}
-
 std::string words(const LimitName& limit) {
   return limit.signal + (limit.upper ? " upper" : " lower");
 }
@@ -117,7 +108,7 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
     case branching: {
       CurvePoint there = crossing.at;
       const double off =
-          refine_branch_point(f.path.curve(), f.path.parameter(), slope_error(f), there);
+          refine_branch_point(f.path.curve(), f.path.parameter(), slope_error(f.path), there);
       // Not moved onto the branch point: the distance at which Newton stopped, if known.
       const double near =
           crossing.within > 0 ? crossing.within : std::numeric_limits<double>::infinity();
@@ -126,7 +117,7 @@ bool meet(Follower& f, const LocatedEvent& crossing, const std::vector<LimitName
       return true;
     }
     default:
-      add_crossing(f, crossing.at, crossing.slope);
+      add_crossing(f, crossing);
       return true;
   }
 }

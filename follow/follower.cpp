@@ -65,10 +65,13 @@ std::string to_string(BranchEnd end) {
   return "unknown";
 }
 
-double slope_error(const Follower& f) {
-  constexpr double exact = 1e-13, differences = 1e-8, of_gradients = 1e-5;
-  if (f.path.deciding()) return of_gradients;
-  return f.problem.model.derivatives ? exact : differences;
+TraceOptions trace_options(const FollowOptions& o) {
+  return {.first_step = std::min(0.05, o.max_step),
+          .max_step = o.max_step,
+          .max_points = o.max_points,
+          .tolerance = o.tolerance,
+          .step_tolerance = o.step_tolerance,
+          .stop = o.stop};
 }
 
 constexpr double rounding_unit = std::numeric_limits<double>::epsilon();
@@ -162,13 +165,37 @@ BranchEvent& add_singular(Follower& f, EventKind kind, const CurvePoint& at) {
   return event;
 }
 
-void add_crossing(Follower& f, const CurvePoint& at, double slope) {
-  BranchEvent& event = add(f, EventKind::zero, at, "");
+// How far in the parameter a sign change of one of the sorted real parts, each within `error`, may
+// be: to points on either side at which it clearly has either sign. Infinite if there are none.
+static double sign_change_within(const Follower& f, const LocatedEvent& crossing, double error) {
+  constexpr double farthest = 0.1;  // scaled
+  const Curve curve = f.path.curve();
+  const Index p = f.path.parameter();
+  const CurvePoint& at = crossing.at;
+  const auto beside = [&](double s, CurvePoint& point) {
+    return first_point(curve, at.y + s * at.tangent, at.tangent, trace_options(f.options), point) ==
+                   CurveEnd::stopped
+               ? real_parts(f, point)[crossing.index] * (crossing.rising == (s > 0) ? 1 : -1)
+               : 0.0;
+  };
+  const double left = error + std::abs(real_parts(f, at)[crossing.index]);
+  const double rounding = 64 * rounding_unit * (1 + at.y.norm());
+  const double first = 2 * left / std::abs(crossing.slope) + crossing.within + rounding;
+  for (double s = first; s <= farthest; s *= 4) {
+    CurvePoint before, after;
+    if (!(beside(-s, before) > error && beside(s, after) > error)) continue;
+    const double slope = std::max(
+        {std::abs(before.tangent[p]), std::abs(at.tangent[p]), std::abs(after.tangent[p])});
+    return f.nominal() * slope * s;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+void add_crossing(Follower& f, const LocatedEvent& crossing) {
+  BranchEvent& event = add(f, EventKind::zero, crossing.at, "");
   const Mode* m = least(event.modes, [](const Mode& k) { return std::abs(k.eigenvalue.real()); });
   if (!m) return;
-  // The error of the eigenvalue moves the crossing along the branch.
-  event.error +=
-      f.nominal() * std::abs(at.tangent[f.path.parameter()]) * m->error / std::abs(slope);
+  event.error += sign_change_within(f, crossing, m->error);
   event.eigenvalue = std::complex(m->eigenvalue.real(), std::abs(m->eigenvalue.imag()));
   event.which = m->name;
   if (m->eigenvalue.imag() != 0) event.kind = EventKind::hopf;

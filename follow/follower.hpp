@@ -32,8 +32,7 @@ struct Follower {
 const Eigen::VectorXd& real_parts(const Follower& f, const CurvePoint& at);
 
 BranchPoint reported(const Follower& f, const CurvePoint& at);
-/// Relative error of the derivatives along the branch.
-double slope_error(const Follower& f);
+TraceOptions trace_options(const FollowOptions& options);
 
 /// An implied rate that does not vanish, as text; otherwise empty.
 std::string not_implied(const Follower& f, const BranchPoint& at);
@@ -41,8 +40,8 @@ std::string not_implied(const Follower& f, const BranchPoint& at);
 BranchEvent& add(Follower& f, EventKind kind, const CurvePoint& at, std::string which);
 /// Adds a fold or branch point. If all equations of the model are singular an eigenvalue is zero.
 BranchEvent& add_singular(Follower& f, EventKind kind, const CurvePoint& at);
-/// Adds an eigenvalue on the axis, its real part changing by `slope` per arc length: zero or hopf.
-void add_crossing(Follower& f, const CurvePoint& at, double slope);
+/// Adds an eigenvalue on the axis, a component of real_parts() that changes sign: zero or hopf.
+void add_crossing(Follower& f, const LocatedEvent& crossing);
 
 void end(Follower& f, BranchEnd how, const CurvePoint& at, std::string message);
 /// Adds the end at which the continuation stopped, as text, at the last point.

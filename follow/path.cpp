@@ -156,4 +156,10 @@ VectorXd limit_distances(const Path& path, const std::vector<LimitName>& limits,
   return distance;
 }
 
+double slope_error(const Path& path) {
+  constexpr double exact = 1e-13, differences = 1e-8, of_gradients = 1e-5;
+  if (path.deciding()) return of_gradients;
+  return path.problem.model.derivatives ? exact : differences;
+}
+
 }  // namespace tiltrim

@@ -23,6 +23,9 @@ struct Path {
   Eigen::VectorXd z(const Eigen::VectorXd& y) const { return y.head(problem.n()); }
 };
 
+/// Relative error of the derivatives of G.
+double slope_error(const Path& path);
+
 /// The spec with `parameter` as its last free variable, and equal bounds on it dropped. Throws
 /// std::invalid_argument if the model has no such variable, or if the trim already frees it.
 TrimSpec with_parameter(const Model& model, TrimSpec spec, const std::string& parameter);

@@ -20,7 +20,9 @@
 namespace tiltrim {
 
 using Eigen::Index;
+using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
+using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 std::string to_string(SensitivityStatus status) {
@@ -42,6 +44,8 @@ std::string to_string(SensitivityStatus status) {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr double last_digit = std::numeric_limits<double>::epsilon();
 constexpr double fold_below = 1e-8;  // rcond: half of a derivative's digits are lost
 
 std::vector<std::string> all_parameters(const Model& model, const TrimSpec& spec) {
@@ -64,6 +68,7 @@ void check_names(const Model& model, const TrimSpec& spec, const std::vector<std
 struct Shift {
   VectorXd variables;
   double rcond = 0.0;
+  double error = 0.0;  // relative
 };
 
 double conditioning(const MatrixXd& A) {
@@ -72,35 +77,67 @@ double conditioning(const MatrixXd& A) {
   return sigma[sigma.size() - 1] / std::max(sigma[0], 1.0);
 }
 
+MatrixXd without_column(const MatrixXd& J, Index p) {
+  MatrixXd left(J.rows(), J.cols() - 1);
+  left << J.leftCols(p), J.rightCols(J.cols() - p - 1);
+  return left;
+}
+
+// Relative error of dw/dp: that of the derivatives, and its change over the distance at which the
+// true trim may lie, mostly along dw/dp if that is large. `terms`: sizes of what cancels in [f; h].
+double shift_error(const Path& path, const VectorXd& y, const VectorXd& G, const MatrixXd& J,
+                   const VectorXd& dw, double rcond, const VectorXd& terms) {
+  constexpr double probe = 1e-6, rounding = 16 * last_digit;
+  const Problem& problem = path.problem;
+  const Index p = path.parameter();
+  VectorXd left = G.cwiseAbs().array() + rounding * (1 + y.norm());
+  left.head(problem.m()) += rounding * terms.cwiseQuotient(problem.row_nominal)(problem.equations);
+  const double off = (dense::inverse(without_column(J, p)).cwiseAbs() * left).norm();
+  if (dw.norm() == 0) return off;
+  const double reach = std::max(off, probe);
+  VectorXd beside = y, G_beside;
+  const VectorXd along = reach / dw.norm() * dw;
+  beside.head(p) += along.head(p);
+  beside.tail(along.size() - p) += along.tail(along.size() - p);
+  MatrixXd J_beside;
+  if (!path.curve().evaluate(beside, G_beside, J_beside)) return unbounded;
+  const VectorXd other = -dense::solve(without_column(J_beside, p), J_beside.col(p));
+  return off + (other - dw).norm() / dw.norm() * off / reach + slope_error(path) / rcond;
+}
+
 Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
-                  const std::string& parameter, const std::optional<Optimum>& optimum) {
+                  const std::string& parameter, const std::optional<Optimum>& optimum,
+                  const VectorXd& terms) {
   const Problem problem = make_problem(model, with_parameter(model, spec, parameter), trimmed);
   Path path{problem};
   path.optimal = optimum.has_value();
   if (optimum) path.held = optimum->active;
   const VectorXd y = path.start(unknowns_of(problem, trimmed));
-  Shift shift{VectorXd::Zero(trimmed.x.size() + trimmed.u.size() + trimmed.p.size()), 0.0};
+  Shift shift{VectorXd::Zero(trimmed.x.size() + trimmed.u.size() + trimmed.p.size())};
   VectorXd G;
   MatrixXd J;
   if (!path.curve().evaluate(y, G, J)) return shift;
   // dw/dp = -(∂G/∂w)⁻¹ ∂G/∂p, w being y without the parameter
-  const Index p = path.parameter(), after = y.size() - p - 1;
-  MatrixXd of_unknowns(J.rows(), J.cols() - 1);
-  of_unknowns << J.leftCols(p), J.rightCols(after);
+  const Index p = path.parameter();
+  const MatrixXd of_unknowns = without_column(J, p);
   shift.rcond = conditioning(of_unknowns);
   if (shift.rcond < fold_below) return shift;
   shift.variables[problem.unknowns.back()] = 1.0;
   if (p == 0) return shift;  // no free variables
-  const VectorXd dw = -dense::solve(of_unknowns, J.col(p)) / problem.nominal[p];
+  const VectorXd dw = -dense::solve(of_unknowns, J.col(p));
+  shift.error = shift_error(path, y, G, J, dw, shift.rcond, terms);
   for (Index k = 0; k < p; ++k)
-    shift.variables[problem.unknowns[std::size_t(k)]] = dw[k] * problem.nominal[k];
+    shift.variables[problem.unknowns[std::size_t(k)]] =
+        dw[k] / problem.nominal[p] * problem.nominal[k];
   return shift;
 }
 
-VectorXd all_nominals(const Model& model) {
-  VectorXd all(std::ssize(model.states) + std::ssize(model.inputs) + std::ssize(model.parameters));
-  all << nominals(model.states), nominals(model.inputs), nominals(model.parameters);
-  return all;
+// Of all variables: values or nominal sizes, whichever are larger.
+VectorXd sizes_at(const Model& model, const OperatingPoint& at) {
+  VectorXd values(at.x.size() + at.u.size() + at.p.size()), sizes = values;
+  values << at.x, at.u, at.p;
+  sizes << nominals(model.states), nominals(model.inputs), nominals(model.parameters);
+  return values.cwiseAbs().cwiseMax(sizes);
 }
 
 OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
@@ -111,38 +148,72 @@ OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
   return to;
 }
 
-// dA along a direction of all variables: central differences of exact Jacobians, and their change
-// when the step is doubled.
-struct Directional {
-  MatrixXd value, error;
-};
+Estimate state_matrix(const Model& model, const OperatingPoint& at) {
+  const Index n = at.x.size();
+  std::vector<Index> states;
+  for (Index i = 0; i < n; ++i) states.push_back(i);
+  Estimate A = model.derivatives ? exact(model, at, states) : Estimate{};
+  if (A.value.size() == 0 || !A.value.allFinite()) A = difference(model, at, states).jacobian;
+  return {A.value.topRows(n), A.error.topRows(n)};
+}
 
-Directional jacobian_along(const Model& model, const OperatingPoint& at,
-                           const VectorXd& direction) {
+// dA along a direction of all variables: central differences of exact Jacobians. Their error is
+// the change when the step is doubled, and what rounding leaves of the Jacobians and of the step.
+Estimate jacobian_along(const Model& model, const OperatingPoint& at, const VectorXd& direction) {
   // Relative to nominal size: truncation and round-off are both small. Jacobians by finite
   // differences carry noise that a short step would amplify.
   const double h = model.derivatives ? 1e-5 : 5e-4;
-  std::vector<Index> states;
-  for (Index i = 0; i < at.x.size(); ++i) states.push_back(i);
-  VectorXd size(direction.size());
-  size << at.x, at.u, at.p;
-  size = size.cwiseAbs().cwiseMax(all_nominals(model));
-  const double step = h / direction.cwiseQuotient(size).lpNorm<Eigen::Infinity>();
-  const auto A = [&](double t) -> MatrixXd {
-    return jacobian(model, moved(at, t * direction), states).topRows(at.x.size());
+  const double step = h / direction.cwiseQuotient(sizes_at(model, at)).lpNorm<Eigen::Infinity>();
+  const auto slope = [&](double t) -> Estimate {
+    const Estimate ahead = state_matrix(model, moved(at, t * direction));
+    const Estimate behind = state_matrix(model, moved(at, -t * direction));
+    return {(ahead.value - behind.value) / (2 * t), (ahead.error + behind.error) / (2 * t)};
   };
-  const auto slope = [&](double t) -> MatrixXd { return (A(t) - A(-t)) / (2 * t); };
-  const MatrixXd near = slope(step);
-  return {near, (near - slope(2 * step)).cwiseAbs()};
+  const Estimate near = slope(step), far = slope(2 * step);
+  return {near.value, (near.value - far.value).cwiseAbs() + near.error + far.error +
+                          last_digit / h * near.value.cwiseAbs()};
+}
+
+// How far the eigenvectors of one mode may be off. An error E of A changes v by -S E v and wᴴ by
+// -wᴴ E S, to first order; beyond it the more, the closer another eigenvalue.
+struct VectorErrors {
+  MatrixXcd S;           // (A - λI) S = S (A - λI) = I - v wᴴ
+  VectorXd right, left;  // of A v - λ v, and of wᴴ A - λ wᴴ
+  double beyond = 1.0;
+};
+
+VectorErrors vector_errors(const LinearModel& linear, const Modes& all, const Mode& m) {
+  const Index n = linear.A.rows();
+  const MatrixXcd shifted = linear.A - m.eigenvalue * MatrixXcd::Identity(n, n);
+  MatrixXcd bordered(n + 1, n + 1);
+  bordered << shifted, m.right, m.left.adjoint(), 0.0;
+  const MatrixXd E = linear.A_error + 2 * double(n + 2) * last_digit * linear.A.cwiseAbs();
+  VectorErrors e{dense::inverse(bordered).topLeftCorner(n, n),
+                 (shifted * m.right).cwiseAbs() + E * m.right.cwiseAbs(),
+                 (shifted.adjoint() * m.left).cwiseAbs() + E.transpose() * m.left.cwiseAbs()};
+  for (const Mode& other : all.modes) {
+    if (&other == &m) continue;
+    const double gap = std::abs(m.eigenvalue - other.eigenvalue);
+    const double left = gap - m.error - other.error;
+    e.beyond = std::max(e.beyond, left > 0 ? gap / left : unbounded);
+  }
+  return e;
 }
 
 // dλ = wᴴ dA v, and the changes of damping -Re λ/|λ| and frequency |λ|.             [26, eq. 2.3]
-ParameterSensitivity::ModeSensitivity mode_along(const Mode& mode, const Directional& dA) {
+ParameterSensitivity::ModeSensitivity mode_along(const Mode& mode, const VectorErrors& vectors,
+                                                 const Estimate& dA) {
   const std::complex<double> lambda = mode.eigenvalue;
-  const std::complex<double> d = mode.left.dot(dA.value * mode.right);
+  const VectorXcd along_v = dA.value * mode.right, along_w = dA.value.transpose() * mode.left;
+  const std::complex<double> d = mode.left.dot(along_v);
   const double size = std::abs(lambda);
   const double along = lambda.real() * d.real() + lambda.imag() * d.imag();
-  const double error = mode.left.cwiseAbs().dot(dA.error * mode.right.cwiseAbs());
+  const double rounding = 2 * double(mode.right.size() + 2) * last_digit;
+  const double of_vectors = (vectors.S.adjoint() * along_w).cwiseAbs().dot(vectors.right) +
+                            (vectors.S * along_v).cwiseAbs().dot(vectors.left);
+  const double error = mode.left.cwiseAbs().dot((dA.error + rounding * dA.value.cwiseAbs()) *
+                                                mode.right.cwiseAbs()) +
+                       vectors.beyond * vectors.beyond * of_vectors;
   if (size == 0) return {d, nan, nan, error};
   return {d, -d.real() / size + lambda.real() * along / (size * size * size), along / size, error};
 }
@@ -253,9 +324,12 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
   const LinearModel linear = linearize(model, trimmed, {.moving = moving_states(model, spec)});
   if (linear) result.modes = modes(linear);
   result.simple = isolated(result.modes);
+  std::vector<VectorErrors> errors;
+  for (const Mode& m : result.modes.modes) errors.push_back(vector_errors(linear, result.modes, m));
   const MatrixXd J = jacobian(model, trimmed, variables);
+  const VectorXd terms = J.cwiseAbs() * sizes_at(model, trimmed);
   for (const std::string& name : names) {
-    const Shift shift = shift_along(model, spec, trimmed, name, optimum);
+    const Shift shift = shift_along(model, spec, trimmed, name, optimum, terms);
     result.rcond = shift.rcond;
     if (shift.rcond < fold_below)
       return refused(SensitivityStatus::singular,
@@ -270,10 +344,11 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
     one.u = shift.variables.segment(trimmed.x.size(), trimmed.u.size());
     one.outputs = (J * shift.variables).tail(std::ssize(model.outputs));
     if (linear) {
-      const Directional dA = jacobian_along(model, trimmed, shift.variables);
+      Estimate dA = jacobian_along(model, trimmed, shift.variables);
+      dA.error += shift.error * dA.value.cwiseAbs();
       for (std::size_t i = 0; i < result.modes.modes.size(); ++i)
         one.modes.push_back(result.simple[i]
-                                ? mode_along(result.modes.modes[i], dA)
+                                ? mode_along(result.modes.modes[i], errors[i], dA)
                                 : ParameterSensitivity::ModeSensitivity{{nan, nan}, nan, nan, nan});
     }
     result.parameters.push_back(std::move(one));

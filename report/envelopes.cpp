@@ -159,8 +159,9 @@ std::string asked(const EnvelopeAnswer& e) {
 std::string incomplete(const EnvelopeAnswer& e) {
   const char* const may = "regions missing here may still have trims";
   if (e.has(EnvelopeStatus::interrupted)) return fmt::format("interrupted: {}", may);
-  return fmt::format("the boundary has more than {} pieces, the others were not followed: {}",
-                     most_border_pieces, may);
+  return fmt::format(
+      "the boundary has more than {} pieces, or a piece with more points than are followed: {}",
+      most_border_pieces, may);
 }
 
 }  // namespace

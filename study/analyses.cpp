@@ -121,7 +121,7 @@ bool EnvelopeAnswer::has(EnvelopeStatus status) const {
 }
 
 bool EnvelopeAnswer::answered() const {
-  return !has(EnvelopeStatus::interrupted) && !has(EnvelopeStatus::piece_limit);
+  return !has(EnvelopeStatus::interrupted) && !has(EnvelopeStatus::incomplete);
 }
 
 EnvelopeTable envelope_table(const Study& study, const std::string& over,

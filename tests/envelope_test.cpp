@@ -261,9 +261,27 @@ TEST_CASE("more pieces of the boundary than are followed: said so") {
     return std::sin(22 * a) * std::sin(22 * b) - x;
   };
   const Envelope e = explored({.rate = hills, .bounds = {{"x", {-0.5, 0.5}}}, .count = 81});
-  CHECK(e.status == EnvelopeStatus::piece_limit);
-  CHECK(to_string(e.status) == "piece_limit");
+  CHECK(e.status == EnvelopeStatus::incomplete);
+  CHECK(to_string(e.status) == "incomplete");
   CHECK(e.pieces.size() >= most_border_pieces);
+}
+
+TEST_CASE("a boundary longer than is followed: said so") {
+  const auto plane = [](double x, double a, double) { return a - x; };
+  const Envelope e = explored({.rate = plane, .bounds = {{"x", {-9, 0.5}}}, .b = {-1000, 1000}});
+  CHECK(e.status == EnvelopeStatus::incomplete);
+  CHECK(piece(e, "x upper").to == "too many points");
+}
+
+TEST_CASE("a boundary of hundreds of nominal sizes closes, x² = 1 - (a² + b²)/100² >= 0.04") {
+  const auto hill = [](double x, double a, double b) { return 1 - (a * a + b * b) / 1e4 - x * x; };
+  const Envelope e =
+      explored({.rate = hill, .bounds = {{"x", {0.2, 2}}}, .a = {-200, 200}, .b = {-200, 200}});
+  CHECK(e.status == EnvelopeStatus::complete);
+  REQUIRE(e.pieces.size() == 1);
+  CHECK(e.pieces[0].from == "loop");
+  for (const BorderPiece::Point& p : e.pieces[0].points)
+    CHECK_NEAR(std::hypot(p.x, p.y), std::sqrt(9600), 100 * located);
 }
 
 TEST_CASE("every status is reached") {

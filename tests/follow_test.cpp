@@ -978,6 +978,36 @@ TEST_CASE("every event lies within its error") {
     for (const BranchEvent& e : walk(route).events) CHECK(std::isfinite(e.error));
 }
 
+TEST_CASE("two eigenvalues that cross together, where the trims are no curve: within the error") {
+  const Model m = flow({"x", "y", "z"}, {"p"}, [](const VectorXd& x, const VectorXd& p) {
+    return vec({p[0] * x[0], p[0] * x[1], 1 - x[2]});
+  });
+  for (const double from : {-1.0, -0.73}) {
+    const Branch branch = walk(equilibria(m, at(vec({0, 0, 1}), vec({from})), "p", 1));
+    const std::vector<BranchEvent> crossing = of(branch, EventKind::zero);
+    REQUIRE(crossing.size() == 1);
+    CHECK(crossing[0].error < 1e-4);
+    CHECK_NEAR(crossing[0].at.parameter, 0.0, crossing[0].error);
+    CHECK(branch.points.front().unstable == 0);
+    CHECK(branch.points.back().unstable == 2);
+  }
+}
+
+TEST_CASE("an eigenvalue that crosses with little or no slope: within the error") {
+  // x'' = -x + r(p) x': r = p³ - 1e-3 and (p - 0.1)³ cross at 0.1
+  for (const bool flat : {false, true}) {
+    const Model m = flow({"x", "v"}, {"p"}, [flat](const VectorXd& x, const VectorXd& p) {
+      const double r = flat ? std::pow(p[0] - 0.1, 3) : std::pow(p[0], 3) - 1e-3;
+      return vec({x[1], r * x[1] - x[0]});
+    });
+    const Branch branch = walk(equilibria(m, at(vec({0, 0}), vec({-1})), "p", 1));
+    const std::vector<BranchEvent> hopf = of(branch, EventKind::hopf);
+    REQUIRE(hopf.size() == 1);
+    CHECK(hopf[0].error < 0.1);
+    CHECK_NEAR(hopf[0].at.parameter, 0.1, hopf[0].error);
+  }
+}
+
 TEST_CASE("a position that moves takes no stability from a branch") {
   const Model m = flow({"position", "speed"}, {"thrust"}, [](const auto& x, const auto& p) {
     return vec({x[1], p[0] - x[1] * std::abs(x[1])});

@@ -419,6 +419,90 @@ TEST_CASE("least effort: a limit that leaves no freedom") {
   check_shares(shared_out({1, 2}, vec({0.5, 0.5}), {{"a", {-1, 0.5}}}), vec({0, 1}));
 }
 
+// ---- the error bound ----
+
+// x' = A(p) x at x = 0, A upper triangular: its diagonal holds the eigenvalues.
+TEST_CASE("the error is never exceeded: entries of different scales") {
+  Random g(31);
+  int judged = 0;
+  for (int trial = 0; trial < trials(300); ++trial) {
+    CAPTURE(trial);
+    const Index n = 1 + trial % 4;
+    const auto size = [&] { return std::pow(10.0, within(g, -3, 7)); };
+    const MatrixXd a = MatrixXd::NullaryExpr(n, n, [&] { return within(g, -1, 1) * size(); });
+    const MatrixXd b = MatrixXd::NullaryExpr(n, n, [&] { return within(g, -1, 1) * size(); });
+    const double c = within(g, -2, 2), p = within(g, 0.3, 3);
+    const auto all = [=](const VectorXcd& z) -> VectorXcd {
+      VectorXcd rates = VectorXcd::Zero(n);
+      for (Index i = 0; i < n; ++i)
+        for (Index j = i; j < n; ++j)
+          rates[i] += (a(i, j) + b(i, j) * z[n] * (1.0 + c * z[n])) * z[j];
+      return rates;
+    };
+    const Sensitivities s =
+        sensitivities_of(toy({std::string("wxyz").substr(0, std::size_t(n)), "", "p", ""}, all,
+                             {VectorXd::Zero(n), {}, vec({p})}));
+    if (s.status == Status::singular) continue;
+    REQUIRE(s.status == Status::found);
+    for (std::size_t k = 0; k < s.simple.size(); ++k) {
+      if (!s.simple[k]) continue;
+      const VectorXd lambda = a.diagonal() + b.diagonal() * p * (1 + c * p);
+      Index i;
+      (lambda.array() - s.modes.modes[k].eigenvalue.real()).abs().minCoeff(&i);
+      const ParameterSensitivity::ModeSensitivity& m = s.parameters.at(0).modes.at(k);
+      CHECK_NEAR(std::abs(m.eigenvalue - b(i, i) * (1 + 2 * c * p)), 0, m.error);
+      ++judged;
+    }
+  }
+  CHECK(judged > trials(300));
+}
+
+TEST_CASE("the error is never exceeded: a pair, λ² + q λ + k = 0 with q and k along p") {
+  Random g(37);
+  for (int trial = 0; trial < trials(300); ++trial) {
+    CAPTURE(trial);
+    const double w = std::pow(10.0, within(g, -2, 3)), r = std::pow(10.0, within(g, -4, 0));
+    const double p = within(g, 0.5, 2), q = within(g, 0.01, 1) * w;
+    const auto pair = [=](const VectorXcd& z) {
+      const Complex along = z[2];
+      return rows({z[1], -w * w * (1.0 + r * along * along) * z[0] - q * along * z[1]});
+    };
+    const Sensitivities s =
+        sensitivities_of(toy({"xv", "", "p", ""}, pair, {vec({0, 0}), {}, vec({p})}));
+    REQUIRE(bool(s));
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (!s.simple[k]) continue;
+      const Complex l = s.modes.modes[k].eigenvalue;
+      const ParameterSensitivity::ModeSensitivity& m = s.parameters.at(0).modes.at(k);
+      // 2 λ λ' + q λ + q p λ' + 2 w² r p = 0
+      const Complex truth = -(q * l + 2 * w * w * r * p) / (2.0 * l + q * p);
+      CHECK_NEAR(std::abs(m.eigenvalue - truth), 0, m.error);
+      CHECK(m.error < 1e-5 * w);
+    }
+  }
+}
+
+TEST_CASE("an eigenvalue of 1e7 that a parameter moves by 0.01: rounding is most of the error") {
+  const auto stiff = [](Complex x, Complex p) { return (0.01 * p - 2.62e7) * x; };
+  const ParameterSensitivity::ModeSensitivity m =
+      sensitivities_of(scalar(stiff, 0, 0.5)).parameters.at(0).modes.at(0);
+  CHECK_NEAR(m.eigenvalue.real(), 0.01, m.error);
+  CHECK(m.error > 0);
+}
+
+// x' = p - x², of terms that cancel: x = √p, λ = -2 √p
+TEST_CASE("the error is never exceeded: next to a fold, where the trim itself is off") {
+  for (const double x : {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}) {
+    const auto near_fold = [](Complex y, Complex p) { return (p + 1e3) - (y * y + 1e3); };
+    const Sensitivities s = sensitivities_of(scalar(near_fold, x, x * x));
+    if (s.status == Status::singular) continue;
+    REQUIRE(bool(s));
+    const double p = s.parameters.at(0).value;
+    CHECK_NEAR(s.parameters[0].modes.at(0).eigenvalue.real(), -1 / std::sqrt(p),
+               s.parameters[0].modes[0].error);
+  }
+}
+
 // ---- refusals ----
 
 static void check_refused(const Sensitivities& s, Status status, const std::string& name) {

@@ -56,7 +56,7 @@ class EnvelopePiece(Shown):
 class EnvelopePart:
     """A part of the plane, which is one unless the model changes within it."""
 
-    status: str  #: complete, empty, interrupted, piece_limit
+    status: str  #: complete, empty, interrupted, incomplete
     along: Tuple[float, float]
     over: Tuple[float, float]
     count: NDArray[np.int32]  #: distinct trims at each grid point, shape (along, over)
@@ -81,10 +81,10 @@ class Envelope(Plotted):
 
     @property
     def status(self) -> str:
-        """interrupted, piece_limit: the boundary has more than 400 pieces; empty, or complete: every sheet
-        found has been covered."""
+        """interrupted; incomplete: the boundary has more than 400 pieces, or a piece with more
+        points than are followed; empty; or complete: every sheet found has been covered."""
         words = {part.status for part in self.parts}
-        return next(w for w in ("interrupted", "piece_limit", "complete", "empty") if w in words)
+        return next(w for w in ("interrupted", "incomplete", "complete", "empty") if w in words)
 
     @property
     def pieces(self) -> List[EnvelopePiece]:
