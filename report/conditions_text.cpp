@@ -103,7 +103,7 @@ std::vector<std::string> remarks(const ConditionReport& c) {
                                   l.upper ? "upper" : "lower", l.value));
   if (!t.others.empty())
     notes.push_back(fmt::format(
-        "{} more equilibri{} found within the limits in {}; this one has the least control effort",
+        "{} more equilibri{} found within the limits in {}; none has less control effort",
         t.others.size(), t.others.size() == 1 ? "um" : "a",
         number_of(std::size_t(t.starts), "start")));
   if (c.answer.table)

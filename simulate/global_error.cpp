@@ -70,7 +70,10 @@ IntegrateOptions finer(IntegrateOptions options) {
 
 VectorXd with_error(const Signals& states, const Trajectory& second, Trajectory& found) {
   const Agreement a = agreement(states, found, second);
-  if (second.status == MotionStatus::interrupted)
+  const bool unfinished = second.status == MotionStatus::interrupted ||
+                          second.status == MotionStatus::step_limit ||
+                          second.status == MotionStatus::event_limit;
+  if (found.status == MotionStatus::completed && unfinished)
     return VectorXd::Constant(std::ssize(states), std::numeric_limits<double>::quiet_NaN());
   if (found.status != MotionStatus::completed || a.good == found.samples() || a.good == 0)
     return a.error;

@@ -13,7 +13,7 @@ IntegrateOptions finer(IntegrateOptions options);
 
 /// Largest difference of each state on the common samples. Where a state's difference exceeds a
 /// tenth of its largest value `found` is truncated, with status `inaccurate`. NaN if the second run
-/// was interrupted.
+/// was interrupted or reached a limit of steps or events.
 Eigen::VectorXd with_error(const Signals& states, const Trajectory& second, Trajectory& found);
 
 }  // namespace tiltrim

@@ -353,6 +353,14 @@ TEST_CASE("the error is that of the motion, not of a step") {
                                   .values = {},
                                   .switches = {}});
   const double end = 200 * std::numbers::pi;
+  const OperatingPoint turned{Eigen::Vector2d{1, 0}, none, none};
+  // The second run, of smaller steps, does not come to the end: no estimate, and no doubt either.
+  const Simulation whole = simulate(turning, turned, end);
+  CHECK(whole.error.allFinite());
+  const Simulation limited =
+      simulate(turning, turned, end, {}, {.max_steps = whole.steps + whole.steps / 10});
+  CHECK(limited.status == MotionStatus::completed);
+  CHECK(limited.error.array().isNaN().all());
   for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
     const Simulation s = simulate(turning, {Eigen::Vector2d{1, 0}, none, none}, end, {},
                                   {.tolerance = tolerance, .sample = 1.0});

@@ -378,6 +378,25 @@ TEST_CASE("an optimum that cannot be verified is not called one" * thorough) {
     alone.starts = 0;  // the guess only
     CHECK(trim(m, bounded, greatest, alone).status == TrimStatus::not_optimal);
   }
+  SUBCASE("without curvature, but lower a little further on") {
+    OperatingPoint flat = plain_guess;
+    flat.x[0] = flat.u[0] = 0.0;
+    TrimSpec bounded = spec;
+    bounded.bounds["u"] = {-1, 1};
+    TrimOptions alone;
+    alone.starts = 0;
+    for (const int power : {3, 4}) {
+      m.h = [power](const VectorXd&, const VectorXd& u, const VectorXd&) {
+        return vec({2 - std::pow(u[0], power)});
+      };
+      const TrimResult r = trim(m, bounded, flat, alone);
+      CHECK((r.status == TrimStatus::not_optimal || std::abs(r.point.u[0]) == 1));
+    }
+    m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
+      return vec({2 + std::pow(u[0], 4)});
+    };
+    CHECK(trim(m, bounded, flat, alone).status == TrimStatus::converged);
+  }
   SUBCASE("the same on smooth ground converges") {
     m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
       return vec({std::hypot(1, u[0] - 0.3)});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "dense/dense.hpp"
 #include "trim/verdict.hpp"
@@ -54,8 +55,42 @@ MatrixXd hessian_of(const Gradient& gradient, const VectorXd& z) {
   return 0.5 * (H + H.transpose());
 }
 
+// The point nearest to z on c(z) = 0, within the bounds, if Newton's method finds one.
+static std::optional<Values> onto_constraints(const Problem& p, const ActiveSet& a, VectorXd z) {
+  constexpr int cap = 10;
+  constexpr double small = 1e-10;
+  for (int i = 0; i < cap; ++i) {
+    const Values v = values(p, z);
+    const Jacobians s = jacobians(p, z);
+    if (!v.finite || !s.finite) return {};
+    const VectorXd c = active_residual(a, z, v);
+    if (c.size() == 0 || c.lpNorm<Eigen::Infinity>() <= small) {
+      const bool inside = (z.array() >= p.lower.array() - small).all() &&
+                          (z.array() <= p.upper.array() + small).all() &&
+                          (v.limited.array() >= p.limited_lower.array() - small).all() &&
+                          (v.limited.array() <= p.limited_upper.array() + small).all();
+      return inside ? std::optional(v) : std::nullopt;
+    }
+    z -= dense::least_squares(active_slopes(a, s), c);
+  }
+  return {};
+}
+
+// Without curvature the second order does not decide: v = 0 is no minimum of -v⁴, nor of v³.
+static bool is_lower_along(const Problem& p, const ActiveSet& a, const VectorXd& z,
+                           const VectorXd& direction) {
+  constexpr double rounding = 1e-9;  // of the cost
+  const double here = values(p, z).effort;
+  for (const double step : {-0.1, -0.01, 0.01, 0.1}) {
+    const std::optional<Values> there = onto_constraints(p, a, z + step * direction);
+    if (there && there->effort < here - rounding * std::max(1.0, std::abs(here))) return true;
+  }
+  return false;
+}
+
 bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
   constexpr double rounding = 1e-6;  // of a Hessian by repeated differences
+  constexpr double flat = 1e-3;      // relative: next to a point without curvature there is little
   const Jacobians s = jacobians(p, z);
   if (!s.finite) return false;
   const MatrixXd A = active_slopes(a, s);
@@ -63,8 +98,15 @@ bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const Vec
   if (Z.cols() == 0) return true;
   const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
   if (!H.allFinite()) return false;
-  const VectorXd curvature = dense::symmetric_eigenvalues(Z.transpose() * H * Z);
-  return curvature.minCoeff() >= -rounding * std::max(1.0, H.norm());
+  const MatrixXd reduced = Z.transpose() * H * Z;
+  const double size = std::max(1.0, H.norm());
+  const double least = dense::symmetric_eigenvalues(reduced).minCoeff();
+  if (least < -rounding * size) return false;
+  if (least > flat * size) return true;
+  const dense::SVD svd = dense::svd(reduced);
+  for (Index k = 0; k < Z.cols(); ++k)
+    if (svd.sigma[k] <= flat * size && is_lower_along(p, a, z, Z * svd.V.col(k))) return false;
+  return true;
 }
 
 namespace {

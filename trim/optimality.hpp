@@ -30,7 +30,8 @@ Gradient lagrangian_gradient(const Problem& problem, const ActiveSet& active,
 /// Symmetric Hessian of a function from its gradient, by central differences.
 Eigen::MatrixXd hessian_of(const Gradient& gradient, const Eigen::VectorXd& z);
 
-/// No direction that keeps c(z) = 0 lowers the cost to second order.              [4, thm. 12.5]
+/// No direction that keeps c(z) = 0 lowers the cost to second order [4, thm. 12.5]; along those
+/// that do not change it to second order, no step of 0.01 or 0.1 nominal sizes lowers it.
 bool is_least(const Problem& problem, const ActiveSet& active, const Eigen::VectorXd& z,
               const Eigen::VectorXd& lambda);
 
