@@ -43,8 +43,8 @@ inline constexpr double rough_tolerance = 10.0;
 
 /// Kinds of events.
 enum class FlightEventKind {
-  limit_reached,   ///< an actuator reaches its limit
-  limit_left,      ///< an actuator leaves its limit
+  limit_reached,   ///< a control or the pitch attitude reaches its limit
+  limit_left,      ///< it leaves its limit
   hand_over,       ///< pitch control passes between cyclic and elevator
   lift_off,        ///< the ground no longer carries weight
   ground_contact,  ///< ends the flight
@@ -56,7 +56,7 @@ std::string to_string(FlightEventKind kind);  ///< as JSON spells it
 /// An event of a flight.
 struct FlightEvent {
   FlightEventKind kind = FlightEventKind::limit_reached;  ///< what happens
-  std::string what;                    ///< "theta0 upper", "elevator", "airspeed above 60 m/s"
+  std::string what;                    ///< "theta0 upper", "to the elevator", "too fast"
   double t = 0.0;                      ///< s
   FlightState before, after;           ///< equal unless a state is reset
   FlightMode mode_before, mode_after;  ///< the discrete states

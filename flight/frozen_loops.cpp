@@ -117,7 +117,7 @@ std::vector<double> between(double from, double to, int count) {
 }
 }  // namespace
 
-// at which scheduled gains have kinks.
+// Between the ends, the handover and the tilts at which scheduled gains have kinks.
 std::vector<std::vector<double>> stretches_of(const Flight& flight, const TiltRateOptions& o) {
   const double off = flight.vehicle.aircraft.cyclic_off;
   const bool switches = !(flight.vehicle.aircraft.cyclic_blend > 0) && off > o.to && off < o.from;

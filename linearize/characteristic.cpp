@@ -20,18 +20,15 @@ constexpr double rank_tolerance = 1e-10;
 
 void check_square(const MatrixXd& A, Index n, const char* name) {
   if (A.rows() != n || A.cols() != n || n > largest)
-    throw std::invalid_argument(
-        fmt::format("stability map: {} is {} x {}, not {} x {} of at most {}", name, A.rows(),
-                    A.cols(), n, n, largest));
+    throw std::invalid_argument(fmt::format("gains: {} is {} x {}, not {} x {} of at most {}", name,
+                                            A.rows(), A.cols(), n, n, largest));
   if (!A.allFinite())
-    throw std::invalid_argument(
-        fmt::format("stability map: {} has an entry that is not finite", name));
+    throw std::invalid_argument(fmt::format("gains: {} has an entry that is not finite", name));
 }
 
 Frame::Frame(const MatrixXd& sizes) {
   const double top = sizes.maxCoeff();
-  if (!std::isfinite(top))
-    throw std::invalid_argument("stability map: gains times matrices overflow");
+  if (!std::isfinite(top)) throw std::invalid_argument("gains times matrices overflow");
   const double first = top > 0 ? std::ldexp(1.0, std::clamp(std::ilogb(top), -1000, 1000)) : 1.0;
   balanced = balance(sizes / first);
   const double norm = balanced.B.rowwise().sum().maxCoeff();
@@ -62,7 +59,7 @@ RankOne rank_one(const Sizes& A, const char* name) {
   const Sizes size = product.cwiseAbs().cast<double>();
   r.left_over = (A.cast<Wide>() - product).cwiseAbs().cast<double>();
   if (!(r.left_over.norm() <= rank_tolerance * A.norm()))
-    throw std::invalid_argument(fmt::format("stability map: {} is not of rank one", name));
+    throw std::invalid_argument(fmt::format("gains: {} is not of rank one", name));
   r.left_over = inflated * (r.left_over + 2 * wide_u * size);
   return r;
 }

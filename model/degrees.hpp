@@ -1,4 +1,5 @@
-/// Angles are in radians internally and in degrees for input and output. Internal to tiltrim.
+/// Angles are in radians internally and in degrees for input and output; speeds in m/s. Internal to
+/// tiltrim.
 #pragma once
 
 #include <numbers>
@@ -6,5 +7,6 @@
 namespace tiltrim {
 
 inline constexpr double degrees = 180 / std::numbers::pi;  ///< per radian
+inline constexpr double kt = 0.514444;                     ///< m/s
 
 }  // namespace tiltrim

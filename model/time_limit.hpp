@@ -28,7 +28,7 @@ struct TimedModel {
 /// unless `seconds` is positive.
 [[nodiscard]] TimedModel timed(const Model& model, double seconds);
 
-/// "the model took longer than the 2 s allowed".
+/// "the model exceeded the time limit of 2 s".
 std::string out_of_time_in_words(double seconds);
 
 }  // namespace tiltrim

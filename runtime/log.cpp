@@ -12,6 +12,7 @@
 #include <unordered_set>
 
 #include "runtime/checksum.hpp"
+#include "runtime/whole_file.hpp"
 
 namespace tiltrim {
 
@@ -168,14 +169,6 @@ std::uint64_t check_header(const std::filesystem::path& file, int fd, std::uint6
                                remedy));
 }
 
-void sync_folder(const std::filesystem::path& file) {
-  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;  // the folder cannot be read; only its sync is skipped
-  ::fsync(fd);
-  ::close(fd);
-}
-
 }  // namespace
 
 Log::Log(const std::filesystem::path& file, const std::string& identity) : file_(file) {
@@ -208,7 +201,7 @@ void Log::begin(std::span<const std::byte> header) {
     ::unlink(file_.c_str());
     refuse_log(file_, error);
   }
-  sync_folder(file_);
+  filing::sync_folder(file_);
   size_ = header.size();
   checksum_ = number_at(header, header.size() - word);
 }

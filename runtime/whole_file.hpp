@@ -57,6 +57,15 @@ inline int name_error(const std::filesystem::path& file) {
   return errno == ENOENT ? 0 : errno;
 }
 
+/// Makes the names in the folder of `file` last, if the folder can be read.
+inline void sync_folder(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  ::fsync(fd);
+  ::close(fd);
+}
+
 /// Writes the pieces in order to the open file `beside`, syncs, closes and renames it to `target`;
 /// removes it on any error. Throws std::runtime_error "name: reason".
 inline void finish(int fd, const std::string& beside, const std::filesystem::path& target,
@@ -72,11 +81,7 @@ inline void finish(int fd, const std::string& beside, const std::filesystem::pat
     ::unlink(beside.c_str());
     refuse(name, error);
   }
-  const std::filesystem::path parent = target.has_parent_path() ? target.parent_path() : ".";
-  const int folder = ::open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;  // written and renamed; only the sync of the folder is skipped
-  ::fsync(folder);
-  ::close(folder);
+  sync_folder(target);
 }
 
 /// Writes the pieces in order to a file next to `file`, syncs and renames it; a symbolic link is

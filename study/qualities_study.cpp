@@ -4,14 +4,15 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "model/degrees.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;
 
 namespace {
 
-constexpr double low_speed =
-    35 * 0.514444;  // m/s: MIL-F-83300 calls up to 35 kt hover and low speed
+constexpr double low_speed = 35 * kt;  // MIL-F-83300 calls up to 35 kt hover and low speed
 
 // The names that the built-in vehicles give their signals; body axes have u and w.
 Roles built_in(const LinearModel& linear) {

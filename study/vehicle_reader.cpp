@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/degrees.hpp"
 #include "model/lookup.hpp"
 #include "study/model_reader.hpp"
 #include "vehicles/xv15/data.hpp"
@@ -47,7 +48,7 @@ UserModel read_published(const Section& top, const std::filesystem::path& data) 
 // The controls within their travel; level flight, if the speed is asked for; the start by closed
 // forms.
 void complete_published(const UserModel& own, UserCondition& condition) {
-  constexpr double degree = std::numbers::pi / 180, knot = 0.514444;
+  constexpr double degree = std::numbers::pi / 180;
   constexpr double three_quarter_tip_speed = 176;  // m/s
   auto& values = condition.values;
   const auto given = [&](const char* name) { return values.contains(name); };
@@ -66,7 +67,7 @@ void complete_published(const UserModel& own, UserCondition& condition) {
   };
   const double V = given("V")   ? middle("V")
                    : given("u") ? middle("u")
-                                : knot * (middle("speed_kt") + middle("airspeed_kt"));
+                                : kt * (middle("speed_kt") + middle("airspeed_kt"));
   const double climb = middle("climb_angle");
   OperatingPoint at{Eigen::Vector4d::Zero(), Eigen::Vector4d::Zero(), own.parameters};
   const auto set = [&](const Signals& signals, Eigen::VectorXd& to) {

@@ -208,8 +208,7 @@ std::vector<LineEvent> in_clusters(const std::vector<LineEvent>& events) {
 }
 
 // If there are more unknowns than equations, each point needs an optimization, and equilibria do
-// not
-// follow from their neighbours by Newton.
+// not follow from their neighbors by Newton.
 AxisInterval not_looked_at(const GridLine& line) {
   const std::vector<double>& v = line.sweep.axes[line.axis].columns.front().values;
   AxisInterval i;

@@ -22,8 +22,7 @@ struct Reference {
 };
 
 /// The start of a line, for passes from its first and from its last point: computed along the
-/// slower
-/// axes before any line is tracked, so that lines are independent of one another.
+/// slower axes before any line is tracked, so that lines are independent of one another.
 struct LineStart {
   GridPlace place;  ///< of the first point
   GridTrim first;

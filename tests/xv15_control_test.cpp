@@ -34,7 +34,7 @@ double mast_at(double knots) { return 90 * degree * smooth((knots - 60) / 80); }
 constexpr double flap = 20 * degree;
 
 TrimResult level_flight(const Model& loop, double knots, const Eigen::VectorXd& p) {
-  const double V = knots * knot, mast = mast_at(knots);
+  const double V = knots * kt, mast = mast_at(knots);
   OperatingPoint at{Eigen::VectorXd::Zero(6), Eigen::Vector4d(flap, mast, 0, 0), p};
   at.p[airspeed_kt] = knots;
   const OperatingPoint plant{Eigen::Vector4d::Zero(), Eigen::Vector4d(0, 0, flap, mast),
@@ -130,13 +130,13 @@ TEST_CASE("a nonlinear conversion from hover to 160 kt and back" * thorough) {
   double fastest = 0, steepest = 0;
   for (std::size_t k = 0; k < flown.samples(); ++k) {
     const double* at = flown.state(k);
-    fastest = std::max(fastest, std::hypot(at[0], at[1]) / knot);
+    fastest = std::max(fastest, std::hypot(at[0], at[1]) / kt);
     steepest = std::max(steepest, std::abs(at[2]) / degree);
   }
   const double* end = flown.state(flown.samples() - 1);
   CHECK(fastest > 158);
   CHECK(steepest < 20);
-  CHECK(std::hypot(end[0], end[1]) / knot < 3);
+  CHECK(std::hypot(end[0], end[1]) / kt < 3);
 }
 
 TEST_CASE("the rotors' in-plane force takes a sixth of the short period's stiffness and damping") {
@@ -145,10 +145,10 @@ TEST_CASE("the rotors' in-plane force takes a sixth of the short period's stiffn
   OperatingPoint at{Eigen::Vector4d::Zero(), Eigen::Vector4d(0, 0, 0, 90 * degree), parameters(d)};
   at.p[omega] = d.si.at("rotor_speed_airplane");
   at.p[airspeed_kt] = 160;
-  const Start start = start_of(d, at, 160 * knot, 0);
+  const Start start = start_of(d, at, 160 * kt, 0);
   at.u[0] = start.collective;
   at.u[1] = start.stick;
-  at.x << 160 * knot, 160 * knot * start.theta, start.theta, 0;
+  at.x << 160 * kt, 160 * kt * start.theta, start.theta, 0;
   TrimSpec spec{.free = {"u", "w", "theta", "q", "collective", "stick"}};
   spec.bounds = {{"forward_error", {0, 0}}, {"climb_error", {0, 0}}};
   const TrimResult level = trim(m, spec, at, {.method = TrimMethod::newton, .starts = 0});

@@ -170,8 +170,8 @@ TEST_CASE("flow from behind: the fuselage continues its tables, while it is slow
   const auto data = data_of(Variant::report_1988);
   const auto fuselage_at = [&](double degrees, double knots) -> Eigen::Vector3d {
     State<double> s{};
-    s.u = knots * knot * std::cos(degrees * degree);
-    s.w = knots * knot * std::sin(degrees * degree);
+    s.u = knots * kt * std::cos(degrees * degree);
+    s.w = knots * kt * std::sin(degrees * degree);
     s.density = 1.225;
     s.sound = 340;
     const Stream<double> f = stream(s);
@@ -283,10 +283,10 @@ TEST_CASE("a trim starts near and needs few steps") {
     OperatingPoint at{Eigen::Vector4d::Zero(), Eigen::Vector4d(0, 0, flap * degree, mast * degree),
                       parameters(*data)};
     at.p[airspeed_kt] = knots;
-    const Start start = start_of(*data, at, knots * knot, 0);
+    const Start start = start_of(*data, at, knots * kt, 0);
     at.u[0] = start.collective;
     at.u[1] = start.stick;
-    at.x << knots * knot * std::cos(start.theta), knots * knot * std::sin(start.theta), start.theta,
+    at.x << knots * kt * std::cos(start.theta), knots * kt * std::sin(start.theta), start.theta,
         0;
     TrimSpec spec{.free = {"u", "w", "theta", "q", "collective", "stick"}};
     spec.bounds = {{"forward_error", {0, 0}}, {"climb_error", {0, 0}}};

@@ -43,8 +43,7 @@ VectorXd decisive_slope(Search& search, bool goal) {
       if (search.candidates.is_goal(i) != goal) continue;
       const Requirement& r = search.asked()[i];
       const double own = worst(i, r, search.last.places[p]).score;
-      const double missed = goal ? -goal_score(search.problem, r, own)
-                                 : (score_of(r.measure, r.limit) - own) / size_of(r);
+      const double missed = goal ? -goal_score(search.problem, r, own) : missed_by(r, own);
       if (missed > largest) std::tie(largest, at, asked) = std::tuple(missed, p, i);
     }
   const PlaceModes& place = search.with_slopes({at}).places[at];

@@ -89,8 +89,8 @@ struct Epigraph {
     const bool goal = search.candidates.is_goal(i);
     if (limits_only && goal) return skip(rows, 1, kept);
     const double size = goal ? 1.0 / goal_slope(search.problem, r) : size_of(r);
-    const double short_of = goal ? rows.x[n] - goal_score(search.problem, r, own)
-                                 : (score_of(r.measure, r.limit) - own) / size;
+    const double short_of =
+        goal ? rows.x[n] - goal_score(search.problem, r, own) : missed_by(r, own);
     const double relaxed = limits_only ? rows.x[n] : 0.0;
     rows.c[rows.next] = std::clamp(short_of + relaxed, -hopeless, hopeless);
     if (rows.J) {
@@ -133,7 +133,7 @@ struct Epigraph {
       const double own = worst(i, r, place).score;
       const double left = search.candidates.is_goal(i)
                               ? (goal_score(search.problem, r, own) - level) / goal_size
-                              : (own - score_of(r.measure, r.limit)) / size_of(r);
+                              : -missed_by(r, own);
       if (left < least) least = left;
     }
     return least;

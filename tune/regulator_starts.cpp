@@ -28,17 +28,11 @@ struct Opened {
   std::vector<MatrixXd> slopes;
 };
 
-VectorXd nominal_sizes(const Signals& signals) {
-  VectorXd sizes(std::ssize(signals));
-  for (Index i = 0; i < sizes.size(); ++i) sizes[i] = signals[std::size_t(i)].nominal;
-  return sizes;
-}
-
 Opened opened_at(const Place& place, OperatingPoint at) {
   const Model& model = *place.loops;
   const Index n = std::ssize(model.states), m = std::ssize(model.inputs);
   at.u = VectorXd::Zero(m);
-  const VectorXd x = nominal_sizes(model.states);
+  const VectorXd x = nominals(model.states);
   std::vector<Index> along, rows;
   VectorXd u(m);
   for (Index i = 0; i < n + m; ++i) along.push_back(i);

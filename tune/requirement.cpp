@@ -204,6 +204,10 @@ double size_of(const Requirement& r) {
   return limit > 0 && std::isfinite(limit) ? limit : 1.0;
 }
 
+double missed_by(const Requirement& r, double own) {
+  return (score_of(r.measure, r.limit) - own) / size_of(r);
+}
+
 double goal_score(const TuneProblem& problem, const Requirement& goal, double own) {
   if (problem.goals.empty()) return own;
   return (own - score_of(goal.measure, goal.limit)) / size_of(goal);
@@ -320,8 +324,7 @@ Merit merit(const Candidates& candidates, const std::vector<PlaceModes>& places)
       if (candidates.is_goal(i))
         m.goal = std::min(m.goal, goal_score(candidates.problem(), asked[i], own));
       else
-        m.missed = std::max(m.missed,
-                            (score_of(asked[i].measure, asked[i].limit) - own) / size_of(asked[i]));
+        m.missed = std::max(m.missed, missed_by(asked[i], own));
     }
   }
   constexpr double rounding = 1e-9;

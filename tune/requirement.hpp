@@ -13,6 +13,8 @@ double value_of(Measure what, double score);
 double value_slope(Measure what, double score);
 /// The scale of a violation of the limit.
 double size_of(const Requirement& requirement);
+/// By how much a score misses the limit, over the limit's size; negative if it is met.
+double missed_by(const Requirement& requirement, double own);
 
 /// The score of one goal, or of several the reserve; and back to a value.
 double goal_score(const TuneProblem& problem, const Requirement& goal, double score);

@@ -40,8 +40,9 @@ void for_each_option(const py::dict& options,
 /// A trim specification from its fields: free, steady, rates, bounds, implied, effort, moving.
 TrimSpec spec_of(const py::dict& fields);
 py::dict dict_of(const TrimSpec& spec);
-/// method, tolerance, step_tolerance, starts, max_iterations, max_boxes, closest; omitted fields
-/// keep the values of `defaults`. Throws std::invalid_argument for other names.
+/// method, tolerance, step_tolerance, starts, others, max_iterations, max_boxes, closest,
+/// time_limit; omitted fields keep the values of `defaults`. Throws std::invalid_argument for other
+/// names.
 TrimOptions trim_options_of(const py::dict& fields, TrimOptions defaults = {});
 
 py::dict dict_of(const TrimResult& result);

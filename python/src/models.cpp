@@ -304,8 +304,7 @@ py::tuple evaluated(const HeldModel& held, const PointTuple& point) {
   return py::make_tuple(e.rates, e.outputs);
 }
 
-// ---- Garbage collection: a bound method of what holds the model is a cycle
-// ------------------------
+// ---- Garbage collection: a method bound to the model's owner is a cycle ------------------------
 
 HeldModel* behind(PyObject* self) {
   auto* const instance = reinterpret_cast<py::detail::instance*>(self);

@@ -39,7 +39,7 @@ class ComplexStep:
     def __call__(self, x: Any, u: Any, p: Any) -> Union[NDArray[np.float64], str]:
         z = np.concatenate([x, u, p])
         ends = [len(x), len(x) + len(u)]
-        if self.to_check == 0 or np.array_equal(z, self.last):
+        if self.to_check == 0 or (self.last is not None and np.array_equal(z, self.last)):
             return self.jacobian(z, ends)
         here = self.values(z, ends).real
         try:

@@ -78,7 +78,7 @@ Stream<S> stream(const State<S>& s) {
   f.sin = sin(f.alpha);
   f.pressure = 0.5 * s.density * square;
   f.mach = f.V / s.sound;
-  f.knots = f.V * (1 / knot);
+  f.knots = f.V * (1 / kt);
   f.alpha_degrees = f.alpha * (1 / degree);
   f.flap_degrees = s.flap * (1 / degree);
   f.mast_degrees = s.mast * (1 / degree);
@@ -356,7 +356,7 @@ void motion_outputs(const Data& d, const State<S>& s, const S& B1, std::span<con
   y[4] = d.elevator_per_stick * (s.stick - d.stick_neutral);
   y[5] = B1;
   // What is left of a commanded airspeed and climb angle; smooth at rest too.
-  const S V = p[airspeed_kt] * knot;
+  const S V = p[airspeed_kt] * kt;
   y[10] = x[0] * cos(x[2]) + x[1] * sin(x[2]) - V * cos(p[climb_angle]);
   y[11] = y[2] - V * sin(p[climb_angle]);
   y[13] = std::numbers::pi / 2 - s.mast;

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "model/degrees.hpp"
 #include "vehicles/xv15/rotor.hpp"
 
 namespace tiltrim::xv15 {
@@ -81,7 +82,7 @@ void immersion(Data& d) {
   constexpr double pound = 4.4482216152605, printed_thrust = 7333.92 * pound;
   constexpr double trim_density = 0.002377 * 515.378818;
   d.immersed_area = 2 * d.si.at("wing_immersed_area_max");
-  d.immersed_until = 40 * 0.514444;
+  d.immersed_until = 40 * kt;
   d.download = 2 * printed_thrust - 13000 * pound;
   const double disc = std::numbers::pi * d.radius * d.radius;
   const double v2 = printed_thrust / (2 * trim_density * disc);

@@ -7,6 +7,7 @@
 #include <concepts>
 #include <numbers>
 
+#include "model/degrees.hpp"
 #include "model/dual.hpp"
 
 namespace tiltrim::xv15 {
@@ -44,7 +45,7 @@ inline std::complex<double> atan2(const std::complex<double>& y, const std::comp
   return angle + std::atan((y * c - x * s) / (x * c + y * s));
 }
 
-constexpr double degree = std::numbers::pi / 180, knot = 0.514444;
+constexpr double degree = std::numbers::pi / 180;
 
 /// max(0, x) with its kink rounded within `width`: the mean of max over a parabolic window, C².
 template <class S>
