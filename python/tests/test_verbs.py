@@ -135,6 +135,15 @@ def test_derivatives_by_the_complex_step_are_exact():
     np.testing.assert_allclose(linear.C, [[9.81 / 2 / np.sqrt(0.3), 0]], rtol=1e-14)
 
 
+def test_a_wrong_complex_step_that_is_right_at_the_guess_is_refused():
+    """The slope of V |V| is 0 at V = 0, by the complex step too."""
+    drag = Model(
+        "drag", lambda x, u, p: [u[0] - x[0] * abs(x[0])], ["V"], ["T"], derivatives="complex"
+    )
+    with pytest.raises(ValueError, match="by the complex step and"):
+        tiltrim.trim(drag, {"V": 0, "T": 4})
+
+
 @pytest.mark.filterwarnings("ignore:Casting complex")
 @pytest.mark.parametrize("f, words", [
     (lambda x, u, p: x + 3 * abs(x), "is 1 by the complex step and 4 by differences: a function"),
