@@ -44,8 +44,9 @@ struct ActuatorRates {
 struct Schedule {
   /// At time t [s] and height h [m].
   std::function<Command(double t, double h)> command = [](double, double h) { return corridor(h); };
-  std::vector<double> kink_heights{20.0, 120.0};  ///< m, rising: where it is not smooth
-  std::vector<double> kink_times{};               ///< s, rising: the same
+  std::vector<double> kink_heights{corridor_rises,
+                                   corridor_top};  ///< m, rising: where it is not smooth
+  std::vector<double> kink_times{};                ///< s, rising: the same
 };
 
 /// Everything that determines a flight except its initial state.

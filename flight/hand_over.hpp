@@ -49,9 +49,9 @@ struct HandOverCheck {
 
 /// Options of check_hand_over().
 struct HandOverOptions {
-  double seconds = 60.0;   ///< s of flight after the handover
-  double height = 120.0;   ///< m: the schedule is searched for handovers from 0 to here
-  double duration = 90.0;  ///< s, the same for a schedule over time
+  double seconds = 60.0;         ///< s of flight after the handover
+  double height = corridor_top;  ///< m: the schedule is searched for handovers from 0 to here
+  double duration = 90.0;        ///< s, the same for a schedule over time
   TrimOptions trimming{.starts = 8, .max_boxes = 2000, .closest = false};  ///< of both sides
 };
 

@@ -17,7 +17,6 @@ namespace tiltrim {
 namespace {
 
 using std::numbers::pi;
-constexpr double top = 120.0;  // m, of the corridor
 
 double smoothstep(double t) {
   const double s = std::clamp(t, 0.0, 1.0);
@@ -90,7 +89,7 @@ Schedule over_time(const Commands& commands) {
 // u = 1/2 - sin(asin(1 - 2y)/3).
 double corridor_height(double eta) {
   const double y = std::clamp(1 - eta / (pi / 2), 0.0, 1.0);
-  return top * (0.5 - std::sin(std::asin(1 - 2 * y) / 3));
+  return corridor_top * (0.5 - std::sin(std::asin(1 - 2 * y) / 3));
 }
 
 Schedule corridor_at_tilt_rate(const SteadyTilt& tilt) {
@@ -104,7 +103,7 @@ Schedule corridor_at_tilt_rate(const SteadyTilt& tilt) {
   };
   Schedule schedule{at, {}, {tilt.begins, tilt.ends()}};
   // When the speed of (16) begins to rise.
-  const double rises = tilt.begins + (tilt.from - corridor(20.0).eta) / tilt.rate;
+  const double rises = tilt.begins + (tilt.from - corridor(corridor_rises).eta) / tilt.rate;
   if (rises > tilt.begins && rises < tilt.ends())
     schedule.kink_times.insert(schedule.kink_times.begin() + 1, rises);
   return schedule;
@@ -115,12 +114,12 @@ Schedule reconversion(const Reconversion& times) {
   const double turns = ends + times.hovers;
   const auto at = [times, turns](double t, double) {
     const double done = std::clamp((t - times.begins) / times.lasts, 0.0, 1.0);
-    Command command = corridor(top * (1 - done));
+    Command command = corridor(corridor_top * (1 - done));
     command.gamma = times.descent * smoothstep((t - turns) / times.turns);
     return command;
   };
-  // The slope of the speed has a kink at 20 m.
-  const double slowed = times.begins + (1 - 20.0 / top) * times.lasts;
+  // There the slope of the speed has a kink.
+  const double slowed = times.begins + (1 - corridor_rises / corridor_top) * times.lasts;
   return {at, {}, {times.begins, slowed, ends, turns, turns + times.turns}};
 }
 

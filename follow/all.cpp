@@ -16,7 +16,6 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double same_point = 1e-6;  // scaled distance below which two trims are the same
 constexpr std::size_t most_equilibria = 50;
 
 struct Found {
@@ -29,11 +28,8 @@ struct Found {
   void add(const TrimResult& r, const std::string& how) {
     if (!is_equilibrium(r.status)) return;
     const VectorXd z = unknowns_of(problem, r.point);
-    for (const Equilibrium& e : all.equilibria) {
-      const VectorXd apart = unknowns_of(problem, e.trim.point) - z;
-      const VectorXd size = z.cwiseAbs().cwiseMax(1.0);
-      if (apart.cwiseQuotient(size).lpNorm<Eigen::Infinity>() <= same_point) return;
-    }
+    for (const Equilibrium& e : all.equilibria)
+      if (same_solution(unknowns_of(problem, e.trim.point), z)) return;
     all.equilibria.push_back({r, how});
     Equilibrium& e = all.equilibria.back();
     e.trim.others.clear();

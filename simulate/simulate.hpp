@@ -120,8 +120,8 @@ struct ResponseOptions {
 };
 
 /// Linear and nonlinear motion of the model from an offset of states, by name, at a trim.
-/// Throws std::invalid_argument for names that are not states, a zero offset, and options other than
-/// 0 < sample <= duration, tolerated > 0 and most >= 1.
+/// Throws std::invalid_argument for names that are not states, a zero offset, and options other
+/// than 0 < sample <= duration, tolerated > 0 and most >= 1.
 [[nodiscard]] Response response(const Model& model, const OperatingPoint& trim,
                                 const std::map<std::string, double>& offset,
                                 const ResponseOptions& options = {});

@@ -130,12 +130,11 @@ std::string read_start(const Section& section, const std::vector<Condition>& con
 }
 
 double read_height(const Section& section, const SimulateTable& simulate) {
-  constexpr double top_of_corridor = 120.0;  // m
   const bool back = simulate.schedule.kind == ScheduleTable::Kind::reconversion;
   if (back && from_ground(simulate))
     section.refuse(*section.find("start"),
                    "a reconversion starts in the air; expected \"trim\" or a condition");
-  double start = back ? top_of_corridor : 0.0;
+  double start = back ? corridor_top : 0.0;
   read_number(section, "height", height, start);
   if (from_ground(simulate) && start != 0)
     section.refuse(*section.find("height"),

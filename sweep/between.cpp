@@ -140,7 +140,8 @@ class Search {
     if (a && m && b && continuous(line_, *a, *m, *b)) {
       if (const auto piece = in_eigenvectors(*a, *m, *b)) {
         const Judged judged = judge(*piece, riding_);
-        // An end may lie on the axis, where its own number of unstable eigenvalues is that of no side.
+        // An end may lie on the axis, where its own number of unstable eigenvalues is that of no
+        // side.
         if (judged.unclear.empty() && a->unstable() == b->unstable()) return;
         if (judged.rounding) return ended(from, a, to, b, true);
         if (judged.monotone && (a->unstable() == b->unstable() || locate(*a, *b))) return;

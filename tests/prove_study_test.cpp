@@ -209,8 +209,8 @@ TEST_CASE("[prove] of a [model] refuses what is no number of the study") {
   CHECK(contains(says(box("h", 0, 1)), "'h' is not known; expected one of u, p"));
   CHECK(contains(says(box("p", 1, 0)), "rising"));
   CHECK(contains(says(box("p", 0, 1) + box("p", 2, 3)), "twice"));
-  CHECK(
-      contains(says("[[prove.parameter]]\nkey = \"u\"\npercent = 10\n"), "parameters of the model"));
+  CHECK(contains(says("[[prove.parameter]]\nkey = \"u\"\npercent = 10\n"),
+                 "parameters of the model"));
   CHECK(says("[[prove.parameter]]\nkey = \"p\"\npercent = 10\n").empty());
   CHECK(contains(says("[prove]\nmargin = 1\n"), "prove.parameter"));
   CHECK(contains(says("[[prove.parameter]]\nfrom = 1\nto = 2\n"), "is missing"));

@@ -286,8 +286,7 @@ TEST_CASE("a trim starts near and needs few steps") {
     const Start start = start_of(*data, at, knots * kt, 0);
     at.u[0] = start.collective;
     at.u[1] = start.stick;
-    at.x << knots * kt * std::cos(start.theta), knots * kt * std::sin(start.theta), start.theta,
-        0;
+    at.x << knots * kt * std::cos(start.theta), knots * kt * std::sin(start.theta), start.theta, 0;
     TrimSpec spec{.free = {"u", "w", "theta", "q", "collective", "stick"}};
     spec.bounds = {{"forward_error", {0, 0}}, {"climb_error", {0, 0}}};
     int steps = 0;

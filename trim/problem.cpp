@@ -147,6 +147,12 @@ VectorXd unknowns_of(const Problem& p, const OperatingPoint& point) {
   return z;
 }
 
+bool same_solution(const VectorXd& a, const VectorXd& b) {
+  constexpr double apart = 1e-6;  // scaled
+  const VectorXd size = b.cwiseAbs().cwiseMax(1.0);
+  return (a - b).cwiseQuotient(size).lpNorm<Eigen::Infinity>() <= apart;
+}
+
 OperatingPoint point_of(const Problem& p, const VectorXd& z) {
   OperatingPoint point = p.base;
   for (Index k = 0; k < p.n(); ++k)

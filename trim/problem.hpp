@@ -122,6 +122,8 @@ Eigen::VectorXd rates_of(const Problem& problem, const Values& values);
 Eigen::VectorXd outputs(const Problem& problem, const OperatingPoint& point);
 
 Eigen::VectorXd unknowns_of(const Problem& problem, const OperatingPoint& point);
+/// Unknowns so close that they are one solution.
+bool same_solution(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
 OperatingPoint point_of(const Problem& problem, const Eigen::VectorXd& z);
 
 /// "1 start", "2 starts".

@@ -55,7 +55,6 @@ std::string to_string(TrimStatus status) {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double same_point = 1e-6;       // scaled distance below which two solutions are the same
 constexpr int further_optimizations = 4;  // Ipopt from further starts: 1000 Newton runs each
 
 // ---- the search ----
@@ -84,9 +83,7 @@ struct Search {
       return;
     }
     for (TrimResult& other : answers) {
-      const VectorXd apart = unknowns_of(p, other.point) - z;
-      const VectorXd size = z.cwiseAbs().cwiseMax(1.0);
-      if (apart.cwiseQuotient(size).lpNorm<Eigen::Infinity>() > same_point) continue;
+      if (!same_solution(unknowns_of(p, other.point), z)) continue;
       if (r.status < other.status) other = r;
       return;
     }

@@ -13,11 +13,10 @@ namespace tiltrim::physics {
 template <class S>
 CommandOf<S> corridor_at(const S& h) {
   using std::clamp;
-  constexpr double top = 120.0;                             // m, end of the transition
   constexpr double climb_speed = 2.0, cruise_speed = 15.0;  // m/s
-  const S at = clamp(h, S(0.0), S(top));
+  const S at = clamp(h, S(0.0), S(corridor_top));
   const S angle = std::numbers::pi * (at * at * at / 1728000.0 - at * at / 9600.0 + 0.5);  // (16)
-  const S t = clamp(S((h - 20.0) / 100.0), S(0.0), S(1.0));
+  const S t = clamp(S((h - corridor_rises) / (corridor_top - corridor_rises)), S(0.0), S(1.0));
   const S V = climb_speed + (cruise_speed - climb_speed) * (3.0 * t * t - 2.0 * t * t * t);
   return {V, angle, angle};
 }

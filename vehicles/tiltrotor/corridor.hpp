@@ -19,6 +19,9 @@ Gains gains_at(const GainSchedule& schedule, double eta);
 /// Cyclic's share of pitch control at a tilt: 1 helicopter, 0 airplane (12).
 double authority(const Aircraft& aircraft, double eta);
 
+/// m, of (16): from the first height on the aircraft accelerates; at the second the transition
+/// ends.
+inline constexpr double corridor_rises = 20.0, corridor_top = 120.0;
 /// Corridor (16): tilt and path angle, and the speed schedule of docs/model.md, at height h [m].
 Command corridor(double h);
 
