@@ -292,6 +292,21 @@ std::string not_implied(const Problem& p, const MatrixXd& J, const VectorXd& shi
   return {};
 }
 
+// Of a repeated eigenvalue there is no derivative.
+std::vector<ParameterSensitivity::ModeSensitivity> modes_along(
+    const Model& model, const Sensitivities& of, const std::vector<VectorErrors>& errors,
+    const Shift& shift) {
+  Estimate dA = jacobian_along(model, of.point, shift.variables);
+  dA.error += shift.error * dA.value.cwiseAbs();
+  std::vector<ParameterSensitivity::ModeSensitivity> all;
+  for (std::size_t i = 0; i < of.modes.modes.size(); ++i)
+    if (of.simple[i])
+      all.push_back(mode_along(of.modes.modes[i], errors[i], dA));
+    else
+      all.push_back({{nan, nan}, nan, nan, nan});
+  return all;
+}
+
 }  // namespace
 
 Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed,
@@ -343,14 +358,7 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
     one.x = shift.variables.head(trimmed.x.size());
     one.u = shift.variables.segment(trimmed.x.size(), trimmed.u.size());
     one.outputs = (J * shift.variables).tail(std::ssize(model.outputs));
-    if (linear) {
-      Estimate dA = jacobian_along(model, trimmed, shift.variables);
-      dA.error += shift.error * dA.value.cwiseAbs();
-      for (std::size_t i = 0; i < result.modes.modes.size(); ++i)
-        one.modes.push_back(result.simple[i]
-                                ? mode_along(result.modes.modes[i], errors[i], dA)
-                                : ParameterSensitivity::ModeSensitivity{{nan, nan}, nan, nan, nan});
-    }
+    if (linear) one.modes = modes_along(model, result, errors, shift);
     result.parameters.push_back(std::move(one));
   }
   result.status = linear ? SensitivityStatus::found : SensitivityStatus::no_linear;

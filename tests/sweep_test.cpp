@@ -572,6 +572,7 @@ TEST_CASE(
         if (i.verdict == IntervalVerdict::unstable) CHECK(i.from >= -1e-6);
       }
       CHECK(map.intervals.front().from == c.from);
+      if (c.stable_to == 0) CHECK(map.intervals.front().verdict == IntervalVerdict::stable);
       CHECK_NEAR(map.intervals.back().to, c.to, 1e-15);
     }
 }
