@@ -101,10 +101,11 @@ std::uintmax_t size_of(const fs::path& file) {
 }
 
 std::uintmax_t records_in(const fs::path& log) {
+  const std::uintmax_t size = size_of(log);  // first: the program is writing
   std::array<std::uint64_t, 3> header{};  // magic, format, length of the identity; then a checksum
   std::ifstream(log, std::ios::binary).read(reinterpret_cast<char*>(header.data()), sizeof header);
   const std::uintmax_t before = sizeof header + header[2] + sizeof(std::uint64_t);
-  return std::max(size_of(log), before) - before;
+  return std::max(size, before) - before;
 }
 
 std::vector<Row> csv_of(const std::string& text) {
