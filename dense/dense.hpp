@@ -8,12 +8,11 @@
 #include <optional>
 #include <span>
 
+#include "dense/products.hpp"
+
 namespace tiltrim::dense {
 
-/// Matrices and vectors of at most 16 rows, stored without allocation.
-inline constexpr int small_size = 16;
-using SmallMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, small_size, small_size>;
+/// Vectors of at most small_size rows, stored without allocation.
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, small_size, 1>;
 using SmallComplexVector = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, small_size, 1>;
 
@@ -32,27 +31,24 @@ struct LU {
 template <class Matrix>
 LU<Matrix> lu(const Matrix& A);
 
-/// Overwrites x with U⁻¹ L⁻¹ x.
-void substitute(const LU<Eigen::MatrixXd>& lu, Eigen::VectorXd& x);
-void substitute(const LU<Eigen::MatrixXd>& lu, Eigen::MatrixXd& x);
-void substitute(const LU<Eigen::MatrixXcd>& lu, Eigen::VectorXcd& x);
-void substitute(const LU<Eigen::MatrixXcd>& lu, Eigen::MatrixXcd& x);
-void substitute(const LU<SmallMatrix>& lu, SmallVector& x);
-
 /// A⁻¹ b for one or several columns; not finite if A is singular.
+Eigen::VectorXd solve(const LU<Eigen::MatrixXd>& lu, const Eigen::VectorXd& b);
+Eigen::MatrixXd solve(const LU<Eigen::MatrixXd>& lu, const Eigen::MatrixXd& b);
+Eigen::VectorXcd solve(const LU<Eigen::MatrixXcd>& lu, const Eigen::VectorXcd& b);
+Eigen::MatrixXcd solve(const LU<Eigen::MatrixXcd>& lu, const Eigen::MatrixXcd& b);
+SmallVector solve(const LU<SmallMatrix>& lu, const SmallVector& b);
 template <class Matrix, class Right>
-typename Right::PlainObject solve(const LU<Matrix>& lu, const Eigen::MatrixBase<Right>& b) {
-  typename Right::PlainObject x = lu.P * b;
-  substitute(lu, x);
-  return x;
+Plain<Right> solve(const LU<Matrix>& lu, const Eigen::MatrixBase<Right>& b) {
+  const Plain<Right>& evaluated = b.derived();
+  return solve(lu, evaluated);
 }
 template <class Right>
-typename Right::PlainObject solve(const Eigen::MatrixXd& A, const Eigen::MatrixBase<Right>& b) {
-  return solve(lu(A), b);
+Plain<Right> solve(const Eigen::MatrixXd& A, const Eigen::MatrixBase<Right>& b) {
+  return solve(lu(A), b.derived());
 }
 template <class Right>
-typename Right::PlainObject solve(const Eigen::MatrixXcd& A, const Eigen::MatrixBase<Right>& b) {
-  return solve(lu(A), b);
+Plain<Right> solve(const Eigen::MatrixXcd& A, const Eigen::MatrixBase<Right>& b) {
+  return solve(lu(A), b.derived());
 }
 /// The same for at most small_size equations, without allocation.
 SmallVector small_solve(const SmallMatrix& A, const SmallVector& b);

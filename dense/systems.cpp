@@ -61,15 +61,18 @@ template LU<MatrixXcd> lu(const MatrixXcd& A);
 template LU<SmallMatrix> lu(const SmallMatrix& A);
 
 template <class Matrix, class Right>
-static void substitute_in(const Matrix& factors, Right& x) {
-  factors.template triangularView<Eigen::UnitLower>().solveInPlace(x);
-  factors.template triangularView<Eigen::Upper>().solveInPlace(x);
+static Right solved(const LU<Matrix>& lu, const Right& b) {
+  Right x = lu.P * b;
+  lu.factors.template triangularView<Eigen::UnitLower>().solveInPlace(x);
+  lu.factors.template triangularView<Eigen::Upper>().solveInPlace(x);
+  return x;
 }
-void substitute(const LU<MatrixXd>& lu, VectorXd& x) { substitute_in(lu.factors, x); }
-void substitute(const LU<MatrixXd>& lu, MatrixXd& x) { substitute_in(lu.factors, x); }
-void substitute(const LU<MatrixXcd>& lu, VectorXcd& x) { substitute_in(lu.factors, x); }
-void substitute(const LU<MatrixXcd>& lu, MatrixXcd& x) { substitute_in(lu.factors, x); }
-void substitute(const LU<SmallMatrix>& lu, SmallVector& x) {
+VectorXd solve(const LU<MatrixXd>& lu, const VectorXd& b) { return solved(lu, b); }
+MatrixXd solve(const LU<MatrixXd>& lu, const MatrixXd& b) { return solved(lu, b); }
+VectorXcd solve(const LU<MatrixXcd>& lu, const VectorXcd& b) { return solved(lu, b); }
+MatrixXcd solve(const LU<MatrixXcd>& lu, const MatrixXcd& b) { return solved(lu, b); }
+SmallVector solve(const LU<SmallMatrix>& lu, const SmallVector& b) {
+  SmallVector x = lu.P * b;
   const auto& a = lu.factors;
   const Index n = x.size();
   for (Index j = 0; j < n; ++j)
@@ -79,6 +82,7 @@ void substitute(const LU<SmallMatrix>& lu, SmallVector& x) {
     x[j] /= a(j, j);
     for (Index i = 0; i < j; ++i) x[i] -= x[j] * a(i, j);
   }
+  return x;
 }
 
 SmallVector small_solve(const SmallMatrix& A, const SmallVector& b) {

@@ -1,6 +1,7 @@
 #include <complex>
 #include <limits>
 
+#include "dense/products.hpp"
 #include "design/checks.hpp"
 #include "design/design.hpp"
 #include "design/lapack.hpp"

@@ -121,12 +121,12 @@ struct Assignment {
     schur.T.middleCols(at, b) -= schur.Z.transpose() * B * k;
     K += k * schur.Z.middleCols(at, b).transpose();
     const lapack::Schur block = lapack::schur(schur.T.block(at, at, b, b));
-    schur.T.middleCols(at, b) *= block.Z;
-    schur.T.middleRows(at, b) = (block.Z.transpose() * schur.T.middleRows(at, b)).eval();
+    schur.T.middleCols(at, b) = schur.T.middleCols(at, b) * block.Z;
+    schur.T.middleRows(at, b) = block.Z.transpose() * schur.T.middleRows(at, b);
     schur.T.block(at, at, b, b) = block.T;
     schur.T.block(at, 0, b, at).setZero();
     schur.T.bottomLeftCorner(schur.T.rows() - last, last).setZero();
-    schur.Z.middleCols(at, b) *= block.Z;
+    schur.Z.middleCols(at, b) = schur.Z.middleCols(at, b) * block.Z;
   }
 
   Index block_at_end() const {

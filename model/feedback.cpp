@@ -10,6 +10,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "dense/products.hpp"
 #include "model/lookup.hpp"
 
 namespace tiltrim {

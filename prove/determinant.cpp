@@ -27,8 +27,7 @@ namespace {
 // The sum of all moduli for which the slack of count_roots covers the rounding.
 constexpr double largest = 100.0;
 
-using SmallC =
-    Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, 0, dense::small_size, dense::small_size>;
+using SmallC = dense::SmallComplexMatrix;
 
 // Gauss and Jordan's inverse; any matrix near it serves.
 SmallC near_inverse(SmallC A) {

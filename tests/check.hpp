@@ -13,6 +13,8 @@
 #include <string_view>
 #include <type_traits>
 
+#include "dense/products.hpp"
+
 /// |actual - expected| <= tolerance, absolute; NaN fails.
 #define CHECK_NEAR(actual, expected, tolerance)                                               \
   do {                                                                                        \

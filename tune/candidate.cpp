@@ -11,6 +11,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "dense/products.hpp"
 #include "model/lookup.hpp"
 #include "runtime/threads.hpp"
 #include "tune/check_problem.hpp"
