@@ -69,7 +69,7 @@ template <dense::AnyMatrix Left, dense::AnyVector Right>
 auto operator*(const Left& A, const Right& x) {
   return dense::product_of(A, x);
 }
-template <dense::AnySmallMatrix Left, dense::AnySmallMatrix Right>
+template <dense::AnySmallMatrix Left, dense::EvaluatesTo<dense::Plain<Left>> Right>
 auto operator*(const Left& A, const Right& B) {
   return dense::product_of(A, B);
 }
