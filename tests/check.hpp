@@ -13,7 +13,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "dense/products.hpp"
+#include "dense/products.hpp"  // or each test would compile its own
 
 /// |actual - expected| <= tolerance, absolute; NaN fails.
 #define CHECK_NEAR(actual, expected, tolerance)                                               \
