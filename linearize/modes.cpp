@@ -39,12 +39,18 @@ std::string to_string(Verdict verdict) {
   return "unknown";
 }
 
+constexpr double undetermined = std::numeric_limits<double>::quiet_NaN();
+
 double Mode::damping() const {
   const double size = std::abs(eigenvalue);
-  return size > 0 ? -eigenvalue.real() / size : 0.0;
+  if (size == 0) return 0.0;
+  return size > error ? -eigenvalue.real() / size : undetermined;
 }
 
-double Mode::time_to_half() const { return std::numbers::ln2 / std::abs(eigenvalue.real()); }
+double Mode::time_to_half() const {
+  const double rate = std::abs(eigenvalue.real());
+  return rate == 0 || rate > error ? std::numbers::ln2 / rate : undetermined;
+}
 
 using spectrum::epsilon;
 using spectrum::infinity;

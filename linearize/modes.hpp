@@ -24,8 +24,11 @@ struct Mode {
   bool determined = true;         ///< false: condition > 1e8, the value is unreliable
 
   double frequency() const { return std::abs(eigenvalue); }  ///< rad/s
-  double damping() const;       ///< -Re λ/|λ|: 1 on the negative real axis; 0 for λ = 0
-  double time_to_half() const;  ///< s, ln 2/|Re λ|; infinite on the axis. To double if unstable
+  /// -Re λ/|λ|: 1 on the negative real axis; 0 for λ = 0; NaN if 0 lies within the error of λ ≠ 0.
+  double damping() const;
+  /// ln 2/|Re λ|, s; to double if unstable; infinite on the axis; NaN if the axis lies within the
+  /// error of a λ beside it.
+  double time_to_half() const;
 };
 
 /// Stability of a matrix.

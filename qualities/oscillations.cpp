@@ -12,7 +12,7 @@ Bounded frequency_of(const Mode& mode) { return {mode.frequency(), mode.error}; 
 
 Bounded damping_of(const Mode& mode) {
   const double size = mode.frequency(), ratio = mode.damping();
-  if (!(size > mode.error)) return {ratio, 2.0};
+  if (!(size > mode.error)) return {0.0, 1.0};
   // The disk is seen from the origin within ± asin(error/|λ|).
   const double turn = std::asin(mode.error / size), at = std::acos(std::clamp(ratio, -1.0, 1.0));
   const double above = std::cos(std::max(at - turn, 0.0)) - ratio;

@@ -83,7 +83,7 @@ Criterion for_roots(std::string name, std::string requirement,
   if (w > 0)
     c.remark = fmt::format("{:.4g} ± {:.4g}i: {:.4g} rad/s, damping {:.4g}", c.value, w,
                            worst->frequency(), worst->damping());
-  if (c.value > 0)
+  if (c.value > c.error)
     c.remark +=
         fmt::format("{}doubles in {:.3g} s", c.remark.empty() ? "" : ", ", worst->time_to_half());
   return judged(c);

@@ -219,7 +219,8 @@ Sheet all_modes_sheet(const std::vector<ConditionReport>& conditions) {
     for (const Mode& m : c.modes->modes)
       sheet.rows.push_back({c.answer.condition.name, status, to_string(c.modes->verdict),
                             m.eigenvalue.real(), m.eigenvalue.imag(), m.error, m.frequency(),
-                            m.damping(), m.time_to_half(), m.condition, m.backward_error, m.name});
+                            number_cell(m.damping()), number_cell(m.time_to_half()), m.condition,
+                            m.backward_error, m.name});
   }
   return sheet;
 }

@@ -35,8 +35,7 @@ Sheet difference_sheet(const SweepMap& before, const MapDifference& d) {
     row.emplace_back(to_string(p.status_after));
     row.emplace_back(verdict_name(p.verdict_before));
     row.emplace_back(verdict_name(p.verdict_after));
-    for (const double v : {p.abscissa_before, p.abscissa_after})
-      row.push_back(std::isnan(v) ? SheetCell() : SheetCell(v));
+    for (const double v : {p.abscissa_before, p.abscissa_after}) row.push_back(number_cell(v));
     sheet.rows.push_back(std::move(row));
   }
   return sheet;

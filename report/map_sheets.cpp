@@ -273,7 +273,6 @@ Sheet map_sheet(const SweepMap& map) {
     sheet.columns.push_back({fmt::format("eigenvalue_re_{}", i), "", ""});
     sheet.columns.push_back({fmt::format("eigenvalue_im_{}", i), "", ""});
   }
-  const auto number = [](double v) { return std::isnan(v) ? SheetCell() : SheetCell(v); };
   for (std::size_t p = 0; p < map.points(); ++p) {
     const std::vector<std::size_t> at = map.position(p);
     std::vector<SheetCell> row{map.conditions[at[0]]};
@@ -284,14 +283,14 @@ Sheet map_sheet(const SweepMap& map) {
     row.emplace_back(verdict_name(map.verdict[p]));
     row.emplace_back(map.reasons[std::size_t(map.reason[p])]);
     for (const double v : {map.residual[p], map.spectral_abscissa[p], map.damping[p]})
-      row.push_back(number(v));
+      row.push_back(number_cell(v));
     row.emplace_back(double(map.second_branch[p]));
     const std::size_t n = map.modes(), m = map.inputs.size();
-    for (std::size_t i = 0; i < n; ++i) row.push_back(number(map.state[p * n + i]));
-    for (std::size_t i = 0; i < m; ++i) row.push_back(number(map.input[p * m + i]));
+    for (std::size_t i = 0; i < n; ++i) row.push_back(number_cell(map.state[p * n + i]));
+    for (std::size_t i = 0; i < m; ++i) row.push_back(number_cell(map.input[p * m + i]));
     for (std::size_t i = 0; i < n; ++i) {
-      row.push_back(number(map.eigenvalue_re[p * n + i]));
-      row.push_back(number(map.eigenvalue_im[p * n + i]));
+      row.push_back(number_cell(map.eigenvalue_re[p * n + i]));
+      row.push_back(number_cell(map.eigenvalue_im[p * n + i]));
     }
     sheet.rows.push_back(std::move(row));
   }

@@ -60,7 +60,7 @@ std::string verdict_in_words(const Modes& m) {
 }
 
 SheetCell damping_cell(const Mode& mode) {
-  return mode.frequency() > 0 ? SheetCell(mode.damping()) : SheetCell();
+  return mode.frequency() > mode.error ? SheetCell(mode.damping()) : SheetCell();
 }
 
 Sheet modes_sheet(const Modes& modes, const Signals& states) {
@@ -73,16 +73,20 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
                    {"condition", "cond.", "", "{:.1f}"},
                    {"mode", "mode", ""},
                    {"participation", "participation", ""}};
-  bool growing = false, undetermined = false;
+  bool growing = false, on_axis = false, undetermined = false;
   for (const Mode& m : modes.modes) {
     if (m.eigenvalue.imag() < 0) continue;  // the conjugate represents both
-    growing = growing || m.eigenvalue.real() > 0;
+    growing = growing || m.eigenvalue.real() > m.error;
+    on_axis = on_axis || std::isnan(m.time_to_half());
     undetermined = undetermined || !m.determined;
     sheet.rows.push_back({SheetCell(eigenvalue_text(m)), m.error, m.frequency(), damping_cell(m),
-                          m.time_to_half(), m.condition, m.name + (m.determined ? "" : " (!)"),
-                          shares(m.participation, states)});
+                          number_cell(m.time_to_half()), m.condition,
+                          m.name + (m.determined ? "" : " (!)"), shares(m.participation, states)});
   }
   if (growing) sheet.notes.push_back("For a growing mode, t half is the time to double.");
+  if (on_axis)
+    sheet.notes.push_back(
+        "-: not determined; the eigenvalue's bound reaches the axis (t half) or 0 (damping).");
   if (undetermined)
     sheet.notes.push_back(
         "(!) condition above 1e8: the value of this eigenvalue is not determined.");
@@ -96,8 +100,8 @@ Sheet all_modes_sheet(const Modes& modes) {
     sheet.columns.push_back({key, "", ""});
   for (const Mode& m : modes.modes)
     sheet.rows.push_back({to_string(modes.verdict), m.eigenvalue.real(), m.eigenvalue.imag(),
-                          m.error, m.frequency(), m.damping(), m.time_to_half(), m.condition,
-                          m.backward_error, m.name});
+                          m.error, m.frequency(), number_cell(m.damping()),
+                          number_cell(m.time_to_half()), m.condition, m.backward_error, m.name});
   return sheet;
 }
 

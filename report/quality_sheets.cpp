@@ -35,8 +35,6 @@ const std::vector<SheetColumn>& quality_columns() {
   return all;
 }
 
-SheetCell number_cell(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
-
 // "1|2": between level 1 and 2; "3|": between level 3 and none.
 std::string border_name(const Criterion& c) {
   if (c.margins.empty()) return "";

@@ -24,7 +24,9 @@ double one_percent(const ParameterSensitivity& p) {
 }
 
 std::string title(const Mode& m) {
-  return fmt::format("{} ({} 1/s, damping {:.3f})", m.name, eigenvalue_text(m), m.damping());
+  const double damping = m.damping();
+  return fmt::format("{} ({} 1/s, damping {})", m.name, eigenvalue_text(m),
+                     std::isnan(damping) ? "not determined" : fmt::format("{:.3f}", damping));
 }
 
 Sheet mode_sheet(const Sensitivities& s, std::size_t mode, std::size_t most) {

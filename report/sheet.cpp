@@ -31,6 +31,10 @@ std::string csv_field(const SheetCell& cell) {
 
 }  // namespace
 
+SheetCell number_cell(double number) {
+  return std::isnan(number) ? SheetCell() : SheetCell(number);
+}
+
 std::string cell_text(const SheetCell& cell, const SheetColumn& column) {
   if (const auto* number = std::get_if<double>(&cell.value)) {
     const std::string shown = number_text(*number, column.format);

@@ -31,6 +31,9 @@ struct SheetCell {
   SheetCell(const char* words) : value(std::string(words)) {}  ///< text
 };
 
+/// A number; nothing for NaN.
+SheetCell number_cell(double number);
+
 /// Key, heading, unit and format of a column.
 struct SheetColumn {
   std::string key;            ///< CSV header: "theta_deg"

@@ -178,7 +178,8 @@ std::vector<SheetCell> in_short(const ConditionReport& c) {
   std::vector<SheetCell> cells(5);
   if (c.answer.has_equilibrium()) cells[4] = SheetCell(limits_in_words(c.answer.trim));
   if (!c.modes || c.modes->modes.empty()) return cells;
-  const Mode& least = *std::ranges::min_element(c.modes->modes, {}, &Mode::damping);
+  const auto at_least = [](const Mode& m) { return std::isnan(m.damping()) ? -1 : m.damping(); };
+  const Mode& least = *std::ranges::min_element(c.modes->modes, {}, at_least);
   cells[0] = SheetCell(to_string(c.modes->verdict), tone_of(c.modes->verdict));
   cells[1] = c.modes->spectral_abscissa;
   cells[2] = damping_cell(least);

@@ -142,11 +142,11 @@ Sheet tuning_sheet(const TuningReport& report) {
                           "eigenvalue_re", "eigenvalue_im", "active"})
     sheet.columns.push_back({key, "", ""});
   for (const Achieved& a : report.result.achieved)
-    sheet.rows.push_back({point_name(report.problem, a.place), a.place.scatter,
-                          name_of(a.requirement), a.requirement.of,
-                          std::string(unit(a.requirement.measure)), number(a.requirement.limit),
-                          number(a.value), number(a.reserve()), number(a.eigenvalue.real()),
-                          number(a.eigenvalue.imag()), a.active ? 1.0 : 0.0});
+    sheet.rows.push_back(
+        {point_name(report.problem, a.place), a.place.scatter, name_of(a.requirement),
+         a.requirement.of, std::string(unit(a.requirement.measure)),
+         number_cell(a.requirement.limit), number_cell(a.value), number_cell(a.reserve()),
+         number_cell(a.eigenvalue.real()), number_cell(a.eigenvalue.imag()), a.active ? 1.0 : 0.0});
   return sheet;
 }
 

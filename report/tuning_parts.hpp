@@ -41,9 +41,6 @@ bool any_active(const TuneResult& result, std::size_t asked, const Counts& count
   });
 }
 
-/// A number, or an empty cell for NaN.
-inline SheetCell number(double value) { return std::isnan(value) ? SheetCell() : SheetCell(value); }
-
 inline bool everywhere(const Achieved::Place&) { return true; }
 
 }  // namespace tiltrim::tuning

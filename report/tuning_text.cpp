@@ -27,7 +27,7 @@ std::string gains_text(const TuningReport& report, const TextStyle& style) {
 
 SheetCell reserve_cell(const Achieved& a) {
   const double in_percent = 100 * a.reserve();
-  if (!std::isfinite(in_percent)) return number(in_percent);
+  if (!std::isfinite(in_percent)) return number_cell(in_percent);
   SheetCell cell(std::round(10 * in_percent) / 10);  // as printed: no -0.0
   if (a.reserve() < -rounding) cell.tone = Tone::bad;
   return cell;
@@ -159,13 +159,13 @@ Sheet effects_sheet(const TuningReport& report) {
   for (const Requirement& r : asked) sheet.columns.push_back({"", in_words(r), "slope", "{:+.2g}"});
   for (const TuneResult::GainEffect& e : report.result.effects) {
     const Key key = key_of(report.problem, e.name.substr(0, e.name.find(" at ")));
-    std::vector<SheetCell> row{without_prefix(e.name), number(key.in_study(e.value)),
-                               unit_in_text(key.unit), number(e.goal_less)};
+    std::vector<SheetCell> row{without_prefix(e.name), number_cell(key.in_study(e.value)),
+                               unit_in_text(key.unit), number_cell(e.goal_less)};
     if (limited) row.push_back(met_cell(e.limits_less));
-    row.push_back(number(e.goal_more));
+    row.push_back(number_cell(e.goal_more));
     if (limited) row.push_back(met_cell(e.limits_more));
     for (std::size_t i = 0; i < asked.size(); ++i)
-      row.push_back(number(i < e.slopes.size() ? ten_percent * e.slopes[i] : nan));
+      row.push_back(number_cell(i < e.slopes.size() ? ten_percent * e.slopes[i] : nan));
     sheet.rows.push_back(std::move(row));
   }
   if (report.result.coalescing)
@@ -186,7 +186,7 @@ Sheet front_sheet(const TuningReport& report) {
                    {"", "status", ""}};
   for (const TuningReport::FrontPoint& p : report.front)
     sheet.rows.push_back({p.limit,
-                          number(p.result.status == TuneStatus::no_trim ? nan : p.result.goal),
+                          number_cell(p.result.status == TuneStatus::no_trim ? nan : p.result.goal),
                           SheetCell(status_in_words(p.result.status), tone_of(p.result.status))});
   return sheet;
 }

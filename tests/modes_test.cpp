@@ -872,9 +872,10 @@ TEST_CASE("participation sums to one, and does not depend on units") {
 }
 
 TEST_CASE("frequency, damping, time to half") {
-  const auto mode = [](double re, double im) {
+  const auto mode = [](double re, double im, double error = 0) {
     Mode m;
     m.eigenvalue = {re, im};
+    m.error = error;
     return m;
   };
   CHECK_NEAR(mode(-3, 4).frequency(), 5, 0);
@@ -889,6 +890,11 @@ TEST_CASE("frequency, damping, time to half") {
   CHECK(mode(0, 4).time_to_half() == infinity);
   CHECK_NEAR(mode(-std::numbers::ln2 / 5, 4).time_to_half(), 5, 1e-15);
   CHECK_NEAR(mode(std::numbers::ln2 / 5, 4).time_to_half(), 5, 1e-15);
+  CHECK(std::isnan(mode(-1e-16, 0, 1e-15).damping()));  // 1 or -1
+  CHECK(std::isnan(mode(-1e-16, 0, 1e-15).time_to_half()));
+  CHECK_NEAR(mode(1e-16, 2, 1e-15).damping(), 0, 1e-16);
+  CHECK(std::isnan(mode(1e-16, 2, 1e-15).time_to_half()));
+  CHECK_NEAR(mode(-2e-15, 0, 1e-15).damping(), 1, 0);
   CHECK(to_string(Verdict::stable) == "stable");
   CHECK(to_string(Verdict::unstable) == "unstable");
   CHECK(to_string(Verdict::undecided) == "undecided");

@@ -114,8 +114,8 @@ class Mode(Shown):
 
     eigenvalue: complex  #: 1/s
     frequency: float  #: |eigenvalue|, rad/s
-    damping: float  #: -Re(eigenvalue)/|eigenvalue|
-    time_to_half: float  #: s; time to double if unstable
+    damping: float  #: -Re(eigenvalue)/|eigenvalue|; NaN if 0 lies within the error of an eigenvalue that is not 0
+    time_to_half: float  #: s; time to double if unstable; NaN if the error leaves open which
     error: float  #: bound: a true eigenvalue lies within it
     condition: float
     backward_error: float
@@ -196,8 +196,8 @@ class Modes(Plotted):
                     _complex(m.eigenvalue),
                     f"{m.error:.0e}",
                     fixed(m.frequency, 4),
-                    fixed(m.damping, 3) if m.frequency > 0 else "-",
-                    f"{m.time_to_half:.3g}",
+                    fixed(m.damping, 3) if m.frequency > m.error else "-",
+                    "-" if math.isnan(m.time_to_half) else f"{m.time_to_half:.3g}",
                     m.name,
                     taking_part,
                 ]
