@@ -146,11 +146,19 @@ void sweep_lines_alone_over_side_by_side(benchmark::State& state) {
   state.SetLabel(instruction_set());
 }
 
+// Too slow to fly: every point is shown to have no equilibrium.
+void sweep_below_stall(benchmark::State& state) {
+  const Study study =
+      study_of(level, axis("V", 5, 6.5, 40, "linear") + axis("gamma_deg", -3, 3, 40, "linear"));
+  std::size_t points = 0;
+  for (auto _ : state) points = run(study, 1);
+  count_points(state, points);
+}
+
 // Wall time of one thread over that of two, in alternation.
-void sweep_two_cores_over_one(benchmark::State& state) {
+void two_cores_over_one(benchmark::State& state, const Study& study) {
   using clock = std::chrono::steady_clock;
   keep_memory();
-  const Study study = two_gains();
   (void)run(study, 2);
   double one = 0, two = 0;
   for (auto _ : state) {
@@ -164,11 +172,19 @@ void sweep_two_cores_over_one(benchmark::State& state) {
   state.counters["speedup"] = one / two;
 }
 
+void sweep_two_cores_over_one(benchmark::State& state) { two_cores_over_one(state, two_gains()); }
+
+void sweep_trimmed_two_cores_over_one(benchmark::State& state) {
+  two_cores_over_one(state, gain_over_corridor());
+}
+
 BENCHMARK(sweep_two_gains_fixed_trim)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(verdicts_two_gains_written)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(verdicts_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_lines_alone_over_side_by_side)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(sweep_below_stall)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(sweep_trimmed_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 
 }  // namespace

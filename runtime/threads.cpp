@@ -35,6 +35,8 @@ void with_threads(int threads, const std::function<void()>& work) {
   arena.execute(work);
 }
 
+std::size_t threads() { return std::size_t(tbb::this_task_arena::max_concurrency()); }
+
 void spread(std::size_t count, const std::function<void(std::size_t)>& work) {
   char start = 0, end = 0;
   leave(start);

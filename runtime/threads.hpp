@@ -13,6 +13,9 @@ namespace tiltrim {
 /// Calls work() with up to `threads` threads for the loops in it; 0: one per hardware thread.
 void with_threads(int threads, const std::function<void()>& work);
 
+/// The most threads that a loop here can have.
+std::size_t threads();
+
 /// Calls work(i) for i = 0 .. count - 1, in any order and in parallel.
 void spread(std::size_t count, const std::function<void(std::size_t)>& work);
 

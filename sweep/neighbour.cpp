@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <new>
 
 #include "dense/dense.hpp"
@@ -259,14 +258,9 @@ GridTrim from_nothing(const Prepared& s, const GridPlace& place) {
 }
 
 GridTrim from_nothing(const Prepared& s, const OperatingPoint& at) {
-  static std::mutex one_at_a_time;
-  TrimResult found;
-  {
-    const std::lock_guard<std::mutex> lock(one_at_a_time);
-    found = s.request.cold
-                ? s.request.cold(at, s.trimming)
-                : trim(s.model(), free_of(s.request.spec, s.model(), s.axes), at, s.trimming);
-  }
+  const TrimResult found =
+      s.request.cold ? s.request.cold(at, s.trimming)
+                     : trim(s.model(), free_of(s.request.spec, s.model(), s.axes), at, s.trimming);
   GridTrim e;
   e.at = found.point;
   if (is_equilibrium(found.status)) e = equilibrium_at(s, found.point);

@@ -3,9 +3,14 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <chrono>
 #include <complex>
+#include <condition_variable>
 #include <cstring>
+#include <mutex>
 #include <numbers>
+#include <set>
+#include <thread>
 
 #include "linearize/batch.hpp"
 #include "linearize/eigenvalues.hpp"
@@ -1117,6 +1122,35 @@ TEST_CASE("the same bits on 1, 2, 3 and 8 threads, and taken up again") {
     interruptions += times;
   }
   CHECK(interruptions > trials(20));
+}
+
+// Blocks of one line at a time would leave all threads but one without work.
+TEST_CASE("lines that take long are shared by the threads") {
+  std::set<std::thread::id> met;
+  std::mutex meeting;
+  std::condition_variable arrived;
+  bool waits = true;  // for the other thread, once
+  const auto meet = [&] {
+    std::unique_lock<std::mutex> lock(meeting);
+    met.insert(std::this_thread::get_id());
+    arrived.notify_all();
+    waits =
+        waits && arrived.wait_for(lock, std::chrono::minutes(1), [&] { return met.size() > 1; });
+  };
+  Model m;
+  m.states = numbered("x", 1);
+  m.parameters = {{"line", "", 1.0}, {"point", "", 1.0}};
+  m.f = [&](const VectorXd& x, const VectorXd&, const VectorXd& p) -> VectorXd {
+    const bool between_ends = p[1] > 0 && p[1] < 1;  // the ends of lines are found one by one
+    if (between_ends) meet();
+    return VectorXd::Constant(1, p[0] + p[1] - x[0]);
+  };
+  SweepOptions options = newton_only();
+  options.threads = 2;
+  const SweepMap map =
+      sweep({request(m)}, {axis("line", spaced(1, 2, 2)), axis("point", spaced(0, 1, 3))}, options);
+  CHECK(met.size() == 2);
+  CHECK(std::ranges::count(map.status, std::int8_t(TrimStatus::converged)) == 6);
 }
 
 TEST_CASE("a stopped sweep has its finished lines, the same as of the whole map") {

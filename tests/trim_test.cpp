@@ -202,6 +202,19 @@ TEST_CASE("every status is spelt as the contract says") {
   for (std::size_t i = 0; i < words.size(); ++i) CHECK(to_string(TrimStatus(i)) == words[i]);
 }
 
+TEST_CASE("infeasible: proved before any search where the closest point is not asked for") {
+  const TrimResult r =
+      trim(fold(), bounded_fold(-2, 3), at_fold(2, 0.25), TrimOptions{.closest = false});
+  CHECK(r.status == TrimStatus::infeasible);
+  CHECK(r.starts == 0);
+  CHECK(r.message.find("no point within the limits is an equilibrium (proved over ") == 0);
+  CHECK(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, 0.25)));
+  CHECK_FALSE(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, -0.25)));
+  CHECK_FALSE(proved_infeasible(fold(), still_fold(), at_fold(2, 0.25)));  // x has no bounds
+  const TrimOptions no_proof{.max_boxes = 0};
+  CHECK_FALSE(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, 0.25), no_proof));
+}
+
 static void every_way_of_ending(const TrimOptions& options) {
   SUBCASE("converged") {
     const TrimResult r = trim(fold(), still_fold(), at_fold(2, -1), options);

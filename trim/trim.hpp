@@ -78,7 +78,9 @@ struct TrimOptions {
   bool others = true;
   int max_iterations = 100;  ///< of each solver from each start
   int max_boxes = 200'000;   ///< of the proof that no equilibrium exists; 0: no proof
-  bool closest = true;       ///< if no equilibrium is found, search for the closest point
+  /// If no equilibrium is found, search for the closest point. False: the proof that there is none
+  /// comes before the search (method ipopt).
+  bool closest = true;
   /// s of wall-clock time; a model call is not interrupted.
   double time_limit = std::numeric_limits<double>::infinity();
   std::stop_token stop{};                                ///< checked between solver steps
@@ -114,5 +116,11 @@ struct TrimResult {
 /// count below zero.
 [[nodiscard]] TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                               const TrimOptions& options = {});
+
+/// Whether interval arithmetic over at most options.max_boxes boxes excludes every point within the
+/// limits, without any search (docs/trim.md). False: there may be an equilibrium, or the model has
+/// no enclosure, or an unknown no bounds. Throws as trim().
+[[nodiscard]] bool proved_infeasible(const Model& model, const TrimSpec& spec,
+                                     const OperatingPoint& guess, const TrimOptions& options = {});
 
 }  // namespace tiltrim

@@ -203,13 +203,11 @@ TrimResult trim_closed_loop(const Vehicle& vehicle, const Command& command,
   return trim_closed_loop(closed_loop_problem(vehicle, command), vehicle, command, options);
 }
 
-TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
-                            const Command& command, const TrimOptions& options) {
-  TrimResult result = trim(problem.model, problem.spec, problem.guess, options);
-  if (result.status != TrimStatus::not_found) return result;
+namespace {
 
-  // No control law can hold what the airframe cannot: test the bare airframe, with the inputs
-  // available at this tilt.
+// No control law can hold what the airframe cannot: the bare airframe, with the inputs available at
+// this tilt.
+TrimProblem airframe_alone(const Vehicle& vehicle, const Command& command) {
   const double s = authority(vehicle.aircraft, command.eta);
   AirframeCondition alone;
   alone.values = {{"V", {command.V, command.V}},
@@ -218,13 +216,32 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
   if (s == 0) alone.values["a1s"] = {0, 0};
   if (s == 1) alone.values["delta_e"] = {0, 0};
   // Wind axes unless at rest: only they have an enclosure.
-  const Axes axes = command.V > 0 ? Axes::wind : Axes::body;
-  const TrimProblem airframe = airframe_problem(vehicle, alone, axes);
+  return airframe_problem(vehicle, alone, command.V > 0 ? Axes::wind : Axes::body);
+}
+
+}  // namespace
+
+TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
+                            const Command& command, const TrimOptions& options) {
+  const auto whatever_the_law = [](TrimResult result, const std::string& none) {
+    result.status = TrimStatus::infeasible;
+    result.message = "whatever the control law does, " + none;
+    return result;
+  };
+  TrimProblem airframe;
+  if (!options.closest) {
+    airframe = airframe_alone(vehicle, command);
+    if (proved_infeasible(airframe.model, airframe.spec, airframe.guess, options)) {
+      TrimResult nowhere;
+      nowhere.point = problem.guess;
+      return whatever_the_law(nowhere, "no point within the limits is an equilibrium");
+    }
+  }
+  TrimResult result = trim(problem.model, problem.spec, problem.guess, options);
+  if (result.status != TrimStatus::not_found) return result;
+  if (options.closest) airframe = airframe_alone(vehicle, command);
   const TrimResult open = trim(airframe.model, airframe.spec, airframe.guess, options);
-  if (open.status != TrimStatus::infeasible) return result;
-  result.status = TrimStatus::infeasible;
-  result.message = "whatever the control law does, " + open.message;
-  return result;
+  return open.status == TrimStatus::infeasible ? whatever_the_law(result, open.message) : result;
 }
 
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition) {

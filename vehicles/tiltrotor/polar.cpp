@@ -135,7 +135,7 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
   std::vector<Interval> exact_h;
   for (std::size_t i = 0; i < n; ++i) {
     exact_h.push_back(Interval(alpha[i + 1]) - Interval(alpha[i]));
-    enclosed_.push_back({{}, alpha[i], exact_h[i].upper()});
+    enclosed_.push_back({{}, alpha[i], exact_h[i].upper(), {}});
   }
   for (Eigen::Index c = 0; c < 3; ++c) {
     const std::vector<Interval> curve = enclosed_curvatures(exact_h, y.col(c), M.col(c));
@@ -147,6 +147,7 @@ Polar::Polar(const std::vector<double>& alpha, const std::vector<Coefficients>& 
                                         m / 2.0, (next - m) / (6.0 * width)};
     }
   }
+  for (Enclosed& piece : enclosed_) piece.whole = piece.over({0.0, piece.width});
   first_ = alpha.front();
   const auto [least, most] = std::ranges::minmax(h);
   if (most - least < 1e-9 * most) per_radian_ = static_cast<double>(n) / (2 * pi);
@@ -218,8 +219,9 @@ std::array<Polar::Ranges, 3> Polar::ranges(const Interval& alpha) const {
     if (piece.start > to) break;
     const Interval low = Interval(from) - Interval(piece.start);
     const Interval high = Interval(to) - Interval(piece.start);
-    const std::array<Ranges, 3> here =
-        piece.over({std::max(0.0, low.lower()), std::min(piece.width, high.upper())});
+    const Interval t(std::max(0.0, low.lower()), std::min(piece.width, high.upper()));
+    const bool whole = t.lower() == 0 && t.upper() == piece.width;
+    const std::array<Ranges, 3> here = whole ? piece.whole : piece.over(t);
     for (std::size_t k = 0; k < 3; ++k)
       all[k] = any ? Ranges{hull(all[k].value, here[k].value), hull(all[k].slope, here[k].slope),
                             hull(all[k].curvature, here[k].curvature)}

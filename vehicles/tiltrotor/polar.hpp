@@ -70,6 +70,7 @@ class Polar {
   struct Enclosed {
     std::array<std::array<Interval, 4>, 3> c;
     double start, width;
+    std::array<Ranges, 3> whole;  // over the whole piece
     std::array<Ranges, 3> over(const Interval& t) const;
     double distance(std::size_t k, bool slope, const std::array<double, 3>& parabola, double m,
                     double from, double to) const;
