@@ -205,6 +205,13 @@ TEST_CASE("the same bytes for any number of ranks") {
 
 namespace {
 
+// A sweep with the first records in its log; one thread, which takes long on every machine.
+Running under_way(const Scratch& scratch) {
+  const Running sweep = start(scratch, sweep_command + "--threads 1 --checkpoint 0");
+  CHECK(holds_soon([&] { return records_in(scratch.path / "map.nc.log") > 0; }));
+  return sweep;
+}
+
 // Kills one of n ranks once the log grows; false if the map was written before that.
 bool kill_one_of(int n, const Scratch& scratch, const std::string& command) {
   const path map = scratch.path / "map.nc", log = scratch.path / "map.nc.log";
@@ -258,8 +265,7 @@ TEST_CASE("ranks: the log is in use: all end") {
   if (without_mpi()) return;
   const Scratch scratch("sweep-ranks-two");
   scratch.write("s.toml", corridor_study());
-  const Running first = start(scratch, sweep_command + "--checkpoint 0");
-  REQUIRE(holds_soon([&] { return records_in(scratch.path / "map.nc.log") > 0; }));
+  const Running first = under_way(scratch);
   ::kill(first.pid, SIGSTOP);
   const Ran second = finish(start(scratch, sweep_command, on_ranks(2)), 60s);
   ::kill(first.pid, SIGKILL);
@@ -267,17 +273,6 @@ TEST_CASE("ranks: the log is in use: all end") {
   REQUIRE(says(second.err, "map.nc.log: another process is using it"));
   CHECK(second.exit_code == 2);
 }
-
-namespace {
-
-// A sweep that is stopped as soon as its log exists.
-Running under_way(const Scratch& scratch) {
-  const Running sweep = start(scratch, sweep_command + "--checkpoint 0");
-  CHECK(holds_soon([&] { return records_in(scratch.path / "map.nc.log") > 0; }));
-  return sweep;
-}
-
-}  // namespace
 
 TEST_CASE("SIGINT and SIGTERM: 128 + n, how to go on, and going on gives the same bytes") {
   const Scratch scratch("sweep-interrupted");
@@ -984,7 +979,7 @@ TEST_CASE(
   const std::regex progress(
       R"(\r\x1b\[K([0-9]+) of (360000 points|1200 lines): ([0-9]+) stable, ([0-9]+) unstable, )"
       R"([0-9]+ s left)");
-  const Ran ran = on_terminal(scratch, sweep_command, progress);
+  const Ran ran = on_terminal(scratch, sweep_command + "--threads 1", progress);
   CAPTURE(ran.out);
   CHECK(ran.exit_code == 128 + SIGINT);
   std::smatch told;
@@ -1000,7 +995,7 @@ TEST_CASE("stopped between the lines: the points are in the log, too") {
   const Scratch scratch("sweep-stages");
   scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 400) +
                               axis("gains.K_Lp", 0.05, 5.0, 300));
-  const Ran ran = on_terminal(scratch, sweep_command + "--checkpoint 1000",
+  const Ran ran = on_terminal(scratch, sweep_command + "--threads 1 --checkpoint 1000",
                               std::regex(R"([0-9]+ of 700 lines: )"));
   REQUIRE(ran.exit_code == 128 + SIGINT);
   constexpr std::uintmax_t of_a_point = 100;  // bytes: six eigenvalues at least

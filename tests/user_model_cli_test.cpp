@@ -454,7 +454,7 @@ TEST_CASE("a long sweep of formulas is stopped cleanly, and goes on to the same 
                     fmt::format("[[sweep.axis]]\nkey = \"p\"\nfrom = -5\nto = 5\ncount = {0}\n"
                                 "[[sweep.axis]]\nkey = \"q\"\nfrom = 0\nto = 5\ncount = {0}\n",
                                 count));
-  const std::string command = "sweep s.toml -o map.nc --checkpoint 0";
+  const std::string command = "sweep s.toml -o map.nc --threads 1 --checkpoint 0";
   const Running sweep = start(scratch, command);
   CHECK(holds_soon([&] { return records_in(scratch.path / "map.nc.log") > 1000; }));
   ::kill(sweep.pid, SIGINT);
