@@ -219,6 +219,13 @@ TrimProblem airframe_alone(const Vehicle& vehicle, const Command& command) {
   return airframe_problem(vehicle, alone, command.V > 0 ? Axes::wind : Axes::body);
 }
 
+bool found_at_once(const TrimProblem& problem, TrimOptions options) {
+  options.method = TrimMethod::newton;
+  options.starts = options.max_boxes = 0;
+  options.observe = {};
+  return bool(trim(problem.model, problem.spec, problem.guess, options));
+}
+
 }  // namespace
 
 TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
@@ -229,7 +236,7 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
     return result;
   };
   TrimProblem airframe;
-  if (!options.closest) {
+  if (!options.closest && !found_at_once(problem, options)) {
     airframe = airframe_alone(vehicle, command);
     if (proved_infeasible(airframe.model, airframe.spec, airframe.guess, options)) {
       TrimResult nowhere;
@@ -239,7 +246,7 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
   }
   TrimResult result = trim(problem.model, problem.spec, problem.guess, options);
   if (result.status != TrimStatus::not_found) return result;
-  if (options.closest) airframe = airframe_alone(vehicle, command);
+  if (airframe.model.states.empty()) airframe = airframe_alone(vehicle, command);
   const TrimResult open = trim(airframe.model, airframe.spec, airframe.guess, options);
   return open.status == TrimStatus::infeasible ? whatever_the_law(result, open.message) : result;
 }
