@@ -80,7 +80,7 @@ Criterion for_roots(std::string name, std::string requirement,
   c.value = worst->eigenvalue.real();
   c.error = worst->error;
   const double w = std::abs(worst->eigenvalue.imag());
-  if (w > 0)
+  if (w > 0 && worst->frequency() > c.error)
     c.remark = fmt::format("{:.4g} ± {:.4g}i: {:.4g} rad/s, damping {:.4g}", c.value, w,
                            worst->frequency(), worst->damping());
   if (c.value > c.error)
