@@ -86,7 +86,7 @@ Sheet modes_sheet(const Modes& modes, const Signals& states) {
   if (growing) sheet.notes.push_back("For a growing mode, t half is the time to double.");
   if (on_axis)
     sheet.notes.push_back(
-        "-: not determined; the eigenvalue's bound reaches the axis (t half) or 0 (damping).");
+        "Where t half or damping is missing, the eigenvalue's bound reaches the axis or 0.");
   if (undetermined)
     sheet.notes.push_back(
         "(!) condition above 1e8: the value of this eigenvalue is not determined.");
