@@ -309,7 +309,7 @@ void add_poles(std::vector<Comparison>& all) {
       const bool vertical = m.participation[1] > 0.5;  // of w
       if (m.eigenvalue.imag() > 0) {
         frequency = m.frequency();
-        damping = -m.eigenvalue.real() / m.frequency();  // at a kink: no bound
+        damping = -m.eigenvalue.real() / m.frequency();  // a kink leaves Mode::damping() open
       } else if (m.eigenvalue.imag() == 0) {
         (vertical ? heave : pitch) = m.eigenvalue.real();
       }

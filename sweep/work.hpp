@@ -106,7 +106,7 @@ void run(Work& work, std::uint64_t first, std::size_t count, std::size_t togethe
          const auto& compute, const auto& as_result, const auto& store, const auto& append) {
   constexpr double long_enough = 0.02;         // s
   constexpr std::size_t most_of_a_rank = 256;  // units: exchanged between ranks at once
-  std::size_t block = together * threads() * std::size_t(ranks());  // none is without work
+  std::size_t block = together * threads() * std::size_t(ranks());  // some for every thread
   std::vector<Result> results;
   for (std::size_t from = 0; from < count;) {
     const std::size_t size = std::min(count - from, block);

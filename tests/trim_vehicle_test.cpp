@@ -683,4 +683,28 @@ TEST_CASE("table trim: the closed forms behind Table 3") {
     }
 }
 
+// Without a closest point to find, the proof that there is no trim comes before the search.
+TEST_CASE("the proof that comes before the search excludes no trim of the scan") {
+  int flown = 0, excluded = 0;
+  for (const double eta : {0.0, 45 * degree, 90 * degree})
+    for (const double gamma : {-10 * degree, 0.0, 40 * degree, 90 * degree})
+      for (const double V : {1.0, 4.0, 7.0, 10.0}) {
+        const Command command{V, gamma, eta};
+        CAPTURE(V);
+        CAPTURE(gamma);
+        CAPTURE(eta);
+        const Truth t = truth(reference(), command);
+        if (!t.clear) continue;
+        const TrimResult r = trim_closed_loop(reference(), command, {.closest = false});
+        CHECK((r || t.within.empty()));  // the scan misses three, at φ from 86° to 90°
+        if (r) CHECK(closed_loop_residual(reference(), command, r) <= 1e-10);
+        flown += !t.within.empty();
+        if (r.status != TrimStatus::infeasible) continue;
+        CHECK(r.message.starts_with("whatever the control law does, no point within"));
+        excluded += r.starts == 0;
+      }
+  CHECK(flown > 10);
+  CHECK(excluded > 10);
+}
+
 }  // namespace trim_vehicle_test

@@ -235,9 +235,8 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
     result.message = "whatever the control law does, " + none;
     return result;
   };
-  TrimProblem airframe;
   if (!options.closest && !found_at_once(problem, options)) {
-    airframe = airframe_alone(vehicle, command);
+    const TrimProblem airframe = airframe_alone(vehicle, command);
     if (proved_infeasible(airframe.model, airframe.spec, airframe.guess, options)) {
       TrimResult nowhere;
       nowhere.point = problem.guess;
@@ -246,7 +245,7 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
   }
   TrimResult result = trim(problem.model, problem.spec, problem.guess, options);
   if (result.status != TrimStatus::not_found) return result;
-  if (airframe.model.states.empty()) airframe = airframe_alone(vehicle, command);
+  const TrimProblem airframe = airframe_alone(vehicle, command);
   const TrimResult open = trim(airframe.model, airframe.spec, airframe.guess, options);
   return open.status == TrimStatus::infeasible ? whatever_the_law(result, open.message) : result;
 }
