@@ -17,8 +17,6 @@ constexpr double lost = 10.0;      // figures of flights that end early start he
 constexpr double early = 90.0;     // and grow by up to this, the earlier the end
 constexpr double far_off = 100.0;  // cap for a single sample
 
-enum class Worth { missed, tracked };
-
 // The largest ratio to its tolerance of the final deviations and of the attitude throughout.
 double missed(const FlightPlan& plan, const MonteCarloTable& allowed, const FlightResult& flown,
               const FlightPoint& end) {
@@ -43,18 +41,21 @@ double tracked(const Flight& flight, const FlightResult& flown) {
   return std::sqrt(sum / double(flown.t.size()));
 }
 
-double figure(const FlightPlan& plan, const MonteCarloTable& allowed, Worth worth,
-              const Eigen::VectorXd& p) {
+// "flight" and "tracking".
+std::vector<double> figures(const FlightPlan& plan, const MonteCarloTable& allowed,
+                            const Eigen::VectorXd& p) {
   Flight flight = plan.flight;
   flight.vehicle = vehicle_from(flight.vehicle, p).vehicle;
   const FlightResult flown = fly(flight, plan.start, plan.options);
   const bool whole = flown.status == (plan.lands ? FlightStatus::landed : FlightStatus::flown);
-  if (!whole) return lost + early * (1 - flown.t.back() / plan.options.duration);
+  if (!whole) {
+    const double end = lost + early * (1 - flown.t.back() / plan.options.duration);
+    return {end, end};
+  }
   const FlightPoint end =
       flight_point(flight, flown.modes.back(), flown.t.back(), flown.states.back());
-  const double value =
-      worth == Worth::missed ? missed(plan, allowed, flown, end) : tracked(flight, flown);
-  return std::min(value, lost);
+  return {std::min(missed(plan, allowed, flown, end), lost),
+          std::min(tracked(flight, flown), lost)};
 }
 
 }  // namespace
@@ -70,15 +71,12 @@ decltype(TuneProblem::figures) flight_figures(const Study& study) {
         "schedule_eta_deg");
   plan.options.integrate.tolerance = std::max(plan.options.integrate.tolerance, 1e-7);
   plan.options.integrate.sample = std::max(plan.options.integrate.sample, 0.25);
-  constexpr long most_steps = 100'000;  // a candidate this stiff is rejected
-  plan.options.integrate.max_steps = most_steps;
+  plan.options.integrate.max_steps = 100'000;  // a candidate this stiff is rejected
+  plan.options.integrate.max_events = 3'000;   // and one that chatters this long
   const MonteCarloTable allowed = study.montecarlo.value_or(MonteCarloTable{});
-  const auto of_flight = [plan, allowed](Worth worth) {
-    return [plan, allowed, worth](const Eigen::VectorXd& p) {
-      return figure(plan, allowed, worth, p);
-    };
-  };
-  return {{"flight", of_flight(Worth::missed)}, {"tracking", of_flight(Worth::tracked)}};
+  return figures_together({"flight", "tracking"}, [plan, allowed](const Eigen::VectorXd& p) {
+    return figures(plan, allowed, p);
+  });
 }
 
 }  // namespace tiltrim

@@ -169,20 +169,22 @@ std::vector<std::string> quality_figure_names() {
 
 decltype(TuneProblem::figures) quality_figures(const Study& study, const SweepRequest& request,
                                                const Condition& condition) {
-  decltype(TuneProblem::figures) figures;
   const auto shared = std::make_shared<const Study>(study);
-  for (std::size_t k = 0; k < tuned_criteria.size(); ++k)
-    figures[quality_figure_names()[k]] = [shared, request, condition, k](const Eigen::VectorXd& p) {
-      const SweepTable none{};
-      const SweepMap empty{};
-      const LevelGrid g{*shared, none, empty, {request}, {condition}, {}};
-      OperatingPoint start = request.guess;
-      start.p = p;
-      const auto there = judged_at(g, 0, {}, start);
-      const Criterion* c = there ? named(there->qualities, tuned_criteria[k]) : nullptr;
-      return c ? -c->margins.front() : not_judged_figure;
-    };
-  return figures;
+  return figures_together(quality_figure_names(),
+                          [shared, request, condition](const Eigen::VectorXd& p) {
+                            const SweepTable none{};
+                            const SweepMap empty{};
+                            const LevelGrid g{*shared, none, empty, {request}, {condition}, {}};
+                            OperatingPoint start = request.guess;
+                            start.p = p;
+                            const auto there = judged_at(g, 0, {}, start);
+                            std::vector<double> figures;
+                            for (const auto& name : tuned_criteria) {
+                              const Criterion* c = there ? named(there->qualities, name) : nullptr;
+                              figures.push_back(c ? -c->margins.front() : not_judged_figure);
+                            }
+                            return figures;
+                          });
 }
 
 QualityLayer quality_layer(const Study& study, const std::vector<Condition>& conditions,

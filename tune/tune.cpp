@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -276,6 +277,26 @@ TuneResult searched(const TuneProblem& problem, const TuneOptions& options) {
 }
 
 }  // namespace
+
+decltype(TuneProblem::figures) figures_together(
+    const std::vector<std::string>& names,
+    const std::function<std::vector<double>(const VectorXd& parameters)>& all) {
+  struct Last {
+    long of = 0;
+    VectorXd parameters;
+    std::vector<double> values;
+  };
+  static std::atomic<long> calls{0};
+  const long id = ++calls;
+  decltype(TuneProblem::figures) figures;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    figures[names[k]] = [id, k, all](const VectorXd& p) {
+      thread_local Last last;  // a thread asks for all figures of a place, one after the other
+      if (last.of != id || last.parameters != p) last = {id, p, all(p)};
+      return last.values.at(k);
+    };
+  return figures;
+}
 
 TuneResult tune(const TuneProblem& problem, const TuneOptions& options) {
   const RoundToNearest environment;

@@ -104,6 +104,12 @@ struct TuneProblem {
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
+/// Figures of merit by name from one function that computes them all, in the order of the names; it
+/// is called once per parameter set, not once per figure.
+decltype(TuneProblem::figures) figures_together(
+    const std::vector<std::string>& names,
+    const std::function<std::vector<double>(const Eigen::VectorXd& parameters)>& all);
+
 /// Global search: NLopt's algorithms, or local searches from many starts.
 enum class GlobalSearch {
   crs2,        ///< controlled random search
