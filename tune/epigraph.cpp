@@ -44,7 +44,8 @@ Twin twin_at(const PlaceModes& place, const Meeting& meeting, bool slopes) {
 }
 
 // Unknowns (y, t). Constraints, feasible if <= 0: for each place and eigenvalue the goal's, then
-// each limit's, then those on the whole system. A pair is represented by its upper member; two
+// each limit's, then those on the whole system; at places far from their limits where the search
+// starts, only those on the worst eigenvalue. A pair is represented by its upper member; two
 // eigenvalues that coalesce by their mean, with a constraint that on the real axis they stay a pair
 // (D < 0), and off it that they are equal (D = 0).
 struct Epigraph {
@@ -53,9 +54,10 @@ struct Epigraph {
   bool limits_only = false;  // t is minus the largest violation
   Index n = search.variables();
   Eigen::RowVectorXd none{};
+  std::vector<char> near{};  // [place] where the search starts
 
   static constexpr double kept = -1.0, hopeless = 1e3;
-  static constexpr Index per_variable = 3;  // places with derivatives
+  static constexpr Index per_variable = 3;  // near places
   static constexpr double apart = 1e-5;     // rad/s, separation of a pair that must stay complex
 
   Index states(std::size_t place) const {
@@ -66,11 +68,12 @@ struct Epigraph {
     return std::ranges::count_if(search.asked(), spectral, &Requirement::measure);
   }
   Index per_place(std::size_t place) const {
-    return states(place) * per_eigenvalue() + std::ssize(search.asked()) - per_eigenvalue();
+    const Index eigenvalues = near[place] ? states(place) : 1;
+    return eigenvalues * per_eigenvalue() + std::ssize(search.asked()) - per_eigenvalue();
   }
   Index count() const {
     Index all = 0;
-    for (std::size_t p = 0; p < search.candidates.places().size(); ++p) all += per_place(p);
+    for (std::size_t p = 0; p < near.size(); ++p) all += per_place(p);
     return all;
   }
   Index equalities() const { return 2 * std::ranges::count(meetings, false, &Meeting::real); }
@@ -109,6 +112,17 @@ struct Epigraph {
     }
   }
 
+  void ask_the_worst(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
+    for (std::size_t i = 0; i < search.asked().size(); ++i) {
+      const Requirement& r = search.asked()[i];
+      if (!spectral(r.measure)) continue;
+      put(rows, i, worst(i, r, place).score,
+          rows.J && place.has_slopes()
+              ? score_slope(i, r, place).cwiseProduct(scale.transpose()).eval()
+              : none);
+    }
+  }
+
   void ask_as_a_whole(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       if (spectral(search.asked()[i].measure)) continue;
@@ -139,22 +153,25 @@ struct Epigraph {
     return least;
   }
 
-  // A candidate, if asked for with derivatives where limits or goal may soon be active, and where
-  // eigenvalues are kept together: at the others they count as constant.
-  const Search::Seen& seen_at(const VectorXd& y, double level, bool slopes) const {
-    const Search::Seen& seen = search.evaluate(y);
-    if (!slopes) return seen;
+  // The places where limits or goal may soon be active, and where eigenvalues are kept together.
+  std::vector<std::size_t> nearest(const Search::Seen& seen, double level) const {
     std::vector<std::size_t> order(seen.places.size());
     std::iota(order.begin(), order.end(), 0u);
-    const auto nearest = std::size_t(per_variable * (n + 1));
-    if (order.size() > nearest) {
-      std::vector<double> left;
-      for (const PlaceModes& place : seen.places) left.push_back(slack(place, level));
-      for (const Meeting& m : meetings) left[m.place] = -std::numeric_limits<double>::infinity();
-      std::ranges::stable_sort(order, {}, [&](std::size_t p) { return left[p]; });
-      order.resize(nearest);
-    }
-    return search.with_slopes(order);
+    const auto most = std::size_t(per_variable * (n + 1));
+    if (order.size() <= most) return order;
+    std::vector<double> left;
+    for (const PlaceModes& place : seen.places) left.push_back(slack(place, level));
+    for (const Meeting& m : meetings) left[m.place] = -std::numeric_limits<double>::infinity();
+    std::ranges::stable_sort(order, {}, [&](std::size_t p) { return left[p]; });
+    order.resize(most);
+    return order;
+  }
+
+  // A candidate, if asked for with derivatives where they may matter: at the other places they
+  // count as zero.
+  const Search::Seen& seen_at(const VectorXd& y, double level, bool slopes) const {
+    const Search::Seen& seen = search.evaluate(y);
+    return slopes ? search.with_slopes(nearest(seen, level)) : seen;
   }
 
   static void skip(Rows& rows, Index count, double value) {
@@ -171,6 +188,11 @@ struct Epigraph {
       const PlaceModes& place = seen.places[p];
       if (!place.valid()) {
         skip(rows, per_place(p), hopeless);
+        continue;
+      }
+      if (!near[p]) {
+        ask_the_worst(rows, place, scale);
+        ask_as_a_whole(rows, place, scale);
         continue;
       }
       std::vector<const Meeting*> own;
@@ -229,8 +251,11 @@ struct Epigraph {
   }
 
   // Searches within `radius` of y.
-  void run(VectorXd y, double t, Optimizer algorithm, double radius, int evaluations) const {
+  void run(VectorXd y, double t, Optimizer algorithm, double radius, int evaluations) {
     constexpr double far = 1e3, reserve = 1e-3;
+    const Search::Seen& start = search.evaluate(y);
+    near.assign(start.places.size(), false);
+    for (const std::size_t p : nearest(start, t)) near[p] = true;
     Optimization o;
     o.algorithm = algorithm;
     o.evaluations = evaluations;
