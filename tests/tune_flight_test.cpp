@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "flight/fly.hpp"
 #include "study/problems.hpp"
@@ -117,6 +118,25 @@ TEST_CASE("gains are tuned for a flight") {
   better.vehicle.gains.k_de = result.gains[1];
   CHECK_NEAR(problem.figures.at("tracking")(parameters(better)), result.goal, 1e-12);
   CHECK(problem.figures.at("flight")(parameters(better)) <= 1);
+}
+
+TEST_CASE("figures computed together: once per parameter set, and apart from those of others") {
+  long calls = 0;
+  const auto sums = figures_together({"sum", "product"}, [&](const Eigen::VectorXd& p) {
+    ++calls;
+    return std::vector{p.sum(), p.prod()};
+  });
+  const auto others =
+      figures_together({"sum"}, [](const Eigen::VectorXd& p) { return std::vector{-p.sum()}; });
+  const Eigen::VectorXd first = Eigen::Vector2d(2, 5), second = Eigen::Vector2d(3, 4);
+  for (const Eigen::VectorXd& p : {first, second}) {
+    CHECK(sums.at("sum")(p) == p.sum());
+    CHECK(sums.at("product")(p) == p.prod());
+    CHECK(others.at("sum")(p) == -p.sum());
+  }
+  CHECK(calls == 2);
+  CHECK(sums.at("sum")(second) == 7);
+  CHECK(calls == 3);  // another function was asked in between
 }
 
 TEST_CASE("flights that cannot be asked for are refused") {
