@@ -92,13 +92,6 @@ std::string left_over(const Model& model, const LinearizeOptions& options, Linea
   return moving.empty() ? "" : fmt::format("not an equilibrium: {}", fmt::join(moving, ", "));
 }
 
-// Name of row and variable: "V'" for a state's rate, or the name of an output.
-std::string row_name(const Model& model, Index row) {
-  const Index nx = std::ssize(model.states);
-  return row < nx ? model.states[std::size_t(row)].name + "'"
-                  : model.outputs[std::size_t(row - nx)].name;
-}
-
 // The rates and outputs that are not finite, as text; empty if all are.
 std::string not_finite(const Model& model, const Evaluation& e) {
   Eigen::VectorXd y(e.rates.size() + e.outputs.size());
@@ -110,22 +103,13 @@ std::string not_finite(const Model& model, const Evaluation& e) {
   return words.empty() ? "" : fmt::format("not finite: {}", fmt::join(words, ", "));
 }
 
-// Exact and finite-difference Jacobians that differ by more than their errors: one is wrong, and
-// the error is their distance.
+// Where exact and finite-difference Jacobians disagree, the error is their distance.
 void compare(const Estimate& differences, const Model& model, const Selection& selection,
              Estimate& exact, std::vector<std::string>& remarks) {
-  constexpr double doubt = 10.0;  // error estimates are approximate
-  for (Index i = 0; i < exact.value.rows(); ++i)
-    for (Index j = 0; j < exact.value.cols(); ++j) {
-      if (!std::isfinite(differences.value(i, j)) || !std::isfinite(exact.value(i, j))) continue;
-      const double apart = std::abs(exact.value(i, j) - differences.value(i, j));
-      if (apart <= doubt * (exact.error(i, j) + differences.error(i, j))) continue;
-      remarks.push_back(fmt::format("d{}/d{}: exact {:.6g} and difference {:.6g} disagree",
-                                    row_name(model, i),
-                                    signal_of(model, selection.variables[std::size_t(j)]).name,
-                                    exact.value(i, j), differences.value(i, j)));
-      exact.error(i, j) = apart + differences.error(i, j);
-    }
+  for (const Disagreement& d : disagreements(model, selection.variables, exact, differences)) {
+    remarks.push_back(d.text);
+    exact.error(d.row, d.column) = d.apart + differences.error(d.row, d.column);
+  }
 }
 
 // Derivatives of these rows that are not finite or have no finite error bound.

@@ -325,6 +325,24 @@ Estimate exact(const Model& model, const OperatingPoint& point,
   return e;
 }
 
+std::vector<Disagreement> disagreements(const Model& model, const std::vector<Index>& variables,
+                                        const Estimate& exact, const Estimate& differences) {
+  constexpr double doubt = 10.0;
+  std::vector<Disagreement> found;
+  for (Index i = 0; i < exact.value.rows(); ++i)
+    for (Index j = 0; j < exact.value.cols(); ++j) {
+      const double own = exact.value(i, j), difference = differences.value(i, j);
+      const double apart = std::abs(own - difference);
+      const double allowed = doubt * (exact.error(i, j) + differences.error(i, j));
+      if (!std::isfinite(own) || !std::isfinite(difference) || apart <= allowed) continue;
+      found.push_back(
+          {i, j, apart,
+           fmt::format("d{}/d{}: exact {:.6g} and difference {:.6g} disagree", row_name(model, i),
+                       signal_of(model, variables[std::size_t(j)]).name, own, difference)});
+    }
+  return found;
+}
+
 MatrixXd jacobian(const Model& model, const OperatingPoint& point,
                   const std::vector<Index>& variables, bool* exact, Wanted wanted) {
   if (exact) *exact = bool(model.derivatives);

@@ -30,6 +30,19 @@ Differences difference(const Model& model, const OperatingPoint& point,
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Eigen::Index>& variables);
 
+/// An entry at which a model's own derivative and a difference are farther apart than their errors.
+struct Disagreement {
+  Eigen::Index row = 0, column = 0;
+  double apart = 0.0;
+  std::string text;  ///< "dq'/dtheta: exact 1 and difference -1 disagree"
+};
+
+/// One of the two is wrong at each of these entries, or the model has a kink there. Error estimates
+/// are approximate: ten times their sum passes.
+std::vector<Disagreement> disagreements(const Model& model,
+                                        const std::vector<Eigen::Index>& variables,
+                                        const Estimate& exact, const Estimate& differences);
+
 /// What the differences of jacobian() evaluate.
 enum class Wanted { rates_and_outputs, rates };
 

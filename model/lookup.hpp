@@ -51,5 +51,7 @@ double value_of(const OperatingPoint& point, Eigen::Index variable);
 void set_value(OperatingPoint& point, Eigen::Index variable, double value);
 /// The signal of a variable.
 const Signal& signal_of(const Model& model, Eigen::Index variable);
+/// Name of row i of [f; h]: "q'" for a rate, "airspeed" for an output.
+std::string row_name(const Model& model, Eigen::Index row);
 
 }  // namespace tiltrim

@@ -86,6 +86,12 @@ const Signal& signal_of(const Model& model, Index variable) {
   return model.parameters.at(std::size_t(variable - nx - nu));
 }
 
+std::string row_name(const Model& model, Index row) {
+  const Index nx = std::ssize(model.states);
+  return row < nx ? model.states[std::size_t(row)].name + "'"
+                  : model.outputs[std::size_t(row - nx)].name;
+}
+
 double value_of(const OperatingPoint& point, Index variable) {
   const Index nx = point.x.size();
   const Index nu = point.u.size();

@@ -875,6 +875,33 @@ TEST_CASE("a residual within the tolerance does not do where Newton's next step 
   CHECK(contains(r.message, "Newton's next step"));
 }
 
+TEST_CASE("no trim by wrong derivatives: they are named; right ones are not accused") {
+  const TrimSpec spec{.free = {"x"}, .steady = {"x"}};
+  const OperatingPoint guess{VectorXd::Ones(1), {}, {}};
+  Model m;
+  m.states = {{"x", "m", 1.0}};
+  const auto with = [&](auto rate, auto slope) {
+    m.f = [=](const VectorXd& x, const VectorXd&, const VectorXd&) -> VectorXd {
+      return VectorXd::Constant(1, rate(x[0]));
+    };
+    m.derivatives = [=](const OperatingPoint& at, const std::vector<Eigen::Index>&) -> MatrixXd {
+      return MatrixXd::Constant(1, 1, slope(at.x[0]));
+    };
+    return trim(m, spec, guess);
+  };
+  const auto spring = [](double x) { return 8 - x * x * x; };
+  const TrimResult right = with(spring, [](double x) { return -3 * x * x; });
+  REQUIRE(right);
+  CHECK_NEAR(right.point.x[0], 2.0, 1e-9);
+  const TrimResult wrong = with(spring, [](double x) { return 3 * x * x; });
+  CAPTURE(wrong.message);
+  CHECK(wrong.status == TrimStatus::not_found);
+  CHECK(contains(wrong.message, "; the model's derivatives may be wrong: dx'/dx: exact "));
+  const TrimResult none = with([](double x) { return 1 + x * x; }, [](double x) { return 2 * x; });
+  CHECK(none.status == TrimStatus::not_found);
+  CHECK(!contains(none.message, "derivatives"));
+}
+
 TEST_CASE("what is left over says what was wanted") {
   Model m = scalar([](double x, double p) { return p - x; });
   m.outputs = {{"gap", "m", 1.0}};

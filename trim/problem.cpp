@@ -26,12 +26,6 @@ std::string counted(int n, const std::string& what) {
   return fmt::format("{} {}{}", n, what, n == 1 ? "" : "s");
 }
 
-std::string row_name(const Model& model, Index row) {
-  const Index nx = std::ssize(model.states);
-  return row < nx ? model.states[std::size_t(row)].name + "'"
-                  : model.outputs[std::size_t(row - nx)].name;
-}
-
 std::string row_unit(const Model& model, Index row) {
   const Index nx = std::ssize(model.states);
   if (row >= nx) return model.outputs[std::size_t(row - nx)].unit;

@@ -129,8 +129,7 @@ OperatingPoint point_of(const Problem& problem, const Eigen::VectorXd& z);
 /// "1 start", "2 starts".
 std::string counted(int n, const std::string& what);
 
-/// Name of row i of [f; h]: "q'" for a rate, "airspeed" for an output.
-std::string row_name(const Model& model, Eigen::Index row);
+/// Unit of row i of [f; h].
 std::string row_unit(const Model& model, Eigen::Index row);
 
 /// Throws std::invalid_argument unless the value is finite and more than 0.

@@ -9,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "model/differentiate.hpp"
 #include "model/lookup.hpp"
 #include "model/time_limit.hpp"
 #include "runtime/rounding.hpp"
@@ -253,6 +254,21 @@ TrimResult out_of_time(const Search& s) {
   return r;
 }
 
+// A search fails where derivatives are wrong: which of them are, compared with differences.
+std::string doubtful_derivatives(const Problem& p, const OperatingPoint& at) {
+  if (!p.model.derivatives) return "";
+  try {
+    const Differences d = difference(p.model, at, p.unknowns);
+    const auto wrong =
+        disagreements(p.model, p.unknowns, exact(p.model, at, p.unknowns), d.jacobian);
+    if (wrong.empty() || !d.remarks.empty()) return "";  // at a kink both may be right
+    return fmt::format("; the model's derivatives may be wrong: {}{}", wrong.front().text,
+                       wrong.size() > 1 ? fmt::format(", and {} more", wrong.size() - 1) : "");
+  } catch (const std::exception&) {  // of the model: there is no comparison
+    return "";
+  }
+}
+
 TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
@@ -281,6 +297,7 @@ TrimResult no_answer(Search& s) {
                             s.none_within ? ", and no point within all limits was found" : "",
                             left_over(p, p.equations, r), limits_in_words(p, r));
     if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
+    if (!proof.proved) r.message += doubtful_derivatives(p, r.point);
   }
   return r;
 }
