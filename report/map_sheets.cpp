@@ -258,7 +258,21 @@ std::vector<Sheet> map_document(const SweepMap& map) {
   return sheets;
 }
 
+// Positions of the signals that are not an axis, which has a column already.
+static std::vector<std::size_t> besides_axes(const Signals& signals, const SweepMap& map) {
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const auto is_axis = [&](const SweepAxis& axis) {
+      return std::ranges::count(axis.columns, signals[i].name, &SweepAxis::Column::name) > 0;
+    };
+    if (std::ranges::none_of(map.axes, is_axis)) kept.push_back(i);
+  }
+  return kept;
+}
+
 Sheet map_sheet(const SweepMap& map) {
+  const std::vector<std::size_t> states = besides_axes(map.states, map);
+  const std::vector<std::size_t> inputs = besides_axes(map.inputs, map);
   Sheet sheet;
   sheet.columns = {{"condition", "", ""}};
   for (const SweepAxis& axis : map.axes)
@@ -267,8 +281,8 @@ Sheet map_sheet(const SweepMap& map) {
   for (const char* key :
        {"status", "verdict", "reason", "residual", "spectral_abscissa", "damping", "second_branch"})
     sheet.columns.push_back({key, "", ""});
-  for (const Signal& s : map.states) sheet.columns.push_back({s.name, "", ""});
-  for (const Signal& s : map.inputs) sheet.columns.push_back({s.name, "", ""});
+  for (const std::size_t i : states) sheet.columns.push_back({map.states[i].name, "", ""});
+  for (const std::size_t i : inputs) sheet.columns.push_back({map.inputs[i].name, "", ""});
   for (std::size_t i = 0; i < map.modes(); ++i) {
     sheet.columns.push_back({fmt::format("eigenvalue_re_{}", i), "", ""});
     sheet.columns.push_back({fmt::format("eigenvalue_im_{}", i), "", ""});
@@ -286,8 +300,8 @@ Sheet map_sheet(const SweepMap& map) {
       row.push_back(number_cell(v));
     row.emplace_back(double(map.second_branch[p]));
     const std::size_t n = map.modes(), m = map.inputs.size();
-    for (std::size_t i = 0; i < n; ++i) row.push_back(number_cell(map.state[p * n + i]));
-    for (std::size_t i = 0; i < m; ++i) row.push_back(number_cell(map.input[p * m + i]));
+    for (const std::size_t i : states) row.push_back(number_cell(map.state[p * n + i]));
+    for (const std::size_t i : inputs) row.push_back(number_cell(map.input[p * m + i]));
     for (std::size_t i = 0; i < n; ++i) {
       row.push_back(number_cell(map.eigenvalue_re[p * n + i]));
       row.push_back(number_cell(map.eigenvalue_im[p * n + i]));

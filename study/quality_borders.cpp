@@ -170,21 +170,21 @@ std::vector<std::string> quality_figure_names() {
 decltype(TuneProblem::figures) quality_figures(const Study& study, const SweepRequest& request,
                                                const Condition& condition) {
   const auto shared = std::make_shared<const Study>(study);
-  return figures_together(quality_figure_names(),
-                          [shared, request, condition](const Eigen::VectorXd& p) {
-                            const SweepTable none{};
-                            const SweepMap empty{};
-                            const LevelGrid g{*shared, none, empty, {request}, {condition}, {}};
-                            OperatingPoint start = request.guess;
-                            start.p = p;
-                            const auto there = judged_at(g, 0, {}, start);
-                            std::vector<double> figures;
-                            for (const auto& name : tuned_criteria) {
-                              const Criterion* c = there ? named(there->qualities, name) : nullptr;
-                              figures.push_back(c ? -c->margins.front() : not_judged_figure);
-                            }
-                            return figures;
-                          });
+  const auto judged = [shared, request, condition](const Eigen::VectorXd& p) {
+    const SweepTable none{};
+    const SweepMap empty{};
+    const LevelGrid g{*shared, none, empty, {request}, {condition}, {}};
+    OperatingPoint start = request.guess;
+    start.p = p;
+    const auto there = judged_at(g, 0, {}, start);
+    std::vector<double> figures;
+    for (const auto& name : tuned_criteria) {
+      const Criterion* c = there ? named(there->qualities, name) : nullptr;
+      figures.push_back(c ? -c->margins.front() : not_judged_figure);
+    }
+    return figures;
+  };
+  return figures_together(quality_figure_names(), judged);
 }
 
 QualityLayer quality_layer(const Study& study, const std::vector<Condition>& conditions,

@@ -634,6 +634,7 @@ std::vector<Cells> cells_of(const std::string& csv) {
     REQUIRE(rows[r].size() == rows[0].size());
     Cells& cells = all.emplace_back();
     for (std::size_t k = 0; k < rows[r].size(); ++k) cells[rows[0][k]] = rows[r][k];
+    CHECK(cells.size() == rows[r].size());  // no name twice
   }
   return all;
 }
@@ -675,6 +676,24 @@ void check_point(const Cells& row, const json& point) {
 }
 
 }  // namespace
+
+TEST_CASE("CSV: a state that is an axis has one column") {
+  const Scratch scratch("sweep-axis-column");
+  scratch.write("s.toml", R"([[condition]]
+name = "level"
+formulation = "airframe"
+V = 15.0
+gamma_deg = 0.0
+eta_deg = 0.0
+[[sweep.axis]]
+key = "V"
+values = [12.0, 15.0]
+)");
+  const std::vector<Cells> points = cells_of(run(scratch, "sweep s.toml -f csv").out);
+  REQUIRE(points.size() == 2);
+  CHECK(points[0].at("V") == "12");
+  CHECK(points[1].contains("theta"));
+}
 
 TEST_CASE("CSV has a row for each point and every column; JSON says the same to every digit") {
   const Scratch scratch("sweep-formats");

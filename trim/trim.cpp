@@ -254,7 +254,7 @@ TrimResult out_of_time(const Search& s) {
   return r;
 }
 
-// A search fails where derivatives are wrong: which of them are, compared with differences.
+// Wrong derivatives lead a search astray: one of those that disagree with differences, as text.
 std::string doubtful_derivatives(const Problem& p, const OperatingPoint& at) {
   if (!p.model.derivatives) return "";
   try {
@@ -264,7 +264,7 @@ std::string doubtful_derivatives(const Problem& p, const OperatingPoint& at) {
     if (wrong.empty() || !d.remarks.empty()) return "";  // at a kink both may be right
     return fmt::format("; the model's derivatives may be wrong: {}{}", wrong.front().text,
                        wrong.size() > 1 ? fmt::format(", and {} more", wrong.size() - 1) : "");
-  } catch (const std::exception&) {  // of the model: there is no comparison
+  } catch (...) {  // the model's exception, whatever it is: there is no comparison
     return "";
   }
 }

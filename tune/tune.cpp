@@ -286,13 +286,15 @@ decltype(TuneProblem::figures) figures_together(
     VectorXd parameters;
     std::vector<double> values;
   };
-  static std::atomic<long> calls{0};
-  const long id = ++calls;
+  static std::atomic<long> made{0};
+  const long id = ++made;
   decltype(TuneProblem::figures) figures;
   for (std::size_t k = 0; k < names.size(); ++k)
     figures[names[k]] = [id, k, all](const VectorXd& p) {
       thread_local Last last;  // a thread asks for all figures of a place, one after the other
-      if (last.of != id || last.parameters != p) last = {id, p, all(p)};
+      const bool known =
+          last.of == id && last.parameters.size() == p.size() && last.parameters == p;
+      if (!known) last = {id, p, all(p)};
       return last.values.at(k);
     };
   return figures;

@@ -104,8 +104,9 @@ struct TuneProblem {
   std::size_t variables() const { return gains.size() * (schedule.empty() ? 1 : schedule.size()); }
 };
 
-/// Figures of merit by name from one function that computes them all, in the order of the names; it
-/// is called once per parameter set, not once per figure.
+/// Figures of merit by name from one function that computes them all, in the order of the names.
+/// Figures that a thread asks for one after the other at the same parameters take one call. `all`
+/// must be callable from several threads at once.
 decltype(TuneProblem::figures) figures_together(
     const std::vector<std::string>& names,
     const std::function<std::vector<double>(const Eigen::VectorXd& parameters)>& all);
