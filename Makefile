@@ -26,7 +26,7 @@ export NINJA_STATUS ?= [%f of %t, %e s]
 
 release:
 	cmake --preset release
-	@echo "building build/bin/tiltrim: four to five minutes on two cores the first time"
+	@echo "building build/bin/tiltrim: four to seven minutes on two cores the first time"
 	cmake --build --preset release -j $(JOBS) --target tiltrim
 
 packages:
