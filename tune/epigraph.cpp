@@ -112,27 +112,20 @@ struct Epigraph {
     }
   }
 
-  void ask_the_worst(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
+  // A constraint for each requirement on the whole system, or for each of all: that of the worst
+  // eigenvalue.
+  void ask_as_a_whole(Rows& rows, const PlaceModes& place, const VectorXd& scale, bool all) const {
     for (std::size_t i = 0; i < search.asked().size(); ++i) {
       const Requirement& r = search.asked()[i];
-      if (!spectral(r.measure)) continue;
-      put(rows, i, worst(i, r, place).score,
-          rows.J && place.has_slopes()
-              ? score_slope(i, r, place).cwiseProduct(scale.transpose()).eval()
-              : none);
-    }
-  }
-
-  void ask_as_a_whole(Rows& rows, const PlaceModes& place, const VectorXd& scale) const {
-    for (std::size_t i = 0; i < search.asked().size(); ++i) {
-      if (spectral(search.asked()[i].measure)) continue;
-      if (std::isnan(place.scores[Index(i)])) {  // not applicable here
+      if (spectral(r.measure) && !all) continue;
+      const double own = worst(i, r, place).score;
+      if (std::isnan(own)) {  // not applicable here
         skip(rows, 1, kept);
         continue;
       }
-      put(rows, i, place.scores[Index(i)],
+      put(rows, i, own,
           rows.J && place.has_slopes()
-              ? place.score_slopes.row(Index(i)).cwiseProduct(scale.transpose()).eval()
+              ? score_slope(i, r, place).cwiseProduct(scale.transpose()).eval()
               : none);
     }
   }
@@ -191,8 +184,7 @@ struct Epigraph {
         continue;
       }
       if (!near[p]) {
-        ask_the_worst(rows, place, scale);
-        ask_as_a_whole(rows, place, scale);
+        ask_as_a_whole(rows, place, scale, true);
         continue;
       }
       std::vector<const Meeting*> own;
@@ -223,7 +215,7 @@ struct Epigraph {
           ask(rows, place.eigenvalues[i], slope);
         }
       }
-      ask_as_a_whole(rows, place, scale);
+      ask_as_a_whole(rows, place, scale, false);
     }
   }
 
