@@ -221,11 +221,16 @@ Eigensystem eigensystem(const MatrixXd& A, Index max_iterations) {
   return {true, found.values, V};
 }
 
-Eigensystem eigenvalues(const MatrixXd& A, Index max_iterations) {
-  Eigen::EigenSolver<MatrixXd> solver(A.rows());
+template <class Matrix>
+static Eigensystem without_vectors(const Matrix& A, Index max_iterations) {
+  Eigen::EigenSolver<Matrix> solver(A.rows());
   solver.setMaxIterations(max_iterations * A.rows()).compute(A, false);
   if (solver.info() != Eigen::Success) return {};
   return {true, solver.eigenvalues(), {}};
+}
+Eigensystem eigenvalues(const MatrixXd& A, Index max_iterations) {
+  if (A.rows() <= small_size) return without_vectors(SmallMatrix(A), max_iterations);
+  return without_vectors(A, max_iterations);
 }
 
 }  // namespace tiltrim::dense

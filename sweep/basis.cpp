@@ -163,7 +163,7 @@ Basis basis(const SmallMatrix& balanced, Spectrum lambda) {
 namespace {
 
 template <class Matrix>
-SmallMatrix product(const Matrix& R, const Matrix& P) {
+Matrix product(const Matrix& R, const Matrix& P) {
   Matrix X = Matrix::Zero(R.rows(), P.cols());
   for (Index j = 0; j < X.cols(); ++j)
     for (Index k = 0; k < X.cols(); ++k)
@@ -179,12 +179,27 @@ Complex entry(const SmallMatrix& X, const Basis::Place& w, const Basis::Place& v
 
 }  // namespace
 
+dense::SmallComplexMatrix in_eigenvectors(const Basis& of, const SmallMatrix& A) {
+  const SmallMatrix X =
+      dense::with_known_size([](const auto& R, const auto& A_,
+                                const auto& P) { return SmallMatrix(product(R, product(A_, P))); },
+                             of.R, A, of.P);
+  const Index n = A.rows();
+  dense::SmallComplexMatrix B(n, n);
+  for (Index j = 0; j < n; ++j)
+    for (Index i = 0; i < n; ++i) {
+      const Basis::Place &w = of.place[i], &v = of.place[j];
+      B(i, j) = (w.side == 0 ? 1.0 : 0.5) * entry(X, w, v);
+    }
+  return B;
+}
+
 // tr(Pᵢ Qⱼ) of the spectral projectors Pᵢ = vᵢ wᵢᴴ of a and Qⱼ of b: independent of the scaling of
 // eigenvectors and states; rows and columns sum to one.                          [38, 39]
 SmallMatrix correlation(const Basis& a, const Basis& b) {
   const Index n = Index(a.lambda.size());
   if (a.place.empty() || b.place.empty()) return SmallMatrix::Ones(n, n);
-  const auto multiplied = [](const auto& R, const auto& P) { return product(R, P); };
+  const auto multiplied = [](const auto& R, const auto& P) { return SmallMatrix(product(R, P)); };
   const SmallMatrix ab = dense::with_known_size(multiplied, a.R, b.P),
                     ba = dense::with_known_size(multiplied, b.R, a.P);
   SmallMatrix M(n, n);

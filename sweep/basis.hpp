@@ -39,6 +39,9 @@ struct Basis {
 /// If the iteration limit is reached, the eigenvectors and any computed eigenvalues are empty.
 Basis basis(const dense::SmallMatrix& balanced, Spectrum lambda);
 
+/// V⁻¹ A V of another matrix in the same coordinates.
+dense::SmallComplexMatrix in_eigenvectors(const Basis& of, const dense::SmallMatrix& A);
+
 /// Real parts of tr(Pᵢ Qⱼ) for every mode i of a and every mode j of b, with Pᵢ and Qⱼ their
 /// spectral projectors. All ones (no information) if an eigenvector is missing.
 dense::SmallMatrix correlation(const Basis& a, const Basis& b);

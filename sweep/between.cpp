@@ -4,17 +4,17 @@
 #include <cmath>
 #include <numeric>
 
-#include "dense/dense.hpp"
 #include "linearize/balance.hpp"
 #include "linearize/modes.hpp"
 #include "sweep/boundary.hpp"
 
 namespace tiltrim {
 
+using dense::SmallComplexMatrix;
+using dense::SmallMatrix;
+using dense::SmallVector;
 using Eigen::Index;
-using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 namespace {
 
@@ -22,34 +22,63 @@ constexpr double safety = 4.0;      // on the second difference as a bound betwe
 constexpr double jump_size = 1e-6;  // nominal sizes: a larger change over `least` is a jump
 constexpr int most_pieces = 4000;   // of one step of the grid
 
-// A(t) in the eigenvectors at the middle, at the ends of the piece, minus the middle's eigenvalues.
+// B = X⁻¹ A X at the ends and in the middle of a piece, minus the diagonal in the middle.
 struct Piece {
-  Eigen::VectorXcd lambda;  // at the middle
-  MatrixXcd at_a, at_b;     // X⁻¹ (A(a) - A(m)) X, the same at b
-  double rounding;          // of an eigenvalue, in the matrix's own norm
+  PerMode<Complex> lambda;  // that diagonal
+  SmallComplexMatrix at_a, at_m, at_b;
+  double rounding;  // of an eigenvalue, in the matrix's own norm
 };
 
-std::optional<Piece> in_eigenvectors(const Sample& a, const Sample& m, const Sample& b) {
-  const Balanced balanced = balance(m.A);
-  const Index n = m.A.rows();
-  const auto alike = [&](const MatrixXd& A) {
-    MatrixXd B(n, n);
-    for (Index i = 0; i < n; ++i)
-      for (Index j = 0; j < n; ++j)
-        B(i, j) = A(balanced.order[std::size_t(i)], balanced.order[std::size_t(j)]) *
-                  (balanced.scale[j] / balanced.scale[i]);
-    return B;
-  };
-  const dense::Eigensystem middle = dense::eigensystem(balanced.B);
-  if (!middle.converged) return {};
-  const MatrixXcd& X = middle.V;
-  const dense::LU<MatrixXcd> lu = dense::lu(X);
-  constexpr double units = 64;  // rounding units that an eigenvalue of a balanced matrix may be off
-  Piece piece{middle.values, dense::solve(lu, alike(a.A - m.A) * X),
-              dense::solve(lu, alike(b.A - m.A) * X),
-              units * std::numeric_limits<double>::epsilon() * balanced.B.norm()};
-  if (!piece.at_a.allFinite() || !piece.at_b.allFinite()) return {};  // defective at the middle
-  return piece;
+Piece piece_of(const Eigenvectors& X, const SmallMatrix& a, const SmallMatrix& m,
+               const SmallMatrix& b) {
+  Piece p{{},
+          in_eigenvectors(X.basis, a),
+          in_eigenvectors(X.basis, m),
+          in_eigenvectors(X.basis, b),
+          X.rounding};
+  for (Index i = 0; i < m.rows(); ++i) {
+    const Complex middle = p.at_m(i, i);
+    p.lambda.push_back(middle);
+    for (SmallComplexMatrix* B : {&p.at_a, &p.at_m, &p.at_b}) (*B)(i, i) -= middle;
+  }
+  return p;
+}
+
+double size(Complex z) { return std::sqrt(std::norm(z)); }
+
+// Bounds of the entries of B along the piece; on the diagonal, of the real part's motion. A smooth
+// curve deviates from the halves of the polygon by at most an eighth of the second difference.
+SmallMatrix entries_along(const Piece& p) {
+  const Index n = p.at_m.rows();
+  SmallMatrix most(n, n);
+  for (Index j = 0; j < n; ++j)
+    for (Index i = 0; i < n; ++i) {
+      const Complex a = p.at_a(i, j), m = p.at_m(i, j), b = p.at_b(i, j);
+      const double corner = i == j ? std::max(std::abs(a.real()), std::abs(b.real()))
+                                   : std::max({size(a), size(m), size(b)});
+      most(i, j) = corner + safety / 8 * size(a - 2.0 * m + b);
+    }
+  return most;
+}
+
+// How far each disk of D⁻¹ B D may reach from λᵢ, D = diag(w), with these bounds of B's entries:
+// the radius is Σ Bᵢⱼ wⱼ/wᵢ. The eigenvalue nearest to the axis has w = 1, the others twice the
+// least that keeps them off the axis: the farther they are, the less they widen its disk.
+SmallVector reaches(const SmallMatrix& most, Spectrum lambda, std::size_t nearest) {
+  constexpr int sweeps = 4;
+  constexpr double least = 1e-3;
+  const Index n = most.rows();
+  SmallVector w = SmallVector::Ones(n);
+  const auto radius = [&](Index i) { return most.row(i).dot(w) - most(i, i) * w[i]; };
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    for (Index i = 0; i < n; ++i) {
+      const Complex z = lambda[std::size_t(i)];
+      if (z == lambda[nearest] || z == std::conj(lambda[nearest])) continue;
+      w[i] = std::clamp(2 * radius(i) / std::abs(z.real()), least, 1.0);
+    }
+  SmallVector reach(n);
+  for (Index i = 0; i < n; ++i) reach[i] = most(i, i) + radius(i) / w[i];
+  return reach;
 }
 
 struct Judged {
@@ -58,54 +87,41 @@ struct Judged {
   bool rounding = false;       // its motion within the piece is at rounding level
 };
 
-Judged judge(const Piece& p, Index riding) {
-  const Index n = p.lambda.size();
-  std::vector<Index> nearest(p.lambda.size());  // to the axis first
-  std::iota(nearest.begin(), nearest.end(), Index{0});
-  std::ranges::stable_sort(nearest, {}, [&](Index i) { return std::abs(p.lambda[i].real()); });
-  const std::vector<Index> left_out(nearest.begin(), nearest.begin() + riding);
-  const MatrixXcd bend = p.at_a + p.at_b;  // A(a) - 2 A(m) + A(b)
-  // A smooth curve deviates from the halves of the polygon by at most bend/8.
-  const VectorXd off = safety / 8 * bend.cwiseAbs().rowwise().sum();
-  const auto reach = [&](const MatrixXcd& E, Index i) {
-    const VectorXd row = E.row(i).cwiseAbs();
-    return std::abs(E(i, i).real()) + row.sum() - row[i] + off[i];
-  };
+Judged judge(const Piece& p, std::size_t riding) {
+  const std::size_t n = p.lambda.size();
+  PerMode<std::size_t> nearest(n);  // to the axis first
+  std::iota(nearest.begin(), nearest.end(), std::size_t{0});
+  std::ranges::stable_sort(nearest, {},
+                           [&](std::size_t i) { return std::abs(p.lambda[i].real()); });
   Judged j;
+  if (riding >= n) return j;
+  const SmallVector moved = reaches(entries_along(p), spectrum(p.lambda), nearest[riding]);
   double most = 0.0;
-  for (Index i = 0; i < n; ++i) {
-    if (std::ranges::find(left_out, i) != left_out.end()) continue;
-    const double moved = std::max(reach(p.at_a, i), reach(p.at_b, i));
-    if (std::abs(p.lambda[i].real()) > moved) continue;
+  for (std::size_t k = riding; k < n; ++k) {
+    const auto i = Index(nearest[k]);
+    const double away = std::abs(p.lambda[nearest[k]].real());
+    if (away > moved[i]) continue;
     j.unclear.push_back(i);
-    most = std::max(most, std::abs(p.lambda[i].real()) + moved);
+    most = std::max(most, away + moved[i]);
   }
   j.rounding = !j.unclear.empty() && most <= p.rounding;
   if (j.unclear.empty() || j.unclear.size() > 2) return j;
   const Index i = j.unclear.front();
-  const bool pair = j.unclear.size() == 2;
-  if (pair && p.lambda[j.unclear[1]] != std::conj(p.lambda[i])) return j;
-  if (!pair && p.lambda[i].imag() != 0) return j;
+  const Complex lambda = p.lambda[std::size_t(i)];
+  if (j.unclear.size() == 2 ? p.lambda[std::size_t(j.unclear[1])] != std::conj(lambda)
+                            : lambda.imag() != 0)
+    return j;
   // dλ/dτ = B'ᵢᵢ,  |d²λ/dτ²| <= |B''ᵢᵢ| + 2 Σ |B'ᵢⱼ B'ⱼᵢ| / |λᵢ - λⱼ|, τ = -1 .. 1.         [26]
-  const MatrixXcd slope = 0.5 * (p.at_b - p.at_a);
-  double curvature = std::abs(bend(i, i)), gap = std::numeric_limits<double>::infinity();
-  for (Index k = 0; k < n; ++k) {
+  const SmallComplexMatrix slope = 0.5 * (p.at_b - p.at_a);
+  double curvature = std::abs(p.at_a(i, i) + p.at_b(i, i)), gap = infinity;
+  for (Index k = 0; k < Index(n); ++k) {
     if (k == i) continue;
-    gap = std::min(gap, std::abs(p.lambda[i] - p.lambda[k]));
-    curvature += 2 * std::abs(slope(i, k) * slope(k, i)) / std::abs(p.lambda[i] - p.lambda[k]);
+    const double apart = std::abs(lambda - p.lambda[std::size_t(k)]);
+    gap = std::min(gap, apart);
+    curvature += 2 * std::abs(slope(i, k) * slope(k, i)) / apart;
   }
-  const double moved = std::max(reach(p.at_a, i), reach(p.at_b, i));
-  j.monotone = gap > safety * moved && std::abs(slope(i, i).real()) > safety * curvature;
+  j.monotone = gap > safety * moved[i] && std::abs(slope(i, i).real()) > safety * curvature;
   return j;
-}
-
-// True if the three may lie on one curve: a jump between two of them makes up all of the bend.
-bool continuous(const MatrixLine& line, const Sample& a, const Sample& m, const Sample& b) {
-  const double left = line.apart(a, m), right = line.apart(m, b), whole = line.apart(a, b);
-  const double most = std::max(left, right);
-  if (most <= jump_size) return true;
-  constexpr double all = 0.9;  // a parabola from its vertex has two thirds
-  return std::min(left, right) >= (1 - all) * most || whole <= most * (1 - all);
 }
 
 // The real part that changes sign when the number of unstable eigenvalues changes as given.
@@ -137,9 +153,9 @@ class Search {
     std::optional<Sample> m = line_.sample(middle, a ? *a : *b);
     if (!m && a && b) m = line_.sample(middle, *b);
     if (m) seen_.push_back(*m);
-    if (a && m && b && continuous(line_, *a, *m, *b)) {
-      if (const auto piece = in_eigenvectors(*a, *m, *b)) {
-        const Judged judged = judge(*piece, riding_);
+    if (a && m && b && continuous(line_.apart(*a, *m), line_.apart(*m, *b), line_.apart(*a, *b))) {
+      if (const auto X = eigenvectors(m->A, m->spectrum())) {
+        const Judged judged = judge(piece_of(*X, a->A, m->A, b->A), std::size_t(riding_));
         // An end may lie on the axis, where its own number of unstable eigenvalues is that of no
         // side.
         if (judged.unclear.empty() && a->unstable() == b->unstable()) return;
@@ -207,10 +223,13 @@ class Search {
     seen_.push_back(*at);
     const Index k = at->eigenvalues.size() - 1 - std::min(before, after);
     const double frequency = std::abs(at->eigenvalues[k].imag());
-    // Round-off of the eigenvalue over its derivative, added to the bracket.
+    // The bracket, and what rounding and the trims move the matrix by, over the derivative.
     const double slope = std::abs((at_b - at_a) / (b.t - a.t));
-    const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm() / slope;
-    const double error = (high - low) + rounding;
+    const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm();
+    const double apart = line_.apart(a, b), change = (b.A - a.A).norm();
+    constexpr double noise = 1e3 * step_at_rest;  // below it the trim does not change in the piece
+    const double by_trim = apart > noise ? step_at_rest / apart * change : 0.0;
+    const double error = (high - low) + (rounding + by_trim) / slope;
     const auto within = [&](double place) {
       return std::clamp(place, std::min(a.t, b.t), std::max(a.t, b.t));
     };
@@ -232,6 +251,44 @@ class Search {
 };
 
 }  // namespace
+
+std::optional<Eigenvectors> eigenvectors(const SmallMatrix& A, Spectrum lambda) {
+  constexpr double units = 64;  // rounding units that an eigenvalue of a balanced matrix may be off
+  const Balanced balanced = balance(A);
+  Eigenvectors X{basis(balanced.B, lambda),
+                 units * std::numeric_limits<double>::epsilon() * balanced.B.norm()};
+  if (X.basis.lambda.empty() || !X.basis.R.allFinite()) return {};  // defective
+  const Basis scaled = X.basis;
+  for (Index k = 0; k < A.rows(); ++k) {
+    const Index row = balanced.order[std::size_t(k)];
+    X.basis.P.row(row) = scaled.P.row(k) * balanced.scale[k];
+    X.basis.R.col(row) = scaled.R.col(k) / balanced.scale[k];
+  }
+  return X;
+}
+
+bool continuous(double left, double right, double whole) {
+  const double most = std::max(left, right);
+  if (most <= jump_size) return true;
+  constexpr double all = 0.9;  // a parabola from its vertex has two thirds
+  return std::min(left, right) >= (1 - all) * most || whole <= most * (1 - all);
+}
+
+bool is_clear(std::optional<Eigenvectors>& nearby, const SmallMatrix& a, const SmallMatrix& m,
+              Spectrum lambda, const SmallMatrix& b) {
+  const auto clear = [&](const Eigenvectors& X) {
+    return judge(piece_of(X, a, m, b), 0).unclear.empty();
+  };
+  if (nearby && clear(*nearby)) return true;
+  nearby = eigenvectors(m, lambda);
+  return nearby && clear(*nearby);
+}
+
+// Without those that are left out, the eigenvectors are computed with all.
+Spectrum Sample::spectrum() const {
+  return eigenvalues.size() == A.rows() ? Spectrum(eigenvalues.data(), std::size_t(A.rows()))
+                                        : Spectrum();
+}
 
 int Sample::unstable() const {
   return int(std::ranges::count_if(eigenvalues, [](const auto& z) { return z.real() > 0; }));

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "sweep/grid_line.hpp"
+#include "sweep/halves.hpp"
 #include "sweep/line.hpp"
 
 namespace tiltrim {
@@ -70,7 +71,16 @@ AxisCrossing located(const GridLine& line, const LineEvent& event) {
   return crossing;
 }
 
-// The largest real part between two positions, and where; refined around the largest sample.
+// The top of the parabola of abscissas through three samples.
+double vertex(const Sample& left, const Sample& middle, const Sample& right) {
+  const double l = left.t - middle.t, r = right.t - middle.t;
+  const double at_l = left.abscissa() - middle.abscissa(),
+               at_r = right.abscissa() - middle.abscissa();
+  return middle.t + 0.5 * (r * r * at_l - l * l * at_r) / (r * at_l - l * at_r);
+}
+
+// The largest real part between two positions, and where; refined around the largest sample, with
+// several axes, and so with many lines, by one more only.
 void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, double from, double to,
                       AxisInterval& interval) {
   std::vector<const Sample*> inside;
@@ -88,14 +98,23 @@ void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, dou
   const auto most =
       std::ranges::max_element(inside, {}, [](const Sample* s) { return s->abscissa(); });
   double t = (*most)->t, abscissa = (*most)->abscissa();
+  const MatrixLine matrices = matrices_of(line);
+  const auto negative = [&](double at) {
+    const auto s = matrices.sample(at, **most);
+    return s ? -s->abscissa() : std::numeric_limits<double>::max();
+  };
+  const bool first = most == inside.begin(), last = most + 1 == inside.end();
+  if (line.sweep.axes.size() > 1 && !first && !last && (*most)->A.size() > 0) {
+    const double top = vertex(**(most - 1), **most, **(most + 1));
+    const bool inside_both = top > (*(most - 1))->t && top < (*(most + 1))->t;
+    if (const double there = inside_both ? -negative(top) : abscissa; there > abscissa) {
+      abscissa = there;
+      t = top;
+    }
+  }
   if (line.sweep.axes.size() == 1 && interval.verdict != IntervalVerdict::undecided) {
-    const MatrixLine matrices = matrices_of(line);
-    const double left = most == inside.begin() ? t : (*(most - 1))->t;
-    const double right = most + 1 == inside.end() ? t : (*(most + 1))->t;
-    const auto negative = [&](double at) {
-      const auto s = matrices.sample(at, **most);
-      return s ? -s->abscissa() : std::numeric_limits<double>::max();
-    };
+    const double left = first ? t : (*(most - 1))->t;
+    const double right = last ? t : (*(most + 1))->t;
     boost::uintmax_t steps = 50;
     constexpr int bits = 26;  // accuracy to which a smooth maximum can be located
     const auto [best, value] =
@@ -221,35 +240,55 @@ AxisInterval not_looked_at(const GridLine& line) {
   return i;
 }
 
-}  // namespace
-
-LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condition,
-                          std::size_t axis, const GridPlace& place) {
-  const GridLine line{sweep, map, condition, axis, place};
-  std::vector<LineEvent> events;
-  std::vector<Sample> seen;
-  std::vector<Riding> riding;
-  if (line.size() < 2) return {};
-  if (!sweep.problem.square()) return {{}, {not_looked_at(line)}};
-  if (!solve_events(line, events)) {
-    events.clear();
-    search_events(line, events, seen, riding);
-  }
+void finish(const GridLine& line, std::vector<LineEvent> events, std::vector<Sample> seen,
+            const std::vector<Riding>& riding, LineVerdicts& found) {
   events = in_clusters(events);
   if (seen.empty())
     for (std::size_t k = 0; k < line.size(); ++k)
       if (line.valid(k)) {
         Sample s{double(k), operating_point(line, k), {}, {}};
-        s.eigenvalues = Eigen::VectorXcd::Constant(1, map.spectral_abscissa[line.point(k)]);
+        s.eigenvalues = Eigen::VectorXcd::Constant(1, line.map.spectral_abscissa[line.point(k)]);
         seen.push_back(s);
       }
-  LineVerdicts found;
   for (const LineEvent& e : events) {
     found.crossings.push_back(located(line, e));
     name_mode(line, e, found.crossings.back());
   }
   found.intervals = intervals(line, events, seen, riding);
-  return found;
+}
+
+}  // namespace
+
+void look_between(const Prepared& sweep, const Halved* halved, const SweepMap& map, int condition,
+                  std::size_t axis, const std::vector<const GridPlace*>& places,
+                  const std::vector<LineVerdicts*>& found) {
+  std::vector<GridLine> lines;
+  std::vector<const GridLine*> searched;
+  std::vector<LineVerdicts*> answers;
+  for (const GridPlace* place : places) lines.push_back({sweep, map, condition, axis, *place});
+  for (std::size_t l = 0; l < lines.size(); ++l) {
+    *found[l] = {};
+    std::vector<LineEvent> events;
+    if (lines[l].size() < 2) continue;
+    if (!sweep.problem.square()) {
+      found[l]->intervals = {not_looked_at(lines[l])};
+    } else if (solve_events(lines[l], events)) {
+      finish(lines[l], std::move(events), {}, {}, *found[l]);
+    } else {
+      searched.push_back(&lines[l]);
+      answers.push_back(found[l]);
+    }
+  }
+  if (searched.empty()) return;
+  const std::vector<Halves> halves =
+      halved ? walk_halves(*halved, searched, rooms_of_thread()) : std::vector<Halves>{};
+  for (std::size_t l = 0; l < searched.size(); ++l) {
+    std::vector<LineEvent> events;
+    std::vector<Sample> seen;
+    std::vector<Riding> riding;
+    search_events(*searched[l], halved ? &halves[l] : nullptr, events, seen, riding);
+    finish(*searched[l], std::move(events), std::move(seen), riding, *answers[l]);
+  }
 }
 
 std::optional<std::vector<AxisCrossing>> affine_borders(const Prepared& sweep, int condition,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sweep/basis.hpp"
 #include "sweep/map.hpp"
 #include "sweep/neighbour.hpp"
 
@@ -19,7 +20,8 @@ struct Sample {
   Eigen::MatrixXd A;
   Eigen::VectorXcd eigenvalues;
 
-  int unstable() const;  ///< number of eigenvalues right of the axis
+  Spectrum spectrum() const;  ///< all eigenvalues; empty if some were left out
+  int unstable() const;       ///< number of eigenvalues right of the axis
   double abscissa() const;
 };
 
@@ -53,7 +55,8 @@ struct LineEvent {
 /// A(m), A(b) (for each disk a convex condition, so its ends decide), by more than four times the
 /// deviation of A(t) from the polygon estimated from the second difference. It has at most one
 /// crossing if only one eigenvalue (or pair) can reach the axis and its real part is monotone there
-/// with the same margin. Every other piece is bisected, down to `least`.  [10, ch. 2 sec. 13]
+/// with the same margin. Every other piece is bisected, down to `least`. The disks are those of a
+/// diagonal similarity of B that narrows the one nearest to the axis.  [10, ch. 2 sec. 13]
 ///
 /// Assumption: the second difference over a piece bounds A'' within a factor of four.
 ///
@@ -63,13 +66,34 @@ void events_between(const MatrixLine& line, double from, const std::optional<Sam
                     const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
                     std::vector<Sample>& seen, Eigen::Index riding = 0);
 
-/// Crossings and intervals of one grid line of the map along `axis`; `place` is its first point.
+/// Eigenvectors of a matrix, in its own coordinates.
+struct Eigenvectors {
+  Basis basis;
+  double rounding;  ///< of an eigenvalue
+};
+/// At its eigenvalues, if known; empty if the matrix is defective.
+std::optional<Eigenvectors> eigenvectors(const dense::SmallMatrix& A, Spectrum lambda);
+
+/// True if three equilibria with these distances from the first to the second, to the third, and
+/// from the first to the third may lie on one curve: a jump between two makes up all of the bend.
+bool continuous(double left, double right, double whole);
+/// True if a piece with these matrices is clear by the rule of events_between(), either in the
+/// eigenvectors `nearby` or in those of its middle, with eigenvalues `lambda`, which then replace
+/// them: the theorem holds in any coordinates.
+bool is_clear(std::optional<Eigenvectors>& nearby, const dense::SmallMatrix& a,
+              const dense::SmallMatrix& m, Spectrum lambda, const dense::SmallMatrix& b);
+
+/// Crossings and intervals of one grid line of the map.
 struct LineVerdicts {
   std::vector<AxisCrossing> crossings;
   std::vector<AxisInterval> intervals;
 };
-LineVerdicts look_between(const Prepared& sweep, const SweepMap& map, int condition,
-                          std::size_t axis, const GridPlace& place);
+struct Halved;
+/// Those of up to `Model::model_lanes` lines of a condition along `axis`, given their first points,
+/// with the middles of its steps for models that have lanes.
+void look_between(const Prepared& sweep, const Halved* halved, const SweepMap& map, int condition,
+                  std::size_t axis, const std::vector<const GridPlace*>& places,
+                  const std::vector<LineVerdicts*>& found);
 
 /// The crossings of a line along the last axis whose matrices are affine, from its polynomial
 /// alone, without modes; empty if rounding leaves doubt that they are all.

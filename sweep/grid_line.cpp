@@ -10,6 +10,7 @@
 #include "linearize/eigenvalues.hpp"
 #include "linearize/modes.hpp"
 #include "model/lookup.hpp"
+#include "sweep/halves.hpp"
 
 namespace tiltrim {
 
@@ -166,11 +167,34 @@ void look_beside_axis(const MatrixLine& matrices, double from, const std::option
     riding.push_back({from, to});
 }
 
+bool step_is_clear(const Halves& h, std::size_t k, std::optional<Eigenvectors>& nearby) {
+  const std::size_t a = 2 * k, m = a + 1, b = a + 2;
+  return h.found(a) && h.found(m) && h.found(b) &&
+         continuous(h.apart(a, m), h.apart(m, b), h.apart(a, b)) &&
+         is_clear(nearby, h.A(a), h.A(m), spectrum(h.eigenvalues(m)), h.A(b));
+}
+
+// The sample at t, if it is one of the halves.
+std::optional<Sample> known(const Halves* halves, double t) {
+  const double i = 2 * t;
+  return halves && i == std::floor(i) && halves->found(std::size_t(i))
+             ? std::optional(halves->sample(std::size_t(i)))
+             : std::nullopt;
+}
+
 }  // namespace
 
-void search_events(const GridLine& line, std::vector<LineEvent>& events, std::vector<Sample>& seen,
-                   std::vector<Riding>& riding) {
-  const MatrixLine matrices = matrices_of(line);
+void search_events(const GridLine& line, const Halves* halves, std::vector<LineEvent>& events,
+                   std::vector<Sample>& seen, std::vector<Riding>& riding) {
+  MatrixLine matrices = matrices_of(line);
+  matrices.sample = [=, computed = matrices.sample](double t, const Sample& near) {
+    const std::optional<Sample> sample = known(halves, t);
+    return sample ? sample : computed(t, near);
+  };
+  const auto grid = [&](std::size_t k) {
+    const std::optional<Sample> sample = known(halves, double(k));
+    return sample ? sample : grid_sample(line, k);
+  };
   const bool ordinary = !may_ride(line);
   const auto look = [&](double from, const std::optional<Sample>& a, double to,
                         const std::optional<Sample>& b) {
@@ -180,12 +204,20 @@ void search_events(const GridLine& line, std::vector<LineEvent>& events, std::ve
   const auto unstable = [&](const std::optional<Sample>& s) {
     return !s ? -1 : ordinary ? s->unstable() : without(*s, on_axis(*s)).unstable();
   };
-  std::optional<Sample> a = grid_sample(line, 0);
+  std::optional<Eigenvectors> nearby;
+  std::optional<Sample> a = grid(0);
   if (a) seen.push_back(*a);
+  std::size_t at = 0;  // the point of a
   for (std::size_t k = 0; k + 1 < line.size(); ++k) {
-    const std::optional<Sample> end = grid_sample(line, k + 1);
+    const std::vector<SwitchPlace> switches = switches_between(line, k);
+    if (halves && ordinary && switches.empty() && step_is_clear(*halves, k, nearby)) {
+      for (const std::size_t i : {2 * k + 1, 2 * k + 2}) seen.push_back(halves->sample(i));
+      continue;
+    }
+    if (at != k) a = grid(k);
+    const std::optional<Sample> end = grid(k + 1);
     double from = double(k);
-    for (const SwitchPlace& s : switches_between(line, k)) {
+    for (const SwitchPlace& s : switches) {
       const std::optional<Sample> left = beyond_switch(line, matrices, s.before, a);
       const std::optional<Sample> right = beyond_switch(line, matrices, s.after, end);
       look(from, a, s.before, left);
@@ -201,6 +233,7 @@ void search_events(const GridLine& line, std::vector<LineEvent>& events, std::ve
     look(from, a, double(k) + 1, end);
     if (end) seen.push_back(*end);
     a = end;
+    at = k + 1;
   }
 }
 

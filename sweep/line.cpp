@@ -54,9 +54,11 @@ void keep(LineTracker& w, std::size_t k, const GridTrim& e) {
   for (std::size_t i = 0; i < m; ++i) p.input[k * m + i] = input_at(w.sweep, e, i);
 }
 
-LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, Room& room,
-                  bool judged) {
-  const std::size_t axis = sweep.axes.size() - 1, count = sweep.axes[axis].size();
+}  // namespace
+
+LineTracker begin_line(const Prepared& sweep, const GridPlace& place, std::size_t axis,
+                       LinePoints& p, Room& room, bool judged) {
+  const std::size_t count = sweep.axes[axis].size();
   const std::size_t n = std::size_t(sweep.states()), m = sweep.inputs.size();
   room.A.n = Index(n);
   room.A.count = Index(count);
@@ -76,9 +78,19 @@ LineTracker begin(const Prepared& sweep, const LineStart& start, LinePoints& p, 
     numbers->clear();
   p.second_verdict.clear();
   p.second.clear();
-  return {sweep,      start.place,   axis,   count, numbers_at(sweep, start.place), p, room.valid,
+  return {sweep,      place,         axis,   count, numbers_at(sweep, place), p, room.valid,
           room.exact, room.unknowns, room.A, judged};
 }
+
+void keep_trim(LineTracker& w, std::size_t k, const GridTrim& e) {
+  keep(w, k, e);
+  if (e.valid())
+    keep_matrix(w, k, e);
+  else
+    keep_no_matrix(w, k);
+}
+
+namespace {
 
 // At most `most` equilibria next to k on the side already tracked (-1: before it), nearest first.
 int known_beside(const LineTracker& w, std::size_t k, int side, int most,
@@ -112,11 +124,7 @@ GridTrim next_forward(const LineTracker& w, std::size_t k) {
 // Finds and stores the trim at a point, from the preceding equilibria.
 GridTrim step_forward(LineTracker& w, const LineStart& start, std::size_t k) {
   GridTrim e = k == 0 ? start.first : next_forward(w, k);
-  keep(w, k, e);
-  if (e.valid())
-    keep_matrix(w, k, e);
-  else
-    keep_no_matrix(w, k);
+  keep_trim(w, k, e);
   return e;
 }
 
@@ -309,8 +317,9 @@ std::vector<LineTracker> track_lines(const Prepared& sweep,
   lines.reserve(starts.size());
   for (std::size_t i = 0; i < starts.size(); ++i) {
     const std::optional<AffineLine>& line = structures[i];
-    LineTracker& w = lines.emplace_back(
-        begin(sweep, *starts[i], *points[i], rooms.at(i), judged && lanes && !line));
+    LineTracker& w =
+        lines.emplace_back(begin_line(sweep, starts[i]->place, sweep.axes.size() - 1, *points[i],
+                                      rooms.at(i), judged && lanes && !line));
     const bool affine = line && walk_affine(w, *starts[i], *line, rooms[i].shares);
     steady[i] = affine && line->steady;
     if (affine) continue;

@@ -26,6 +26,12 @@ struct Room {
 /// One for each line that is walked together with others.
 std::vector<Room>& rooms_of_thread();
 
+/// A line along an axis before tracking, from its first point on.
+LineTracker begin_line(const Prepared& sweep, const GridPlace& place, std::size_t axis,
+                       LinePoints& points, Room& room, bool judged);
+/// Stores the trim of point k, found or not, and its matrix.
+void keep_trim(LineTracker& w, std::size_t k, const GridTrim& e);
+
 /// The structure of the line along its axis, if it has one.
 std::optional<AffineLine> structure_of(const Prepared& sweep, const LineStart& start);
 

@@ -90,22 +90,22 @@ double coordinate(const SweepAxis& axis, double position) {
   return share == 0 ? values[k] : values[k] + share * (values[k + 1] - values[k]);
 }
 
-void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at) {
-  const std::vector<SweepAxis::Column>& columns = sweep.axes[axis].columns;
-  const auto k = std::min(std::size_t(position), columns.front().si.size() - 1);
+std::vector<double> values_at(const SweepAxis& axis, double position) {
+  const auto k = std::min(std::size_t(position), axis.size() - 1);
   const double share = position - double(k);
-  const auto straight = [&](const SweepAxis::Column& column) {
+  std::vector<double> values;
+  for (const SweepAxis::Column& column : axis.columns) {
     const std::vector<double>& si = column.si;
-    return share == 0 ? si[k] : si[k] + share * (si[k + 1] - si[k]);
-  };
-  std::vector<double> curved;
-  if (share != 0 && sweep.axes[axis].between) {
-    for (const SweepAxis::Column& column : columns) curved.push_back(straight(column));
-    sweep.axes[axis].between(curved);
+    values.push_back(share == 0 ? si[k] : si[k] + share * (si[k + 1] - si[k]));
   }
-  for (std::size_t c = 0; c < columns.size(); ++c)
-    if (const Index j = sweep.moved[axis][c]; j >= 0)
-      set_value(at, j, curved.empty() ? straight(columns[c]) : curved[c]);
+  if (share != 0 && axis.between) axis.between(values);
+  return values;
+}
+
+void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at) {
+  const std::vector<double> values = values_at(sweep.axes[axis], position);
+  for (std::size_t c = 0; c < values.size(); ++c)
+    if (const Index j = sweep.moved[axis][c]; j >= 0) set_value(at, j, values[c]);
 }
 
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place) {

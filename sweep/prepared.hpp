@@ -35,7 +35,9 @@ using GridPlace = std::vector<double>;
 
 /// The coordinate of an axis at a position, in the axis's unit.
 double coordinate(const SweepAxis& axis, double position);
-/// Sets the variables of the axis; between two grid points as SweepAxis::between defines.
+/// SI values of its columns; between two grid points as SweepAxis::between defines.
+std::vector<double> values_at(const SweepAxis& axis, double position);
+/// Sets the variables of the axis to these.
 void move_to(const Prepared& sweep, std::size_t axis, double position, OperatingPoint& at);
 /// The guess with the values of all axes set.
 OperatingPoint numbers_at(const Prepared& sweep, const GridPlace& place);

@@ -13,6 +13,8 @@
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "sweep/boundary.hpp"
+#include "sweep/halves.hpp"
+#include "sweep/side_by_side.hpp"
 #include "sweep/starts.hpp"
 #include "sweep/work.hpp"
 
@@ -175,6 +177,43 @@ std::size_t lines_together(const PreparedConditions& conditions) {
   return most;
 }
 
+// The units of the log from `first` on: every line along every axis, searched between its points.
+void look_between_points(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes,
+                         Work& work, std::size_t first, const LineSizes& sizes, SweepMap& map) {
+  const std::vector<AxisLine> between = lines_along_axes(conditions.size(), axes);
+  work.progress.what = "lines";
+  work.progress.done = 0;
+  work.progress.total = between.size();
+  std::vector<std::vector<std::unique_ptr<const Halved>>> halved(conditions.size());
+  for (std::size_t c = 0; c < conditions.size(); ++c)
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+      halved[c].push_back(has_lanes(*conditions[c])
+                              ? std::make_unique<const Halved>(*conditions[c], axis)
+                              : nullptr);
+  run<LineVerdicts>(
+      work, first, between.size(), lines_together(conditions),
+      [&](const std::vector<std::size_t>& units, const std::vector<LineVerdicts*>& all) {
+        for (std::size_t from = 0, to = 0; from < units.size(); from = to) {
+          const AxisLine& l = between[units[from]];
+          std::vector<const GridPlace*> places;
+          for (; to < units.size() && between[units[to]].condition == l.condition &&
+                 between[units[to]].axis == l.axis;
+               ++to)
+            places.push_back(&between[units[to]].place);
+          const auto c = std::size_t(l.condition);
+          look_between(*conditions[c], halved[c][l.axis].get(), map, l.condition, l.axis, places,
+                       {all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to)});
+        }
+      },
+      [&](const Bytes& bytes) { return in_log(work, verdicts_from, bytes, sizes); },
+      [](std::size_t, const LineVerdicts&) {},
+      [&](std::size_t, const LineVerdicts& line) {
+        map.crossings.insert(map.crossings.end(), line.crossings.begin(), line.crossings.end());
+        map.intervals.insert(map.intervals.end(), line.intervals.begin(), line.intervals.end());
+        ++work.progress.done;
+      });
+}
+
 void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes, Work& work,
              SweepMap& map) {
   const Lines lines{axes};
@@ -216,24 +255,7 @@ void compute(const PreparedConditions& conditions, const std::vector<SweepAxis>&
   for (std::size_t c = 0; c < conditions.size(); ++c) name_late(*conditions[c], c, map);
   if (!work.options.crossings) return;
 
-  const std::vector<AxisLine> between = lines_along_axes(conditions.size(), axes);
-  work.progress.what = "lines";
-  work.progress.done = 0;
-  work.progress.total = between.size();
-  run<LineVerdicts>(
-      work, count, between.size(), 1,
-      [&](const std::vector<std::size_t>& units, const std::vector<LineVerdicts*>& all) {
-        const AxisLine& l = between[units.front()];
-        *all.front() =
-            look_between(*conditions[std::size_t(l.condition)], map, l.condition, l.axis, l.place);
-      },
-      [&](const Bytes& bytes) { return in_log(work, verdicts_from, bytes, sizes); },
-      [](std::size_t, const LineVerdicts&) {},
-      [&](std::size_t, const LineVerdicts& line) {
-        map.crossings.insert(map.crossings.end(), line.crossings.begin(), line.crossings.end());
-        map.intervals.insert(map.intervals.end(), line.intervals.begin(), line.intervals.end());
-        ++work.progress.done;
-      });
+  look_between_points(conditions, axes, work, count, sizes, map);
 }
 
 SweepMap swept(const PreparedConditions& conditions, const std::vector<SweepAxis>& axes,

@@ -223,19 +223,23 @@ SweepMap corridor_map(const std::vector<double>& gains, int threads, bool lanes,
   const Vehicle v = reference_vehicle();
   TrimProblem problem = without_integral_bounds(closed_loop_problem(v, corridor(120.0)));
   if (!lanes) problem.model.lanes = nullptr;
-  SweepAxis height{"h",
-                   {{"V", "", "V", {}, {}}, {"g", "", "gamma", {}, {}}, {"e", "", "eta", {}, {}}}};
+  SweepAxis height{"h", {}};
+  for (const char* signal : {"", "V", "gamma", "eta"})
+    height.columns.push_back({"h", "", signal, {}, {}});
+  height.between = [](std::vector<double>& columns) {
+    const Command d = corridor(columns[0]);
+    columns = {columns[0], d.V, d.gamma, d.eta};
+  };
   for (const double h : steps(20, 120, points)) {
-    const Command d = corridor(h);
-    const double values[] = {d.V, d.gamma, d.eta};
-    for (std::size_t c = 0; c < 3; ++c) {
-      height.columns[c].values.push_back(c == 0 ? h : values[c]);
+    std::vector<double> values{h, 0, 0, 0};
+    height.between(values);
+    for (std::size_t c = 0; c < values.size(); ++c) {
+      height.columns[c].values.push_back(values[c]);
       height.columns[c].si.push_back(values[c]);
     }
   }
   SweepOptions options;
   options.threads = threads;
-  options.crossings = false;
   return sweep(
       {{"corridor", problem.model, problem.spec, problem.guess, {"theta0", "a1s", "delta_e"}}},
       {axis_of("gains.K_Lp", gains), height}, options);
@@ -246,6 +250,27 @@ bool same_map(const SweepMap& a, const SweepMap& b) {
          same(a.state, b.state) && same(a.input, b.input) && same(a.residual, b.residual) &&
          same(a.eigenvalue_re, b.eigenvalue_re) && same(a.eigenvalue_im, b.eigenvalue_im) &&
          same(a.damping, b.damping) && a.reasons == b.reasons && a.reason == b.reason;
+}
+
+// What lies between the points: the same crossings and intervals, within their errors.
+void check_between(const SweepMap& a, const SweepMap& b) {
+  REQUIRE(a.crossings.size() == b.crossings.size());
+  for (std::size_t i = 0; i < a.crossings.size(); ++i) {
+    const AxisCrossing &one = a.crossings[i], &other = b.crossings[i];
+    CAPTURE(i);
+    CHECK(one.axis == other.axis);
+    CHECK(one.kind == other.kind);
+    CHECK(one.unstable_before == other.unstable_before);
+    CHECK(one.unstable_after == other.unstable_after);
+    CHECK(one.mode == other.mode);
+    const auto axis = std::size_t(one.axis);
+    CHECK_NEAR(one.at[axis], other.at[axis], one.error + other.error);
+  }
+  REQUIRE(a.intervals.size() == b.intervals.size());
+  for (std::size_t i = 0; i < a.intervals.size(); ++i) {
+    CHECK(a.intervals[i].verdict == b.intervals[i].verdict);
+    CHECK(a.intervals[i].unstable == b.intervals[i].unstable);
+  }
 }
 
 double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
@@ -272,6 +297,24 @@ TEST_CASE("the corridor in lanes is the corridor by the scalar path") {
   CHECK(largest_difference(together.eigenvalue_re, alone.eigenvalue_re) <= 1e-11);
   CHECK(largest_difference(together.eigenvalue_im, alone.eigenvalue_im) <= 1e-11);
   CHECK(!same(together.residual, alone.residual));  // it was another path
+  CHECK(together.crossings.size() > 30);
+  check_between(together, alone);
+}
+
+// Other middles, other pieces, other trims: the errors cover what that changes.
+TEST_CASE("crossings on two grids of heights agree within their errors") {
+  const auto along_h = [](const SweepMap& map) {
+    std::vector<AxisCrossing> found = map.crossings;
+    std::erase_if(found, [](const AxisCrossing& c) { return c.axis == 0; });
+    return found;
+  };
+  const auto coarse = along_h(corridor_map(steps(0.05, 5, 11), 1, true, 97)),
+             fine = along_h(corridor_map(steps(0.05, 5, 11), 1, true, 200));
+  REQUIRE(coarse.size() == fine.size());
+  for (std::size_t i = 0; i < coarse.size(); ++i) {
+    CHECK(coarse[i].kind == fine[i].kind);
+    CHECK_NEAR(coarse[i].at[1], fine[i].at[1], coarse[i].error + fine[i].error);
+  }
 }
 
 TEST_CASE("the same bits by every instruction set, on any number of threads, in any company") {
@@ -358,7 +401,6 @@ TrimSpec x_and_w() {
 SweepMap toy_map(const Model& m, const TrimSpec& spec) {
   SweepOptions options;
   options.threads = 1;
-  options.crossings = false;
   options.trimming.method = TrimMethod::newton;
   const OperatingPoint guess{vec({0, 0}), VectorXd(0), vec({0, 1})};
   return sweep({{"toy", m, spec, guess, {"y"}}},
@@ -376,6 +418,7 @@ void check_as_alone(const Model& m, const TrimSpec& spec, const Spoil& spoil = {
   CHECK(largest_difference(together.state, alone.state) <= 1e-12);
   CHECK(largest_difference(together.input, alone.input) <= 2e-12);
   CHECK(largest_difference(together.eigenvalue_re, alone.eigenvalue_re) <= 2e-12);
+  check_between(together, alone);
 }
 
 long refused(const SweepMap& map) { return std::ranges::count(map.verdict, std::int8_t(-1)); }
@@ -448,8 +491,11 @@ TEST_CASE("lanes that do not give what the model gives are not used") {
   const Spoil rates = [](std::vector<double>& y, MatrixXd&, double) { y[0] += 1e-6; };
   const Spoil outputs = [](std::vector<double>& y, MatrixXd&, double) { y[2] += 1e-6; };
   const Spoil slopes = [](std::vector<double>&, MatrixXd& J, double) { J *= 1 + 1e-6; };
-  for (const Spoil& spoil : {rates, outputs, slopes})
-    CHECK(same_map(toy_map(with_lanes(curved(), spoil), x_and_w()), alone));
+  for (const Spoil& spoil : {rates, outputs, slopes}) {
+    const SweepMap spoiled = toy_map(with_lanes(curved(), spoil), x_and_w());
+    CHECK(same_map(spoiled, alone));
+    check_between(spoiled, alone);
+  }
 }
 
 }  // namespace lanes_test
