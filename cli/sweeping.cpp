@@ -25,8 +25,9 @@ namespace tiltrim::cli {
 namespace {
 
 std::string in_words(const SweepProgress& p) {
-  std::string words = fmt::format("{} of {} {}: {} stable, {} unstable", p.done, p.total, p.what,
-                                  p.stable, p.unstable);
+  std::string words = fmt::format("{} of {} {}", p.done, p.total, p.what);
+  if (p.stable + p.unstable > 0)
+    words += fmt::format(": {} stable, {} unstable", p.stable, p.unstable);
   if (p.undecided > 0) words += fmt::format(", {} undecided", p.undecided);
   if (p.no_trim > 0) words += fmt::format(", {} without trim", p.no_trim);
   return words;
@@ -196,7 +197,10 @@ Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop
   const auto stopped = resumable(options.log, [&] {
     map = swept(study, conditions, *study.sweep, options);
     if (study.qualities && rank() == 0)
-      levels = quality_layer(study, conditions, *study.sweep, map, stop);
+      levels = observed(study, conditions, *study.sweep, options,
+                        [&](const auto&, const auto&, const SweepOptions& observing) {
+                          return quality_layer(study, conditions, *study.sweep, map, observing);
+                        });
   });
   if (stopped) return *stopped;
   const bool all = std::ranges::none_of(map.verdict, [](std::int8_t v) {

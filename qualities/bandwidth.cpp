@@ -90,28 +90,60 @@ std::vector<double> grid_of(const Response& response) {
 
 using Curve = std::function<double(double)>;
 
-// Where the curve falls through zero between grid points, by ascending frequency.
-std::vector<double> falls(const Curve& f, const std::vector<double>& grid, double below) {
+// Where the curve falls through zero between two frequencies, given its values there.
+std::optional<double> fall(const Curve& f, double from, double to, double at_from, double at_to) {
+  if (!(at_from > 0 && at_to <= 0)) return {};
+  boost::uintmax_t steps = 200;
+  const auto [left, right] = boost::math::tools::toms748_solve(
+      f, from, to, at_from, at_to, boost::math::tools::eps_tolerance<double>(52), steps);
+  return left + 0.5 * (right - left);
+}
+
+// All falls between grid points, by ascending frequency.
+std::vector<double> falls(const Curve& f, const std::vector<double>& grid) {
   std::vector<double> found;
-  for (std::size_t k = 0; k + 1 < grid.size() && grid[k] < below; ++k) {
-    const double a = grid[k], b = std::min(grid[k + 1], below);
-    if (!(f(a) > 0 && f(b) <= 0)) continue;
-    boost::uintmax_t steps = 200;
-    const auto [left, right] = boost::math::tools::toms748_solve(
-        f, a, b, boost::math::tools::eps_tolerance<double>(52), steps);
-    found.push_back(left + 0.5 * (right - left));
+  double at_from = f(grid.front());
+  for (std::size_t k = 0; k + 1 < grid.size(); ++k) {
+    const double at_to = f(grid[k + 1]);
+    if (const auto w = fall(f, grid[k], grid[k + 1], at_from, at_to)) found.push_back(*w);
+    at_from = at_to;
   }
   return found;
+}
+
+// The last one below a frequency.
+std::optional<double> last_fall(const Curve& f, const std::vector<double>& grid, double below) {
+  auto k = std::size_t(std::ranges::lower_bound(grid, below) - grid.begin());
+  double to = std::min(below, grid.back()), at_to = f(to);
+  while (k-- > 0) {
+    const double at_from = f(grid[k]);
+    if (const auto w = fall(f, grid[k], to, at_from, at_to)) return w;
+    to = grid[k];
+    at_to = at_from;
+  }
+  return {};
+}
+
+// The distance from `at` to the nearest one, by the steps on both sides, nearest first.
+double to_nearest_fall(const Curve& f, const std::vector<double>& grid, double at) {
+  const std::ptrdiff_t steps = std::ssize(grid) - 1;
+  std::ptrdiff_t up = std::min(std::ranges::upper_bound(grid, at) - grid.begin(), steps);
+  std::ptrdiff_t down = up - 1;
+  double distance = never;
+  for (;;) {
+    const double below = down >= 0 ? std::max(0.0, at - grid[std::size_t(down) + 1]) : never;
+    const double above = up < steps ? grid[std::size_t(up)] - at : never;
+    if (std::min(below, above) >= distance) return distance;
+    const auto k = std::size_t(below <= above ? down-- : up++);
+    if (const auto w = fall(f, grid[k], grid[k + 1], f(grid[k]), f(grid[k + 1])))
+      distance = std::min(distance, std::abs(*w - at));
+  }
 }
 
 // The fall at `at`, with the distance to those of the curve raised and lowered by its error.
 Bounded bracketed(const Curve& f, const Curve& error, const std::vector<double>& grid, double at) {
   const auto nearest = [&](double sign) {
-    const Curve moved = [&](double w) { return f(w) + sign * error(w); };
-    double distance = never;
-    for (const double w : falls(moved, grid, never))
-      distance = std::min(distance, std::abs(w - at));
-    return distance;
+    return to_nearest_fall([&](double w) { return f(w) + sign * error(w); }, grid, at);
   };
   constexpr double rounding = 4 * std::numeric_limits<double>::epsilon();
   return {at, std::max(nearest(1.0), nearest(-1.0)) + rounding * at};
@@ -132,11 +164,10 @@ void add_gain_bandwidth(const Response& response, const std::vector<double>& gri
   const double level_error = response.log_gain_error(w) + 2 * moved * b.crossover.error / w;
   const Curve above = [&](double at) { return response.log_gain(at) - level; };
   const Curve error = [&](double at) { return response.log_gain_error(at) + level_error; };
-  const std::vector<double> all = falls(above, grid, w);
-  if (all.empty())
-    b.gain_bandwidth.value = 0.0;  // the gain margin is below 6 dB at every frequency
+  if (const auto last = last_fall(above, grid, w))
+    b.gain_bandwidth = bracketed(above, error, grid, *last);
   else
-    b.gain_bandwidth = bracketed(above, error, grid, all.back());
+    b.gain_bandwidth.value = 0.0;  // the gain margin is below 6 dB at every frequency
 }
 
 }  // namespace
@@ -156,13 +187,14 @@ Bandwidth bandwidth(const ZerosAndPoles& transfer, ResponseType type) {
   };
   b.known = true;
   const Curve at_180 = through(180), at_135 = through(135);
-  const std::vector<double> crossovers = falls(at_180, grid, never);
+  const std::vector<double> crossovers = falls(at_180, grid);
   if (!crossovers.empty()) b.crossover = bracketed(at_180, error, grid, crossovers.front());
   if (crossovers.size() > 1)
     b.message = "the phase falls through -180 degrees more than once: the first is taken";
-  const std::vector<double> margins = falls(at_135, grid, b.crossover.value);
-  if (!margins.empty()) b.phase_bandwidth = bracketed(at_135, error, grid, margins.back());
-  if (margins.empty() && std::isfinite(b.crossover.value)) b.phase_bandwidth.value = 0.0;
+  if (const auto last = last_fall(at_135, grid, b.crossover.value))
+    b.phase_bandwidth = bracketed(at_135, error, grid, *last);
+  else if (std::isfinite(b.crossover.value))
+    b.phase_bandwidth.value = 0.0;
   if (std::isfinite(b.crossover.value)) {
     add_phase_delay(response, b);
     add_gain_bandwidth(response, grid, b);

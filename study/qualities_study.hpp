@@ -54,10 +54,11 @@ struct QualityLayer {
 };
 
 /// Flying qualities at every point of a map of the study's sweep, and along each of its lines the
-/// roots of each criterion's margins between neighbours, trimmed again.
+/// roots of each criterion's margins between neighbours, trimmed again. Of the options it takes
+/// threads, stop and observe.
 [[nodiscard]] QualityLayer quality_layer(const Study& study,
                                          const std::vector<Condition>& conditions,
                                          const SweepTable& grid, const SweepMap& map,
-                                         const std::stop_token& stop = {});
+                                         const SweepOptions& options = {});
 
 }  // namespace tiltrim

@@ -3,11 +3,14 @@
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
+#include "runtime/threads.hpp"
 #include "study/problems.hpp"
 #include "study/qualities_study.hpp"
 
@@ -36,7 +39,6 @@ struct LevelGrid {
   const SweepMap& map;
   std::vector<SweepRequest> requests;
   std::vector<Condition> conditions;
-  std::stop_token stop;
 };
 
 double between_values(const std::vector<double>& values, double t) {
@@ -65,6 +67,7 @@ std::optional<LevelPoint> judged_at(const LevelGrid& g, std::size_t condition, c
   options.time_limit = g.study.time_limit;
   options.closest = false;
   options.starts = 0;  // this equilibrium, not another one
+  options.others = false;
   const TrimResult found = trim(r.model, r.spec, guess, options);
   if (!is_equilibrium(found.status)) return {};
   LinearizeOptions how;
@@ -122,25 +125,31 @@ QualityBorder located(const LevelGrid& g, std::size_t condition, std::size_t axi
   return border;
 }
 
-void borders_between(const LevelGrid& g, std::size_t condition, std::size_t axis,
-                     const Place& place, const LevelPoint& a, const LevelPoint& b,
-                     QualityLayer& layer) {
+struct Borders {
+  std::vector<QualityBorder> all;
+  bool complete = true;
+};
+
+Borders borders_between(const LevelGrid& g, std::size_t condition, std::size_t axis,
+                        const Place& place, const LevelPoint& a, const LevelPoint& b) {
+  Borders found;
   for (const Criterion& c : a.qualities.criteria) {
     const Criterion* other = named(b.qualities, c.name);
-    if (c.margins.empty() != !other) layer.complete = false;
+    if (c.margins.empty() != !other) found.complete = false;
     if (!other || other->margins.size() != c.margins.size()) continue;
     for (std::size_t k = 0; k < c.margins.size(); ++k) {
       if ((c.margins[k] > 0) == (other->margins[k] > 0)) continue;
       if (k > 0 && c.margins[k] == c.margins[k - 1]) continue;  // two levels with one border
       try {
         if (!sign_known(c, k) || !sign_known(*other, k)) throw FigureEnds{};
-        layer.borders.push_back(located(g, condition, axis, place, a, c.name, k));
-        layer.borders.back().unit = c.unit;
+        found.all.push_back(located(g, condition, axis, place, a, c.name, k));
+        found.all.back().unit = c.unit;
       } catch (const FigureEnds&) {
-        layer.complete = false;
+        found.complete = false;
       }
     }
   }
+  return found;
 }
 
 // The trimmed state of the map as a start.
@@ -173,7 +182,7 @@ decltype(TuneProblem::figures) quality_figures(const Study& study, const SweepRe
   const auto judged = [shared, request, condition](const Eigen::VectorXd& p) {
     const SweepTable none{};
     const SweepMap empty{};
-    const LevelGrid g{*shared, none, empty, {request}, {condition}, {}};
+    const LevelGrid g{*shared, none, empty, {request}, {condition}};
     OperatingPoint start = request.guess;
     start.p = p;
     const auto there = judged_at(g, 0, {}, start);
@@ -187,41 +196,65 @@ decltype(TuneProblem::figures) quality_figures(const Study& study, const SweepRe
   return figures_together(quality_figure_names(), judged);
 }
 
-QualityLayer quality_layer(const Study& study, const std::vector<Condition>& conditions,
-                           const SweepTable& grid, const SweepMap& map,
-                           const std::stop_token& stop) {
-  const RoundToNearest environment;
-  const LevelGrid g{study,      grid, map, sweep_requests(study, conditions, grid.axes),
-                    conditions, stop};
+namespace {
+
+// Calls work(p) for all points, in parallel; false if it was stopped.
+bool each_point(const SweepMap& map, const SweepOptions& options, const char* what,
+                const std::function<void(std::size_t)>& work) {
+  constexpr std::size_t together = 256;
+  const std::size_t total = map.points();
+  for (std::size_t from = 0; from < total; from += together) {
+    if (options.stop.stop_requested()) return false;
+    const std::size_t count = std::min(together, total - from);
+    in_parallel(count, [&](std::size_t i) { work(from + i); });
+    if (options.observe) options.observe({.what = what, .done = from + count, .total = total});
+  }
+  return true;
+}
+
+QualityLayer layer_of(const LevelGrid& g, const SweepOptions& options) {
+  const SweepMap& map = g.map;
   QualityLayer layer;
   layer.level.assign(map.points(), Level::not_judged);
   std::vector<std::optional<LevelPoint>> points(map.points());
-  for (std::size_t p = 0; p < map.points(); ++p) {
-    if (map.verdict[p] < 0) continue;
-    if (stop.stop_requested()) {
-      layer.complete = false;
-      return layer;
-    }
+  const auto place_of = [](const std::vector<std::size_t>& position) {
+    return Place(position.begin() + 1, position.end());
+  };
+  layer.complete = each_point(map, options, "levels", [&](std::size_t p) {
+    if (map.verdict[p] < 0) return;
     const std::vector<std::size_t> position = map.position(p);
-    const Place place(position.begin() + 1, position.end());
-    points[p] = judged_at(g, position[0], place, start_at(g, position[0], p));
+    points[p] = judged_at(g, position[0], place_of(position), start_at(g, position[0], p));
     if (points[p]) layer.level[p] = points[p]->qualities.level;
-  }
+  });
   std::size_t stride = map.points_per_condition();
-  for (std::size_t axis = 0; axis < grid.axes.size(); ++axis) {
-    const std::size_t size = grid.axes[axis].size();
+  bool stopped = !layer.complete;
+  for (std::size_t axis = 0; axis < g.grid.axes.size() && !stopped; ++axis) {
+    const std::size_t size = g.grid.axes[axis].size();
     stride /= size;
-    for (std::size_t p = 0; p < map.points(); ++p) {
+    std::vector<Borders> after(map.points());
+    stopped = !each_point(map, options, "borders of levels", [&](std::size_t p) {
       const std::vector<std::size_t> position = map.position(p);
-      if (position[axis + 1] + 1 == size || !points[p] || !points[p + stride]) continue;
-      if (stop.stop_requested()) {
-        layer.complete = false;
-        return layer;
-      }
-      const Place place(position.begin() + 1, position.end());
-      borders_between(g, position[0], axis, place, *points[p], *points[p + stride], layer);
+      if (position[axis + 1] + 1 == size || !points[p] || !points[p + stride]) return;
+      after[p] = borders_between(g, position[0], axis, place_of(position), *points[p],
+                                 *points[p + stride]);
+    });
+    for (Borders& found : after) {
+      layer.complete = layer.complete && found.complete && !stopped;
+      std::ranges::move(found.all, std::back_inserter(layer.borders));
     }
   }
+  return layer;
+}
+
+}  // namespace
+
+QualityLayer quality_layer(const Study& study, const std::vector<Condition>& conditions,
+                           const SweepTable& grid, const SweepMap& map,
+                           const SweepOptions& options) {
+  const RoundToNearest environment;
+  const LevelGrid g{study, grid, map, sweep_requests(study, conditions, grid.axes), conditions};
+  QualityLayer layer;
+  with_threads(options.threads, [&] { layer = layer_of(g, options); });
   return layer;
 }
 
