@@ -223,19 +223,16 @@ class Search {
     seen_.push_back(*at);
     const Index k = at->eigenvalues.size() - 1 - std::min(before, after);
     const double frequency = std::abs(at->eigenvalues[k].imag());
-    // The bracket, and what rounding and the trims move the matrix by, over the derivative.
+    // The bracket, and over the slope what rounding and the trim's tolerance move the matrix by.
     const double slope = std::abs((at_b - at_a) / (b.t - a.t));
     const double rounding = 64 * std::numeric_limits<double>::epsilon() * at->A.norm();
-    const double apart = line_.apart(a, b), change = (b.A - a.A).norm();
-    constexpr double noise = 1e3 * step_at_rest;  // below it the trim does not change in the piece
-    const double by_trim = apart > noise ? step_at_rest / apart * change : 0.0;
-    const double error = (high - low) + (rounding + by_trim) / slope;
+    const double error = (high - low) + (rounding + line_.blur(*at)) / slope;
     const auto within = [&](double place) {
       return std::clamp(place, std::min(a.t, b.t), std::max(a.t, b.t));
     };
     events_.push_back(
         {within(t - std::copysign(error, b.t - a.t)), within(t + std::copysign(error, b.t - a.t)),
-         frequency > 0 ? CrossingKind::hopf : CrossingKind::zero, before, after, frequency});
+         frequency > 0 ? CrossingKind::hopf : CrossingKind::zero, before, after, frequency, t});
     return true;
   }
 

@@ -63,7 +63,8 @@ AxisCrossing located(const GridLine& line, const LineEvent& event) {
   crossing.at = coordinates(line, event.at());
   const std::vector<double>& v = line.sweep.axes[line.axis].columns.front().values;
   const std::size_t k = std::min(std::size_t(event.at()), v.size() - 2);
-  crossing.error = 0.5 * (event.right - event.left) * std::abs(v[k + 1] - v[k]);
+  crossing.error =
+      std::max(event.right - event.at(), event.at() - event.left) * std::abs(v[k + 1] - v[k]);
   crossing.kind = event.kind;
   crossing.unstable_before = event.before;
   crossing.unstable_after = event.after;
@@ -214,6 +215,7 @@ std::vector<LineEvent> in_clusters(const std::vector<LineEvent>& events) {
     const bool through = one.before >= 0 && e.after >= 0;  // trims on both sides
     const bool jumps = one.kind == CrossingKind::jump || e.kind == CrossingKind::jump;
     const double frequency = std::max(one.frequency, e.frequency);
+    one.root.reset();
     one.right = e.right;
     one.after = e.after;
     one.kind = !through                  ? CrossingKind::end
@@ -259,7 +261,7 @@ void finish(const GridLine& line, std::vector<LineEvent> events, std::vector<Sam
 
 }  // namespace
 
-void look_between(const Prepared& sweep, const Halved* halved, const SweepMap& map, int condition,
+void look_between(const Prepared& sweep, const Halved& halved, const SweepMap& map, int condition,
                   std::size_t axis, const std::vector<const GridPlace*>& places,
                   const std::vector<LineVerdicts*>& found) {
   std::vector<GridLine> lines;
@@ -280,13 +282,12 @@ void look_between(const Prepared& sweep, const Halved* halved, const SweepMap& m
     }
   }
   if (searched.empty()) return;
-  const std::vector<Halves> halves =
-      halved ? walk_halves(*halved, searched, rooms_of_thread()) : std::vector<Halves>{};
+  const std::vector<Halves> halves = walk_halves(halved, searched, rooms_of_thread());
   for (std::size_t l = 0; l < searched.size(); ++l) {
     std::vector<LineEvent> events;
     std::vector<Sample> seen;
     std::vector<Riding> riding;
-    search_events(*searched[l], halved ? &halves[l] : nullptr, events, seen, riding);
+    search_events(*searched[l], halves[l], events, seen, riding);
     finish(*searched[l], std::move(events), std::move(seen), riding, *answers[l]);
   }
 }

@@ -35,6 +35,8 @@ struct MatrixLine {
   std::function<std::optional<Sample>(double t, const Sample& near)> sample;
   /// Distance between the equilibria of two samples, in nominal sizes.
   std::function<double(const Sample&, const Sample&)> apart;
+  /// How far a trim that is off by its tolerance moves the matrix, in the Frobenius norm.
+  std::function<double(const Sample&)> blur;
 };
 
 /// An event between two positions of a line, bracketed as closely as possible.
@@ -43,8 +45,9 @@ struct LineEvent {
   CrossingKind kind = CrossingKind::zero;
   int before = 0, after = 0;  ///< number of unstable eigenvalues; -1: no equilibrium
   double frequency = 0.0;
+  std::optional<double> root{};  ///< the best estimate, if there is one
 
-  double at() const { return left + 0.5 * (right - left); }
+  double at() const { return root.value_or(left + 0.5 * (right - left)); }
 };
 
 /// Finds all events between two positions of a line, either of which may have no equilibrium, and
@@ -89,9 +92,9 @@ struct LineVerdicts {
   std::vector<AxisInterval> intervals;
 };
 struct Halved;
-/// Those of up to `Model::model_lanes` lines of a condition along `axis`, given their first points,
-/// with the middles of its steps for models that have lanes.
-void look_between(const Prepared& sweep, const Halved* halved, const SweepMap& map, int condition,
+/// Those of up to `Model::model_lanes` lines of a condition along `axis`, which is `halved`, given
+/// their first points.
+void look_between(const Prepared& sweep, const Halved& halved, const SweepMap& map, int condition,
                   std::size_t axis, const std::vector<const GridPlace*>& places,
                   const std::vector<LineVerdicts*>& found);
 

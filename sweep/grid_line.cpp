@@ -48,6 +48,25 @@ std::optional<GridTrim> stays(const GridLine& line, double t, const OperatingPoi
 
 }  // namespace
 
+// By a difference, all unknowns off by a step at round-off; infinite where that cannot be told.
+static double blur(const Prepared& sweep, OperatingPoint at, const MatrixXd& A) {
+  constexpr double off = 1e-6;  // nominal sizes
+  for (Index k = 0; k < sweep.problem.n(); ++k) {
+    const Index j = sweep.problem.unknowns[std::size_t(k)];
+    set_value(at, j, value_of(at, j) + off * sweep.problem.nominal[k]);
+  }
+  try {
+    const double moved = (equilibrium_at(sweep, at).A(sweep) - A).norm();
+    return std::isfinite(moved) ? step_at_rest / off * moved : infinity;
+  } catch (const CallerMistake&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception&) {
+    return infinity;
+  }
+}
+
 OperatingPoint operating_point(const GridLine& line, std::size_t k) {
   OperatingPoint at = numbers_at(line.sweep, line.at(double(k)));
   const std::size_t n = std::size_t(line.sweep.states()), p = line.point(k);
@@ -77,7 +96,8 @@ MatrixLine matrices_of(const GridLine& line) {
             if (!e) return {};
             return as_sample(t, e->at, e->A(line.sweep));
           },
-          [&line](const Sample& a, const Sample& b) { return apart(line.sweep, a.at, b.at); }};
+          [&line](const Sample& a, const Sample& b) { return apart(line.sweep, a.at, b.at); },
+          [&line](const Sample& s) { return blur(line.sweep, s.at, s.A); }};
 }
 
 namespace {
@@ -156,7 +176,7 @@ void look_beside_axis(const MatrixLine& matrices, double from, const std::option
                           const auto s = matrices.sample(t, near);
                           return s ? std::optional(without(*s, n)) : s;
                         },
-                        matrices.apart};
+                        matrices.apart, matrices.blur};
   // Where another eigenvalue meets those on the axis, half of the digits are lost.
   constexpr double least = 1e-6;
   events_between(left, from, beside(a), to, beside(b), least, events, seen, n);
@@ -175,19 +195,18 @@ bool step_is_clear(const Halves& h, std::size_t k, std::optional<Eigenvectors>& 
 }
 
 // The sample at t, if it is one of the halves.
-std::optional<Sample> known(const Halves* halves, double t) {
+std::optional<Sample> known(const Halves& halves, double t) {
   const double i = 2 * t;
-  return halves && i == std::floor(i) && halves->found(std::size_t(i))
-             ? std::optional(halves->sample(std::size_t(i)))
-             : std::nullopt;
+  if (i != std::floor(i) || !halves.found(std::size_t(i))) return {};
+  return halves.sample(std::size_t(i));
 }
 
 }  // namespace
 
-void search_events(const GridLine& line, const Halves* halves, std::vector<LineEvent>& events,
+void search_events(const GridLine& line, const Halves& halves, std::vector<LineEvent>& events,
                    std::vector<Sample>& seen, std::vector<Riding>& riding) {
   MatrixLine matrices = matrices_of(line);
-  matrices.sample = [=, computed = matrices.sample](double t, const Sample& near) {
+  matrices.sample = [&, computed = matrices.sample](double t, const Sample& near) {
     const std::optional<Sample> sample = known(halves, t);
     return sample ? sample : computed(t, near);
   };
@@ -210,8 +229,8 @@ void search_events(const GridLine& line, const Halves* halves, std::vector<LineE
   std::size_t at = 0;  // the point of a
   for (std::size_t k = 0; k + 1 < line.size(); ++k) {
     const std::vector<SwitchPlace> switches = switches_between(line, k);
-    if (halves && ordinary && switches.empty() && step_is_clear(*halves, k, nearby)) {
-      for (const std::size_t i : {2 * k + 1, 2 * k + 2}) seen.push_back(halves->sample(i));
+    if (ordinary && switches.empty() && step_is_clear(halves, k, nearby)) {
+      for (const std::size_t i : {2 * k + 1, 2 * k + 2}) seen.push_back(halves.sample(i));
       continue;
     }
     if (at != k) a = grid(k);
@@ -299,7 +318,7 @@ void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
   std::vector<Sample> seen;
   const MatrixLine matrices{
       [&](double x, const Sample&) { return as_sample(x, {}, stretch.at(x)); },
-      [](const Sample&, const Sample&) { return 0.0; }};
+      [](const Sample&, const Sample&) { return 0.0; }, [](const Sample&) { return 0.0; }};
   const double length = stretch.length;
   events_between(matrices, 0.0, as_sample(0.0, {}, stretch.at(0.0)), length,
                  as_sample(length, {}, stretch.at(length)), finest * std::abs(length), events,
@@ -342,6 +361,7 @@ bool affine_events(const GridLine& line, const AffineLine& affine, std::span<con
     for (LineEvent& e : events) {
       e.left = position_of(line, *affine.structure, affine.phi + e.left);
       e.right = position_of(line, *affine.structure, affine.phi + e.right);
+      if (e.root) e.root = position_of(line, *affine.structure, affine.phi + *e.root);
     }
   } catch (const std::bad_optional_access&) {  // φ does not exist between two points
     events.clear();

@@ -48,9 +48,9 @@ struct Riding {
 };
 
 struct Halves;
-/// All events on the line, by bisection of the grid steps that its `halves`, if any, do not show to
-/// be clear.
-void search_events(const GridLine& line, const Halves* halves, std::vector<LineEvent>& events,
+/// All events on the line, by bisection of the grid steps that its `halves` do not show to be
+/// clear.
+void search_events(const GridLine& line, const Halves& halves, std::vector<LineEvent>& events,
                    std::vector<Sample>& seen, std::vector<Riding>& riding);
 /// The same along an axis with matrices affine in its φ. False without this structure.
 bool solve_events(const GridLine& line, std::vector<LineEvent>& events);

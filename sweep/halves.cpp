@@ -88,11 +88,16 @@ std::vector<Halves> walk_halves(const Halved& halved, const std::vector<const Gr
          rooms[l].eigenvalues});
   std::vector<LineTracker*> walked;
   for (Halves& h : all) walked.push_back(&h.line);
-  walk_side_by_side(walked, [&](std::size_t l, std::size_t i) {
+  const auto kept_alone = [&](std::size_t l, std::size_t i) {
     const GridTrim e = alone(*lines[l], i);
     keep_trim(*walked[l], i, e);
     return e;
-  });
+  };
+  if (has_lanes(halved.sweep))
+    walk_side_by_side(walked, kept_alone);
+  else
+    for (std::size_t l = 0; l < lines.size(); ++l)
+      for (std::size_t i = 0; i < walked[l]->count; ++i) (void)kept_alone(l, i);
   for (std::size_t l = 0; l < lines.size(); ++l) {
     Room& room = rooms[l];
     tiltrim::eigenvalues(room.A, room.eigenvalues);

@@ -1,4 +1,4 @@
-/// Grid lines with the middles of their steps, walked side by side. Internal to sweep/.
+/// Grid lines with the middles of their steps. Internal to sweep/.
 #pragma once
 
 #include <vector>
@@ -29,7 +29,8 @@ struct Halves {
   double apart(std::size_t i, std::size_t k) const;
 };
 
-/// Those of up to `Model::model_lanes` lines of one condition along one axis. `rooms` and the lines
+/// Those of up to `Model::model_lanes` lines of one condition along one axis, side by side if the
+/// model has lanes. `rooms` and the lines
 /// must outlive the result.
 std::vector<Halves> walk_halves(const Halved& halved, const std::vector<const GridLine*>& lines,
                                 std::vector<Room>& rooms);

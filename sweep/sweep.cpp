@@ -14,7 +14,6 @@
 #include "runtime/rounding.hpp"
 #include "sweep/boundary.hpp"
 #include "sweep/halves.hpp"
-#include "sweep/side_by_side.hpp"
 #include "sweep/starts.hpp"
 #include "sweep/work.hpp"
 
@@ -187,9 +186,7 @@ void look_between_points(const PreparedConditions& conditions, const std::vector
   std::vector<std::vector<std::unique_ptr<const Halved>>> halved(conditions.size());
   for (std::size_t c = 0; c < conditions.size(); ++c)
     for (std::size_t axis = 0; axis < axes.size(); ++axis)
-      halved[c].push_back(has_lanes(*conditions[c])
-                              ? std::make_unique<const Halved>(*conditions[c], axis)
-                              : nullptr);
+      halved[c].push_back(std::make_unique<const Halved>(*conditions[c], axis));
   run<LineVerdicts>(
       work, first, between.size(), lines_together(conditions),
       [&](const std::vector<std::size_t>& units, const std::vector<LineVerdicts*>& all) {
@@ -201,7 +198,7 @@ void look_between_points(const PreparedConditions& conditions, const std::vector
                ++to)
             places.push_back(&between[units[to]].place);
           const auto c = std::size_t(l.condition);
-          look_between(*conditions[c], halved[c][l.axis].get(), map, l.condition, l.axis, places,
+          look_between(*conditions[c], *halved[c][l.axis], map, l.condition, l.axis, places,
                        {all.begin() + std::ptrdiff_t(from), all.begin() + std::ptrdiff_t(to)});
         }
       },

@@ -252,24 +252,31 @@ bool same_map(const SweepMap& a, const SweepMap& b) {
          same(a.damping, b.damping) && a.reasons == b.reasons && a.reason == b.reason;
 }
 
-// What lies between the points: the same crossings and intervals, within their errors.
-void check_between(const SweepMap& a, const SweepMap& b) {
-  REQUIRE(a.crossings.size() == b.crossings.size());
-  for (std::size_t i = 0; i < a.crossings.size(); ++i) {
-    const AxisCrossing &one = a.crossings[i], &other = b.crossings[i];
+template <class Found>
+std::vector<Found> along(int axis, std::vector<Found> found) {
+  std::erase_if(found, [&](const Found& f) { return f.axis != axis; });
+  return found;
+}
+
+// What lies between the points along an axis: the same crossings and intervals, within their
+// errors.
+void check_between(int axis, const SweepMap& a, const SweepMap& b) {
+  const auto crossings = along(axis, a.crossings), others = along(axis, b.crossings);
+  REQUIRE(crossings.size() == others.size());
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    const AxisCrossing &one = crossings[i], &other = others[i];
     CAPTURE(i);
-    CHECK(one.axis == other.axis);
     CHECK(one.kind == other.kind);
     CHECK(one.unstable_before == other.unstable_before);
     CHECK(one.unstable_after == other.unstable_after);
     CHECK(one.mode == other.mode);
-    const auto axis = std::size_t(one.axis);
-    CHECK_NEAR(one.at[axis], other.at[axis], one.error + other.error);
+    CHECK_NEAR(one.at[std::size_t(axis)], other.at[std::size_t(axis)], one.error + other.error);
   }
-  REQUIRE(a.intervals.size() == b.intervals.size());
-  for (std::size_t i = 0; i < a.intervals.size(); ++i) {
-    CHECK(a.intervals[i].verdict == b.intervals[i].verdict);
-    CHECK(a.intervals[i].unstable == b.intervals[i].unstable);
+  const auto intervals = along(axis, a.intervals), others_between = along(axis, b.intervals);
+  REQUIRE(intervals.size() == others_between.size());
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    CHECK(intervals[i].verdict == others_between[i].verdict);
+    CHECK(intervals[i].unstable == others_between[i].unstable);
   }
 }
 
@@ -298,18 +305,13 @@ TEST_CASE("the corridor in lanes is the corridor by the scalar path") {
   CHECK(largest_difference(together.eigenvalue_im, alone.eigenvalue_im) <= 1e-11);
   CHECK(!same(together.residual, alone.residual));  // it was another path
   CHECK(together.crossings.size() > 30);
-  check_between(together, alone);
+  for (const int axis : {0, 1}) check_between(axis, together, alone);
 }
 
 // Other middles, other pieces, other trims: the errors cover what that changes.
 TEST_CASE("crossings on two grids of heights agree within their errors") {
-  const auto along_h = [](const SweepMap& map) {
-    std::vector<AxisCrossing> found = map.crossings;
-    std::erase_if(found, [](const AxisCrossing& c) { return c.axis == 0; });
-    return found;
-  };
-  const auto coarse = along_h(corridor_map(steps(0.05, 5, 11), 1, true, 97)),
-             fine = along_h(corridor_map(steps(0.05, 5, 11), 1, true, 200));
+  const auto coarse = along(1, corridor_map(steps(0.05, 5, 11), 1, true, 97).crossings),
+             fine = along(1, corridor_map(steps(0.05, 5, 11), 1, true, 200).crossings);
   REQUIRE(coarse.size() == fine.size());
   for (std::size_t i = 0; i < coarse.size(); ++i) {
     CHECK(coarse[i].kind == fine[i].kind);
@@ -418,7 +420,7 @@ void check_as_alone(const Model& m, const TrimSpec& spec, const Spoil& spoil = {
   CHECK(largest_difference(together.state, alone.state) <= 1e-12);
   CHECK(largest_difference(together.input, alone.input) <= 2e-12);
   CHECK(largest_difference(together.eigenvalue_re, alone.eigenvalue_re) <= 2e-12);
-  check_between(together, alone);
+  check_between(1, together, alone);
 }
 
 long refused(const SweepMap& map) { return std::ranges::count(map.verdict, std::int8_t(-1)); }
@@ -494,7 +496,7 @@ TEST_CASE("lanes that do not give what the model gives are not used") {
   for (const Spoil& spoil : {rates, outputs, slopes}) {
     const SweepMap spoiled = toy_map(with_lanes(curved(), spoil), x_and_w());
     CHECK(same_map(spoiled, alone));
-    check_between(spoiled, alone);
+    check_between(1, spoiled, alone);
   }
 }
 
