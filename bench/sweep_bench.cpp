@@ -55,10 +55,10 @@ void keep_memory() {
 #endif
 }
 
-std::size_t run(const Study& study, int threads, bool lanes = true) {
+std::size_t run(const Study& study, int threads, bool lanes = true, bool crossings = false) {
   SweepOptions options;
   options.threads = threads;
-  options.crossings = false;
+  options.crossings = crossings;
   auto requests = sweep_requests(study, study.conditions, study.sweep->axes);
   for (SweepRequest& r : requests)
     if (!lanes) r.model.lanes = nullptr;
@@ -146,6 +146,28 @@ void sweep_lines_alone_over_side_by_side(benchmark::State& state) {
   state.SetLabel(instruction_set());
 }
 
+// CPU time of the search between the points, over that of trimming and judging the points; of lines
+// alone and of eight side by side.
+void crossings_over_points(benchmark::State& state) {
+  keep_memory();
+  const Study study =
+      study_of(level, axis("gains.K_Lp", 0.05, 5, 41, "log") + axis("h", 0, 120, 241, "linear"));
+  const bool lanes = state.range(0) != 0;
+  const auto seconds = [&](bool crossings) {
+    const std::clock_t begun = std::clock();
+    (void)run(study, 1, lanes, crossings);
+    return double(std::clock() - begun) / CLOCKS_PER_SEC;
+  };
+  double points = std::numeric_limits<double>::infinity(), both = points;
+  for (auto _ : state) {
+    points = std::min(points, seconds(false));
+    both = std::min(both, seconds(true));
+  }
+  constexpr double steps = 41 * 240;
+  state.counters["ratio"] = (both - points) / points;
+  state.counters["per_step"] = (both - points) / steps;
+}
+
 // Too slow to fly: every point is shown to have no equilibrium.
 void sweep_below_stall(benchmark::State& state) {
   const Study study =
@@ -183,6 +205,7 @@ BENCHMARK(verdicts_two_gains_written)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(verdicts_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_lines_alone_over_side_by_side)->Unit(benchmark::kMillisecond)->MinTime(2.0);
+BENCHMARK(crossings_over_points)->ArgName("lanes")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_below_stall)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_trimmed_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);

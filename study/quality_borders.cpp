@@ -13,6 +13,7 @@
 #include "runtime/threads.hpp"
 #include "study/problems.hpp"
 #include "study/qualities_study.hpp"
+#include "sweep/prepared.hpp"
 
 namespace tiltrim {
 
@@ -41,19 +42,11 @@ struct LevelGrid {
   std::vector<Condition> conditions;
 };
 
-double between_values(const std::vector<double>& values, double t) {
-  const std::size_t k = std::min(std::size_t(t), values.size() - 1);
-  const double part = t - double(k);
-  return part == 0 ? values[k] : values[k] + part * (values[k + 1] - values[k]);
-}
-
 void move_along(const SweepAxis& axis, double t, const Model& model, OperatingPoint& point) {
-  std::vector<double> columns;
-  for (const SweepAxis::Column& c : axis.columns) columns.push_back(between_values(c.si, t));
-  if (axis.between && t != std::floor(t)) axis.between(columns);
-  for (std::size_t c = 0; c < columns.size(); ++c)
+  const std::vector<double> values = values_at(axis, t);
+  for (std::size_t c = 0; c < values.size(); ++c)
     if (!axis.columns[c].signal.empty())
-      set_value(point, variable(model, axis.columns[c].signal), columns[c]);
+      set_value(point, variable(model, axis.columns[c].signal), values[c]);
 }
 
 // Trims and judges at a place; nothing without an equilibrium or a linear model.
@@ -115,12 +108,12 @@ QualityBorder located(const LevelGrid& g, std::size_t condition, std::size_t axi
       margin, from, to, a, b, boost::math::tools::eps_tolerance<double>(46), steps);
   const double at = left + 0.5 * (right - left), slope = std::abs(b - a);
   (void)margin(at);
-  const std::vector<double>& values = g.grid.axes[axis].columns.front().values;
-  const double step = std::abs(between_values(values, to) - between_values(values, from));
+  const SweepAxis& along = g.grid.axes[axis];
+  const double step = std::abs(coordinate(along, to) - coordinate(along, from));
   QualityBorder border{int(condition), int(axis), {}, 0.0, name, int(k) + 1, figure, {}};
   place[axis] = at;
   for (std::size_t j = 0; j < place.size(); ++j)
-    border.at.push_back(between_values(g.grid.axes[j].columns.front().values, place[j]));
+    border.at.push_back(coordinate(g.grid.axes[j], place[j]));
   border.error = step * std::min(1.0, 0.5 * (right - left) + error / slope);
   return border;
 }

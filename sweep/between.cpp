@@ -74,7 +74,7 @@ SmallVector reaches(const SmallMatrix& most, Spectrum lambda, std::size_t neares
     for (Index i = 0; i < n; ++i) {
       const Complex z = lambda[std::size_t(i)];
       if (z == lambda[nearest] || z == std::conj(lambda[nearest])) continue;
-      w[i] = std::clamp(2 * radius(i) / std::abs(z.real()), least, 1.0);
+      w[i] = std::max(least, std::min(1.0, 2 * radius(i) / std::abs(z.real())));
     }
   SmallVector reach(n);
   for (Index i = 0; i < n; ++i) reach[i] = most(i, i) + radius(i) / w[i];

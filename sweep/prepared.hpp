@@ -1,4 +1,4 @@
-/// A preprocessed sweep request, and the places of its grid. Internal to sweep/ and tune/.
+/// A preprocessed sweep request, and the places of its grid. Internal to sweep/, tune/ and study/.
 #pragma once
 
 #include <string>
