@@ -187,8 +187,11 @@ void look_between_points(const PreparedConditions& conditions, const std::vector
   for (std::size_t c = 0; c < conditions.size(); ++c)
     for (std::size_t axis = 0; axis < axes.size(); ++axis)
       halved[c].push_back(std::make_unique<const Halved>(*conditions[c], axis));
+  // Few lines are shared out to all threads rather than walked together.
+  const std::size_t together =
+      std::clamp(between.size() / threads(), std::size_t{1}, lines_together(conditions));
   run<LineVerdicts>(
-      work, first, between.size(), lines_together(conditions),
+      work, first, between.size(), together,
       [&](const std::vector<std::size_t>& units, const std::vector<LineVerdicts*>& all) {
         for (std::size_t from = 0, to = 0; from < units.size(); from = to) {
           const AxisLine& l = between[units[from]];
