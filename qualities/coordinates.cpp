@@ -1,5 +1,7 @@
 #include "qualities/coordinates.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -164,18 +166,40 @@ Bounded scaled(const Bounded& a, double factor) {
   return {a.value * factor, a.error * std::abs(factor)};
 }
 
+// Standard gravity in the unit of a signal in m/s or ft/s, or per second of these, unless the
+// options give another.
+double gravity_by(const Signal& signal, const QualitiesOptions& options) {
+  constexpr double standard = 9.80665, foot = 0.3048;
+  if (!std::isnan(options.gravity)) return options.gravity;
+  const std::string& unit = signal.unit;
+  if (unit.empty() || unit.starts_with("m/s") || unit.starts_with("m s")) return standard;
+  if (unit.starts_with("ft/s") || unit.starts_with("ft s")) return standard / foot;
+  throw std::invalid_argument(
+      fmt::format("qualities: {} is in {}; expected gravity, in the units of airspeed and s",
+                  signal.name, unit));
+}
+
+// By the first of these roles that a state has; SI without one.
+double gravity_of(const LinearModel& linear, const QualitiesOptions& options) {
+  for (const std::string& name : {options.roles.downward_speed, options.roles.speed})
+    if (const Index k = find(linear.states, name); k >= 0)
+      return gravity_by(linear.states[std::size_t(k)], options);
+  return gravity_by({}, options);
+}
+
 // In g for a unit stick: the output's own value, or U q/g, since at constant speed and angle of
 // attack the path turns at the pitch rate.
 Bounded load_after(const LinearModel& linear, const RoleCoordinates& at, const QuasiSteady& q,
                    const QualitiesOptions& options, Index stick, double airspeed) {
   const std::string& name = options.roles.normal_acceleration;
-  if (name.empty()) return scaled({q.x[1], q.error[1]}, airspeed / options.gravity);
+  if (name.empty()) return scaled({q.x[1], q.error[1]}, airspeed / gravity_of(linear, options));
   const Index i = index_of(linear.outputs, name, "output");
   const Bounded load =
       signal_after(q, linear.C.row(i) * at.inverse, linear.C_error.row(i) * at.inverse.cwiseAbs(),
                    linear.D(i, stick), linear.D_error(i, stick));
-  const std::string& unit = linear.outputs[std::size_t(i)].unit;
-  return scaled(load, unit.empty() || unit == "g" ? 1.0 : 1.0 / options.gravity);
+  const Signal& output = linear.outputs[std::size_t(i)];
+  const bool in_g = output.unit.empty() || output.unit == "g";
+  return scaled(load, in_g ? 1.0 : 1.0 / gravity_by(output, options));
 }
 
 }  // namespace

@@ -270,7 +270,7 @@ void check_options(const LinearModel& linear, const QualitiesOptions& options) {
   if (!linear) throw std::invalid_argument("qualities: there is no linear model");
   if (options.roles.pitch.empty() || options.roles.pitch_rate.empty())
     throw std::invalid_argument("qualities: the roles pitch and pitch_rate are needed");
-  if (!(options.gravity > 0)) throw std::invalid_argument("qualities: gravity is not above 0");
+  if (options.gravity <= 0) throw std::invalid_argument("qualities: gravity is not above 0");
   if (options.n_per_alpha <= 0)
     throw std::invalid_argument("qualities: n_per_alpha is not above 0");
   for (const auto& border : options.least_bandwidth)

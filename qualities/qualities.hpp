@@ -163,7 +163,9 @@ struct QualitiesOptions {
   /// True airspeed at the operating point; NaN: from the states with the roles of speed and
   /// downward speed.
   double airspeed = std::numeric_limits<double>::quiet_NaN();
-  double gravity = 9.80665;  ///< in the units of airspeed and s
+  /// In the units of airspeed and s; NaN: standard gravity, in m/s² or, where the states with the
+  /// roles of speed are in ft/s, in ft/s².
+  double gravity = std::numeric_limits<double>::quiet_NaN();
   /// Normal acceleration over angle of attack, g/rad, if known; NaN: computed.
   double n_per_alpha = std::numeric_limits<double>::quiet_NaN();
   /// Lowest bandwidth [rad/s] over phase delay [s] for levels 1 and 2, linear between points:

@@ -133,6 +133,27 @@ TEST_CASE("Boeing 747 in cruise: level 1 of category B, level 2 of category C") 
   CHECK(a.level == Level::none);
 }
 
+TEST_CASE("gravity is by the unit of speed, if it is not given") {
+  LinearModel l = jet();
+  QualitiesOptions given = of_jet(FlightCategory::B);
+  QualitiesOptions left_out = given;
+  left_out.gravity = std::numeric_limits<double>::quiet_NaN();
+  for (const auto& [unit, gravity] :
+       std::vector<std::pair<std::string, double>>{{"ft/s", 9.80665 / 0.3048},
+                                                   {"ft s-1", 9.80665 / 0.3048},
+                                                   {"m/s", 9.80665},
+                                                   {"", 9.80665}}) {
+    l.states[1].unit = unit;
+    given.gravity = gravity;
+    CHECK(qualities(l, left_out).n_per_alpha.value == qualities(l, given).n_per_alpha.value);
+  }
+  l.states[1].unit = "kt";
+  CHECK_THROWS_WITH_AS((void)qualities(l, left_out),
+                       "qualities: w is in kt; expected gravity, in the units of airspeed and s",
+                       std::invalid_argument);
+  CHECK(qualities(l, given).level == qualities(jet(), given).level);
+}
+
 TEST_CASE("levels do not depend on units, and a rotated state is found by its output") {
   LinearModel l = jet();
   const Qualities feet = qualities(l, of_jet(FlightCategory::B));

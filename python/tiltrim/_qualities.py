@@ -86,7 +86,7 @@ def qualities(
     phase: str = "forward",
     response: str = "rate",
     airspeed: Optional[float] = None,
-    gravity: float = 9.80665,
+    gravity: Optional[float] = None,
     n_per_alpha: Optional[float] = None,
     bandwidth: Sequence[Sequence[Tuple[float, float]]] = (),
     time_limit: Optional[float] = None,
@@ -103,7 +103,8 @@ def qualities(
     phase    : "forward" or "hover", which requirements apply
     response : "rate" or "attitude", what a constant stick commands
     airspeed : true airspeed; default: from the states with the roles of speed
-    gravity  : in the units of airspeed and s
+    gravity  : in the units of airspeed and s; default: standard gravity in m/s², or in ft/s² where
+               the states with the roles of speed are in ft/s
     n_per_alpha : g/rad, if known; default: computed
     bandwidth : borders of level 1 and 2 in hover: each a sequence of (phase delay [s], least
                bandwidth [rad/s])
@@ -133,7 +134,7 @@ def qualities(
         dict(roles),
         (aircraft, category, phase, response),
         math.nan if airspeed is None else airspeed,
-        gravity,
+        math.nan if gravity is None else gravity,
         math.nan if n_per_alpha is None else n_per_alpha,
         (borders + [[], []])[:2],
     )
