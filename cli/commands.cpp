@@ -50,6 +50,14 @@ Study read_study(const std::filesystem::path& file) {
   return study;
 }
 
+Study read_study(const Common& common) {
+  Study study = read_study(common.study);
+  if (!study.user_model)
+    check_apart(common.output, "-o", common.study.parent_path() / study.polar_name,
+                "the study's polar");
+  return study;
+}
+
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
   std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
   for (const Condition& c : conditions) identity += " " + c.name;
@@ -136,7 +144,7 @@ ConditionReport judged(const Study& study, const Condition& condition, const Tri
 }
 
 Outcome run(const TrimCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   TrimOptions options = command.options;
   options.stop = stop;
   options.time_limit = study.time_limit;
@@ -160,7 +168,7 @@ static void check_inputs(const std::vector<std::string>& names) {
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check_model_files(command.models, command.common.study, command.common.output);
   check_inputs(command.inputs);
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   TrimOptions trimming = command.options;
   trimming.stop = stop;
   trimming.time_limit = study.time_limit;
@@ -208,7 +216,7 @@ static FollowTable asked(const FollowCommand& command, const Study& study) {
 }
 
 Outcome run(const FollowCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   const FollowTable what = asked(command, study);
   if (what.parameter.signal == "eta" && !study.schedule.eta.empty())
     throw StudyError(
@@ -238,7 +246,7 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
 }
 
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   const EnvelopeTable table = envelope_table(study, command.over, command.count);
   std::vector<EnvelopeAnswer> envelopes;
   for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
@@ -262,7 +270,7 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
 
 Outcome run(const SensitivitiesCommand& command, const TextStyle& style,
             const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   std::vector<Key> keys;
   for (const std::string& name : command.parameters)
     keys.push_back(named_by("--parameters", name, study));
@@ -315,7 +323,7 @@ Outcome run(const MarginsCommand& command, const TextStyle& style, const std::st
   const std::filesystem::path& bode = command.bode;
   check_apart(bode, "--bode", command.common.study, "the study");
   check_apart(bode, "--bode", command.common.output, "-o");
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   check_loops(command.options.actuators, study);
   if (!bode.empty()) check_writable(bode);
   std::vector<LoopsAnswer> conditions;
@@ -360,7 +368,7 @@ Outcome run(const TablesCommand& asked, const TextStyle& style, const std::stop_
 }
 
 Outcome run(const QualitiesCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   TrimOptions trimming = command.trimming;
   trimming.stop = stop;
   trimming.time_limit = study.time_limit;

@@ -121,7 +121,7 @@ bool at_its_end(const Study& study, const ProveCommand& command, const Theorem& 
 
 Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
   check_format(command.common);
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   Progress progress(to_prove(study, command.common.only).size());
   check_apart(command.certificate, "--certificate", command.common.study, "the study");
   check_apart(command.certificate, "--certificate", command.common.output, "the output");

@@ -11,7 +11,7 @@
 namespace tiltrim::cli {
 
 Outcome run(const LoadsCommand& command, const TextStyle& style, const std::stop_token&) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   std::vector<LoadsAnswer> answers;
   for_each(study, command.common, [&](const Condition& condition, Progress&) {
     answers.push_back(component_loads(condition));

@@ -381,7 +381,7 @@ void check(const ReportCommand& command) {
 
 Outcome run(const ReportCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
-  return reported(read_study(command.common.study), command, style, stop);
+  return reported(read_study(command.common), command, style, stop);
 }
 
 Outcome reported(const Study& study, const ReportCommand& command, const TextStyle& style,

@@ -312,7 +312,7 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
 
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   if (!study.user_model) (void)offsets_of(command.response, flight_keys());
   try {
     return simulated(command, study, style, stop);

@@ -179,7 +179,7 @@ SweepMap swept(const Study& study, const std::vector<Condition>& conditions, con
 }
 
 Outcome run(const SweepCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   if (!study.sweep)
     throw StudyError(
         fmt::format("{}: no [[sweep.axis]] table; expected one or more, with key, from, "

@@ -68,7 +68,7 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
 }  // namespace
 
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common.study);
+  const Study study = read_study(command.common);
   if (command.seconds && std::isnan(*command.seconds))
     throw std::invalid_argument("--seconds: nan is not a number of seconds");
   if (!command.gains.empty()) {

@@ -24,6 +24,20 @@ const std::string grid = level + "[[sweep.axis]]\nkey = \"V\"\nfrom = 14.5\nto =
 
 }  // namespace
 
+TEST_CASE("a polar that the study reads is not overwritten") {
+  const Scratch scratch("files-polar");
+  const std::string polar = slurp(TILTRIM_SOURCE_DIR "/data/naca8h12_re150k.csv");
+  scratch.write("p.csv", polar);
+  for (const std::string command : {"trim", "sweep", "simulate"}) {
+    scratch.write("s.toml",
+                  "[aircraft]\npolar = \"p.csv\"\n" + (command == "sweep" ? grid : level));
+    const Ran ran = run(scratch, command + " s.toml -o ./p.csv");
+    CHECK(ran.exit_code == 2);
+    CHECK(contains(ran.err, "-o and the study's polar name the same file"));
+    CHECK(slurp(scratch.path / "p.csv") == polar);
+  }
+}
+
 TEST_CASE("a limit on the size of files: the message, and nothing is left behind") {
   const Scratch scratch("files-limit");
   scratch.write("s.toml", grid);
