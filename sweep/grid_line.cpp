@@ -187,9 +187,11 @@ void look_beside_axis(const MatrixLine& matrices, double from, const std::option
     riding.push_back({from, to});
 }
 
+// With an end on the axis, rounding may leave both of its steps clear: its eigenvalues, the same
+// for both, then differ in number from those at one of the other ends.
 bool step_is_clear(const Halves& h, std::size_t k, std::optional<Eigenvectors>& nearby) {
   const std::size_t a = 2 * k, m = a + 1, b = a + 2;
-  return h.found(a) && h.found(m) && h.found(b) &&
+  return h.found(a) && h.found(m) && h.found(b) && h.unstable(a) == h.unstable(b) &&
          continuous(h.apart(a, m), h.apart(m, b), h.apart(a, b)) &&
          is_clear(nearby, h.A(a), h.A(m), spectrum(h.eigenvalues(m)), h.A(b));
 }

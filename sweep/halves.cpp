@@ -40,6 +40,10 @@ PerMode<Complex> Halves::eigenvalues(std::size_t i) const {
   return lambda;
 }
 
+int Halves::unstable(std::size_t i) const {
+  return int(std::ranges::count_if(eigenvalues(i), [](Complex z) { return z.real() > 0; }));
+}
+
 Sample Halves::sample(std::size_t i) const {
   const PerMode<Complex> lambda = eigenvalues(i);
   return {0.5 * double(i), line.at(i), A(i),

@@ -24,6 +24,7 @@ struct Halves {
   bool found(std::size_t i) const { return line.valid[i] != 0; }
   dense::SmallMatrix A(std::size_t i) const;
   PerMode<Complex> eigenvalues(std::size_t i) const;  ///< as in Sample
+  int unstable(std::size_t i) const;                  ///< number of eigenvalues right of the axis
   Sample sample(std::size_t i) const;
   /// Distance between two equilibria, in nominal sizes.
   double apart(std::size_t i, std::size_t k) const;
