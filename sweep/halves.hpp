@@ -31,8 +31,7 @@ struct Halves {
 };
 
 /// Those of up to `Model::model_lanes` lines of one condition along one axis, side by side if the
-/// model has lanes. `rooms` and the lines
-/// must outlive the result.
+/// model has lanes. `rooms` and the lines must outlive the result.
 std::vector<Halves> walk_halves(const Halved& halved, const std::vector<const GridLine*>& lines,
                                 std::vector<Room>& rooms);
 
