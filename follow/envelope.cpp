@@ -146,7 +146,7 @@ bool alone(const Grid& g, const VectorXd& y) {
   const std::vector<VectorXd> starts = around(g, y.tail<2>());
   g.put(y.tail<2>());
   return std::ranges::none_of(starts, [&](VectorXd z) {
-    return settle(g, z, 20) == GridTrim::trim &&
+    return settle(g, z, 20) == Settled::trim &&
            (z - y.head(g.n())).lpNorm<Eigen::Infinity>() > other;
   });
 }
@@ -260,7 +260,7 @@ std::optional<VectorXd> somewhere(const Grid& g, const std::vector<Followed>& bo
     }
   g.put(p);
   for (VectorXd& z : starts) {
-    if (settle(g, z, cap) != GridTrim::trim) continue;
+    if (settle(g, z, cap) != Settled::trim) continue;
     VectorXd y(g.n() + 2);
     y << z, p;
     return y;

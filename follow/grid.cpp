@@ -50,21 +50,21 @@ bool Grid::within(const VectorXd& z, const Values& v) const {
          excess(v.limited, fixed.limited_lower, fixed.limited_upper) <= bound_slack;
 }
 
-GridTrim settle(const Grid& g, VectorXd& z, int cap) {
+Settled settle(const Grid& g, VectorXd& z, int cap) {
   constexpr double tolerance = 1e-10, step_tolerance = 1e-9, far = 10.0;
   for (int i = 0; i < cap; ++i) {
     const Values v = values(g.fixed, z);
-    if (!v.finite) return GridTrim::lost;
+    if (!v.finite) return Settled::lost;
     const Jacobians s = jacobians(g.fixed, z);
-    if (!s.finite) return GridTrim::lost;
+    if (!s.finite) return Settled::lost;
     const VectorXd dz = -dense::solve(s.residual, v.residual);
     const double step = dz.lpNorm<Eigen::Infinity>();
-    if (!(step < far)) return GridTrim::lost;
+    if (!(step < far)) return Settled::lost;
     if (v.residual.lpNorm<Eigen::Infinity>() <= tolerance && step <= step_tolerance)
-      return g.within(z, v) ? GridTrim::trim : GridTrim::outside;
+      return g.within(z, v) ? Settled::trim : Settled::outside;
     z += dz;
   }
-  return GridTrim::lost;
+  return Settled::lost;
 }
 
 static bool known(const std::vector<VectorXd>& trims, const VectorXd& z) {
@@ -121,9 +121,9 @@ void seed(Grid& g, std::deque<Front>& front) {
         options.max_iterations = 12;  // of trims found, few took more; hopeless starts take all
         const VectorXd z0 = k == 0 ? unknowns_of(g.fixed, g.fixed.base) : start(g.fixed, k);
         VectorXd z = newton(g.fixed, z0, options).z;
-        const GridTrim how = settle(g, z, 4);
-        if (how == GridTrim::trim || (how == GridTrim::outside && near_limits(g, z)))
-          add(g, i, j, z, how == GridTrim::trim, front);
+        const Settled how = settle(g, z, 4);
+        if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
+          add(g, i, j, z, how == Settled::trim, front);
       }
     }
 }
@@ -144,10 +144,10 @@ std::vector<Edge> spread(Grid& g, std::deque<Front>& front) {
       if (i < 0 || j < 0 || i >= g.x.count || j >= g.y.count) continue;
       VectorXd z = f.y.head(g.n());
       g.put(g.place(i, j));
-      const GridTrim how = settle(g, z, cap);
-      if (how == GridTrim::trim || (how == GridTrim::outside && near_limits(g, z)))
-        add(g, i, j, z, how == GridTrim::trim, front);
-      if (f.within && how != GridTrim::trim) edges.push_back({f.y, f.i, f.j, i, j});
+      const Settled how = settle(g, z, cap);
+      if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
+        add(g, i, j, z, how == Settled::trim, front);
+      if (f.within && how != Settled::trim) edges.push_back({f.y, f.i, f.j, i, j});
     }
   }
   return edges;

@@ -33,9 +33,9 @@ struct Grid {
   bool within(const Eigen::VectorXd& z, const Values& v) const;  ///< inside the limits
 };
 
-enum class GridTrim { trim, outside, lost };
+enum class Settled { trim, outside, lost };
 /// Plain Newton from a neighbouring trim; the caller has set the parameters.
-GridTrim settle(const Grid& grid, Eigen::VectorXd& z, int cap);
+Settled settle(const Grid& grid, Eigen::VectorXd& z, int cap);
 
 /// The end of a sheet between two grid points, to be examined further.
 struct Edge {

@@ -41,7 +41,7 @@ VectorXd conditions(const dense::RealEigensystem& solved, const MatrixXd& W,
     else if (defects[i] < most)
       all[i] = W.middleCols(i, columns).norm() * solved.P.middleCols(i, columns).norm();
     else
-      all[i] = spectrum::infinity;
+      all[i] = machine::infinity;
   }
   return all;
 }

@@ -52,8 +52,8 @@ double Mode::time_to_half() const {
   return rate == 0 || rate > error ? std::numbers::ln2 / rate : undetermined;
 }
 
-using spectrum::epsilon;
-using spectrum::infinity;
+using machine::epsilon;
+using machine::infinity;
 
 namespace {
 

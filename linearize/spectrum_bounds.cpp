@@ -12,8 +12,8 @@ using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
-using spectrum::epsilon;
-using spectrum::infinity;
+using machine::epsilon;
+using machine::infinity;
 
 namespace {
 

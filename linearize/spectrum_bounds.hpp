@@ -11,10 +11,10 @@
 
 namespace tiltrim {
 
-namespace spectrum {
+namespace machine {
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double epsilon = std::numeric_limits<double>::epsilon();
-}  // namespace spectrum
+}  // namespace machine
 
 /// V⁻¹ = (I - E)⁻¹ Wᴴ, ‖E‖∞ <= defect, W in real columns as V is.
 struct Inverse {

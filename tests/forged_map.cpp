@@ -60,8 +60,8 @@ std::vector<Hdf5Piece> hdf5_pieces(const std::string& map) {
 }
 
 std::string forged(std::string map, const std::vector<Hdf5Piece>& pieces,
-                   const std::vector<Forgery>& changes) {
-  for (const Forgery& f : changes) {
+                   const std::vector<Hdf5Change>& changes) {
+  for (const Hdf5Change& f : changes) {
     const Hdf5Piece piece = pieces[f.piece % pieces.size()];
     const std::size_t width = std::size_t(1) << f.width % 4, mark = 4;
     const std::size_t at = piece.at + mark + f.at % (piece.size - mark - 7);

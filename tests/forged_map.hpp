@@ -15,7 +15,7 @@ struct Hdf5Piece {
 };
 
 /// A change within a piece; every number is reduced modulo its range.
-struct Forgery {
+struct Hdf5Change {
   std::uint16_t piece, at;
   std::uint8_t width, choice;  ///< 1, 2, 4 or 8 bytes; value itself, a bit of it flipped, or an end
   std::uint16_t value;
@@ -26,7 +26,7 @@ std::vector<Hdf5Piece> hdf5_pieces(const std::string& map);
 
 /// The map with these changes.
 std::string forged(std::string map, const std::vector<Hdf5Piece>& pieces,
-                   const std::vector<Forgery>& changes);
+                   const std::vector<Hdf5Change>& changes);
 
 /// The bytes with the mark and the CRC-64/XZ after them, bit by bit by definition.
 std::string sealed_map(std::string bytes);

@@ -2,7 +2,7 @@
 #       -P headers.cmake
 # Every public header compiles alone: it includes what it needs. One that is the first thing a source of its folder
 # includes is compiled so by every build that takes sources one by one (TILTRIM_UNITY off: the preset dev, CI's stage
-# with another compiler); the others are read here.
+# with another compiler); the others are read here. All headers of the tree compile together: no name means two things.
 cmake_minimum_required(VERSION 3.25)
 
 if(NOT HEADERS)
@@ -34,9 +34,21 @@ foreach(header IN LISTS HEADERS)
     math(EXPR faults "${faults} + 1")
   endif()
 endforeach()
-file(REMOVE ${source})
 list(LENGTH HEADERS count)
 if(faults)
   message(FATAL_ERROR "${faults} of ${count} public headers do not compile alone")
 endif()
 message("${count} public headers compile alone: ${by_build} stand first in a source, the others were read here")
+
+file(GLOB_RECURSE all RELATIVE ${ROOT} ${ROOT}/*.hpp)
+list(FILTER all EXCLUDE REGEX "^(build[^/]*|python)/")
+list(TRANSFORM all REPLACE "(.+)" "#include \"\\1\"")
+list(JOIN all "\n" together)
+file(WRITE ${source} "${together}\n")
+execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only -DTILTRIM_LANES=one -DTILTRIM_LANES_SCALAR
+                -DTILTRIM_PROGRAM="" -DTILTRIM_SOURCE_DIR="" -I${ROOT} ${INCLUDES} ${source} RESULT_VARIABLE failed)
+if(failed)
+  message(FATAL_ERROR "the headers do not compile together: a name means two things")
+endif()
+list(LENGTH all count)
+message("${count} headers, public or internal, compile together")

@@ -485,8 +485,8 @@ TEST_CASE("forged, every checksum holding: read, or refused by name") {
   const auto draw = [&] { return std::uint16_t(random()); };
   std::map<Text, int> endings;
   for (int trial = 0; trial < trials(250); ++trial) {
-    std::vector<Forgery> changes(1 + random() % 3);
-    for (Forgery& f : changes)
+    std::vector<Hdf5Change> changes(1 + random() % 3);
+    for (Hdf5Change& f : changes)
       f = {draw(), draw(), std::uint8_t(draw()), std::uint8_t(draw()), draw()};
     set_contents(file, forged(whole, pieces, changes));
     Text why;

@@ -887,7 +887,7 @@ TEST_CASE("diff, report: a forged map, its checksums holding, is read or refused
   const auto draw = [&] { return std::uint16_t(random()); };
   int crashes = 0;
   for (int trial = 0; trial < trials(40); ++trial) {
-    const Forgery change{draw(), draw(), std::uint8_t(draw()), std::uint8_t(draw()), draw()};
+    const Hdf5Change change{draw(), draw(), std::uint8_t(draw()), std::uint8_t(draw()), draw()};
     scratch.write("forged.nc", forged(whole, pieces, {change}));
     for (const char* command : {"diff map.nc forged.nc", "report s.toml --sweep forged.nc"}) {
       if (trial % 10 > 0 && command[0] == 'r') continue;  // takes longer, reads the same

@@ -171,7 +171,7 @@ bool differenced(const Requirement& r) {
 }  // namespace
 
 // Scores of requirements on the whole system, and their derivatives.
-void Candidates::describe(const Place& place, const GridTrim& e, const Spectrum& spectrum,
+void Candidates::describe(const Place& place, const GridTrim& e, const EigenvalueSlopes& spectrum,
                           bool slopes, PlaceModes& result) const {
   result.scores = VectorXd::Constant(std::ssize(asked_), std::numeric_limits<double>::quiet_NaN());
   result.score_slopes = MatrixXd::Zero(std::ssize(asked_), std::ssize(place.gains));
@@ -264,7 +264,7 @@ PlaceModes Candidates::computed(const Place& place, const VectorXd& variables, F
 }
 
 void Candidates::differentiate(const Place& place, PlaceModes& modes) const {
-  const Spectrum spectrum = spectrum_of(*place.prepared, *modes.trim, place.gains);
+  const EigenvalueSlopes spectrum = spectrum_of(*place.prepared, *modes.trim, place.gains);
   modes.eigenvalues = spectrum.eigenvalues;  // in the order of the slopes
   if (!modes.valid()) {
     modes.message = "the eigenvectors do not converge";

@@ -71,8 +71,8 @@ class Candidates {
   void differentiate(const Place& place, PlaceModes& modes) const;
   GridTrim settled(const Place& place, const Eigen::VectorXd& gains,
                    const Eigen::VectorXd& uncertain, From from) const;
-  void describe(const Place& place, const GridTrim& e, const Spectrum& spectrum, bool slopes,
-                PlaceModes& result) const;
+  void describe(const Place& place, const GridTrim& e, const EigenvalueSlopes& spectrum,
+                bool slopes, PlaceModes& result) const;
   void difference_scores(const Place& place, const GridTrim& e, PlaceModes& result) const;
 
   const TuneProblem& problem_;

@@ -167,7 +167,7 @@ double response_use_score(const TuneProblem& problem, const Requirement& r, cons
 }
 
 double sensitivity_score(const TuneProblem& problem, const Place& place, const GridTrim& e) {
-  const Spectrum spectrum = spectrum_of(*place.prepared, e, place.uncertain);
+  const EigenvalueSlopes spectrum = spectrum_of(*place.prepared, e, place.uncertain);
   if (spectrum.eigenvalues.size() == 0) return not_a_number;
   double largest = 0;
   for (std::size_t k = 0; k < place.uncertain.size(); ++k) {

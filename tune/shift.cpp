@@ -87,9 +87,9 @@ std::vector<MatrixXd> jacobian_slopes(const Model& model, const OperatingPoint& 
 }
 
 // dλᵢ = wᵢᵀ dA vᵢ, dA along the parameter and the shift of the trim.               [26, eq. 2.3]
-Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
-                     const std::vector<Index>& parameters) {
-  Spectrum spectrum;
+EigenvalueSlopes spectrum_of(const Prepared& sweep, const GridTrim& e,
+                             const std::vector<Index>& parameters) {
+  EigenvalueSlopes spectrum;
   const Index n = sweep.states();
   const MatrixXd own = e.A(sweep);
   if (!own.allFinite()) return spectrum;

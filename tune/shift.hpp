@@ -9,12 +9,12 @@ namespace tiltrim {
 
 /// Eigenvalues at an equilibrium, and dλ/dp, [eigenvalue, parameter], including the shift of the
 /// trim. Empty if they cannot be computed.
-struct Spectrum {
+struct EigenvalueSlopes {
   Eigen::VectorXcd eigenvalues;
   Eigen::MatrixXcd slopes;
 };
-Spectrum spectrum_of(const Prepared& sweep, const GridTrim& e,
-                     const std::vector<Eigen::Index>& parameters);
+EigenvalueSlopes spectrum_of(const Prepared& sweep, const GridTrim& e,
+                             const std::vector<Eigen::Index>& parameters);
 
 /// Derivatives of all model variables with respect to each of the parameters, in columns.
 Eigen::MatrixXd shifts(const Prepared& sweep, const GridTrim& e,

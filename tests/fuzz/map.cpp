@@ -47,8 +47,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const std::string whole = small_map();
   static const std::vector<Hdf5Piece> pieces = hdf5_pieces(whole);
   constexpr std::size_t most = 8;
-  std::vector<Forgery> changes(std::min(most, size / sizeof(Forgery)));
-  if (!changes.empty()) std::memcpy(changes.data(), data, changes.size() * sizeof(Forgery));
+  std::vector<Hdf5Change> changes(std::min(most, size / sizeof(Hdf5Change)));
+  if (!changes.empty()) std::memcpy(changes.data(), data, changes.size() * sizeof(Hdf5Change));
   const std::string map = forged(whole, pieces, changes);
   try {
     const SweepMap read = read_netcdf(as_file("map.nc", std::as_bytes(std::span(map))));
