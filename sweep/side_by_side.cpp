@@ -80,7 +80,8 @@ struct Group {
     set_ranges();
   }
 
-  static constexpr std::size_t block_points = 16;
+  static constexpr std::size_t block_points =
+      15;  // 16: all entries in the same few sets of a cache
 
   void put(std::size_t l, const OperatingPoint& at) {
     std::size_t j = 0;
@@ -227,18 +228,22 @@ void keep_matrices(Group& g, std::size_t k) {
 void deliver(Group& g, std::size_t first, std::size_t last) {
   static thread_local std::vector<Verdict> answers;
   const bool judged = std::ranges::any_of(g.lines, &LineTracker::judged);
+  const bool all_judged = std::ranges::all_of(g.lines, &LineTracker::judged);
   if (judged) verdicts(g.block, answers);
   for (std::size_t l = 0; l < g.lines.size(); ++l) {
     LineTracker& w = *g.lines[l];
     for (std::size_t k = first; k < last && w.judged; ++k)
       w.points.verdict[k] =
           w.valid[k] ? std::int8_t(answers[(k - first) * L + l]) : std::int8_t(-1);
-    for (Index e = 0; e < Index(g.nx * g.nx) && !w.judged; ++e) {
+  }
+  for (Index e = 0; e < Index(g.nx * g.nx) && !all_judged; ++e)
+    for (std::size_t l = 0; l < g.lines.size(); ++l) {
+      LineTracker& w = *g.lines[l];
+      if (w.judged) continue;
       const double* const from = &g.block(0, e, Index(l));
       double* const to = &w.A(0, e, Index(first));
       for (std::size_t k = 0; k < last - first; ++k) to[k] = from[k * L];
     }
-  }
 }
 
 // True if the lanes give what f, h and the derivatives give at the equilibrium, to rounding.
