@@ -299,11 +299,11 @@ TEST_CASE("Ctrl-C: a page of what there is, which says so first; exit 130") {
 
 TEST_CASE("Ctrl-C in a map: the conditions are examined, the map and what follows are not") {
   const Scratch scratch("report");
-  const std::string lines =  // hundreds of them, each a tenth of a second
+  const std::string lines =  // seconds, on one thread
       "[[report.map.axis]]\nkey = \"V\"\nfrom = 10\nto = 20\ncount = 1000\n";
   const std::string map = map_over("gains.K_Lp", 800) + lines;
   scratch.write("s.toml", "[report]\naudit = \"skip\"\n" + map + level);
-  const program::Running report = start(scratch, "report s.toml");
+  const program::Running report = start(scratch, "report s.toml --threads 1");
   let_compute(report, 1s);
   ::kill(report.pid, SIGINT);
   const Ran ran = finish(report, 120s);

@@ -993,10 +993,10 @@ Ran on_terminal(const Scratch& scratch, const std::string& arguments, const std:
 TEST_CASE(
     "a terminal is told how far it is and how long it takes; Ctrl-C; a pipe is told nothing") {
   const Scratch scratch("sweep-terminal");
-  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 600) +
-                              axis("gains.K_Lp", 0.05, 5.0, 600));
+  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 1200) +
+                              axis("gains.K_Lp", 0.05, 5.0, 700));  // several seconds
   const std::regex progress(
-      R"(\r\x1b\[K([0-9]+) of (360000 points|1200 lines): ([0-9]+) stable, ([0-9]+) unstable, )"
+      R"(\r\x1b\[K([0-9]+) of (840000 points|1900 lines): ([0-9]+) stable, ([0-9]+) unstable, )"
       R"([0-9]+ s left)");
   const Ran ran = on_terminal(scratch, sweep_command + "--threads 1", progress);
   CAPTURE(ran.out);
@@ -1005,20 +1005,20 @@ TEST_CASE(
   REQUIRE(std::regex_search(ran.out, told, progress));
   int counted = 0;
   for (std::size_t i = 3; i < 5; ++i) counted += std::stoi(told[i]);
-  CHECK(counted == (told[2] == "1200 lines" ? 360'000 : std::stoi(told[1])));
+  CHECK(counted == (told[2] == "1900 lines" ? 840'000 : std::stoi(told[1])));
   CHECK(says(ran.out, "stopped; finished lines are in map.nc.log"));
   CHECK(scratch.files() == interrupted_files);
 }
 
 TEST_CASE("stopped between the lines: the points are in the log, too") {
   const Scratch scratch("sweep-stages");
-  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 400) +
-                              axis("gains.K_Lp", 0.05, 5.0, 300));
+  scratch.write("s.toml", condition("a", 15, 0, 0) + axis("h", 0, 60, 1000) +
+                              axis("gains.K_Lp", 0.05, 5.0, 600));  // between them for seconds
   const Ran ran = on_terminal(scratch, sweep_command + "--threads 1 --checkpoint 1000",
-                              std::regex(R"([0-9]+ of 700 lines: )"));
+                              std::regex(R"([0-9]+ of 1600 lines: )"));
   REQUIRE(ran.exit_code == 128 + SIGINT);
   constexpr std::uintmax_t of_a_point = 100;  // bytes: six eigenvalues at least
-  CHECK(size_of(scratch.path / "map.nc.log") > 400 * 300 * of_a_point);
+  CHECK(size_of(scratch.path / "map.nc.log") > 1000 * 600 * of_a_point);
 }
 
 }  // namespace sweep_cli_test
