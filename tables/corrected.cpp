@@ -48,9 +48,10 @@ TrimProblem level_body_problem(const Vehicle& vehicle, const Command& c) {
   return airframe_problem(vehicle, condition);
 }
 
-TrimResult without_proof(const TrimProblem& problem, const TrimSpec& spec) {
+TrimResult solved(const TrimProblem& problem, const TrimSpec& spec) {
   TrimOptions options;
-  options.max_boxes = 0;
+  options.closest = false;
+  options.max_boxes = 1000;
   return trim(problem.model, spec, problem.guess, options);
 }
 
@@ -75,12 +76,12 @@ std::vector<std::string> what_stops(const Vehicle& vehicle, const TrimProblem& p
     TrimSpec spec = problem.spec;
     spec.rates.erase(state);
     spec.moving.push_back(state);
-    if (without_proof(problem, spec)) stops.push_back(equation_in_words(state));
+    if (solved(problem, spec)) stops.push_back(equation_in_words(state));
   }
   for (const Wide& w : wide) {
     TrimSpec spec = problem.spec;
     spec.bounds[w.input] = w.range;
-    const TrimResult freed = without_proof(problem, spec);
+    const TrimResult freed = solved(problem, spec);
     if (freed)
       stops.push_back(fmt::format("the limits of {}, [{:g}, {:g}]{}: it would need {:.4f}{}",
                                   w.input, w.limit.lower, w.limit.upper, w.unit,
@@ -94,7 +95,7 @@ std::string moment_left(const Vehicle& vehicle, const TrimProblem& problem, cons
   TrimSpec spec = problem.spec;
   spec.rates.erase("q");
   spec.moving.push_back("q");
-  const TrimResult forces = without_proof(problem, spec);
+  const TrimResult forces = solved(problem, spec);
   if (!forces) return {};
   const double acceleration = signal(problem.model.states, forces.rates, "q");
   const double arm = std::abs(std::cos(c.gamma));  // alpha = -gamma

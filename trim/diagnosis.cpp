@@ -211,12 +211,12 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
   check(model, closest);
   Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};
 
-  TrimOptions unproved = quiet(options);  // not worth proving that no limit at all would help
-  unproved.max_boxes = 0;
+  TrimOptions briefly = quiet(options);  // a long proof that no limit helps is not worth its time
+  briefly.max_boxes = std::min(options.max_boxes, 1000);
   const auto limit = [&](const Signal& signal, double lower, double upper) {
     for (const bool up : {false, true})
       if (std::isfinite(up ? upper : lower))
-        d.remedies.push_back(of_limit(model, spec, guess, signal, up, unproved));
+        d.remedies.push_back(of_limit(model, spec, guess, signal, up, briefly));
   };
   const auto stopped = [&] { return options.stop.stop_requested(); };
   for (Index k = 0; k < problem.n() && !stopped(); ++k)
@@ -229,7 +229,7 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
   for (const Index row : problem.equations)
     if (row < std::ssize(model.states) && !stopped())
       d.remedies.push_back(
-          of_equation(wider, spec, guess, model.states[std::size_t(row)].name, unproved));
+          of_equation(wider, spec, guess, model.states[std::size_t(row)].name, briefly));
   for (const DecisionVariable& decision : variables)
     if (!stopped()) d.remedies.push_back(nearest(model, spec, guess, decision, options));
   // An interrupted search proves nothing about a remedy.

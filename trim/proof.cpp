@@ -42,12 +42,6 @@ bool excluded(const Problem& p, const Part& part) {
   return false;
 }
 
-bool can_be_proved(const Problem& p) {
-  const Index moving = std::ssize(p.model.states) + std::ssize(p.model.inputs);
-  const bool enclosed = std::ranges::all_of(p.unknowns, [&](Index j) { return j < moving; });
-  return p.model.enclosure && enclosed && p.lower.allFinite() && p.upper.allFinite();
-}
-
 Part whole(const Problem& p) {
   Part part;
   const Index all =
@@ -60,6 +54,12 @@ Part whole(const Problem& p) {
 }
 
 }  // namespace
+
+bool can_be_proved(const Problem& p) {
+  const Index moving = std::ssize(p.model.states) + std::ssize(p.model.inputs);
+  const bool enclosed = std::ranges::all_of(p.unknowns, [&](Index j) { return j < moving; });
+  return p.model.enclosure && enclosed && p.lower.allFinite() && p.upper.allFinite();
+}
 
 Proof prove_no_solution(const Problem& p, const TrimOptions& options) {
   Proof proof;

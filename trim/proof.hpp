@@ -10,6 +10,9 @@ struct Proof {
   int boxes = 0;        ///< examined
 };
 
+/// The model has an enclosure, and the unknowns are states and inputs with finite bounds.
+bool can_be_proved(const Problem& problem);
+
 /// Branch and bound: the box of the bounded unknowns is bisected until in every part the range of
 /// some equation excludes its held value, or some limited output lies outside its bounds. Needs the
 /// model's enclosure and finite bounds on every unknown; gives up (no proof) at a small box that

@@ -196,10 +196,10 @@ TrimResult closest_point(Search& s) {
   constexpr double nearly = 1e-3;
   const Problem& p = s.p;
   const VectorXd guess = unknowns_of(p, p.base);
-  if (s.closest.size() == 0) s.closest = guess;
-  TrimResult best = verify(p, s.closest, true, s.options);
-  if (!s.options.closest || s.options.stop.stop_requested() || !std::isfinite(s.closest_residual))
-    return best;
+  const bool searched = s.closest.size() > 0;  // not if proved before
+  TrimResult best = verify(p, searched ? s.closest : guess, true, s.options);
+  const bool finite = searched ? std::isfinite(s.closest_residual) : values(p, guess).finite;
+  if (!s.options.closest || s.options.stop.stop_requested() || !finite) return best;
   TrimOptions quiet = s.options;
   quiet.observe = {};
   std::pair least{infinity, infinity};
@@ -213,7 +213,8 @@ TrimResult closest_point(Search& s) {
     best = verify(p, z, true, s.options);
     if (within && v.residual.norm() < nearly) s.polish(z, quiet);
   };
-  std::vector<VectorXd> from{s.closest, guess};
+  std::vector<VectorXd> from{guess};
+  if (searched) from.insert(from.begin(), s.closest);
   for (int i = 1; i <= std::min(further_optimizations, s.options.starts); ++i)
     from.push_back(start(p, i));
   std::erase_if(from, [&](const VectorXd& z0) { return !values(p, z0).finite; });
@@ -330,14 +331,15 @@ void check(const TrimOptions& options) {
 
 }  // namespace
 
-// Before a search that would end without result after 50 ms, if no closest point is asked for: a
-// thousand boxes take less than a tenth of that. Where Newton's method finds a solution at once,
-// there is nothing to prove.
+// Before a search that would end without result: Ipopt takes 50 ms for it, and as long again for
+// the closest point; a thousand boxes take less than a tenth of that. Where Newton's method finds a
+// solution at once, there is nothing to prove.
 static Proof short_proof(const Problem& p, TrimOptions options) {
   options.observe = {};
-  options.max_boxes = std::min(options.max_boxes, 1000);
-  const VectorXd found = p.square() ? newton(p, unknowns_of(p, p.base), options).z : VectorXd();
-  if (found.size() > 0 && is_equilibrium(verify(p, found, true, options).status)) return {};
+  options.max_boxes = std::min(options.max_boxes, options.closest ? 5000 : 1000);
+  if (options.max_boxes == 0 || !can_be_proved(p)) return {};
+  const VectorXd found = newton(p, unknowns_of(p, p.base), options).z;
+  if (is_equilibrium(verify(p, found, true, options).status)) return {};
   return prove_no_solution(p, options);
 }
 
@@ -350,8 +352,7 @@ TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
   if (auto r = refused(problem, options)) return *r;
   Search first(problem, options), all(problem, options);
   const bool ends = !options.others && problem.square() && problem.n() > 0 && first_found(first);
-  if (!ends && !options.closest && options.method == TrimMethod::ipopt)
-    all.proof = short_proof(problem, options);
+  if (!ends && options.method == TrimMethod::ipopt) all.proof = short_proof(problem, options);
   if (!ends && !all.proof.proved) search(all);
   Search& s = ends ? first : all;
   TrimResult result = s.answers.empty() ? no_answer(s) : best_answer(s);

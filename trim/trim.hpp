@@ -78,9 +78,7 @@ struct TrimOptions {
   bool others = true;
   int max_iterations = 100;  ///< of each solver from each start
   int max_boxes = 200'000;   ///< of the proof that no equilibrium exists; 0: no proof
-  /// If no equilibrium is found, search for the closest point. False: the proof that there is none
-  /// comes before the search, unless Newton succeeds from the guess (method ipopt).
-  bool closest = true;
+  bool closest = true;       ///< if no equilibrium is found, search for the closest point
   /// s of wall-clock time; a model call is not interrupted.
   double time_limit = std::numeric_limits<double>::infinity();
   std::stop_token stop{};                                ///< checked between solver steps
