@@ -3,7 +3,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <exception>
+#include <mutex>
 #include <numbers>
 
 #include "cli/model_files.hpp"
@@ -16,6 +19,7 @@
 #include "report/quality_sheets.hpp"
 #include "report/sensitivities.hpp"
 #include "runtime/ranks.hpp"
+#include "runtime/threads.hpp"
 #include "study/analyses.hpp"
 #include "study/angle_remarks.hpp"
 #include "study/problems.hpp"
@@ -70,21 +74,46 @@ std::string identity_of(const Study& study, const std::vector<Condition>& condit
   return identity;
 }
 
-void for_each(const Study& study, const Common& common,
-              const std::function<void(const Condition&, Progress&)>& work) {
+void for_each(const Study& study, const Common& common, int threads,
+              const std::function<void(std::size_t, const Condition&, Progress&)>& work) {
   const std::vector<Condition> conditions = chosen(study, common.only);
   Progress progress(conditions.size());
-  for (const Condition& condition : conditions) {
+  std::vector<std::exception_ptr> errors(conditions.size());
+  std::mutex order;
+  std::atomic<std::size_t> first =
+      conditions.size();  // with an error: those after it are not begun
+  const auto one = [&](std::size_t k) {
+    if (k > first) return;
     try {
-      work(condition, progress);
-    } catch (const std::invalid_argument& e) {
-      const char* const hint =
-          study.conditions.size() > 1 ? " (choose other conditions with --only NAME)" : "";
-      throw StudyError(
-          fmt::format("{}: condition '{}': {}{}", condition.place, condition.name, e.what(), hint));
+      work(k, conditions[k], progress);
+      progress.advance();
+    } catch (...) {
+      errors[k] = std::current_exception();
+      const std::scoped_lock lock(order);
+      first = std::min(first.load(), k);
     }
-    progress.advance();
+  };
+  if (threads == 1)
+    for (std::size_t k = 0; k < conditions.size(); ++k) one(k);
+  else
+    with_threads(threads, [&] { in_parallel(conditions.size(), one); });
+  if (first == conditions.size()) return;
+  const Condition& condition = conditions[first];
+  try {
+    std::rethrow_exception(errors[first]);
+  } catch (const std::invalid_argument& e) {
+    const char* const hint =
+        study.conditions.size() > 1 ? " (choose other conditions with --only NAME)" : "";
+    throw StudyError(
+        fmt::format("{}: condition '{}': {}{}", condition.place, condition.name, e.what(), hint));
   }
+}
+
+void for_each(const Study& study, const Common& common,
+              const std::function<void(const Condition&, Progress&)>& work) {
+  for_each(study, common, 1, [&](std::size_t, const Condition& condition, Progress& progress) {
+    work(condition, progress);
+  });
 }
 
 namespace {
@@ -248,16 +277,17 @@ Outcome run(const FollowCommand& command, const TextStyle& style, const std::sto
 Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::stop_token& stop) {
   const Study study = read_study(command.common);
   const EnvelopeTable table = envelope_table(study, command.over, command.count);
-  std::vector<EnvelopeAnswer> envelopes;
-  for_each(study, command.common, [&](const Condition& condition, Progress& progress) {
+  std::vector<EnvelopeAnswer> envelopes(chosen(study, command.common.only).size());
+  const auto work = [&](std::size_t k, const Condition& condition, Progress& progress) {
     EnvelopeOptions options;
     options.rows = envelope_rows(table, bool(study.user_model));
     options.stop = stop;
     options.observe = [&](double share) {
       progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share), share);
     };
-    envelopes.push_back(envelope(study.vehicle, condition, table, options));
-  });
+    envelopes[k] = envelope(study.vehicle, condition, table, options);
+  };
+  for_each(study, command.common, command.threads, work);
   const int code =
       std::ranges::all_of(envelopes, &EnvelopeAnswer::answered) ? answered : unanswered;
   return {in_format(

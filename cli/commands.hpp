@@ -67,6 +67,7 @@ struct EnvelopeCommand {
   Common common;
   std::string over;  ///< "eta_deg" or "gamma_deg"; empty: the study's [envelope], or eta_deg
   std::optional<int> count;  ///< grid points along each axis
+  int threads = 0;           ///< 0: one per processor
 };
 
 struct SensitivitiesCommand {
@@ -225,6 +226,9 @@ std::string identity_of(const Study& study, const std::vector<Condition>& condit
 /// condition's name, as a StudyError.
 void for_each(const Study& study, const Common& common,
               const std::function<void(const Condition&, Progress&)>& work);
+/// The same on several threads, with the number of each among those chosen; 0: one per processor.
+void for_each(const Study& study, const Common& common, int threads,
+              const std::function<void(std::size_t, const Condition&, Progress&)>& work);
 /// Trims, linearizes and computes modes, as far as possible. Inputs: LinearizeCommand's.
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});

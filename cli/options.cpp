@@ -207,6 +207,7 @@ CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
   envelope->add_option("--count", command.count, "grid points along each axis (100)")
       ->check(within(5, 1000))
       ->type_name("N");
+  add_threads(envelope, command.threads);
   return envelope;
 }
 

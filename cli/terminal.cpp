@@ -61,6 +61,7 @@ void Progress::show(const std::string& line, const std::string& left) {
 }
 
 void Progress::advance() {
+  const std::scoped_lock lock(one_at_a_time_);
   ++done_;
   if (done_ == total_ || !due()) return;
   const double spent = seconds(steady_clock::now() - start_);
@@ -69,6 +70,7 @@ void Progress::advance() {
 }
 
 void Progress::say(const std::string& where, double share) {
+  const std::scoped_lock lock(one_at_a_time_);
   if (!due()) return;
   const double spent = seconds(steady_clock::now() - start_);
   const double all = (double(done_) + share) / double(total_);
@@ -78,6 +80,7 @@ void Progress::say(const std::string& where, double share) {
 }
 
 void Progress::tell(const std::string& line, double share, const std::string& most) {
+  const std::scoped_lock lock(one_at_a_time_);
   if (!(share > 0 && share < 1) || !due()) return;
   const double spent = seconds(steady_clock::now() - start_);
   show(line, fmt::format(", {}{:.0f} s left", most, spent / share * (1 - share)));

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <latch>
+#include <mutex>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -15,7 +16,7 @@ namespace tiltrim::cli {
 std::size_t terminal_width(std::size_t otherwise);
 
 /// "3 of 40 conditions, 12 s left" on standard error, if it is a terminal and the work takes more
-/// than a second. One line of the terminal.
+/// than a second. One line of the terminal. Any thread may call.
 class Progress {
  public:
   explicit Progress(std::size_t total, std::string what = "conditions");
@@ -35,6 +36,7 @@ class Progress {
   bool due();
   void show(const std::string& line, const std::string& left);
 
+  std::mutex one_at_a_time_;
   std::size_t total_, done_ = 0;
   std::string what_;
   bool terminal_, shown_ = false;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "dense/dense.hpp"
 #include "model/lookup.hpp"
@@ -11,6 +12,7 @@
 namespace tiltrim {
 
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::VectorXd;
 
@@ -52,16 +54,22 @@ bool Grid::within(const VectorXd& z, const Values& v) const {
 
 Settled settle(const Grid& g, VectorXd& z, int cap) {
   constexpr double tolerance = 1e-10, step_tolerance = 1e-9, far = 10.0;
+  constexpr double sure = 0.1;  // of the step: the last Jacobian's is not exactly Newton's
+  std::optional<dense::LU<MatrixXd>> last;
   for (int i = 0; i < cap; ++i) {
     const Values v = values(g.fixed, z);
     if (!v.finite) return Settled::lost;
+    const bool small = v.residual.lpNorm<Eigen::Infinity>() <= tolerance;
+    if (small && last &&
+        dense::solve(*last, v.residual).lpNorm<Eigen::Infinity>() <= sure * step_tolerance)
+      return g.within(z, v) ? Settled::trim : Settled::outside;
     const Jacobians s = jacobians(g.fixed, z);
     if (!s.finite) return Settled::lost;
-    const VectorXd dz = -dense::solve(s.residual, v.residual);
+    last = dense::lu(s.residual);
+    const VectorXd dz = -dense::solve(*last, v.residual);
     const double step = dz.lpNorm<Eigen::Infinity>();
     if (!(step < far)) return Settled::lost;
-    if (v.residual.lpNorm<Eigen::Infinity>() <= tolerance && step <= step_tolerance)
-      return g.within(z, v) ? Settled::trim : Settled::outside;
+    if (small && step <= step_tolerance) return g.within(z, v) ? Settled::trim : Settled::outside;
     z += dz;
   }
   return Settled::lost;
