@@ -408,6 +408,23 @@ TEST_CASE("envelope: its rows end where branches do; CSV and JSON") {
   CHECK(tilt["envelopes"][0]["over"] == "eta_deg");
 }
 
+TEST_CASE("envelope: any number of threads gives the same; the first condition in error is named") {
+  const Scratch scratch;
+  std::string all =
+      "[envelope]\nover = \"gamma_deg\"\nV = [9, 12]\ngamma_deg = [0, 15]\ncount = 6\n";
+  for (const int V : {10, 11, 12})
+    all += std::regex_replace(condition(V, 0, 0), std::regex("\"a\""), fmt::format("\"{}\"", V));
+  const std::string command = "envelope " + scratch.write("s.toml", all).string() + " -f csv ";
+  const Ran alone = tiltrim(scratch, command + "--threads 1");
+  CHECK(alone.exit_code == 0);
+  CHECK(tiltrim(scratch, command + "--threads 3").out == alone.out);
+  for (const char* threads : {"1", "3"}) {
+    const Ran ran = tiltrim(scratch, "envelope " + studies + "printed.toml --threads " + threads);
+    CHECK(ran.exit_code == 2);
+    CHECK(ran.err.find("condition 'Table 3, climb'") != std::string::npos);
+  }
+}
+
 TEST_CASE("sensitivities: as differences of trims and of eigenvalues") {
   const Scratch scratch;
   const std::string level = "sensitivities " + studies + "paper.toml --only level";

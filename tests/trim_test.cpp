@@ -202,12 +202,14 @@ TEST_CASE("every status is spelt as the contract says") {
   for (std::size_t i = 0; i < words.size(); ++i) CHECK(to_string(TrimStatus(i)) == words[i]);
 }
 
-TEST_CASE("infeasible: proved before any search where the closest point is not asked for") {
-  const TrimResult r =
-      trim(fold(), bounded_fold(-2, 3), at_fold(2, 0.25), TrimOptions{.closest = false});
-  CHECK(r.status == TrimStatus::infeasible);
-  CHECK(r.starts == 0);
-  CHECK(r.message.find("no point within the limits is an equilibrium (proved over ") == 0);
+TEST_CASE("infeasible: proved before any search") {
+  for (const bool closest : {false, true}) {
+    const TrimResult r =
+        trim(fold(), bounded_fold(-2, 3), at_fold(2, 0.25), TrimOptions{.closest = closest});
+    CHECK(r.status == TrimStatus::infeasible);
+    CHECK(r.starts == 0);
+    CHECK(r.message.find("no point within the limits is an equilibrium (proved over ") == 0);
+  }
   CHECK(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, 0.25)));
   CHECK_FALSE(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, -0.25)));
   CHECK_FALSE(proved_infeasible(fold(), still_fold(), at_fold(2, 0.25)));  // x has no bounds

@@ -683,7 +683,34 @@ TEST_CASE("table trim: the closed forms behind Table 3") {
     }
 }
 
-// Without a closest point to find, the proof that there is no trim comes before the search.
+TEST_CASE("where the proof makes the search needless the closest point is no farther" * thorough) {
+  const auto distance = [](const TrimResult& r) {
+    return Eigen::Vector3d(r.rates[0], r.rates[1], r.rates[3])
+        .norm();  // V', gamma' and q' of the airframe
+  };
+  int proved = 0;
+  for (const double eta : {0.0, 45 * degree, 90 * degree})
+    for (const double gamma : {-10 * degree, 40 * degree, 90 * degree})
+      for (const double V : {2.0, 8.0, 14.0}) {
+        CAPTURE(V);
+        CAPTURE(gamma);
+        CAPTURE(eta);
+        const TrimProblem problem = airframe_problem(
+            reference(),
+            {.values = {{"V", {V, V}}, {"gamma", {gamma, gamma}}, {"eta", {eta, eta}}}});
+        const TrimResult first = solve(problem);
+        if (first.status != TrimStatus::infeasible) continue;
+        const TrimResult searched = solve(problem, {.max_boxes = 0});
+        CHECK(searched.status == TrimStatus::not_found);
+        CHECK(first.starts == 0);
+        CHECK(searched.starts > 30);
+        CHECK(distance(first) <= distance(searched) * (1 + 1e-6) + 1e-9);
+        ++proved;
+      }
+  CHECK(proved > 10);
+}
+
+// The proof that there is no trim comes before the search.
 TEST_CASE("the proof that comes before the search excludes no trim of the scan") {
   int flown = 0, excluded = 0;
   for (const double eta : {0.0, 45 * degree, 90 * degree})
