@@ -192,7 +192,7 @@ TrimResult best_answer(Search& s) {
 // The least residual within the limits, from several starts. A point with a small residual may be
 // an equilibrium that the search missed: it is refined and added to the solutions. If no point is
 // within the limits, the one that exceeds those of the outputs least.
-TrimResult closest_point(Search& s) {
+TrimResult closest_to(Search& s) {
   constexpr double nearly = 1e-3;
   const Problem& p = s.p;
   const VectorXd guess = unknowns_of(p, p.base);
@@ -273,7 +273,7 @@ std::string doubtful_derivatives(const Problem& p, const OperatingPoint& at) {
 TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
-  TrimResult r = closest_point(s);
+  TrimResult r = closest_to(s);
   if (s.not_repeatable) return *s.not_repeatable;
   if (!s.answers.empty()) return best_answer(s);
   if (p.over()) return out_of_time(s);
@@ -343,7 +343,8 @@ static Proof short_proof(const Problem& p, TrimOptions options) {
   return prove_no_solution(p, options);
 }
 
-TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
+static TrimResult answer_to(const Problem& problem, const TrimOptions& options,
+                            const Proof& known) {
   check(options);
   if (options.method == TrimMethod::newton && !problem.square())
     throw std::invalid_argument(
@@ -351,7 +352,9 @@ TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
                     problem.m()));
   if (auto r = refused(problem, options)) return *r;
   Search first(problem, options), all(problem, options);
-  const bool ends = !options.others && problem.square() && problem.n() > 0 && first_found(first);
+  all.proof = known;
+  const bool ends =
+      !known.proved && !options.others && problem.square() && problem.n() > 0 && first_found(first);
   if (!ends && options.method == TrimMethod::ipopt) all.proof = short_proof(problem, options);
   if (!ends && !all.proof.proved) search(all);
   Search& s = ends ? first : all;
@@ -366,6 +369,10 @@ TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
   return result;
 }
 
+TrimResult solution_of(const Problem& problem, const TrimOptions& options) {
+  return answer_to(problem, options, {});
+}
+
 bool proved_infeasible(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                        const TrimOptions& options) {
   const RoundToNearest environment;
@@ -373,15 +380,26 @@ bool proved_infeasible(const Model& model, const TrimSpec& spec, const Operating
   return prove_no_solution(make_problem(model, spec, guess), options).proved;
 }
 
-TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                const TrimOptions& options) {
+static TrimResult answer_in_time(const Model& model, const TrimSpec& spec,
+                                 const OperatingPoint& guess, const TrimOptions& options,
+                                 const Proof& known) {
   const RoundToNearest environment;
   std::optional<TimedModel> limited;
   if (options.time_limit != unlimited) limited = timed(model, options.time_limit);
   Problem problem =
       make_problem(limited ? limited->model : model, spec, guess, limited.has_value());
   if (limited) problem.out_of_time = limited->over;
-  return solution_of(problem, options);
+  return answer_to(problem, options, known);
+}
+
+TrimResult trim(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                const TrimOptions& options) {
+  return answer_in_time(model, spec, guess, options, {});
+}
+
+TrimResult closest_point(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                         const TrimOptions& options) {
+  return answer_in_time(model, spec, guess, options, {true, 0});
 }
 
 }  // namespace tiltrim

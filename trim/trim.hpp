@@ -121,4 +121,10 @@ struct TrimResult {
 [[nodiscard]] bool proved_infeasible(const Model& model, const TrimSpec& spec,
                                      const OperatingPoint& guess, const TrimOptions& options = {});
 
+/// The closest point of a problem that the caller has proved to have no solution: trim() without
+/// search and proof; `infeasible`. Throws as trim().
+[[nodiscard]] TrimResult closest_point(const Model& model, const TrimSpec& spec,
+                                       const OperatingPoint& guess,
+                                       const TrimOptions& options = {});
+
 }  // namespace tiltrim

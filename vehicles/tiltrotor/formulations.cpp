@@ -235,9 +235,15 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
     result.message = "whatever the control law does, " + none;
     return result;
   };
-  if (!options.closest && !found_at_once(problem, options)) {
+  if (!found_at_once(problem, options)) {
     const TrimProblem airframe = airframe_alone(vehicle, command);
-    if (proved_infeasible(airframe.model, airframe.spec, airframe.guess, options)) {
+    TrimOptions briefly = options;
+    if (options.closest) briefly.max_boxes = std::min(options.max_boxes, 5000);
+    if (proved_infeasible(airframe.model, airframe.spec, airframe.guess, briefly)) {
+      if (options.closest)
+        return whatever_the_law(
+            closest_point(problem.model, problem.spec, problem.guess, options),
+            trim(airframe.model, airframe.spec, airframe.guess, options).message);
       TrimResult nowhere;
       nowhere.point = problem.guess;
       return whatever_the_law(nowhere, "no point within the limits is an equilibrium");
