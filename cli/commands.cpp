@@ -80,8 +80,7 @@ void for_each(const Study& study, const Common& common, int threads,
   Progress progress(conditions.size());
   std::vector<std::exception_ptr> errors(conditions.size());
   std::mutex order;
-  std::atomic<std::size_t> first =
-      conditions.size();  // with an error: those after it are not begun
+  std::atomic<std::size_t> first = conditions.size();  // in error: those after it are not begun
   const auto one = [&](std::size_t k) {
     if (k > first) return;
     try {

@@ -210,6 +210,11 @@ TEST_CASE("infeasible: proved before any search") {
     CHECK(r.starts == 0);
     CHECK(r.message.find("no point within the limits is an equilibrium (proved over ") == 0);
   }
+  const TrimResult known = closest_point(fold(), bounded_fold(-2, 3), at_fold(2, 0.25));
+  CHECK(known.status == TrimStatus::infeasible);
+  CHECK(known.message.starts_with("no point within the limits is an equilibrium; the closest "));
+  CHECK(known.starts == 0);
+  CHECK_NEAR(known.residual, 0.25, 1e-9);
   CHECK(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, 0.25)));
   CHECK_FALSE(proved_infeasible(fold(), bounded_fold(-2, 3), at_fold(2, -0.25)));
   CHECK_FALSE(proved_infeasible(fold(), still_fold(), at_fold(2, 0.25)));  // x has no bounds

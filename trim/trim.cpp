@@ -198,8 +198,8 @@ TrimResult closest_to(Search& s) {
   const VectorXd guess = unknowns_of(p, p.base);
   const bool searched = s.closest.size() > 0;  // not if proved before
   TrimResult best = verify(p, searched ? s.closest : guess, true, s.options);
-  const bool finite = searched ? std::isfinite(s.closest_residual) : values(p, guess).finite;
-  if (!s.options.closest || s.options.stop.stop_requested() || !finite) return best;
+  const bool nowhere_finite = searched && !std::isfinite(s.closest_residual);
+  if (!s.options.closest || s.options.stop.stop_requested() || nowhere_finite) return best;
   TrimOptions quiet = s.options;
   quiet.observe = {};
   std::pair least{infinity, infinity};
@@ -289,11 +289,10 @@ TrimResult no_answer(Search& s) {
     const Proof proof = s.proof.proved ? s.proof : prove_no_solution(p, s.options);
     if (p.over()) return out_of_time(s);
     r.status = proof.proved ? TrimStatus::infeasible : TrimStatus::not_found;
-    const std::string none =
-        proof.proved
-            ? fmt::format("no point within the limits is an equilibrium (proved over {} box{})",
-                          proof.boxes, proof.boxes == 1 ? "" : "es")
-            : "no equilibrium found in " + counted(s.starts, "start");
+    std::string none = proof.proved ? "no point within the limits is an equilibrium"
+                                    : "no equilibrium found in " + counted(s.starts, "start");
+    if (proof.boxes > 0 && proof.proved)
+      none += fmt::format(" (proved over {} box{})", proof.boxes, proof.boxes == 1 ? "" : "es");
     r.message = fmt::format("{}{}; the closest point leaves {}, {}", none,
                             s.none_within ? ", and no point within all limits was found" : "",
                             left_over(p, p.equations, r), limits_in_words(p, r));
@@ -355,7 +354,8 @@ static TrimResult answer_to(const Problem& problem, const TrimOptions& options,
   all.proof = known;
   const bool ends =
       !known.proved && !options.others && problem.square() && problem.n() > 0 && first_found(first);
-  if (!ends && options.method == TrimMethod::ipopt) all.proof = short_proof(problem, options);
+  if (!ends && !known.proved && options.method == TrimMethod::ipopt)
+    all.proof = short_proof(problem, options);
   if (!ends && !all.proof.proved) search(all);
   Search& s = ends ? first : all;
   TrimResult result = s.answers.empty() ? no_answer(s) : best_answer(s);
