@@ -54,7 +54,7 @@ bool Grid::within(const VectorXd& z, const Values& v) const {
 
 Settled settle(const Grid& g, VectorXd& z, int cap) {
   constexpr double tolerance = 1e-10, step_tolerance = 1e-9, far = 10.0;
-  constexpr double sure = 0.1;  // of the step: the last Jacobian's is not exactly Newton's
+  constexpr double sure = 0.1;  // of that: a step by the last Jacobian is not exactly Newton's
   std::optional<dense::LU<MatrixXd>> last;
   for (int i = 0; i < cap; ++i) {
     const Values v = values(g.fixed, z);
