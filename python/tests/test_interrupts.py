@@ -24,10 +24,10 @@ NINE_GAINS = {  # their starts do not agree for minutes
 
 BUILT_IN = {
     "tune": f"tiltrim.tune(c, gains={NINE_GAINS}, evaluations=10**9)",
-    # At rest without lift: no trim, and no proof of it that would end the search.
+    # At rest without lift: no trim, and no proof of it that would come before the search.
+    "trim": "tiltrim.trim(tiltrim.tiltrotor(0.0, 0.0), starts=10**9)",
     "sweep": "tiltrim.sweep(tiltrim.tiltrotor(0.0, 0.0), starts=10**6,"
     " axes={'gains.K_Lp': np.linspace(0.1, 5, 5000)})",
-    "trim": "tiltrim.trim(tiltrim.tiltrotor(15.0, 85.0), starts=10**9)",
 }
 
 
