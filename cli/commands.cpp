@@ -54,11 +54,16 @@ Study read_study(const std::filesystem::path& file) {
   return study;
 }
 
-Study read_study(const Common& common) {
+Study read_study(const Common& common, const std::vector<FurtherFile>& further) {
+  for (const auto& [file, option] : further) {
+    check_apart(file, option, common.study, "the study");
+    check_apart(file, option, common.output, "-o");
+  }
   Study study = read_study(common.study);
-  if (!study.user_model)
-    check_apart(common.output, "-o", common.study.parent_path() / study.polar_name,
-                "the study's polar");
+  if (study.user_model) return study;
+  const std::filesystem::path polar = common.study.parent_path() / study.polar_name;
+  check_apart(common.output, "-o", polar, "the study's polar");
+  for (const auto& [file, option] : further) check_apart(file, option, polar, "the study's polar");
   return study;
 }
 
@@ -194,9 +199,11 @@ static void check_inputs(const std::vector<std::string>& names) {
 }
 
 Outcome run(const LinearizeCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  check_model_files(command.models, command.common.study, command.common.output);
+  check_model_files(command.models);
   check_inputs(command.inputs);
-  const Study study = read_study(command.common);
+  std::vector<FurtherFile> models;
+  for (const auto& file : command.models) models.push_back({file, "--models"});
+  const Study study = read_study(command.common, models);
   TrimOptions trimming = command.options;
   trimming.stop = stop;
   trimming.time_limit = study.time_limit;
@@ -350,9 +357,7 @@ static void check_loops(const std::vector<std::string>& asked, const Study& stud
 Outcome run(const MarginsCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check_frequencies(command.options);
   const std::filesystem::path& bode = command.bode;
-  check_apart(bode, "--bode", command.common.study, "the study");
-  check_apart(bode, "--bode", command.common.output, "-o");
-  const Study study = read_study(command.common);
+  const Study study = read_study(command.common, {{bode, "--bode"}});
   check_loops(command.options.actuators, study);
   if (!bode.empty()) check_writable(bode);
   std::vector<LoopsAnswer> conditions;

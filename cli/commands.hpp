@@ -214,8 +214,14 @@ std::string in_format(Format format, const Json& json, const Csv& csv, const Tex
 
 /// load_study(), terminated by the first signal.
 Study read_study(const std::filesystem::path& file);
-/// The same; throws std::invalid_argument if -o names the polar that the study reads.
-Study read_study(const Common& common);
+/// A file that a command writes besides its output, and the option that names it.
+struct FurtherFile {
+  std::filesystem::path file;  ///< empty: none
+  const char* option;
+};
+/// The same; throws std::invalid_argument if a file to be written is the study, its polar or that
+/// of -o.
+Study read_study(const Common& common, const std::vector<FurtherFile>& further = {});
 /// The conditions of these names, in the study's order. Throws StudyError with all names.
 std::vector<Condition> chosen(const Study& study, const std::vector<std::string>& only);
 /// Identifies everything that determines the results of a resumable run; a log is valid only for

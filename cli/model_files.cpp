@@ -18,15 +18,12 @@ static const std::map<std::string, std::string (*)(const Conditions&)> endings{
     {".csv", [](const Conditions& all) { return as_csv(linear_models_sheet(all)); }},
     {".py", linear_models_python}};
 
-void check_model_files(const std::vector<std::filesystem::path>& files,
-                       const std::filesystem::path& study, const std::filesystem::path& output) {
+void check_model_files(const std::vector<std::filesystem::path>& files) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     if (!endings.contains(files[i].extension()))
       throw std::invalid_argument(
           fmt::format("--models: '{}' has an unknown ending; expected .mat, .json, .csv or .py",
                       files[i].string()));
-    check_apart(files[i], "--models", study, "the study");
-    check_apart(files[i], "--models", output, "-o");
     for (std::size_t j = 0; j < i; ++j)
       check_apart(files[i], "--models", files[j], "another --models");
     check_writable(files[i]);

@@ -90,9 +90,7 @@ std::string in_its_format(const Study& study, const ProveCommand& command,
 
 std::unique_ptr<Log> opened(const Study& study, const ProveCommand& command) {
   if (command.log.empty()) return {};
-  check_apart(command.log, "--log", command.common.study, "the study");
   check_apart(command.log, "--log", command.certificate, "the certificate");
-  check_apart(command.log, "--log", command.common.output, "the output");
   const bool exists = fs::exists(command.log);
   auto log =
       std::make_unique<Log>(filing::target_of(command.log),
@@ -121,10 +119,9 @@ bool at_its_end(const Study& study, const ProveCommand& command, const Theorem& 
 
 Outcome run(const ProveCommand& command, const TextStyle&, const std::stop_token& stop) {
   check_format(command.common);
-  const Study study = read_study(command.common);
+  const Study study =
+      read_study(command.common, {{command.certificate, "--certificate"}, {command.log, "--log"}});
   Progress progress(to_prove(study, command.common.only).size());
-  check_apart(command.certificate, "--certificate", command.common.study, "the study");
-  check_apart(command.certificate, "--certificate", command.common.output, "the output");
   if (study.user_model && !command.certificate.empty())
     throw std::invalid_argument(fmt::format("--certificate: {}", no_certificate));
   if (!command.certificate.empty()) check_writable(command.certificate);

@@ -36,8 +36,6 @@ void check_samples(const SimulateCommand& command) {
   if (samples.extension() != ".nc" && samples.extension() != ".csv")
     throw std::invalid_argument(
         fmt::format("--samples: {}: expected a file that ends in .nc or .csv", samples.string()));
-  check_apart(samples, "--samples", command.common.study, "the study");
-  check_apart(samples, "--samples", command.common.output, "-o");
   check_writable(samples);
 }
 
@@ -59,8 +57,6 @@ void check(const SimulateCommand& command) {
   goes_with(!command.common.only.empty(), "--only", !command.response.empty(), "--response");
   check_samples(command);
   check_folder(command.plots);
-  check_apart(command.log, "--log", command.common.study, "the study");
-  check_apart(command.log, "--log", command.common.output, "-o");
 }
 
 // ---- The flight ---------------------------------------------------------------------------------
@@ -312,7 +308,8 @@ Outcome simulated(const SimulateCommand& command, const Study& study, const Text
 
 Outcome run(const SimulateCommand& command, const TextStyle& style, const std::stop_token& stop) {
   check(command);
-  const Study study = read_study(command.common);
+  const Study study =
+      read_study(command.common, {{command.samples, "--samples"}, {command.log, "--log"}});
   if (!study.user_model) (void)offsets_of(command.response, flight_keys());
   try {
     return simulated(command, study, style, stop);

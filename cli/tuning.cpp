@@ -68,14 +68,10 @@ TuningReport tuned(const TuneCommand& command, const Study& study, const std::st
 }  // namespace
 
 Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_token& stop) {
-  const Study study = read_study(command.common);
+  const Study study = read_study(command.common, {{command.gains, "--gains"}});
   if (command.seconds && std::isnan(*command.seconds))
     throw std::invalid_argument("--seconds: nan is not a number of seconds");
-  if (!command.gains.empty()) {
-    check_apart(command.gains, "--gains", command.common.study, "the study");
-    check_apart(command.gains, "--gains", command.common.output, "-o");
-    check_writable(command.gains);
-  }
+  if (!command.gains.empty()) check_writable(command.gains);
   TuningReport report;
   try {
     report = tuned(command, study, stop);

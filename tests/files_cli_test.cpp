@@ -36,6 +36,17 @@ TEST_CASE("a polar that the study reads is not overwritten") {
     CHECK(contains(ran.err, "-o and the study's polar name the same file"));
     CHECK(slurp(scratch.path / "p.csv") == polar);
   }
+  for (const std::string option :
+       {"linearize --models", "margins --bode", "simulate --samples",
+        "simulate --monte-carlo --log", "tune --gains", "prove --certificate", "prove --log"}) {
+    const std::size_t space = option.find(' ');
+    const Ran ran =
+        run(scratch, option.substr(0, space) + " s.toml" + option.substr(space) + " p.csv");
+    CHECK(ran.exit_code == 2);
+    CHECK(contains(ran.err, option.substr(option.rfind(' ') + 1) +
+                                " and the study's polar name the same file"));
+    CHECK(slurp(scratch.path / "p.csv") == polar);
+  }
 }
 
 TEST_CASE("a limit on the size of files: the message, and nothing is left behind") {

@@ -65,7 +65,7 @@ TEST_CASE("what is no number, no file or one file for two is refused") {
     CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
   };
   refused(prove + "--margin nan", "--margin: nan is not a number from 0 to 1000");
-  refused(prove + "-o c.proof", "--certificate and the output name the same file");
+  refused(prove + "-o c.proof", "--certificate and -o name the same file");
   refused("check-proof .", "tiltrim: .: is a directory");
 }
 
