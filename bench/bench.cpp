@@ -137,8 +137,8 @@ void trim_all_starts(benchmark::State& state) {
     benchmark::DoNotOptimize(trim(c.problem.model, c.problem.spec, c.problem.guess));
 }
 
-// The wake as printed in the paper pushes the wing down too hard for a trim of the first two: what
-// the program says about it, with proof, closest point and what would have to change.
+// The wake as printed in the paper pushes the wing down too hard for a trim of the first two: the
+// program's proof, closest point and what would have to change.
 void no_trim_explained(benchmark::State& state) {
   Vehicle printed = reference_vehicle();
   printed.aircraft.pitch_scale = printed.aircraft.wake_immersion = 1.0;

@@ -80,8 +80,8 @@ struct Group {
     set_ranges();
   }
 
-  static constexpr std::size_t block_points =
-      15;  // 16: all entries in the same few sets of a cache
+  // With 16 all entries would share a few sets of a cache.
+  static constexpr std::size_t block_points = 15;
 
   void put(std::size_t l, const OperatingPoint& at) {
     std::size_t j = 0;

@@ -7,6 +7,7 @@
 
 #include "model/lookup.hpp"
 #include "tables/tables.hpp"
+#include "trim/proof.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
 namespace tiltrim {
@@ -51,7 +52,7 @@ TrimProblem level_body_problem(const Vehicle& vehicle, const Command& c) {
 TrimResult solved(const TrimProblem& problem, const TrimSpec& spec) {
   TrimOptions options;
   options.closest = false;
-  options.max_boxes = 1000;
+  options.max_boxes = boxes_before_short_search;
   return trim(problem.model, spec, problem.guess, options);
 }
 

@@ -47,6 +47,7 @@ list(JOIN all "\n" together)
 file(WRITE ${source} "${together}\n")
 execute_process(COMMAND ${COMPILER} -std=c++20 -fsyntax-only -DTILTRIM_LANES=one -DTILTRIM_LANES_SCALAR
                 -DTILTRIM_PROGRAM="" -DTILTRIM_SOURCE_DIR="" -I${ROOT} ${INCLUDES} ${source} RESULT_VARIABLE failed)
+file(REMOVE ${source})
 if(failed)
   message(FATAL_ERROR "the headers do not compile together: a name means two things")
 endif()

@@ -347,6 +347,11 @@ TEST_CASE("(3) as printed cannot climb: shown" * thorough) {
   CHECK(r.status == TrimStatus::infeasible);
   CHECK(r.message.find("proved") != std::string::npos);
   CHECK(truth(printed, climb).within.empty());
+  // Proved, though no time is left for the closest point.
+  const TrimResult hasty = trim_closed_loop(printed, climb, {.time_limit = 1e-9});
+  CHECK(hasty.status == TrimStatus::infeasible);
+  CHECK(hasty.message ==
+        "whatever the control law does, no point within the limits is an equilibrium");
 }
 
 TEST_CASE("random aircraft along the corridor: each trimmed, or shown not to be" * thorough) {
@@ -684,10 +689,6 @@ TEST_CASE("table trim: the closed forms behind Table 3") {
 }
 
 TEST_CASE("where the proof makes the search needless the closest point is no farther" * thorough) {
-  const auto distance = [](const TrimResult& r) {
-    return Eigen::Vector3d(r.rates[0], r.rates[1], r.rates[3])
-        .norm();  // V', gamma' and q' of the airframe
-  };
   int proved = 0;
   for (const double eta : {0.0, 45 * degree, 90 * degree})
     for (const double gamma : {-10 * degree, 40 * degree, 90 * degree})
@@ -698,6 +699,14 @@ TEST_CASE("where the proof makes the search needless the closest point is no far
         const TrimProblem problem = airframe_problem(
             reference(),
             {.values = {{"V", {V, V}}, {"gamma", {gamma, gamma}}, {"eta", {eta, eta}}}});
+        const auto distance = [&](const TrimResult& r) {
+          double sum = 0.0;
+          for (const char* state : {"V", "gamma", "q"}) {
+            const Eigen::Index i = find(problem.model.states, state);
+            sum += std::pow(r.rates[i] / problem.model.states[std::size_t(i)].nominal, 2);
+          }
+          return std::sqrt(sum);
+        };
         const TrimResult first = solve(problem);
         if (first.status != TrimStatus::infeasible) continue;
         const TrimResult searched = solve(problem, {.max_boxes = 0});

@@ -11,6 +11,7 @@
 #include "model/many.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/problem.hpp"
+#include "trim/proof.hpp"
 #include "trim/remedy.hpp"
 
 namespace tiltrim {
@@ -212,7 +213,7 @@ Diagnosis diagnose(const Model& model, const TrimSpec& spec, const OperatingPoin
   Diagnosis d{closest, holding(problem, unknowns_of(problem, closest)), {}};
 
   TrimOptions briefly = quiet(options);  // a long proof that no limit helps is not worth its time
-  briefly.max_boxes = std::min(options.max_boxes, 1000);
+  briefly.max_boxes = std::min(options.max_boxes, boxes_before_short_search);
   const auto limit = [&](const Signal& signal, double lower, double upper) {
     for (const bool up : {false, true})
       if (std::isfinite(up ? upper : lower))

@@ -335,7 +335,8 @@ void check(const TrimOptions& options) {
 // solution at once, there is nothing to prove.
 static Proof short_proof(const Problem& p, TrimOptions options) {
   options.observe = {};
-  options.max_boxes = std::min(options.max_boxes, options.closest ? 5000 : 1000);
+  options.max_boxes = std::min(options.max_boxes,
+                               options.closest ? boxes_before_search : boxes_before_short_search);
   if (options.max_boxes == 0 || !can_be_proved(p)) return {};
   const VectorXd found = newton(p, unknowns_of(p, p.base), options).z;
   if (is_equilibrium(verify(p, found, true, options).status)) return {};

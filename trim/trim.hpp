@@ -122,7 +122,7 @@ struct TrimResult {
                                      const OperatingPoint& guess, const TrimOptions& options = {});
 
 /// The closest point of a problem that the caller has proved to have no solution: trim() without
-/// search and proof; `infeasible`. Throws as trim().
+/// search and proof. `infeasible`, unless stopped or out of time. Throws as trim().
 [[nodiscard]] TrimResult closest_point(const Model& model, const TrimSpec& spec,
                                        const OperatingPoint& guess,
                                        const TrimOptions& options = {});

@@ -9,6 +9,7 @@
 
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
+#include "trim/proof.hpp"
 #include "vehicles/tiltrotor/along.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/numbers.hpp"
@@ -238,15 +239,17 @@ TrimResult trim_closed_loop(const TrimProblem& problem, const Vehicle& vehicle,
   if (!found_at_once(problem, options)) {
     const TrimProblem airframe = airframe_alone(vehicle, command);
     TrimOptions briefly = options;
-    if (options.closest) briefly.max_boxes = std::min(options.max_boxes, 5000);
+    if (options.closest) briefly.max_boxes = std::min(options.max_boxes, boxes_before_search);
     if (proved_infeasible(airframe.model, airframe.spec, airframe.guess, briefly)) {
-      if (options.closest)
-        return whatever_the_law(
-            closest_point(problem.model, problem.spec, problem.guess, options),
-            trim(airframe.model, airframe.spec, airframe.guess, options).message);
-      TrimResult nowhere;
+      TrimResult nowhere, open;
       nowhere.point = problem.guess;
-      return whatever_the_law(nowhere, "no point within the limits is an equilibrium");
+      if (options.closest) {
+        nowhere = closest_point(problem.model, problem.spec, problem.guess, options);
+        open = trim(airframe.model, airframe.spec, airframe.guess, options);
+      }
+      return whatever_the_law(nowhere, open.status == TrimStatus::infeasible
+                                           ? open.message
+                                           : "no point within the limits is an equilibrium");
     }
   }
   TrimResult result = trim(problem.model, problem.spec, problem.guess, options);
