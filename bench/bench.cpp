@@ -195,7 +195,7 @@ void envelope_100_by_100(benchmark::State& state) {
   const Vehicle vehicle = reference_vehicle();
   const Condition level = level_flight(15.0);
   for (auto _ : state)
-    if (envelope(vehicle, level, EnvelopeTable{}).parts.size() != 2)
+    if (envelope(vehicle, level, EnvelopeTable{}, {.threads = 1}).parts.size() != 2)
       throw std::runtime_error("an envelope over tilt has two parts");
   state.counters["points"] = 100.0 * 100.0;
 }
@@ -237,7 +237,7 @@ void xv15_envelope_12_by_12(benchmark::State& state) {
   constexpr int count = 12;
   const Study study = load_study(data_directory().parent_path() / "studies/xv15_corridor.toml");
   const EnvelopeTable table = envelope_table(study, {}, count);
-  const EnvelopeOptions few{.coarse = 3, .starts = 4};
+  const EnvelopeOptions few{.coarse = 3, .starts = 4, .threads = 1};
   for (auto _ : state)
     if (envelope(study.vehicle, study.conditions.at(0), table, few).parts.size() != 1)
       throw std::runtime_error("an envelope of a user's model has one part");

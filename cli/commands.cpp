@@ -284,16 +284,18 @@ Outcome run(const EnvelopeCommand& command, const TextStyle& style, const std::s
   const Study study = read_study(command.common);
   const EnvelopeTable table = envelope_table(study, command.over, command.count);
   std::vector<EnvelopeAnswer> envelopes(chosen(study, command.common.only).size());
+  const bool one = envelopes.size() == 1;  // then its points are spread over the threads
   const auto work = [&](std::size_t k, const Condition& condition, Progress& progress) {
     EnvelopeOptions options;
     options.rows = envelope_rows(table, bool(study.user_model));
+    options.threads = one ? command.threads : 1;
     options.stop = stop;
     options.observe = [&](double share) {
       progress.say(fmt::format("{}: {:.0f} % of the grid", condition.name, 100 * share), share);
     };
     envelopes[k] = envelope(study.vehicle, condition, table, options);
   };
-  for_each(study, command.common, command.threads, work);
+  for_each(study, command.common, one ? 1 : command.threads, work);
   const int code =
       std::ranges::all_of(envelopes, &EnvelopeAnswer::answered) ? answered : unanswered;
   return {in_format(

@@ -10,6 +10,7 @@
 #include "dense/dense.hpp"
 #include "follow/grid.hpp"
 #include "runtime/rounding.hpp"
+#include "runtime/threads.hpp"
 
 namespace tiltrim {
 
@@ -351,25 +352,20 @@ TrimSpec over_plane(const Model& model, const TrimSpec& spec, const EnvelopeAxis
 
 }  // namespace
 
-Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
-                  const EnvelopeAxis& x, const EnvelopeAxis& y, const EnvelopeOptions& options) {
-  const RoundToNearest environment;
-  const TrimSpec over = over_plane(model, spec, x, y);
-  TrimSpec fixed = over;
-  fixed.free.resize(fixed.free.size() - 2);
-  Grid g(model, fixed, over, guess, x, y, options);
-  if (!g.fixed.square())
-    throw std::invalid_argument(
-        fmt::format("an envelope needs as many unknowns as equations, not {} and {}", g.fixed.n(),
-                    g.fixed.m()));
+// Sheets to where they end, and the border from there, until nothing new is found.
+static void explore(Grid& g, std::vector<Followed>& border, std::deque<Seed>& seeds) {
+  const auto stopped = [&] { return g.options.stop.stop_requested(); };
   std::deque<Front> front;
   seed(g, front);
-  std::vector<Followed> border;
-  std::deque<Seed> seeds;
-  while (!front.empty() && !options.stop.stop_requested()) {  // ends: finitely many trims
-    for (const Edge& edge : spread(g, front)) {
-      if (options.stop.stop_requested()) break;
-      const Way way = go(g.plane, edge.from, g.place(edge.i, edge.j));
+  while (!front.empty() && !stopped()) {  // ends: finitely many trims
+    const std::vector<Edge> edges = spread(g, front);
+    std::vector<Way> ways(edges.size());
+    for_all(g, edges.size(), [&](const Grid& own, std::size_t k) {
+      if (!stopped()) ways[k] = go(own.plane, edges[k].from, g.place(edges[k].i, edges[k].j));
+    });
+    for (std::size_t k = 0; k < edges.size() && !stopped(); ++k) {
+      const Edge& edge = edges[k];
+      const Way& way = ways[k];
       if (way.arrived) add(g, edge.i, edge.j, way.arrived->head(g.n()), true, front);
       if (way.back) add(g, edge.at_i, edge.at_j, way.back->head(g.n()), true, front);
       if (!way.met) continue;
@@ -377,26 +373,53 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
       follow_border(g, seeds, border);
     }
   }
+}
 
+static Envelope explored(Grid& g) {
+  std::vector<Followed> border;
+  std::deque<Seed> seeds;
+  explore(g, border, seeds);
   Envelope e;
-  e.x = x;
-  e.y = y;
-  e.count.resize(x.count, y.count);
-  for (int i = 0; i < x.count; ++i)
-    for (int j = 0; j < y.count; ++j) e.count(i, j) = int(g.trims[g.node(i, j)].size());
+  e.x = g.x;
+  e.y = g.y;
+  e.count.resize(g.x.count, g.y.count);
+  for (int i = 0; i < g.x.count; ++i)
+    for (int j = 0; j < g.y.count; ++j) e.count(i, j) = int(g.sheets.trims[g.node(i, j)].size());
   for (Followed& f : border) {
-    for (const VectorXd& at : f.way) f.piece.points.push_back(reported(g, at));
+    f.piece.points.resize(f.way.size());
+    for_all(g, f.way.size(),
+            [&](const Grid& own, std::size_t k) { f.piece.points[k] = reported(own, f.way[k]); });
     e.pieces.push_back(f.piece);
   }
-  const bool stopped = options.stop.stop_requested();
-  for (const double at : stopped ? std::vector<double>() : options.rows)
-    e.rows.push_back(row_at(g, border, at / g.moving.nominal[g.n() + 1]));
+  const bool stopped = g.options.stop.stop_requested();
+  e.rows.resize(stopped ? 0 : g.options.rows.size());
+  for_all(g, e.rows.size(), [&](const Grid& own, std::size_t k) {
+    e.rows[k] = row_at(own, border, g.options.rows[k] / g.moving.nominal[g.n() + 1]);
+  });
   e.evaluations = g.fixed.evaluations + g.moving.evaluations;
   if (e.count.maxCoeff() == 0) e.status = EnvelopeStatus::empty;
   const auto ends_early = [](const BorderPiece& p) { return p.from == cut_off || p.to == cut_off; };
   if (!seeds.empty() || std::ranges::any_of(e.pieces, ends_early))
     e.status = EnvelopeStatus::incomplete;
   if (stopped) e.status = EnvelopeStatus::interrupted;
+  return e;
+}
+
+Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
+                  const EnvelopeAxis& x, const EnvelopeAxis& y, const EnvelopeOptions& options) {
+  const RoundToNearest environment;
+  const TrimSpec over = over_plane(model, spec, x, y);
+  TrimSpec fixed = over;
+  fixed.free.resize(fixed.free.size() - 2);
+  Sheets sheets;
+  Grid g(model, fixed, over, guess, x, y, options, sheets);
+  if (!g.fixed.square())
+    throw std::invalid_argument(
+        fmt::format("an envelope needs as many unknowns as equations, not {} and {}", g.fixed.n(),
+                    g.fixed.m()));
+  if (options.threads == 1) return explored(g);
+  Envelope e;
+  with_threads(options.threads, [&] { e = explored(g); });
   return e;
 }
 

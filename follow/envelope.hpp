@@ -83,7 +83,8 @@ struct EnvelopeOptions {
   /// Along the boundary, on every unknown over its nominal size; in a plane much larger than that,
   /// a 400th of its shorter side.
   double max_step = 0.2;
-  std::stop_token stop{};                       ///< checked between trims
+  int threads = 0;         ///< 0: one per hardware thread; the result does not depend on it
+  std::stop_token stop{};  ///< checked between trims
   std::function<void(double share)> observe{};  ///< share of the grid completed
 };
 

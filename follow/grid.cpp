@@ -6,6 +6,7 @@
 
 #include "dense/dense.hpp"
 #include "model/lookup.hpp"
+#include "runtime/threads.hpp"
 #include "trim/newton.hpp"
 #include "trim/verdict.hpp"
 
@@ -20,19 +21,29 @@ constexpr double same_trim = 1e-5;  // scaled distance below which two trims are
 
 Grid::Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over,
            const OperatingPoint& guess, const EnvelopeAxis& along, const EnvelopeAxis& up,
-           const EnvelopeOptions& o)
+           const EnvelopeOptions& o, Sheets& found)
     : x(along),
       y(up),
       options(o),
       fixed(make_problem(model, spec, guess)),
       moving(make_problem(model, over, guess)),
       plane{moving, {}, {}},
-      trims(std::size_t(along.count) * std::size_t(up.count)),
-      beyond(trims.size()) {
+      sheets(found) {
+  sheets.trims.resize(std::size_t(along.count) * std::size_t(up.count));
+  sheets.beyond.resize(sheets.trims.size());
   const Vector2d size = moving.nominal.tail<2>();
   plane.lower = Vector2d(x.range.lower, y.range.lower).cwiseQuotient(size);
   plane.upper = Vector2d(x.range.upper, y.range.upper).cwiseQuotient(size);
 }
+
+Grid::Grid(const Grid& other)
+    : x(other.x),
+      y(other.y),
+      options(other.options),
+      fixed(other.fixed),
+      moving(other.moving),
+      plane{moving, other.plane.lower, other.plane.upper},
+      sheets(other.sheets) {}
 
 Vector2d Grid::place(int i, int j) const {
   const auto at = [](double lower, double upper, int k, int count) {
@@ -50,6 +61,24 @@ void Grid::put(const Vector2d& p) const {
 bool Grid::within(const VectorXd& z, const Values& v) const {
   return excess(z, fixed.lower, fixed.upper) <= bound_slack &&
          excess(v.limited, fixed.limited_lower, fixed.limited_upper) <= bound_slack;
+}
+
+void for_all(const Grid& g, std::size_t count,
+             const std::function<void(const Grid&, std::size_t)>& work) {
+  constexpr std::size_t per_thread = 8;  // blocks: some take longer than others
+  if (g.options.threads == 1) {
+    for (std::size_t k = 0; k < count; ++k) work(g, k);
+    return;
+  }
+  const std::size_t blocks = std::min(count, per_thread * threads());
+  std::vector<long> evaluations(blocks);
+  in_parallel(blocks, [&](std::size_t b) {
+    const Grid own(g);
+    for (std::size_t k = b * count / blocks; k < (b + 1) * count / blocks; ++k) work(own, k);
+    evaluations[b] =
+        own.fixed.evaluations - g.fixed.evaluations + own.moving.evaluations - g.moving.evaluations;
+  });
+  for (const long more : evaluations) g.fixed.evaluations += more;
 }
 
 Settled settle(const Grid& g, VectorXd& z, int cap) {
@@ -83,7 +112,7 @@ static bool known(const std::vector<VectorXd>& trims, const VectorXd& z) {
 }
 
 bool add(Grid& g, int i, int j, const VectorXd& z, bool within, std::deque<Front>& front) {
-  std::vector<VectorXd>& trims = (within ? g.trims : g.beyond)[g.node(i, j)];
+  std::vector<VectorXd>& trims = (within ? g.sheets.trims : g.sheets.beyond)[g.node(i, j)];
   if (known(trims, z)) return false;
   VectorXd y(g.n() + 2);
   y << z, g.place(i, j);
@@ -107,55 +136,84 @@ std::vector<VectorXd> around(const Grid& g, const Vector2d& p) {
   const int i0 = std::clamp(int(at[0]), 0, g.x.count - 2);
   const int j0 = std::clamp(int(at[1]), 0, g.y.count - 2);
   std::vector<VectorXd> starts;
-  for (const auto* sheets : {&g.trims, &g.beyond})
+  for (const auto* sheets : {&g.sheets.trims, &g.sheets.beyond})
     for (int i = std::max(0, i0 - 1); i <= std::min(g.x.count - 1, i0 + 2); ++i)
       for (int j = std::max(0, j0 - 1); j <= std::min(g.y.count - 1, j0 + 2); ++j)
         for (const VectorXd& t : (*sheets)[g.node(i, j)]) starts.push_back(t.head(g.n()));
   return starts;
 }
 
+namespace {
+
+// A trim at a grid point, within the limits or beyond, or where a sheet ended on the way to it.
+struct Reached {
+  int i, j;
+  VectorXd z;
+  Settled how;
+  bool on_sheet;  // to be followed on from here
+};
+
+// Newton from z at a grid point.
+Reached reach(const Grid& own, int i, int j, VectorXd z, int cap) {
+  const Settled how = settle(own, z, cap);
+  return {i, j, z, how, how == Settled::trim || (how == Settled::outside && near_limits(own, z))};
+}
+
+void add(Grid& g, const Reached& r, std::deque<Front>& front) {
+  if (r.on_sheet) add(g, r.i, r.j, r.z, r.how == Settled::trim, front);
+}
+
+}  // namespace
+
 void seed(Grid& g, std::deque<Front>& front) {
+  constexpr int cap = 4;
   const int most = std::max(1, g.options.coarse);
-  const auto spread = [&](int k, int count) {
+  const auto at = [&](int k, int count) {
     return most == 1 ? count / 2 : k * (count - 1) / (most - 1);
   };
-  for (int a = 0; a < most; ++a)
-    for (int b = 0; b < most; ++b) {
-      if (g.options.stop.stop_requested()) return;
-      const int i = spread(a, g.x.count), j = spread(b, g.y.count);
-      g.put(g.place(i, j));
-      for (int k = 0; k <= g.options.starts; ++k) {
-        TrimOptions options;
-        options.max_iterations = 12;  // of trims found, few took more; hopeless starts take all
-        const VectorXd z0 = k == 0 ? unknowns_of(g.fixed, g.fixed.base) : start(g.fixed, k);
-        VectorXd z = newton(g.fixed, z0, options).z;
-        const Settled how = settle(g, z, 4);
-        if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
-          add(g, i, j, z, how == Settled::trim, front);
-      }
+  std::vector<std::vector<Reached>> found(std::size_t(most) * std::size_t(most));
+  for_all(g, found.size(), [&](const Grid& own, std::size_t place) {
+    const int i = at(int(place) / most, g.x.count), j = at(int(place) % most, g.y.count);
+    own.put(g.place(i, j));
+    for (int k = 0; k <= g.options.starts && !g.options.stop.stop_requested(); ++k) {
+      TrimOptions options;
+      options.max_iterations = 12;  // of trims found, few took more; hopeless starts take all
+      const VectorXd z0 = k == 0 ? unknowns_of(own.fixed, own.fixed.base) : start(own.fixed, k);
+      found[place].push_back(reach(own, i, j, newton(own.fixed, z0, options).z, cap));
     }
+  });
+  for (const std::vector<Reached>& all : found)
+    for (const Reached& r : all) add(g, r, front);
 }
 
 std::vector<Edge> spread(Grid& g, std::deque<Front>& front) {
   constexpr int cap = 12;
   std::vector<Edge> edges;
   std::size_t done = 0;
-  const double all = double(g.trims.size());
+  const double all = double(g.sheets.trims.size());
   while (!front.empty()) {
+    const std::deque<Front> wave = std::move(front);
+    front.clear();
+    std::vector<std::vector<Reached>> reached(wave.size());
+    for_all(g, wave.size(), [&](const Grid& own, std::size_t k) {
+      const Front& f = wave[k];
+      for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+        const int i = f.i + di, j = f.j + dj;
+        if (i < 0 || j < 0 || i >= g.x.count || j >= g.y.count) continue;
+        if (g.options.stop.stop_requested()) return;
+        own.put(g.place(i, j));
+        reached[k].push_back(reach(own, i, j, f.y.head(g.n()), cap));
+      }
+    });
     if (g.options.stop.stop_requested()) return edges;
-    const Front f = std::move(front.front());
-    front.pop_front();
-    if (g.options.observe && ++done % 256 == 0)
-      g.options.observe(std::min(1.0, double(done) / all));
-    for (const auto& [di, dj] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
-      const int i = f.i + di, j = f.j + dj;
-      if (i < 0 || j < 0 || i >= g.x.count || j >= g.y.count) continue;
-      VectorXd z = f.y.head(g.n());
-      g.put(g.place(i, j));
-      const Settled how = settle(g, z, cap);
-      if (how == Settled::trim || (how == Settled::outside && near_limits(g, z)))
-        add(g, i, j, z, how == Settled::trim, front);
-      if (f.within && how != Settled::trim) edges.push_back({f.y, f.i, f.j, i, j});
+    for (std::size_t k = 0; k < wave.size(); ++k) {
+      const Front& f = wave[k];
+      for (const Reached& r : reached[k]) {
+        add(g, r, front);
+        if (f.within && r.how != Settled::trim) edges.push_back({f.y, f.i, f.j, r.i, r.j});
+      }
+      if (g.options.observe && ++done % 256 == 0)
+        g.options.observe(std::min(1.0, double(done) / all));
     }
   }
   return edges;

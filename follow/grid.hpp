@@ -8,20 +8,25 @@
 
 namespace tiltrim {
 
+/// (z, x, y) of the trims found at each grid point, x fastest; and of trims just beyond a limit,
+/// from which a sheet may return inside.
+struct Sheets {
+  std::vector<std::vector<Eigen::VectorXd>> trims, beyond;
+};
+
 /// All in scaled unknowns: `fixed` is the problem at a point of the plane, `moving` over the plane.
+/// A copy evaluates problems of its own and shares the sheets.
 struct Grid {
   const EnvelopeAxis &x, &y;
   const EnvelopeOptions& options;
   mutable Problem fixed;
   Problem moving;
   Plane plane;
-  /// (z, x, y) of the trims found at each grid point, x fastest; and of trims just beyond a limit,
-  /// from which a sheet may return inside.
-  std::vector<std::vector<Eigen::VectorXd>> trims, beyond;
+  Sheets& sheets;
 
   Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over, const OperatingPoint& guess,
-       const EnvelopeAxis& along, const EnvelopeAxis& up, const EnvelopeOptions& o);
-  Grid(const Grid&) = delete;
+       const EnvelopeAxis& along, const EnvelopeAxis& up, const EnvelopeOptions& o, Sheets& found);
+  Grid(const Grid& other);
   Grid& operator=(const Grid&) = delete;
 
   Eigen::Index n() const { return fixed.n(); }
@@ -32,6 +37,11 @@ struct Grid {
   void put(const Eigen::Vector2d& p) const;                      ///< sets the parameters of `fixed`
   bool within(const Eigen::VectorXd& z, const Values& v) const;  ///< inside the limits
 };
+
+/// Calls work(own, k) for k = 0 .. count - 1, on several threads if the options allow it, each with
+/// its own copy of the grid.
+void for_all(const Grid& grid, std::size_t count,
+             const std::function<void(const Grid& own, std::size_t k)>& work);
 
 enum class Settled { trim, outside, lost };
 /// Plain Newton from a neighbouring trim; the caller has set the parameters.

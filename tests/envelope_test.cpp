@@ -347,6 +347,34 @@ static EnvelopeAnswer tiltrotor(const char* angle, int count, EnvelopeOptions op
   return envelope(reference_vehicle(), level, table, options);
 }
 
+TEST_CASE("an envelope has the same bits on one thread and on three") {
+  const auto on = [](int threads) {
+    return tiltrotor("eta_deg", 12, {.rows = {0.4}, .threads = threads});
+  };
+  const EnvelopeAnswer a = on(1), b = on(3);
+  REQUIRE(a.parts.size() == b.parts.size());
+  for (std::size_t k = 0; k < a.parts.size(); ++k) {
+    const Envelope &one = a.parts[k], &three = b.parts[k];
+    CHECK(one.count == three.count);
+    CHECK(one.evaluations == three.evaluations);
+    REQUIRE(one.pieces.size() == three.pieces.size());
+    for (std::size_t i = 0; i < one.pieces.size(); ++i) {
+      const BorderPiece &p = one.pieces[i], &q = three.pieces[i];
+      REQUIRE(p.points.size() == q.points.size());
+      for (std::size_t j = 0; j < p.points.size(); ++j) {
+        CHECK(p.points[j].point.x == q.points[j].point.x);
+        CHECK(p.points[j].outer == q.points[j].outer);
+      }
+    }
+    REQUIRE(one.rows.size() == three.rows.size());
+    for (std::size_t i = 0; i < one.rows.size(); ++i) {
+      REQUIRE(one.rows[i].intervals.size() == three.rows[i].intervals.size());
+      for (std::size_t j = 0; j < one.rows[i].intervals.size(); ++j)
+        CHECK(one.rows[i].intervals[j].to.x == three.rows[i].intervals[j].to.x);
+    }
+  }
+}
+
 // The trims at V and an angle from many starts, as seen by trim().
 static std::vector<OperatingPoint> trims(const EnvelopeAnswer& a, double V, double angle) {
   Command c = *a.condition.command();

@@ -84,6 +84,7 @@ py::dict enveloped(const HeldModel& held, const py::dict& spec, const PointTuple
   };
   EnvelopeOptions options;
   options.rows = rows;
+  options.threads = held.callables ? 1 : 0;
   Progress progress(listener);
   observe(options, progress);
   const TrimSpec asked = spec_of(spec);
