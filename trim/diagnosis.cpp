@@ -147,49 +147,56 @@ std::vector<Diagnosis::Holding> holding(const Problem& p, const VectorXd& z) {
 
 }  // namespace
 
-// The optimizer's nearest value may be a local minimum: Newton tries values between it and the
-// requested one, with growing distance, and the optimizer continues from the first that has a trim.
-static void look_nearer(const Model& model, TrimSpec spec, const TrimSpec& given,
-                        OperatingPoint guess, Index decision, const TrimOptions& options,
-                        Remedy& remedy) {
+// Newton at values of the variable with growing distance from the requested one, up to `farthest`:
+// the first trim. `spec` without the variable must have as many unknowns as equations.
+static std::optional<TrimResult> outwards(const Model& model, const TrimSpec& spec,
+                                          OperatingPoint guess, Index decision,
+                                          const Remedy& remedy, double farthest,
+                                          const TrimOptions& options) {
   constexpr int values_tried = 120;
   TrimOptions once = quiet(options);
+  once.method = TrimMethod::newton;
   once.max_boxes = 0;
   once.starts = std::min(options.starts, 8);
-  spec.bounds.erase(signal_of(model, decision).name);
-  std::erase(spec.free, signal_of(model, decision).name);
-  if (!make_problem(model, spec, guess).square()) return;
-  once.method = TrimMethod::newton;
+  const Range& r = remedy.searched;
+  for (int k = 1; k < values_tried && !options.stop.stop_requested(); ++k)
+    for (const double side : {-1.0, 1.0}) {
+      const double value = remedy.from + side * farthest * k / values_tried;
+      if (value < r.lower || value > r.upper) continue;
+      set_value(guess, decision, value);
+      TrimResult there = trim(model, spec, guess, once);
+      if (is_equilibrium(there.status)) return there;
+    }
+  return {};
+}
+
+// The optimizer's nearest value may be a local minimum: it continues from a trim that is nearer.
+static void look_nearer(const Model& model, const TrimSpec& spec, const TrimSpec& given,
+                        const OperatingPoint& guess, Index decision, const TrimOptions& options,
+                        Remedy& remedy) {
   const Range& r = remedy.searched;
   const double known = remedy.helps() ? std::abs(remedy.to - remedy.from)
                                       : std::max(r.upper - remedy.from, remedy.from - r.lower);
-  for (int k = 1; k < values_tried && !options.stop.stop_requested(); ++k)
-    for (const double side : {-1.0, 1.0}) {
-      const double value = remedy.from + side * known * k / values_tried;
-      if (value < r.lower || value > r.upper) continue;
-      set_value(guess, decision, value);
-      const TrimResult there = trim(model, spec, guess, once);
-      if (!is_equilibrium(there.status)) continue;
-      TrimOptions on = quiet(options);
-      on.starts = 0;
-      TrimResult nearer = trim(model, given, there.point, on);
-      if (!is_equilibrium(nearer.status)) {
-        nearer = there;
-        nearer.status = TrimStatus::not_optimal;  // a trim, not proved to be the nearest
-      }
-      const double to = value_of(nearer.point, decision);
-      if (remedy.helps() && std::abs(to - remedy.from) >= known) return;
-      nearer.starts = remedy.trim.starts + 1;
-      remedy.trim = nearer;
-      remedy.to = to;
-      return;
-    }
+  const auto there = outwards(model, spec, guess, decision, remedy, known, options);
+  if (!there) return;
+  TrimOptions on = quiet(options);
+  on.starts = 0;
+  TrimResult nearer = trim(model, given, there->point, on);
+  if (!is_equilibrium(nearer.status)) {
+    nearer = *there;
+    nearer.status = TrimStatus::not_optimal;  // a trim, not proved to be the nearest
+  }
+  const double to = value_of(nearer.point, decision);
+  if (remedy.helps() && std::abs(to - remedy.from) >= known) return;
+  nearer.starts = remedy.trim.starts + 1;
+  remedy.trim = nearer;
+  remedy.to = to;
 }
 
 Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& guess,
                const DecisionVariable& decision, const TrimOptions& options) {
   const RoundToNearest environment;
-  TrimSpec given = spec;
+  TrimSpec given = spec, fixed = spec;
   const Index j = variable(model, decision.signal);
   Remedy remedy{RemedyKind::decision_variable, decision.signal};
   remedy.from = value_of(guess, j);
@@ -198,9 +205,23 @@ Remedy nearest(const Model& model, const TrimSpec& spec, const OperatingPoint& g
     given.free.push_back(decision.signal);
   given.bounds[decision.signal] = decision.range;
   given.effort = {{decision.signal, signal_of(model, j).nominal, remedy.from}};
-  remedy.trim = trim(model, given, guess, quiet(options));
+  fixed.bounds.erase(decision.signal);
+  std::erase(fixed.free, decision.signal);
+  const bool square = make_problem(model, fixed, guess).square();
+  TrimOptions search = quiet(options);
+  const double farthest =
+      std::max(decision.range.upper - remedy.from, remedy.from - decision.range.lower);
+  // Where Newton finds nothing in the range, a proof is worth its time before the optimizer.
+  if (square && !outwards(model, fixed, guess, j, remedy, farthest, options)) {
+    if (proved_infeasible(model, given, guess, search)) {
+      remedy.trim = closest_point(model, given, guess, search);
+      return remedy;
+    }
+    search.max_boxes = 0;
+  }
+  remedy.trim = trim(model, given, guess, search);
   if (remedy.helps()) remedy.to = value_of(remedy.trim.point, j);
-  look_nearer(model, spec, given, guess, j, options, remedy);
+  if (square) look_nearer(model, fixed, given, guess, j, options, remedy);
   return remedy;
 }
 

@@ -77,7 +77,7 @@ struct TrimOptions {
   /// is verified, from the guess if it leads to one; with as many equations as unknowns.
   bool others = true;
   int max_iterations = 100;  ///< of each solver from each start
-  int max_boxes = 200'000;   ///< of the proof that no equilibrium exists; 0: no proof
+  int max_boxes = 20'000;    ///< of the proof that no equilibrium exists; 0: no proof
   bool closest = true;       ///< if no equilibrium is found, search for the closest point
   /// s of wall-clock time; a model call is not interrupted.
   double time_limit = std::numeric_limits<double>::infinity();

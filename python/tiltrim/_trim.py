@@ -151,7 +151,7 @@ def trim(
     starts: int = 32,
     others: Optional[bool] = None,
     max_iterations: int = 100,
-    max_boxes: int = 200_000,
+    max_boxes: int = 20_000,
     closest: bool = True,
     time_limit: Optional[float] = None,
     **fields: Unpack[TrimFields],
