@@ -218,16 +218,82 @@ void fill_in(const Differences& d, const Model& model, const Selection& selectio
   }
 }
 
-// A row of A that is next to zero in nominal sizes, as at a triple root, depends on where within
-// its tolerance the trim stopped: its errors are those of differences.
-void widen_where_singular(const Differences& d, const LinearModel& linear, Estimate& own) {
-  constexpr double next_to_zero = 1e-9;  // 1/s
+// The point moved along a direction in which the rates hardly change, while the other directions
+// keep them as they are; all in nominal sizes.
+class Drift {
+ public:
+  Drift(const Model& model, const LinearModel& linear, const MatrixXd& A, double singular)
+      : model_(model), linear_(linear), size_(nominals(linear.states)), svd_(dense::svd(A)) {
+    while (rank_ < A.rows() && svd_.sigma[rank_] >= singular * std::max(1.0, svd_.sigma[0]))
+      ++rank_;
+  }
+  Index rank() const { return rank_; }
+
+  OperatingPoint point(Index direction, double by) const {
+    OperatingPoint at = linear_.point;
+    at.x += by * svd_.V.col(direction).cwiseProduct(size_);
+    for (int k = 0; k < 2; ++k) {
+      const VectorXd z = svd_.U.leftCols(rank_).transpose() * change(at);
+      at.x -=
+          (svd_.V.leftCols(rank_) * z.cwiseQuotient(svd_.sigma.head(rank_))).cwiseProduct(size_);
+    }
+    return at;
+  }
+
+  // How far it may go within the tolerance of a trim: infinite along a family of equilibria, where
+  // every point is as good as another; NaN if the model ends there.
+  double within_tolerance(Index direction) const {
+    constexpr double trimmed = 1e-10;                  // 1/s
+    constexpr double farthest = 1e-2, nearest = 1e-8;  // nominal sizes
+    const auto at_rest = [&](double by) {
+      try {
+        return change(point(direction, by)).lpNorm<Eigen::Infinity>() <= trimmed;
+      } catch (const std::exception&) {  // outside of the model's domain
+        return false;
+      }
+    };
+    for (double by = farthest; by > nearest; by /= 10)
+      if (at_rest(by) && at_rest(-by))
+        return by < farthest ? by : std::numeric_limits<double>::infinity();
+    return std::numeric_limits<double>::quiet_NaN();
+  }
+
+ private:
+  VectorXd change(const OperatingPoint& at) const {
+    return (evaluate(model_, at).rates - linear_.rates).cwiseQuotient(size_);
+  }
+
+  const Model& model_;
+  const LinearModel& linear_;
+  VectorXd size_;
+  dense::SVD svd_;
+  Index rank_ = 0;
+};
+
+// Where the matrix is singular, as at a fold, the tolerance of a trim leaves the point open along a
+// direction: the errors are at least as large as what the slopes change by along it.
+void widen_where_singular(const Model& model, const Selection& selection, const LinearModel& linear,
+                          Estimate& all) {
+  constexpr double singular = 1e-8;
   const VectorXd size = nominals(linear.states);
-  for (Index i = 0; i < size.size(); ++i) {
-    const auto row = own.value.row(i).head(size.size());
-    const double largest = (row.transpose().cwiseProduct(size) / size[i]).cwiseAbs().maxCoeff();
-    if (largest > 0 && largest < next_to_zero)
-      own.error.row(i) = own.error.row(i).cwiseMax(d.jacobian.error.row(i));
+  const Index n = size.size();
+  const MatrixXd A =
+      size.cwiseInverse().asDiagonal() * all.value.topLeftCorner(n, n) * size.asDiagonal();
+  if (n == 0 || !A.allFinite()) return;
+  const VectorXd pivots = dense::lu(A).pivots().cwiseAbs();
+  if (!(pivots.minCoeff() < singular * std::max(1.0, pivots.maxCoeff()))) return;
+  const Drift drift(model, linear, A, singular);
+  for (Index k = drift.rank(); k < n; ++k) {
+    const double by = drift.within_tolerance(k);
+    if (!std::isfinite(by)) continue;
+    for (const double side : {-by, by}) {
+      const OperatingPoint at = drift.point(k, side);
+      const MatrixXd J = linear.method == Method::exact
+                             ? exact(model, at, selection.variables).value
+                             : difference(model, at, selection.variables).jacobian.value;
+      const MatrixXd wider = all.error.cwiseMax((J - all.value).cwiseAbs());
+      all.error = J.array().isFinite().select(wider, all.error);
+    }
   }
 }
 
@@ -258,9 +324,9 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
   linear.remarks = d.remarks;
   if (use_exact) {
     fill_in(d, model, selection, all, linear.remarks);
-    widen_where_singular(d, linear, all);
     compare(d.jacobian, model, selection, all, linear.remarks);
   }
+  if (options.moving.empty()) widen_where_singular(model, selection, linear, all);
   if (!same_answer(e, evaluate(model, linear.point)) &&
       refused(LinearizeStatus::not_repeatable, unsteady))
     return;

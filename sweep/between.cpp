@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "linearize/balance.hpp"
@@ -136,6 +137,8 @@ class Search {
          const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
          std::vector<Sample>& seen, Index riding)
       : line_(line),
+        from_(from),
+        to_(to),
         least_(least),
         length_(to - from),
         size_(std::max(a ? a->A.norm() : 0.0, b ? b->A.norm() : 0.0)),
@@ -145,12 +148,32 @@ class Search {
         seen_(seen),
         riding_(riding) {}
 
+  // Newton may fail from afar and succeed from next to the end that it leaves: then the search
+  // begins anew with what was found there.
+  void run(double from, const std::optional<Sample>& a, double to, const std::optional<Sample>& b) {
+    constexpr int most_searches = 64;
+    const std::size_t events = events_.size(), seen = seen_.size();
+    for (int k = 0; k < most_searches; ++k) {
+      again_ = k + 1 < most_searches;
+      const std::size_t known = found_again_.size();
+      look(from, a, to, b);
+      if (found_again_.size() == known) return;
+      events_.resize(events);
+      seen_.resize(seen);
+      pieces_ = 0;
+      ended_at_.reset();
+    }
+  }
+
+ private:
   void look(double from, const std::optional<Sample>& a, double to,
             const std::optional<Sample>& b) {
     if (!a && !b) return;
     if (std::abs(to - from) <= least_ || ++pieces_ > most_pieces) return ended(from, a, to, b);
     const double middle = 0.5 * (from + to);
-    std::optional<Sample> m = line_.sample(middle, a ? *a : *b);
+    const auto nearby = found_again_.find(middle);
+    std::optional<Sample> m =
+        nearby != found_again_.end() ? nearby->second : line_.sample(middle, a ? *a : *b);
     if (!m && a && b) m = line_.sample(middle, *b);
     if (m) seen_.push_back(*m);
     if (a && m && b && continuous(line_.apart(*a, *m), line_.apart(*m, *b), line_.apart(*a, *b))) {
@@ -167,10 +190,18 @@ class Search {
     look(middle, m, to, b);
   }
 
- private:
+  // The missing end of a piece that cannot be bisected further, from the other one.
+  void try_again(const Sample& near, double t) {
+    if (t == from_ || t == to_) return;
+    const std::optional<Sample> found = line_.sample(t, near);
+    if (found && line_.apart(near, *found) <= jump_size) found_again_.emplace(t, *found);
+  }
+
   // Records a piece that cannot be bisected further. Adjacent pieces of this kind are one event.
   void ended(double from, const std::optional<Sample>& a, double to, const std::optional<Sample>& b,
              bool rounding = false) {
+    if (again_ && a && !b) try_again(*a, to);
+    if (again_ && b && !a) try_again(*b, from);
     const bool goes_on = ended_at_ && *ended_at_ == from;
     if (!goes_on) {
       events_.push_back({from, to});
@@ -237,14 +268,17 @@ class Search {
   }
 
   const MatrixLine& line_;
+  double from_, to_;
   double least_, length_;         // the shortest piece; all
   double size_, apart_, change_;  // of the matrices at the ends; between these
   std::vector<LineEvent>& events_;
   std::vector<Sample>& seen_;
   Index riding_;
   int pieces_ = 0;
-  std::optional<double> ended_at_;  // right end of the last piece that could not be bisected
-  std::optional<Sample> begin_;     // sample at the left end of the adjacent ones
+  bool again_ = true;
+  std::map<double, Sample> found_again_;  // by position
+  std::optional<double> ended_at_;        // right end of the last piece that could not be bisected
+  std::optional<Sample> begin_;           // sample at the left end of the adjacent ones
 };
 
 }  // namespace
@@ -316,7 +350,7 @@ Sample without(Sample s, Index riding) {
 void events_between(const MatrixLine& line, double from, const std::optional<Sample>& a, double to,
                     const std::optional<Sample>& b, double least, std::vector<LineEvent>& events,
                     std::vector<Sample>& seen, Index riding) {
-  Search(line, from, a, to, b, least, events, seen, riding).look(from, a, to, b);
+  Search(line, from, a, to, b, least, events, seen, riding).run(from, a, to, b);
 }
 
 }  // namespace tiltrim

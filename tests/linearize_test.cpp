@@ -1173,6 +1173,42 @@ TEST_CASE("a verdict needs an equilibrium, not a rate that is small with its slo
   CHECK(linearize(scalar_model([](double x) { return 1e-300 * x; }), at(0)));
 }
 
+TEST_CASE("at a fold the errors allow for where within its tolerance a trim may have stopped") {
+  // x' = -x², y' = -y in the coordinates a = x + y, b = y - x; in each a zero eigenvalue.
+  const auto at = [](double x, const auto& rate) {
+    Model m;
+    m.states = {{"a", "", 1.0}, {"b", "", 1.0}};
+    m.f = [rate](const VectorXd& s, const VectorXd&, const VectorXd&) {
+      const double from_x = rate((s[0] - s[1]) / 2, (s[0] + s[1]) / 2), from_y = -(s[0] + s[1]) / 2;
+      return VectorXd(Eigen::Vector2d{from_x + from_y, from_y - from_x});
+    };
+    const double y = 0;
+    return linearize(m, {Eigen::Vector2d{x + y, y - x}, VectorXd(), VectorXd()});
+  };
+  for (const double x : {-1e-12, 1e-14, 1e-9}) {
+    CAPTURE(x);
+    const LinearModel fold = at(x, [](double p, double) { return -p * p; });
+    REQUIRE(fold.status == LinearizeStatus::linear);
+    CHECK(fold.A_error.maxCoeff() > 1e-7);
+    CHECK(modes(fold).verdict == Verdict::undecided);
+  }
+  // Families of equilibria: y = 0 for any x, and along the curve 3 y = sin x.
+  CHECK(at(0.3, [](double, double) { return 0.0; }).A_error.maxCoeff() < 1e-9);
+  Model curve;
+  curve.states = {{"x", "", 1.0}, {"y", "", 1.0}};
+  curve.f = [](const VectorXd& s, const VectorXd&, const VectorXd&) {
+    return VectorXd(Eigen::Vector2d{std::sin(s[0]) - 3 * s[1], 6 * s[1] - 2 * std::sin(s[0])});
+  };
+  const OperatingPoint origin{Eigen::Vector2d{0, 0}, VectorXd(), VectorXd()};
+  CHECK(linearize(curve, origin).A_error.maxCoeff() < 1e-9);
+  // A model that ends not far from the fold.
+  curve.f = [](const VectorXd& s, const VectorXd&, const VectorXd&) {
+    if (std::abs(s[0]) > 1e-3) throw std::domain_error("no table");
+    return VectorXd(Eigen::Vector2d{-s[0] * s[0], -s[1]});
+  };
+  CHECK(linearize(curve, origin).A_error.maxCoeff() > 1e-7);
+}
+
 TEST_CASE("a moving state that others depend on makes a linear model of an instant") {
   Model m = scalar_model([](double) { return 0; });
   m.states = {{"height", "m", 1.0}, {"V", "m/s", 1.0}};

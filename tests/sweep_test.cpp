@@ -17,6 +17,7 @@
 #include "linearize/linearize.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
+#include "model/formulas.hpp"
 #include "model/lookup.hpp"
 #include "runtime/log.hpp"
 #include "study/problems.hpp"
@@ -855,6 +856,38 @@ TEST_CASE("beyond a limit every point has its status and reason; it is located")
       CHECK_NEAR(without_trim(map), 1 - limit, located);
       CHECK(std::ranges::count(map.crossings, CrossingKind::end, &AxisCrossing::kind) == 1);
     }
+}
+
+static Model formulas(const std::vector<std::string>& states, const std::string& parameter,
+                      const std::vector<std::string>& rates) {
+  Signals x;
+  for (const std::string& name : states) x.push_back({name, "", 1.0});
+  return model_of({.name = "formulas",
+                   .states = x,
+                   .inputs = {},
+                   .outputs = {},
+                   .parameters = {{parameter, "", 1.0}},
+                   .rates = rates});
+}
+
+// A missile whose fin f lags its saturated command: at f = -0.35 no incidence beyond r holds.
+TEST_CASE("an end is where the trims end, not where Newton fails from the neighbor") {
+  const Model missile =
+      formulas({"a", "q", "f", "i"}, "r",
+               {"q - a - 0.1*f", "-20 - 20*(a - 0.3) - 1.5*q - 60*f",
+                "50*(max(-0.35, min(0.35, 0.5*(a - r) + 0.3*q - 3*i)) - f)", "r - a"});
+  constexpr double end = 7.0525 / 21.5;  // -20 - 20 (r - 0.3) - 1.5 (r - 0.035) + 21 = 0
+  for (const int count : {2, 3, 5, 6, 12}) {
+    CAPTURE(count);
+    check_intervals(swept(request(missile), {axis("r", spaced(0.3, 0.4, count))}),
+                    {{0.3, end, IntervalVerdict::stable}, {end, 0.4, IntervalVerdict::no_trim}});
+  }
+}
+
+TEST_CASE("trims that Newton reaches in small steps only are no hole between grid points") {
+  // x = p³: from p Newton reaches 3/2 p and no farther; at p = 0 no slope exists.
+  const Model m = formulas({"x"}, "p", {"p - cbrt(x)"});
+  CHECK(without_trim(swept(request(m), {axis("p", spaced(-1, 3, 4))})) < located);
 }
 
 TEST_CASE("a limit, or a fold beside a grid point, ends one interval") {
