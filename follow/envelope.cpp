@@ -385,23 +385,24 @@ static Envelope explored(Grid& g) {
   e.count.resize(g.x.count, g.y.count);
   for (int i = 0; i < g.x.count; ++i)
     for (int j = 0; j < g.y.count; ++j) e.count(i, j) = int(g.sheets.trims[g.node(i, j)].size());
+  const auto stopped = [&] { return g.options.stop.stop_requested(); };
   for (Followed& f : border) {
+    if (stopped()) break;
     f.piece.points.resize(f.way.size());
     for_all(g, f.way.size(),
             [&](const Grid& own, std::size_t k) { f.piece.points[k] = reported(own, f.way[k]); });
     e.pieces.push_back(f.piece);
   }
-  const bool stopped = g.options.stop.stop_requested();
-  e.rows.resize(stopped ? 0 : g.options.rows.size());
+  e.rows.resize(stopped() ? 0 : g.options.rows.size());
   for_all(g, e.rows.size(), [&](const Grid& own, std::size_t k) {
     e.rows[k] = row_at(own, border, g.options.rows[k] / g.moving.nominal[g.n() + 1]);
   });
   e.evaluations = g.fixed.evaluations + g.moving.evaluations;
   if (e.count.maxCoeff() == 0) e.status = EnvelopeStatus::empty;
   const auto ends_early = [](const BorderPiece& p) { return p.from == cut_off || p.to == cut_off; };
-  if (!seeds.empty() || std::ranges::any_of(e.pieces, ends_early))
+  if (!seeds.empty() || g.sheets.more || std::ranges::any_of(e.pieces, ends_early))
     e.status = EnvelopeStatus::incomplete;
-  if (stopped) e.status = EnvelopeStatus::interrupted;
+  if (stopped()) e.status = EnvelopeStatus::interrupted;
   return e;
 }
 

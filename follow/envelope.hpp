@@ -54,6 +54,7 @@ struct EnvelopeRow {
 };
 
 inline constexpr std::size_t most_border_pieces = 400;  ///< that envelope() follows
+inline constexpr std::size_t most_sheets = 20;          ///< trims at a point of the grid
 
 /// How an envelope ended.
 enum class EnvelopeStatus {
@@ -61,7 +62,8 @@ enum class EnvelopeStatus {
   empty,        ///< no trim found in the plane
   interrupted,  ///< stopped by the caller
   incomplete,   ///< the boundary has more than most_border_pieces, or a piece with more points than
-                ///< are followed: some of it is missing
+                ///< are followed, or a point of the grid more than most_sheets trims: some of it is
+                ///< missing
 };
 std::string to_string(EnvelopeStatus status);  ///< as in JSON
 

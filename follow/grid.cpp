@@ -114,6 +114,10 @@ static bool known(const std::vector<VectorXd>& trims, const VectorXd& z) {
 bool add(Grid& g, int i, int j, const VectorXd& z, bool within, std::deque<Front>& front) {
   std::vector<VectorXd>& trims = (within ? g.sheets.trims : g.sheets.beyond)[g.node(i, j)];
   if (known(trims, z)) return false;
+  if (trims.size() >= most_sheets) {
+    g.sheets.more = true;
+    return false;
+  }
   VectorXd y(g.n() + 2);
   y << z, g.place(i, j);
   trims.push_back(y);

@@ -12,6 +12,7 @@ namespace tiltrim {
 /// from which a sheet may return inside.
 struct Sheets {
   std::vector<std::vector<Eigen::VectorXd>> trims, beyond;
+  bool more = false;  ///< some were left out: a grid point has most_sheets already
 };
 
 /// All in scaled unknowns: `fixed` is the problem at a point of the plane, `moving` over the plane.
@@ -59,7 +60,7 @@ struct Front {
   Eigen::VectorXd y;
 };
 
-/// Adds a trim at a grid point to the front, unless it is known.
+/// Adds a trim at a grid point to the front, unless it is known or one too many.
 bool add(Grid& grid, int i, int j, const Eigen::VectorXd& z, bool within, std::deque<Front>& front);
 /// Starting points for trims at a point of the plane: the trims at the grid points around it.
 std::vector<Eigen::VectorXd> around(const Grid& grid, const Eigen::Vector2d& p);

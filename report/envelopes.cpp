@@ -160,8 +160,9 @@ std::string incomplete(const EnvelopeAnswer& e) {
   const char* const may = "regions missing here may still have trims";
   if (e.has(EnvelopeStatus::interrupted)) return fmt::format("interrupted: {}", may);
   return fmt::format(
-      "the boundary has more than {} pieces, or a piece with more points than are followed: {}",
-      most_border_pieces, may);
+      "the boundary has more than {} pieces, or a piece with more points than are followed, or a "
+      "point has more than {} trims (an angle without limits has the same again every turn): {}",
+      most_border_pieces, most_sheets, may);
 }
 
 }  // namespace

@@ -739,6 +739,15 @@ TEST_CASE("every piece of the tiltrotor's border over the path angle comes to an
   }
 }
 
+TEST_CASE("an angle without limits has trims every turn: an end, and the rows of the first turns") {
+  const Envelope e = explored(
+      {[](double x, double a, double b) { return a - b * std::sin(x); }, {}, {-3, 3}, {1, 2}},
+      {.rows = {1.5}});
+  CHECK(e.status == EnvelopeStatus::incomplete);
+  CHECK(e.count.maxCoeff() == int(most_sheets));
+  check_row(e.rows[0], {{{-1.5, "fold"}, {1.5, "fold"}}});
+}
+
 TEST_CASE("a limit's piece ends where its sheet folds") {
   // x² = a, x - b >= 0.5: d x/d a changes sign on it at a = 0, b = -0.5.
   Model m = scalar([](double x, double a, double) { return x * x - a; });

@@ -82,7 +82,8 @@ class Envelope(Plotted):
     @property
     def status(self) -> str:
         """interrupted; incomplete: the boundary has more than 400 pieces, or a piece with more
-        points than are followed; empty; or complete: every sheet found has been covered."""
+        points than are followed, or a grid point more than 20 trims; empty; or complete: every
+        sheet found has been covered."""
         words = {part.status for part in self.parts}
         return next(w for w in ("interrupted", "incomplete", "complete", "empty") if w in words)
 
