@@ -120,6 +120,25 @@ void for_each(const Study& study, const Common& common,
   });
 }
 
+// What the condition's trim problem is refused for; empty if it is not.
+static std::string refusal(const Condition& condition) {
+  if (!condition.user()) return "";
+  const TrimProblem p = user_problem(*condition.user());
+  try {
+    (void)proved_infeasible(p.model, p.spec, p.guess, {.max_boxes = 0});
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+StudyError placed(const Study& study, const std::invalid_argument& error) {
+  for (const Condition& c : study.conditions)
+    if (refusal(c) == error.what())
+      return StudyError(fmt::format("{}: condition '{}': {}", c.place, c.name, error.what()));
+  return StudyError(fmt::format("{}: {}", study.file.string(), error.what()));
+}
+
 namespace {
 
 ConditionReport trimmed(const Vehicle& vehicle, const Condition& condition,

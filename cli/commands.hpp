@@ -235,6 +235,9 @@ void for_each(const Study& study, const Common& common,
 /// The same on several threads, with the number of each among those chosen; 0: one per processor.
 void for_each(const Study& study, const Common& common, int threads,
               const std::function<void(std::size_t, const Condition&, Progress&)>& work);
+/// The same for the error of an analysis of several conditions: with the place and name of the one
+/// whose trim it is about, otherwise with the file.
+StudyError placed(const Study& study, const std::invalid_argument& error);
 /// Trims, linearizes and computes modes, as far as possible. Inputs: LinearizeCommand's.
 ConditionReport linearized(const Study& study, const Condition& condition,
                            const TrimOptions& trimming, const LinearizeOptions& options = {});

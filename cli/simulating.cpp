@@ -314,7 +314,7 @@ Outcome run(const SimulateCommand& command, const TextStyle& style, const std::s
   try {
     return simulated(command, study, style, stop);
   } catch (const std::invalid_argument& e) {
-    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+    throw placed(study, e);
   }
 }
 

@@ -59,7 +59,7 @@ auto observed(const Study& study, const std::vector<Condition>& conditions, cons
   try {
     return sweep(sweep_requests(study, conditions, grid.axes), grid.axes, options);
   } catch (const std::invalid_argument& e) {
-    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+    throw placed(study, e);
   } catch (const std::bad_alloc&) {
     throw StudyError(fmt::format("{}: not enough memory for a map of {}; expected fewer points",
                                  study.file.string(), size_in_words(conditions, grid)));

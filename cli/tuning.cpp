@@ -76,7 +76,7 @@ Outcome run(const TuneCommand& command, const TextStyle& style, const std::stop_
   try {
     report = tuned(command, study, stop);
   } catch (const std::invalid_argument& e) {
-    throw StudyError(fmt::format("{}: {}", study.file.string(), e.what()));
+    throw placed(study, e);
   }
   const std::string gains = tuning_toml(report);
   if (!command.gains.empty() && !gains.empty()) write_whole(command.gains, gains);

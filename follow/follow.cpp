@@ -267,6 +267,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
   if (value_of(start, j) == to)
     throw std::invalid_argument(fmt::format("{} is at {} already", parameter, to));
   Follower f(make_problem(model, with, start), to / signal_of(model, j).nominal, options);
+  f.problem.needs_outputs = bool(model.h);  // a trim's outputs are finite
   f.path.optimal = !at_start.square();
   const auto y = start_of(f, at_start);
   if (!y) {

@@ -31,6 +31,7 @@ Grid::Grid(const Model& model, const TrimSpec& spec, const TrimSpec& over,
       sheets(found) {
   sheets.trims.resize(std::size_t(along.count) * std::size_t(up.count));
   sheets.beyond.resize(sheets.trims.size());
+  fixed.needs_outputs = moving.needs_outputs = bool(model.h);  // a trim's outputs are finite
   const Vector2d size = moving.nominal.tail<2>();
   plane.lower = Vector2d(x.range.lower, y.range.lower).cwiseQuotient(size);
   plane.upper = Vector2d(x.range.upper, y.range.upper).cwiseQuotient(size);

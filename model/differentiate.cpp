@@ -128,8 +128,16 @@ struct Column {
   VectorXd fine, coarse, coarser;
   VectorXd scale;  // largest |sample| of each row
   VectorXd noise;  // round-off of the samples, as observed
+  VectorXd moved;  // 1 where a sample differs, 0 where all are equal: a difference without error
   double h = 0.0;  // smallest distance between samples
 };
+
+VectorXd differing(const VectorXd& y0, std::initializer_list<const VectorXd*> samples) {
+  VectorXd moved = VectorXd::Zero(y0.size());
+  for (const VectorXd* y : samples)
+    moved = (y->array() != y0.array()).select(VectorXd::Ones(y0.size()), moved);
+  return moved;
+}
 
 //   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side of the given sign
 Column one_sided(Line& line, const VectorXd& y0, double side) {
@@ -141,7 +149,8 @@ Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd coarse = side * (-3 * y0 + 4 * y2 - y4) / (4 * line.h);
   const VectorXd coarser = side * (-3 * y0 + 4 * y4 - y8) / (8 * line.h);
   const VectorXd scale = y0.cwiseAbs().cwiseMax(y1.cwiseAbs());
-  return {fine, coarse, coarser, scale, VectorXd::Zero(y0.size()), line.h};
+  const VectorXd moved = differing(y0, {&y1, &y2, &y4, &y8});
+  return {fine, coarse, coarser, scale, VectorXd::Zero(y0.size()), moved, line.h};
 }
 
 // For a smooth function the estimates converge by a factor of four per halved step; near a pole, a
@@ -189,6 +198,7 @@ Column central(const Line& line, const Neighbours& n) {
           {},
           scale,
           fourth.cwiseAbs() / 8,
+          differing(n.y0, {&n.ahead, &n.behind, &n.far_ahead, &n.far_behind}),
           line.h};
 }
 
@@ -298,8 +308,7 @@ Differences difference(const Model& model, const OperatingPoint& point,
     const double weights =
         c.coarser.size() > 0 ? 4.0 : 1.0;  // weights of a difference's samples: 3, 4 and 1 over 2
     const VectorXd round_off = (weights * epsilon * sizes + 2 * noise) / c.h;
-    const auto moved = (c.fine.array() != 0 || spread.array() != 0).cast<double>();
-    d.jacobian.error.col(k) = moved * (spread + round_off).array();
+    d.jacobian.error.col(k) = c.moved.cwiseProduct(spread + round_off);
     for (Index row = 0; row < y0.size(); ++row)
       if (!settles(c, row, round_off[row])) d.jacobian.error(row, k) = INFINITY;
   }

@@ -238,6 +238,8 @@ void Compiler::value() {
     const bool call = !waiting_.empty() && waiting_.back().arguments == 1 &&
                       tape_.nodes.size() == waiting_.back().jump && !after_sign;
     if (next_is(")") && call) return close();
+    if (next_is("*") && at_ > 0 && text_[at_ - 1] == '*')
+      refuse(fmt::format("'**' at character {} is no operator; expected ^ for a power", at_));
     for (const std::string_view token : {")", ",", "?", ":", "+", "-"})
       if (next_is(token)) misplaced(token);
     for (const BinaryOperator& binary : binary_operators)
@@ -251,15 +253,15 @@ void Compiler::name() {
   const std::string_view token = word();
   const auto function = std::ranges::find(function_names, token);
   const auto variable = names_.find(token);
-  const bool call = function != function_names.end() && at_ + token.size() < text_.size() &&
-                    text_[at_ + token.size()] == '(';
+  const std::size_t open = text_.find_first_not_of(" \t\n", at_ + token.size());
+  const bool call = function != function_names.end() && open < text_.size() && text_[open] == '(';
   if (!call && variable == names_.end() && token != "pi") unknown();
   if (!value_next_) misplaced(token);
   at_ += token.size();
   if (call) {
     const Op op = Op(int(Op::sin) + int(function - function_names.begin()));
     waiting_.push_back({Waiting::bracket, op, 0, tape_.nodes.size(), 1});
-    ++at_;
+    at_ = open + 1;
     return;
   }
   if (token == "pi")

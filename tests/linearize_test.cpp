@@ -951,6 +951,18 @@ TEST_CASE("entries that are zero for good have no error") {
   }
 }
 
+TEST_CASE("a row that is even about the point has equal samples on both sides, and an error") {
+  Model m = scalar_model([](double x) { return std::cos(x) - 1; });
+  m.derivatives = [](const OperatingPoint& p, const std::vector<Index>&) {
+    return MatrixXd(MatrixXd::Constant(1, 1, -std::sin(p.x[0])));
+  };
+  const double turn = 2 * pi;  // sin of it is -2.4e-16
+  const LinearModel l = linearize(m, at(turn));
+  REQUIRE(l.status == LinearizeStatus::linear);
+  CHECK(l.A_differences->error(0, 0) > 1e-13);
+  CHECK(l.remarks.empty());
+}
+
 TEST_CASE("wind and body axes have the same eigenvalues") {
   for (const Case& c : reference_cases()) {
     CAPTURE(c.name);

@@ -327,6 +327,19 @@ TEST_CASE("what is not of such a study") {
                   "w.toml:2:30: model.state.rate: ends where a value is expected");
 }
 
+TEST_CASE("an error of one of several conditions names it, whatever the command") {
+  const Scratch scratch("own-placed");
+  scratch.write("s.toml",
+                "[model]\nstate = [{name = \"x\", rate = \"k - x\"}]\n"
+                "parameter = [{name = \"k\", value = 1}]\n"
+                "[[condition]]\nname = \"good\"\n[[condition]]\nname = \"bad\"\nx = 1\n"
+                "[[sweep.axis]]\nkey = \"k\"\nfrom = 1\nto = 2\ncount = 2\n"
+                "[simulate]\nstart = \"bad\"\n[tune]\ngain = [{key = \"k\", from = 1, to = 2}]\n");
+  for (const char* command : {"trim", "sweep", "simulate", "tune"})
+    check_refused(scratch, fmt::format("{} s.toml", command),
+                  "s.toml:6:1: condition 'bad': 0 free variables () cannot hold 1 conditions (x')");
+}
+
 // ---- models that misbehave ----
 
 TEST_CASE("a model that misbehaves has a named status from every command, and no crash") {

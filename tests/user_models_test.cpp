@@ -107,6 +107,21 @@ TEST_CASE("it throws, or gives NaN, beyond p = 1.4 alone") {
   }
 }
 
+TEST_CASE("an output gives NaN beyond p = 1.4 alone: no trim there, for no verb") {
+  Model m = scalar([](double x, double p) { return one(p - x); });
+  m.outputs = {{"o", "", 1.0}};
+  m.h = [](const VectorXd& x, const VectorXd&, const VectorXd&) {
+    return one(std::sqrt(1.4 - x[0]));
+  };
+  CHECK(trimmed(m));
+  const Branch branch = branch_from(m, 1);
+  CHECK(branch.end == BranchEnd::not_finite);
+  CHECK_NEAR(branch.points.back().parameter, 1.4, 1e-3);
+  CHECK(says(branch.message, "o = "));
+  CHECK(statuses(map_of(m)) ==
+        std::vector{TrimStatus::converged, TrimStatus::not_finite, TrimStatus::not_finite});
+}
+
 TEST_CASE("it gives NaN") {
   const Model m = scalar([](double, double) { return one(not_a_number); });
   CHECK(trimmed(m).status == TrimStatus::not_finite);

@@ -32,6 +32,7 @@ def test_bode_is_the_closed_form_and_scipys():
     to_state = tiltrim.bode(second_order(), "u", "x", OMEGA)
     assert np.allclose(to_state.response, expected, rtol=1e-13)
     assert to_state.unit == "m/N"
+    assert tiltrim.bode(second_order(), "u", "x", OMEGA[0]).response == to_state.response[:1]
     to_output = tiltrim.bode(second_order(), "u", "force", OMEGA)  # D is not zero
     assert np.allclose(to_output.response, 1 - expected, rtol=1e-12)
     assert to_output.unit == ""
@@ -46,7 +47,7 @@ def test_bode_is_the_closed_form_and_scipys():
 
 @pytest.mark.parametrize(
     "arguments",
-    [("w", "x"), ("u", "y"), ("u", "x", [1.0]), ("u", "x", [2.0, 1.0]), ("u", "x", [0.0, 1.0])],
+    [("w", "x"), ("u", "y"), ("u", "x", []), ("u", "x", [2.0, 1.0]), ("u", "x", [0.0, 1.0])],
 )
 def test_bode_refuses_names_and_frequencies_that_are_none(arguments):
     with pytest.raises(tiltrim.InvalidArgument):

@@ -377,8 +377,8 @@ def bode(
     """The frequency response of a linear model, or of what linearize() takes; condition= as there.
 
     input, output : names; a state is an output too
-    frequency     : rad/s, rising; default: 200 from a tenth of the slowest eigenvalue (or 0.01) to
-                    ten times the fastest (or 100)
+    frequency     : rad/s, one or several, rising; default: 200 from a tenth of the slowest
+                    eigenvalue (or 0.01) to ten times the fastest (or 100)
     """
     linear = what if isinstance(what, LinearModel) else linearize(what)
     linear._check()
@@ -386,8 +386,9 @@ def bode(
     outputs = (*linear.outputs, *linear.states)
     j = _place(input, [s.name for s in linear.inputs], "input")
     i = _place(output, [s.name for s in outputs], "output")
-    omega = _frequencies(linear) if frequency is None else np.asarray(frequency, dtype=float)
-    if omega.ndim != 1 or omega.size < 2 or not np.all(np.diff(omega) > 0) or omega[0] <= 0:
+    given = _frequencies(linear) if frequency is None else frequency
+    omega = np.atleast_1d(np.asarray(given, dtype=float))
+    if omega.ndim != 1 or omega.size < 1 or not np.all(np.diff(omega) > 0) or not omega[0] > 0:
         raise _tiltrim.InvalidArgument("frequency: expected rising values above 0 rad/s")
     I = np.eye(len(linear.states))  # noqa: E741
     gain = [rows[i] @ np.linalg.solve(1j * w * I - linear.A, linear.B[:, j]) for w in omega]

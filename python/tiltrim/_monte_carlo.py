@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from typing import Any, Dict, List
 
@@ -11,7 +10,7 @@ from ._arguments import MOST_THREADS, whole
 from ._needs import need
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
-from ._studies import StudyLike, read_study
+from ._studies import StudyLike, study_of
 
 
 @dataclass(repr=False)
@@ -77,8 +76,7 @@ def monte_carlo(study: StudyLike, *, threads: int = 0, progress: Progress = None
     threads  : 0: as many as the machine has; the result does not depend on it
     progress : True, or progress(done, total, text): returning False stops with the flights so far
     """
-    if isinstance(study, (str, os.PathLike)):
-        study = read_study(study)
+    study = study_of("monte_carlo", study)
     with told(progress) as tell:
         raw = _tiltrim.monte_carlo(study._core, whole("threads", threads, MOST_THREADS), tell)
     names = raw.pop("names")

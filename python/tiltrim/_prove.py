@@ -12,7 +12,7 @@ from . import _tiltrim
 from ._arguments import MOST_THREADS, real, whole
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
-from ._studies import Condition, StudyLike, Study, read_study
+from ._studies import Condition, StudyLike, study_of
 
 
 @dataclass
@@ -138,7 +138,7 @@ def prove(
             raise TypeError("prove(): condition= names one of a study's conditions")
         condition = what.name
         what = what.study
-    study = what if isinstance(what, Study) else read_study(what)
+    study = study_of("prove", what)
     if condition is not None:
         study[condition]  # names those that there are
     if margin is not None and not 0 <= real("margin", margin) <= 1000:

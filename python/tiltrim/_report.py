@@ -9,7 +9,7 @@ from typing import Sequence, Union
 from . import _tiltrim
 from ._arguments import MOST_THREADS, whole
 from ._show import Page, Shown
-from ._studies import StudyLike, read_study
+from ._studies import StudyLike, study_of
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -51,8 +51,7 @@ def report(
 
     Needs the program gnuplot. On a terminal, progress is shown on standard error (docs/report.md).
     """
-    if isinstance(study, (str, os.PathLike)):
-        study = read_study(study)
+    study = study_of("report", study)
     for name in only:
         study[name]  # raises, with the names there are
     page, maps_ = os.fspath(file), [os.fspath(one) for one in maps]

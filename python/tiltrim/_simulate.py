@@ -29,7 +29,7 @@ from ._models import Array, Model, Point
 from ._needs import need
 from ._problems import Guess
 from ._show import Page, Plotted, Table, number
-from ._studies import Condition, Study, StudyLike, read_study
+from ._studies import Condition, Study, StudyLike, read_study, study_of
 from ._trim import TrimResult
 
 if TYPE_CHECKING:
@@ -296,9 +296,7 @@ def _change(given: Any) -> Change:
 def fly(study: Union[StudyLike, Condition], *, number: Optional[int] = None) -> Flight:
     """Simulates a study's [simulate]: a flight with schedule, weather, actuators and the ground,
     or the motion of its [model] (docs/simulate.md). number: that flight of its [montecarlo]."""
-    if isinstance(study, (str, os.PathLike)):
-        study = read_study(study)
-    own = study.study if isinstance(study, Condition) else study
+    own = study.study if isinstance(study, Condition) else study_of("fly", study)
     raw = _tiltrim.fly_study(
         own._core, None if number is None else whole("number", number, 10**7)
     )

@@ -176,6 +176,15 @@ def _remarked(core: _tiltrim.Study) -> Study:
 StudyLike = Union[Study, str, "os.PathLike[str]"]  # a study, or the path of one
 
 
+def study_of(verb: str, what: Any) -> Study:
+    """The study, or the one of a path; a TypeError names the verb and what it was given."""
+    if isinstance(what, Study):
+        return what
+    if not isinstance(what, (str, os.PathLike)):
+        raise TypeError(f"{verb}(): expected a Study or its path, not {type(what).__name__}")
+    return read_study(what)
+
+
 class NoLinearModel(_tiltrim.InvalidArgument):
     """A condition without a linear model."""
 

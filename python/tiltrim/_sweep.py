@@ -154,10 +154,11 @@ def _problem(
     guess: Optional[Guess],
     spec: TrimSpec,
     inputs: Sequence[str],
+    verb: str = "sweep",
 ) -> Tuple[str, _tiltrim.Model, Dict[str, Any], Any, List[str]]:
     if isinstance(what, TrimResult):
         what = what._problem()
-    model, own, at = asked(what, guess, spec, "sweep")
+    model, own, at = asked(what, guess, spec, verb)
     kept = list(inputs) or [s.name for s in model.inputs]
     return what.name, model._core, own._fields(), at._tuple(), kept
 

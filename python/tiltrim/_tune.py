@@ -282,7 +282,7 @@ def tune(
         if conditions and len(conditions) == len(members):
             cores = [c._core for c in conditions]
             return _result(_tiltrim.tune_conditions(cores, request, options, tell))
-        problems = [_problem(one, guess, own, ()) for one in members]
+        problems = [_problem(one, guess, own, (), "tune") for one in members]
         return _result(_tiltrim.tune(problems, request, options, tell))
 
 
