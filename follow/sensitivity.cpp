@@ -233,8 +233,12 @@ std::vector<bool> isolated(const Modes& all) {
 
 std::string repeated(const Sensitivities& s) {
   std::string names;
-  for (std::size_t i = 0; i < s.simple.size(); ++i)
-    if (!s.simple[i]) names += (names.empty() ? "" : ", ") + s.modes.modes[i].name;
+  for (std::size_t i = 0; i < s.simple.size(); ++i) {
+    if (s.simple[i]) continue;
+    const Mode& m = s.modes.modes[i];
+    names += (names.empty() ? "" : ", ") +
+             (m.name.empty() ? fmt::format("{:.4g}", m.eigenvalue.real()) : m.name);
+  }
   return names.empty() ? "" : "repeated eigenvalues have no derivatives: " + names;
 }
 

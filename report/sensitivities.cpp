@@ -50,7 +50,8 @@ Sheet mode_sheet(const Sensitivities& s, std::size_t mode, std::size_t most) {
     const bool up = (gain > 0) == (p.value >= 0);  // increases the magnitude
     sheet.rows.push_back({p.parameter.name, p.value, SheetCell(p.parameter.unit),
                           -d.eigenvalue.real() * by,
-                          oscillates ? SheetCell(d.damping * by) : SheetCell(), d.frequency * by,
+                          oscillates ? SheetCell(d.damping * by) : SheetCell(),
+                          std::isnan(d.frequency) ? SheetCell() : SheetCell(d.frequency * by),
                           SheetCell(gain == 0 ? "-"
                                     : up      ? "larger"
                                               : "smaller")});
