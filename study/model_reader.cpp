@@ -305,11 +305,7 @@ Condition read_user_condition(const Entry& entry, const std::filesystem::path& f
                               const std::shared_ptr<const UserModel>& own) {
   const Section section(file, entry, "in [[condition]] of this model", "condition.");
   std::vector<Key> keys = own->keys;
-  if (own->xv15)
-    std::ranges::copy(keys_for(own->model, own->model.outputs), std::back_inserter(keys));
-  else
-    for (const Signal& s : own->model.outputs)
-      keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
+  std::ranges::copy(keys_for(own->model, own->model.outputs), std::back_inserter(keys));
   std::vector<std::string> allowed{"name", "guess", "rates", "objective"};
   for (const Key& key : keys) allowed.push_back(key.name);
   section.allow_only(allowed, {{"formulation", "a study with [model] has one way to trim it"}});

@@ -327,6 +327,20 @@ TEST_CASE("what is not of such a study") {
                   "w.toml:2:30: model.state.rate: ends where a value is expected");
 }
 
+TEST_CASE("an output in rad is held in degrees too") {
+  const Scratch scratch("own-degrees");
+  const std::string model =
+      "[model]\nstate = [{name = \"x\", rate = \"u - x\"}]\ninput = [{name = \"u\"}]\n"
+      "output = [{name = \"gam\", unit = \"rad\", value = \"atan(x)\"}]\n"
+      "[[condition]]\nname = \"a\"\nu = \"free\"\ngam_deg = 45\n";
+  scratch.write("s.toml", model);
+  const Ran ran = run(scratch, "trim s.toml -f json");
+  REQUIRE(ran.exit_code == 0);
+  CHECK_NEAR(json::parse(ran.out)["conditions"][0]["state"]["x"].get<double>(), 1.0, 1e-12);
+  scratch.write("s.toml", model + "gam = 0.5\n");
+  check_refused(scratch, "trim s.toml", "gam is already given; expected only one of the two");
+}
+
 TEST_CASE("an error of one of several conditions names it, whatever the command") {
   const Scratch scratch("own-placed");
   scratch.write("s.toml",
