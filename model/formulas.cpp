@@ -11,6 +11,7 @@
 #include "model/formula.hpp"
 #include "model/formula_check.hpp"
 #include "model/formula_jets.hpp"
+#include "model/formula_ranges.hpp"
 #include "model/lookup.hpp"
 #include "model/scalar.hpp"
 
@@ -123,6 +124,18 @@ decltype(Model::jets) on_jets(const Formulas& formulas, const Program& program) 
   };
 }
 
+std::vector<Range> ranges(const Program& program, const std::vector<Range>& box) {
+  std::vector<Interval> variables;
+  for (const Range& r : box) variables.emplace_back(r.lower, r.upper);
+  for (const Tape& tape : program.let) variables.push_back(formula::range_of(tape, variables));
+  std::vector<Range> rows;
+  for (const Tape& tape : program.rows) {
+    const Interval row = formula::range_of(tape, variables);
+    rows.push_back({row.lower(), row.upper()});
+  }
+  return rows;
+}
+
 void check_count(std::size_t have, std::size_t want, const char* what) {
   if (have != want)
     throw std::invalid_argument(fmt::format("{} formulas for {} {}", have, want, what));
@@ -179,6 +192,7 @@ Model model_of(const Formulas& formulas) {
   m.derivatives = [program](const OperatingPoint& at, const std::vector<Index>& variables) {
     return slopes(*program, at, variables);
   };
+  m.enclosure = [program](const std::vector<Range>& box) { return ranges(*program, box); };
   m.jets = on_jets(formulas, *program);
   for (std::size_t i = 0; i < formulas.switches.size(); ++i)
     m.switches.push_back({formulas.switches[i].name, [program, i](const OperatingPoint& at) {

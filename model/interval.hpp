@@ -174,6 +174,7 @@ inline Interval cos(const Interval& a) {
 // Of a positive base; of any base for whole exponents.
 inline Interval pow(const Interval& a, double b) {
   if (b == 0) return 1.0;
+  if (!a.finite() || !std::isfinite(b)) return Interval::unknown();
   if (b < 0) return Interval(1.0) / pow(a, -b);
   if (a.lower() >= 0) return rising(std::pow(a.lower(), b), std::pow(a.upper(), b));
   if (b != std::floor(b)) return Interval::unknown();

@@ -167,6 +167,41 @@ TEST_CASE("slopes of random formulas: those of long double to 1e-13") {
   CHECK(undetermined < count / 20);
 }
 
+TEST_CASE("ranges of random formulas contain every value over the box") {
+  std::mt19937 draw(9);
+  const auto within = [&](double from, double to) {
+    return std::uniform_real_distribution(from, to)(draw);
+  };
+  int known = 0, narrow = 0;
+  const int count = trials(6000);
+  for (int trial = 0; trial < count; ++trial) {
+    const std::string text = random_formula(draw, 4);
+    const Model m = sloped(text);
+    const double radius = std::vector{0.0, 1e-6, 0.02, 0.5, 2.0}[std::size_t(trial % 5)];
+    std::vector<Range> box;
+    for (const double middle : {within(-2, 2), within(-2, 2)})
+      box.push_back({middle - radius, middle + radius});
+    const Range all = m.enclosure(box)[0];
+    if (!std::isfinite(all.lower)) continue;
+    ++known;
+    double low = all.upper, high = all.lower;
+    CAPTURE(text);
+    for (int sample = 0; sample < 30; ++sample) {
+      const auto inside = [&](const Range& r) {
+        return sample == 0 ? r.lower : sample == 1 ? r.upper : within(r.lower, r.upper);
+      };
+      const double y = m.f(Eigen::Vector2d{inside(box[0]), inside(box[1])}, none, none)[0];
+      REQUIRE(std::isfinite(y));
+      REQUIRE((all.lower <= y && y <= all.upper));
+      low = std::min(low, y);
+      high = std::max(high, y);
+    }
+    narrow += all.upper - all.lower <= 10 * (high - low) + 1e-9 * (1 + std::abs(low));
+  }
+  CHECK(known > count / 2);
+  CHECK(narrow > known / 2);
+}
+
 TEST_CASE("at a kink, a jump or a singular slope there is none") {
   const char* const texts[] = {"abs(a)",      "sign(a)",          "max(a, 2*a)",
                                "min(0, a)",   "a < 0 ? -a : 3*a", "a == 0 ? 1 : sin(a)/a",
