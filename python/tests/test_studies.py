@@ -142,10 +142,10 @@ def test_the_signature_names_the_condition():
 
 
 def test_what_is_no_study_is_named():
-    level = tiltrim.tiltrotor(V=15.0)
+    level = tiltrim.trim(tiltrim.tiltrotor(V=15.0))
     for verb, rest in (("report", ("x.html",)), ("monte_carlo", ()), ("fly", ()), ("prove", ())):
         words = rf"^{verb}\(\): expected a Study or its path, not {type(level).__name__}$"
         with pytest.raises(TypeError, match=words):
             getattr(tiltrim, verb)(level, *rest)
     with pytest.raises(TypeError, match=r"^tune\(\) of a model needs a guess"):
-        tiltrim.tune(level.model, gains={"K_EP": (0.1, 1.0)})
+        tiltrim.tune(level.point.model, gains={"K_EP": (0.1, 1.0)})
