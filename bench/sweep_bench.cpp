@@ -9,9 +9,11 @@
 #include <ctime>
 #include <filesystem>
 #include <limits>
+#include <stdexcept>
 #include <string>
 
 #include "linearize/batch.hpp"
+#include "model/formulas.hpp"
 #include "study/problems.hpp"
 #include "study/study.hpp"
 #include "sweep/sweep.hpp"
@@ -177,6 +179,40 @@ void sweep_below_stall(benchmark::State& state) {
   count_points(state, points);
 }
 
+// A plane of formulas, too slow to fly: CPU time without the formulas' ranges, where each point is
+// searched, over that with them, where each is proved to have no trim.
+void formulas_searched_over_proved(benchmark::State& state) {
+  keep_memory();
+  Model plane =
+      model_of({.name = "plane",
+                .states = {{"V", "m/s", 10.0}, {"gamma", "rad", 0.1}},
+                .inputs = {{"T", "m/s²", 1.0}, {"CL", "", 0.1}},
+                .outputs = {},
+                .parameters = {{"k", "1/m", 0.01}},
+                .rates = {"T - 0.02*V^2 - 9.81*sin(gamma)", "(k*V^2*CL - 9.81*cos(gamma))/V"}});
+  const TrimSpec steady{
+      .free = {"T", "CL"}, .steady = {"V", "gamma"}, .bounds = {{"T", {0, 12}}, {"CL", {-1, 1.4}}}};
+  const OperatingPoint guess{Eigen::Vector2d(10, 0), Eigen::Vector2d(1, 1),
+                             Eigen::VectorXd::Constant(1, 0.03)};
+  std::vector<double> values;
+  for (int i = 0; i < 20; ++i) values.push_back(0.02 + 0.001 * i);
+  const auto seconds = [&](const Model& model) {
+    const std::clock_t begun = std::clock();
+    const SweepMap map = sweep({{"slow", model, steady, guess, {}}},
+                               {{"k", {{"k", "", "k", values, values}}}}, {.threads = 1});
+    if (map.status.size() != values.size()) throw std::runtime_error("20 points were asked for");
+    return double(std::clock() - begun) / CLOCKS_PER_SEC;
+  };
+  Model without = plane;
+  without.enclosure = {};
+  double searched = std::numeric_limits<double>::infinity(), proved = searched;
+  for (auto _ : state) {
+    searched = std::min(searched, seconds(without));
+    proved = std::min(proved, seconds(plane));
+  }
+  state.counters["ratio"] = searched / proved;
+}
+
 // Wall time of one thread over that of two, in alternation.
 void two_cores_over_one(benchmark::State& state, const Study& study) {
   using clock = std::chrono::steady_clock;
@@ -207,6 +243,7 @@ BENCHMARK(verdicts_trimmed_at_every_point)->Unit(benchmark::kMillisecond)->MinTi
 BENCHMARK(sweep_lines_alone_over_side_by_side)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(crossings_over_points)->ArgName("lanes")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_below_stall)->Unit(benchmark::kMillisecond);
+BENCHMARK(formulas_searched_over_proved)->Unit(benchmark::kMillisecond);
 BENCHMARK(sweep_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 BENCHMARK(sweep_trimmed_two_cores_over_one)->Unit(benchmark::kMillisecond)->MinTime(2.0);
 

@@ -357,7 +357,7 @@ static void explore(Grid& g, std::vector<Followed>& border, std::deque<Seed>& se
   const auto stopped = [&] { return g.options.stop.stop_requested(); };
   std::deque<Front> front;
   seed(g, front);
-  while (!front.empty() && !stopped()) {  // ends: finitely many trims
+  while (!front.empty() && !stopped()) {  // ends: most_sheets trims at a point
     const std::vector<Edge> edges = spread(g, front);
     std::vector<Way> ways(edges.size());
     for_all(g, edges.size(), [&](const Grid& own, std::size_t k) {

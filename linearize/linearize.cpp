@@ -248,7 +248,7 @@ class Drift {
     const auto at_rest = [&](double by) {
       try {
         return change(point(direction, by)).lpNorm<Eigen::Infinity>() <= trimmed;
-      } catch (const std::exception&) {  // outside of the model's domain
+      } catch (...) {  // outside of the model's domain
         return false;
       }
     };
