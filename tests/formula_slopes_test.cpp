@@ -10,6 +10,7 @@
 #include "model/formulas.hpp"
 #include "model/lookup.hpp"
 #include "tests/check.hpp"
+#include "trim/trim.hpp"
 
 using namespace tiltrim;
 using Eigen::Index;
@@ -200,6 +201,37 @@ TEST_CASE("ranges of random formulas contain every value over the box") {
   }
   CHECK(known > count / 2);
   CHECK(narrow > known / 2);
+}
+
+TEST_CASE("an equilibrium planted into random formulas is never proved absent") {
+  std::mt19937 draw(11);
+  const TrimSpec spec{
+      .free = {"a", "b"}, .steady = {"a", "b"}, .bounds = {{"a", {-2, 2}}, {"b", {-2, 2}}}};
+  int planted = 0, absent = 0;
+  const int count = trials(400);
+  for (int trial = 0; trial < count; ++trial) {
+    const std::string text = random_formula(draw, 3);
+    std::uniform_real_distribution<double> inside(-2, 2);
+    const Eigen::Vector2d root{inside(draw), inside(draw)};
+    const double value = sloped(text).f(root, none, none)[0];
+    if (!std::isfinite(value)) continue;
+    const auto proved = [&](double off) {
+      const Model m = model_of({.name = "planted",
+                                .states = {{"a", ""}, {"b", ""}},
+                                .inputs = {},
+                                .outputs = {},
+                                .parameters = {},
+                                .rates = {fmt::format("{} - ({:.17g})", text, value + off),
+                                          fmt::format("b - ({:.17g})", root[1])}});
+      return proved_infeasible(m, spec, {Eigen::Vector2d{0.1, 0.1}, none, none});
+    };
+    CAPTURE(text);
+    CHECK_FALSE(proved(0));
+    ++planted;
+    absent += proved(50);
+  }
+  CHECK(planted > count / 2);
+  CHECK(absent > planted / 2);
 }
 
 TEST_CASE("at a kink, a jump or a singular slope there is none") {
