@@ -133,10 +133,10 @@ struct Column {
 };
 
 VectorXd differing(const VectorXd& y0, std::initializer_list<const VectorXd*> samples) {
-  VectorXd moved = VectorXd::Zero(y0.size());
-  for (const VectorXd* y : samples)
-    moved = (y->array() != y0.array()).select(VectorXd::Ones(y0.size()), moved);
-  return moved;
+  return VectorXd::NullaryExpr(y0.size(), [&](Index row) {
+    return double(
+        std::ranges::any_of(samples, [&](const VectorXd* y) { return (*y)[row] != y0[row]; }));
+  });
 }
 
 //   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side of the given sign
