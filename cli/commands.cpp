@@ -108,8 +108,7 @@ void for_each(const Study& study, const Common& common, int threads,
   } catch (const std::invalid_argument& e) {
     const char* const hint =
         study.conditions.size() > 1 ? " (choose other conditions with --only NAME)" : "";
-    throw StudyError(
-        fmt::format("{}: condition '{}': {}{}", condition.place, condition.name, e.what(), hint));
+    throw error_in(condition, fmt::format("{}{}", e.what(), hint));
   }
 }
 
@@ -134,8 +133,7 @@ static std::string refusal(const Condition& condition) {
 
 StudyError placed(const Study& study, const std::invalid_argument& error) {
   for (const Condition& c : study.conditions)
-    if (refusal(c) == error.what())
-      return StudyError(fmt::format("{}: condition '{}': {}", c.place, c.name, error.what()));
+    if (refusal(c) == error.what()) return error_in(c, error.what());
   return StudyError(fmt::format("{}: {}", study.file.string(), error.what()));
 }
 

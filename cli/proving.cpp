@@ -72,8 +72,13 @@ std::vector<Theorem> theorems(const Study& study, const ProveCommand& command,
   with_threads(command.threads, [&] {
     for (const Condition& condition : conditions) {
       options.log_part = all.size();
-      all.push_back(command.largest ? prove_largest_margin(prove_problem(study, condition), options)
-                                    : prove(prove_problem(study, condition), options));
+      const ProveProblem problem = prove_problem(study, condition);
+      try {
+        all.push_back(command.largest ? prove_largest_margin(problem, options)
+                                      : prove(problem, options));
+      } catch (const std::invalid_argument& e) {
+        throw error_in(condition, e.what());
+      }
     }
   });
   return all;

@@ -153,7 +153,8 @@ Estimate state_matrix(const Model& model, const OperatingPoint& at) {
   std::vector<Index> states;
   for (Index i = 0; i < n; ++i) states.push_back(i);
   Estimate A = model.derivatives ? exact(model, at, states) : Estimate{};
-  if (A.value.size() == 0 || !A.value.allFinite()) A = difference(model, at, states).jacobian;
+  if (A.value.size() == 0 || !A.value.topRows(n).allFinite())
+    A = difference(model, at, states).jacobian;
   return {A.value.topRows(n), A.error.topRows(n)};
 }
 

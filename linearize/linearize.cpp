@@ -208,9 +208,10 @@ void note_moving(const LinearizeOptions& options, LinearModel& linear) {
 void fill_in(const Differences& d, const Model& model, const Selection& selection, Estimate& own,
              std::vector<std::string>& remarks) {
   for (Index k = 0; k < own.value.cols(); ++k) {
-    if (own.value.col(k).allFinite()) continue;
-    own.value.col(k) = d.jacobian.value.col(k);
-    own.error.col(k) = d.jacobian.error.col(k);
+    const auto given = own.value.col(k).array().isFinite().eval();
+    if (given.all()) continue;
+    own.value.col(k) = given.select(own.value.col(k), d.jacobian.value.col(k));
+    own.error.col(k) = given.select(own.error.col(k), d.jacobian.error.col(k));
     const std::string along = signal_of(model, selection.variables[std::size_t(k)]).name + ": ";
     if (std::ranges::none_of(d.remarks, [&](const std::string& r) { return r.starts_with(along); }))
       remarks.push_back(along +

@@ -365,6 +365,7 @@ MatrixXd jacobian(const Model& model, const OperatingPoint& point,
   for (Index k = 0; k < J.cols(); ++k) {
     if (model.derivatives && J.col(k).allFinite()) continue;
     if (exact) *exact = false;
+    const VectorXd own = J.col(k);
     if (samples.size() > 0) {
       const double h = step_of(model, point, variables[std::size_t(k)]);
       J.col(k) = (samples.col(2 * k) - samples.col(2 * k + 1)) / (2 * h);
@@ -377,6 +378,7 @@ MatrixXd jacobian(const Model& model, const OperatingPoint& point,
       const VectorXd here = line.sample(0);
       J.col(k) = ahead.allFinite() ? (ahead - here) / line.h : (here - behind) / line.h;
     }
+    if (model.derivatives) J.col(k) = own.array().isFinite().select(own, J.col(k));
     line.check(J.col(k));
   }
   return J;

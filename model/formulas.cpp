@@ -47,11 +47,21 @@ void set_variables(Evaluator<S>& evaluate, const Program& program, const VectorX
     for (const double value : *part) evaluate[i++] = S(value);
 }
 
+// The value of a formula; NaN slopes where a kink, a jump or a singular slope leaves them in doubt.
+template <class S>
+S evaluated(Evaluator<S>& evaluate, const Tape& tape) {
+  evaluate.doubtful = false;
+  S all = evaluate(tape);
+  if constexpr (requires { all.slopes; })
+    if (evaluate.doubtful) all.slopes.setConstant(NAN);
+  return all;
+}
+
 // The values of `let` follow from x, u and p.
 template <class S>
 void set_let(Evaluator<S>& evaluate, const Program& program) {
   for (std::size_t i = 0; i < program.let.size(); ++i)
-    evaluate[program.nominal.size() + i] = evaluate(program.let[i]);
+    evaluate[program.nominal.size() + i] = evaluated(evaluate, program.let[i]);
 }
 
 // Values of `count` tapes from `first`.
@@ -65,9 +75,9 @@ VectorXd values(const Program& program, const Tape* first, std::size_t count, co
   return y;
 }
 
-// Columns `first` to `first` + width - 1 of the Jacobian, if each of their slopes exists.
+// Columns `first` to `first` + width - 1 of the Jacobian.
 template <int width>
-bool set_columns(const Program& program, const OperatingPoint& point,
+void set_columns(const Program& program, const OperatingPoint& point,
                  const std::vector<Index>& variables, Index first, MatrixXd& J) {
   Evaluator<DualOf<double, width>> evaluate(program.count(), program.depth);
   set_variables(evaluate, program, point.x, point.u, point.p);
@@ -77,19 +87,19 @@ bool set_columns(const Program& program, const OperatingPoint& point,
   set_let(evaluate, program);
   for (Index i = 0; i < J.rows(); ++i)
     J.row(i).segment(first, count) =
-        evaluate(program.rows[std::size_t(i)]).slopes.head(count).matrix().transpose();
-  return !evaluate.doubtful;
+        evaluated(evaluate, program.rows[std::size_t(i)]).slopes.head(count).matrix().transpose();
 }
 
-// NaN in the columns of variables along which a formula may have a kink, a jump or a singular
-// slope.
+// NaN where a formula may have a kink, a jump or a singular slope along a variable: what is in
+// doubt along some of several variables is asked for one by one.
 MatrixXd slopes(const Program& program, const OperatingPoint& point,
                 const std::vector<Index>& variables) {
   MatrixXd J(std::ssize(program.rows), std::ssize(variables));
   for (Index first = 0; first < J.cols(); first += dual_width) {
-    if (set_columns<dual_width>(program, point, variables, first, J)) continue;
-    for (Index k = first; k < std::min<Index>(first + dual_width, J.cols()); ++k)
-      if (!set_columns<1>(program, point, variables, k, J)) J.col(k).setConstant(NAN);
+    set_columns<dual_width>(program, point, variables, first, J);
+    const Index count = std::min<Index>(dual_width, J.cols() - first);
+    if (J.middleCols(first, count).allFinite()) continue;
+    for (Index k = first; k < first + count; ++k) set_columns<1>(program, point, variables, k, J);
   }
   return J;
 }

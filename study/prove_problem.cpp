@@ -20,10 +20,6 @@ namespace {
 
 using Jets = std::vector<Jet>;
 
-[[noreturn]] void refuse(const Condition& condition, const std::string& why) {
-  throw StudyError(fmt::format("{}: condition '{}': {}", condition.place, condition.name, why));
-}
-
 // States whose rates a condition holds.
 std::vector<std::string> held_states(const TrimProblem& trim) {
   std::vector<std::string> held;
@@ -38,28 +34,33 @@ void check_provable(const Condition& condition, const TrimProblem& trim,
   const TrimSpec& spec = trim.spec;
   for (const Uncertain& varied : parameters)
     if (among(spec.free, varied.name))
-      refuse(condition, fmt::format("'{}' is unknown here, so a proof cannot vary it; expected a "
-                                    "value for it, or --only with other conditions",
-                                    varied.name));
+      throw error_in(condition,
+                     fmt::format("'{}' is unknown here, so a proof cannot vary it; expected a "
+                                 "value for it, or --only with other conditions",
+                                 varied.name));
   for (const std::string& name : spec.free)
     if (find(trim.model.parameters, name) >= 0)
-      refuse(condition,
-             fmt::format("the parameter '{}' is unknown here; a proof needs its value", name));
+      throw error_in(
+          condition,
+          fmt::format("the parameter '{}' is unknown here; a proof needs its value", name));
   if (!spec.implied.empty())
-    refuse(condition, fmt::format("the rate of '{}' is implied, which a proof cannot verify",
-                                  spec.implied[0]));
+    throw error_in(
+        condition,
+        fmt::format("the rate of '{}' is implied, which a proof cannot verify", spec.implied[0]));
   for (const auto& [name, range] : spec.bounds)
     if (range.lower == range.upper)
-      refuse(condition, fmt::format("'{}' is held at a value, which a proof cannot do; expected "
-                                    "[lower, upper]",
-                                    name));
+      throw error_in(condition,
+                     fmt::format("'{}' is held at a value, which a proof cannot do; expected "
+                                 "[lower, upper]",
+                                 name));
   const std::vector<std::string> held = held_states(trim);
   if (spec.free.size() != held.size())
-    refuse(condition,
-           fmt::format("a proof needs as many unknowns as equations; there are {} ({}) for the "
-                       "rates of {} ({})",
-                       spec.free.size(), fmt::join(spec.free, ", "), held.size(),
-                       fmt::join(held, ", ")));
+    throw error_in(
+        condition,
+        fmt::format("a proof needs as many unknowns as equations; there are {} ({}) for the "
+                    "rates of {} ({})",
+                    spec.free.size(), fmt::join(spec.free, ", "), held.size(),
+                    fmt::join(held, ", ")));
 }
 
 // The jets less the prescribed rates, so that a condition's equations are rates that vanish.

@@ -332,6 +332,10 @@ std::string formulation_of(const Condition& condition) {
   return names[condition.asked.index()];
 }
 
+StudyError error_in(const Condition& condition, const std::string& why) {
+  return StudyError(fmt::format("{}: condition '{}': {}", condition.place, condition.name, why));
+}
+
 std::vector<std::string> moving_states(const Condition& condition) {
   const UserCondition* user = condition.user();
   if (!user) return {};

@@ -146,6 +146,9 @@ std::vector<std::string> moving_states(const Condition& condition);
 /// "closed_loop", "airframe", "table", "model".
 std::string formulation_of(const Condition& condition);
 
+/// "file:line:column: condition 'name': why".
+[[nodiscard]] StudyError error_in(const Condition& condition, const std::string& why);
+
 /// [follow]: a branch from each condition's own value of the parameter to `to`.
 struct FollowTable {
   Key parameter;    ///< continuation parameter

@@ -48,8 +48,7 @@ std::vector<SweepRequest> sweep_requests(const Study& study,
       requests.push_back(request_of(study, condition, axes));
       check_keys(requests.back().model, axes);
     } catch (const std::invalid_argument& e) {
-      throw StudyError(
-          fmt::format("{}: condition '{}': {}", condition.place, condition.name, e.what()));
+      throw error_in(condition, e.what());
     }
   }
   return requests;

@@ -10,6 +10,7 @@
 
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
+#include "model/formulas.hpp"
 #include "model/lookup.hpp"
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
@@ -1160,6 +1161,32 @@ TEST_CASE("a derivative that is missing is named by its own variable, and withho
   CHECK_NEAR(lin.C(1, 1), 1, 1e-8);
   CHECK(std::ranges::any_of(lin.remarks, [](const std::string& r) {
     return contains(r, "root with respect to y") && !contains(r, "with respect to x");
+  }));
+}
+
+TEST_CASE("an output without a slope takes nothing from the exact slopes of the others") {
+  const Model m = model_of({.name = "root",
+                            .states = {{"x", "", 1.0}, {"y", "", 1.0}},
+                            .inputs = {{"u", "", 1.0}},
+                            .outputs = {{"root", "", 1.0}, {"exponential", "", 1.0}},
+                            .parameters = {},
+                            .rates = {"-3*x + sin(y)/7 + u", "x - exp(y) + 1"},
+                            .values = {"sqrt(u)", "exp(x/3)"}});
+  const OperatingPoint origin{VectorXd::Zero(2), VectorXd::Zero(1), VectorXd()};
+  const LinearModel lin = linearize(m, origin);
+  REQUIRE(lin);
+  constexpr double rounding = 1e-13;
+  const MatrixXd A{{-3.0, 1.0 / 7}, {1.0, -1.0}}, B{{1.0}, {0.0}};
+  CHECK((lin.A - A).cwiseAbs().maxCoeff() <= lin.A_error.minCoeff());
+  CHECK(lin.A_error.maxCoeff() < rounding);
+  CHECK(lin.B == B);
+  CHECK(lin.B_error.maxCoeff() < rounding);
+  CHECK_NEAR(lin.C(1, 0), 1.0 / 3, lin.C_error(1, 0));
+  CHECK(lin.C_error(1, 0) < rounding);
+  CHECK(lin.C.row(0).isZero(0.0));
+  CHECK(std::isnan(lin.D(0, 0)));
+  CHECK(std::ranges::any_of(lin.remarks, [](const std::string& r) {
+    return contains(r, "derivative of root with respect to u is not determined");
   }));
 }
 

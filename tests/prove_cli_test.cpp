@@ -1,6 +1,9 @@
 // `tiltrim prove` as a user runs it: stopped, killed, and taken up again from its log.
 #include <doctest/doctest.h>
+#include <fmt/core.h>
 #include <signal.h>
+
+#include <fstream>
 
 #include "tests/check.hpp"
 #include "tests/program.hpp"
@@ -67,6 +70,21 @@ TEST_CASE("what is no number, no file or one file for two is refused") {
   refused(prove + "--margin nan", "--margin: nan is not a number from 0 to 1000");
   refused(prove + "-o c.proof", "--certificate and -o name the same file");
   refused("check-proof .", "tiltrim: .: is a directory");
+}
+
+TEST_CASE(
+    "a model of more states than a proof can take is refused with the place of the condition") {
+  const Scratch scratch("prove-large");
+  std::string study = "[model]\nname = \"chain\"\n";
+  for (int i = 0; i < 17; ++i)
+    study += fmt::format("[[model.state]]\nname = \"x{0}\"\nrate = \"k - x{0}\"\n", i);
+  study += "[[model.parameter]]\nname = \"k\"\nvalue = 1\n[[condition]]\nname = \"rest\"\n";
+  study += "[[prove.parameter]]\nkey = \"k\"\nfrom = 1\nto = 2\n";
+  std::ofstream(scratch.path / "chain.toml") << study;
+  const Ran ran = run(scratch, "prove chain.toml");
+  CHECK(ran.exit_code == 2);
+  CHECK(ran.err ==
+        "tiltrim: chain.toml:57:1: condition 'rest': 17 states and unknown inputs; at most 16\n");
 }
 
 TEST_CASE("the log has the evidence of a damping ratio too") {
