@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "dense/dense.hpp"
 #include "dense/newton_step.hpp"
@@ -146,21 +147,45 @@ VectorXd step_to_equilibrium(const LinearModel& linear, const std::vector<Index>
   return size.cwiseProduct(dense::newton_step(J, linear.rates(steady)));
 }
 
-// Rates that are small only because their derivatives are: Newton's step is long, and the rates are
+// Length of Newton's path that begins with this step, in nominal sizes.
+double path_length(const Model& model, const LinearModel& linear, const std::vector<Index>& steady,
+                   const VectorXd& step) {
+  const VectorXd size = nominals(linear.states);
+  const double first = step.cwiseQuotient(size).norm();
+  LinearModel next = linear;
+  next.point.x += step;
+  try {
+    std::vector<Index> states(std::size_t(step.size()));
+    std::iota(states.begin(), states.end(), 0);
+    next.rates = evaluate(model, next.point).rates;
+    next.A = jacobian(model, next.point, states, nullptr, Wanted::rates).topRows(step.size());
+  } catch (const CallerMistake&) {
+    throw;
+  } catch (...) {  // outside of the model's domain
+    return first;
+  }
+  if (!next.A.allFinite() || !next.rates.allFinite()) return first;
+  return dense::length_of_steps(first,
+                                step_to_equilibrium(next, steady).cwiseQuotient(size).norm());
+}
+
+// Rates that are small only because their derivatives are: Newton's path is long, and the rates are
 // no larger a good distance away. As text; empty at an equilibrium.
 std::string only_small(const Model& model, const LinearModel& linear,
                        const LinearizeOptions& options) {
-  constexpr double far = 0.1;  // nominal sizes
+  constexpr double near = 1e-6, far = 0.1;  // nominal sizes
   std::vector<Index> steady;
   for (Index i = 0; i < std::ssize(linear.states); ++i)
     if (!among(options.moving, linear.states[std::size_t(i)].name)) steady.push_back(i);
   if (steady.empty() || linear.residual == 0 || std::isinf(options.tolerance)) return {};
   const VectorXd size = nominals(linear.states);
   const VectorXd step = step_to_equilibrium(linear, steady);
-  const double away = step.cwiseQuotient(size).norm();
+  const double first = step.cwiseQuotient(size).norm();
+  if (!(first > near)) return {};
+  const double away = first > far ? first : path_length(model, linear, steady, step);
   if (!(away > far)) return {};
   OperatingPoint there = linear.point;
-  there.x += far / away * step;
+  there.x += far / first * step;
   VectorXd rates = VectorXd::Constant(std::ssize(steady), INFINITY);  // the model throws there
   try {
     rates = evaluate(model, there).rates.cwiseQuotient(size)(steady);

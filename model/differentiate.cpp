@@ -123,9 +123,10 @@ struct Line {
 };
 
 // One column of the Jacobian: two estimates of the derivative with truncation errors in the ratio
-// 1 : 4, and for one-sided differences a third with ratio 16.
+// 1 : 4; a third, for one-sided differences with ratio 16, for central ones with ratio 1/4, where
+// it is needed.
 struct Column {
-  VectorXd fine, coarse, coarser;
+  VectorXd fine, coarse, coarser, finer;
   VectorXd scale;  // largest |sample| of each row
   VectorXd noise;  // round-off of the samples, as observed
   VectorXd moved;  // 1 where a sample differs, 0 where all are equal: a difference without error
@@ -150,17 +151,31 @@ Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd coarser = side * (-3 * y0 + 4 * y4 - y8) / (8 * line.h);
   const VectorXd scale = y0.cwiseAbs().cwiseMax(y1.cwiseAbs());
   const VectorXd moved = differing(y0, {&y1, &y2, &y4, &y8});
-  return {fine, coarse, coarser, scale, VectorXd::Zero(y0.size()), moved, line.h};
+  return {fine, coarse, coarser, {}, scale, VectorXd::Zero(y0.size()), moved, line.h};
 }
 
+constexpr double rounding = 8.0;  // round-offs by which two estimates may differ
+
 // For a smooth function the estimates converge by a factor of four per halved step; near a pole, a
-// square root or a logarithm's singularity they do not, and the error of the finest is unknown.
+// root or a logarithm's singularity they do not, and the error of the finest is unknown.
 bool settles(const Column& c, Index row, double round_off) {
-  constexpr double rounding = 8.0, least = 2.0;
-  if (c.coarser.size() == 0) return true;
-  const double near = std::abs(c.fine[row] - c.coarse[row]);
-  const double far = std::abs(c.coarse[row] - c.coarser[row]);
-  return near <= rounding * round_off || far >= least * near;
+  constexpr double least = 2.0;
+  const auto converge = [&](double fine, double coarse, double coarser, double noise) {
+    const double near = std::abs(fine - coarse), far = std::abs(coarse - coarser);
+    return near <= rounding * noise || far >= least * near;
+  };
+  if (c.coarser.size() > 0) return converge(c.fine[row], c.coarse[row], c.coarser[row], round_off);
+  if (c.finer.size() > 0) return converge(c.finer[row], c.fine[row], c.coarse[row], 2 * round_off);
+  return true;
+}
+
+// The third estimate of a central difference, if the first two differ by more than rounding.
+void refine(const Model& model, const OperatingPoint& point, Index variable,
+            const VectorXd& round_off, Column& c) {
+  const VectorXd spread = (c.fine - c.coarse).cwiseAbs();
+  if (c.coarser.size() > 0 || !(spread.array() > rounding * round_off.array()).any()) return;
+  Line line(model, point, variable);
+  c.finer = (line.sample(0.5) - line.sample(-0.5)) / line.h;
 }
 
 // The four neighbours of a point along a line, and tests on their one-sided differences.
@@ -195,6 +210,7 @@ Column central(const Line& line, const Neighbours& n) {
   const VectorXd fourth = n.far_ahead - 4 * n.ahead + 6 * n.y0 - 4 * n.behind + n.far_behind;
   return {(n.ahead - n.behind) / (2 * line.h),
           (n.far_ahead - n.far_behind) / (4 * line.h),
+          {},
           {},
           scale,
           fourth.cwiseAbs() / 8,
@@ -303,12 +319,13 @@ Differences difference(const Model& model, const OperatingPoint& point,
     }
   const VectorXd sizes = term_sizes(model, point, variables, known, largest);
   for (Index k = 0; k < n; ++k) {
-    const Column& c = columns[std::size_t(k)];
+    Column& c = columns[std::size_t(k)];
     const VectorXd spread = (c.fine - c.coarse).cwiseAbs();
     const double weights =
         c.coarser.size() > 0 ? 4.0 : 1.0;  // weights of a difference's samples: 3, 4 and 1 over 2
     const VectorXd round_off = (weights * epsilon * sizes + 2 * noise) / c.h;
     d.jacobian.error.col(k) = c.moved.cwiseProduct(spread + round_off);
+    refine(model, point, variables[std::size_t(k)], round_off, c);
     for (Index row = 0; row < y0.size(); ++row)
       if (!settles(c, row, round_off[row])) d.jacobian.error(row, k) = INFINITY;
   }

@@ -210,7 +210,7 @@ std::optional<Explanation> explain(const Vehicle& vehicle, const Condition& cond
   }
   if (is_equilibrium(open.status)) {
     e.words.push_back(
-        "the airframe has an equilibrium within the limits, but the control law does not reach it");
+        "the airframe has an equilibrium within the limits; with the control law none was found");
     return e;
   }
   e.diagnosis = diagnose(p.model, p.spec, p.guess, open.point,

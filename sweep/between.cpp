@@ -27,15 +27,17 @@ constexpr int most_pieces = 4000;   // of one step of the grid
 struct Piece {
   PerMode<Complex> lambda;  // that diagonal
   SmallComplexMatrix at_a, at_m, at_b;
-  double rounding;  // of an eigenvalue, in the matrix's own norm
+  SmallComplexMatrix bend;  // a second difference of the same width next to the piece, or none
+  double rounding;          // of an eigenvalue, in the matrix's own norm
 };
 
 Piece piece_of(const Eigenvectors& X, const SmallMatrix& a, const SmallMatrix& m,
-               const SmallMatrix& b) {
+               const SmallMatrix& b, const SmallMatrix& bend) {
   Piece p{{},
           in_eigenvectors(X.basis, a),
           in_eigenvectors(X.basis, m),
           in_eigenvectors(X.basis, b),
+          bend.size() > 0 ? in_eigenvectors(X.basis, bend) : SmallComplexMatrix(),
           X.rounding};
   for (Index i = 0; i < m.rows(); ++i) {
     const Complex middle = p.at_m(i, i);
@@ -48,7 +50,8 @@ Piece piece_of(const Eigenvectors& X, const SmallMatrix& a, const SmallMatrix& m
 double size(Complex z) { return std::sqrt(std::norm(z)); }
 
 // Bounds of the entries of B along the piece; on the diagonal, of the real part's motion. A smooth
-// curve deviates from the halves of the polygon by at most an eighth of the second difference.
+// curve deviates from the halves of the polygon by at most an eighth of the second difference,
+// which may vanish at a point of inflection: then that next to the piece counts.
 SmallMatrix entries_along(const Piece& p) {
   const Index n = p.at_m.rows();
   SmallMatrix most(n, n);
@@ -57,7 +60,8 @@ SmallMatrix entries_along(const Piece& p) {
       const Complex a = p.at_a(i, j), m = p.at_m(i, j), b = p.at_b(i, j);
       const double corner = i == j ? std::max(std::abs(a.real()), std::abs(b.real()))
                                    : std::max({size(a), size(m), size(b)});
-      most(i, j) = corner + safety / 8 * size(a - 2.0 * m + b);
+      const double beside = p.bend.size() > 0 ? size(p.bend(i, j)) : 0.0;
+      most(i, j) = corner + safety / 8 * std::max(size(a - 2.0 * m + b), beside);
     }
   return most;
 }
@@ -156,7 +160,7 @@ class Search {
     for (int k = 0; k < most_searches; ++k) {
       again_ = k + 1 < most_searches;
       const std::size_t known = found_again_.size();
-      look(from, a, to, b);
+      look(from, a, to, b, {});
       if (found_again_.size() == known) return;
       events_.resize(events);
       seen_.resize(seen);
@@ -166,8 +170,10 @@ class Search {
   }
 
  private:
-  void look(double from, const std::optional<Sample>& a, double to,
-            const std::optional<Sample>& b) {
+  // `bend`: the largest second difference of the pieces that this one is a part of, at its width. A
+  // piece that is part of no other is halved.
+  void look(double from, const std::optional<Sample>& a, double to, const std::optional<Sample>& b,
+            const std::optional<MatrixXd>& bend) {
     if (!a && !b) return;
     if (std::abs(to - from) <= least_ || ++pieces_ > most_pieces) return ended(from, a, to, b);
     const double middle = 0.5 * (from + to);
@@ -176,9 +182,16 @@ class Search {
         nearby != found_again_.end() ? nearby->second : line_.sample(middle, a ? *a : *b);
     if (!m && a && b) m = line_.sample(middle, *b);
     if (m) seen_.push_back(*m);
-    if (a && m && b && continuous(line_.apart(*a, *m), line_.apart(*m, *b), line_.apart(*a, *b))) {
+    std::optional<MatrixXd> own = bend;
+    if (a && m && b) {
+      own = a->A - 2.0 * m->A + b->A;
+      if (bend && bend->norm() > own->norm()) own = bend;
+    }
+    const bool smooth =
+        a && m && b && continuous(line_.apart(*a, *m), line_.apart(*m, *b), line_.apart(*a, *b));
+    if (smooth && bend) {
       if (const auto X = eigenvectors(m->A, m->spectrum())) {
-        const Judged judged = judge(piece_of(*X, a->A, m->A, b->A), std::size_t(riding_));
+        const Judged judged = judge(piece_of(*X, a->A, m->A, b->A, *own), std::size_t(riding_));
         // An end may lie on the axis, where its own number of unstable eigenvalues is that of no
         // side.
         if (judged.unclear.empty() && a->unstable() == b->unstable()) return;
@@ -186,8 +199,9 @@ class Search {
         if (judged.monotone && (a->unstable() == b->unstable() || locate(*a, *b))) return;
       }
     }
-    look(from, a, middle, m);
-    look(middle, m, to, b);
+    if (own) *own /= 4;
+    look(from, a, middle, m, own);
+    look(middle, m, to, b, own);
   }
 
   // The missing end of a piece that cannot be bisected further, from the other one.
@@ -306,9 +320,9 @@ bool continuous(double left, double right, double whole) {
 }
 
 bool is_clear(std::optional<Eigenvectors>& nearby, const SmallMatrix& a, const SmallMatrix& m,
-              Spectrum lambda, const SmallMatrix& b) {
+              Spectrum lambda, const SmallMatrix& b, const SmallMatrix& bend) {
   const auto clear = [&](const Eigenvectors& X) {
-    return judge(piece_of(X, a, m, b), 0).unclear.empty();
+    return judge(piece_of(X, a, m, b, bend), 0).unclear.empty();
   };
   if (nearby && clear(*nearby)) return true;
   nearby = eigenvectors(m, lambda);

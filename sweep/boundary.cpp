@@ -80,54 +80,83 @@ double vertex(const Sample& left, const Sample& middle, const Sample& right) {
   return middle.t + 0.5 * (r * r * at_l - l * l * at_r) / (r * at_l - l * at_r);
 }
 
-// The largest real part between two positions, and where; refined around the largest sample, with
-// several axes, and so with many lines, by one more only.
+struct Abscissa {
+  double at, value;
+};
+
+// The largest real part next to sample i, along a line of several axes by one sample more.
+Abscissa by_parabola(const MatrixLine& line, const std::vector<const Sample*>& seen,
+                     std::size_t i) {
+  const Abscissa own{seen[i]->t, seen[i]->abscissa()};
+  if (i == 0 || i + 1 == seen.size() || seen[i]->A.size() == 0) return own;
+  const double top = vertex(*seen[i - 1], *seen[i], *seen[i + 1]);
+  if (!(top > seen[i - 1]->t && top < seen[i + 1]->t)) return own;
+  const auto there = line.sample(top, *seen[i]);
+  return there && there->abscissa() > own.value ? Abscissa{top, there->abscissa()} : own;
+}
+
+// The same by Brent's method between the samples on both sides.
+Abscissa by_brent(const MatrixLine& line, const std::vector<const Sample*>& seen, std::size_t i) {
+  const Abscissa own{seen[i]->t, seen[i]->abscissa()};
+  const double left = i == 0 ? own.at : seen[i - 1]->t;
+  const double right = i + 1 == seen.size() ? own.at : seen[i + 1]->t;
+  const auto negative = [&](double at) {
+    const auto s = line.sample(at, *seen[i]);
+    return s ? -s->abscissa() : std::numeric_limits<double>::max();
+  };
+  boost::uintmax_t steps = 50;
+  constexpr int bits = 26;  // accuracy to which a smooth maximum can be located
+  const auto [best, value] =
+      boost::math::tools::brent_find_minima(negative, left, right, bits, steps);
+  return -value > own.value ? Abscissa{best, -value} : own;
+}
+
+// From every sample higher than its neighbors that may be next to a maximum higher than all found.
+Abscissa by_brent(const MatrixLine& line, const std::vector<const Sample*>& seen, std::size_t most,
+                  double rounding) {
+  Abscissa best = by_brent(line, seen, most);
+  for (std::size_t i = 1; i + 1 < seen.size(); ++i) {
+    const double own = seen[i]->abscissa();
+    const double before = seen[i - 1]->abscissa(), after = seen[i + 1]->abscissa();
+    const double reach = own + (own - std::min(before, after));
+    if (i == most || own < before || own < after || !(reach > best.value + rounding)) continue;
+    if (const Abscissa top = by_brent(line, seen, i); top.value > best.value) best = top;
+  }
+  return best;
+}
+
+// The largest real part found between two positions, and where. An interval between two grid points
+// has its middle as sample.
 void largest_abscissa(const GridLine& line, const std::vector<Sample>& seen, double from, double to,
                       AxisInterval& interval) {
   std::vector<const Sample*> inside;
   for (const Sample& s : seen)
     if (s.t >= from && s.t <= to) inside.push_back(&s);
   std::ranges::stable_sort(inside, {}, [](const Sample* s) { return s->t; });
-  std::optional<Sample> middle;  // of an interval between two grid points
+  const MatrixLine matrices = matrices_of(line);
+  std::optional<Sample> middle;
   if (inside.empty() && !seen.empty()) {
     const auto nearest =
         std::ranges::min_element(seen, {}, [&](const Sample& s) { return std::abs(s.t - from); });
-    middle = matrices_of(line).sample(from + 0.5 * (to - from), *nearest);
+    middle = matrices.sample(from + 0.5 * (to - from), *nearest);
     if (middle) inside.push_back(&*middle);
   }
   if (inside.empty()) return;
-  const auto most =
+  const auto largest =
       std::ranges::max_element(inside, {}, [](const Sample* s) { return s->abscissa(); });
-  double t = (*most)->t, abscissa = (*most)->abscissa();
-  const MatrixLine matrices = matrices_of(line);
-  const auto negative = [&](double at) {
-    const auto s = matrices.sample(at, **most);
-    return s ? -s->abscissa() : std::numeric_limits<double>::max();
-  };
-  const bool first = most == inside.begin(), last = most + 1 == inside.end();
-  if (line.sweep.axes.size() > 1 && !first && !last && (*most)->A.size() > 0) {
-    const double top = vertex(**(most - 1), **most, **(most + 1));
-    const bool inside_both = top > (*(most - 1))->t && top < (*(most + 1))->t;
-    if (const double there = inside_both ? -negative(top) : abscissa; there > abscissa) {
-      abscissa = there;
-      t = top;
-    }
-  }
-  if (line.sweep.axes.size() == 1 && interval.verdict != IntervalVerdict::undecided) {
-    const double left = first ? t : (*(most - 1))->t;
-    const double right = last ? t : (*(most + 1))->t;
-    boost::uintmax_t steps = 50;
-    constexpr int bits = 26;  // accuracy to which a smooth maximum can be located
-    const auto [best, value] =
-        boost::math::tools::brent_find_minima(negative, left, right, bits, steps);
-    if (-value > abscissa) {
-      abscissa = -value;
-      t = best;
-    }
-  }
-  const double rounding = 64 * std::numeric_limits<double>::epsilon() * (*most)->A.norm();
-  interval.abscissa = std::abs(abscissa) <= rounding ? 0.0 : abscissa;  // at a crossing
-  interval.abscissa_at = coordinate(line.sweep.axes[line.axis], t);
+  const std::size_t most = std::size_t(largest - inside.begin());
+  double size = 0.0;  // of the matrices and eigenvalues
+  for (const Sample* s : inside) size = std::max({size, s->A.norm(), std::abs(s->abscissa())});
+  const double rounding = 64 * std::numeric_limits<double>::epsilon() * size;
+  const Abscissa found = line.sweep.axes.size() > 1 ? by_parabola(matrices, inside, most)
+                         : interval.verdict == IntervalVerdict::undecided
+                             ? Abscissa{(*largest)->t, (*largest)->abscissa()}
+                             : by_brent(matrices, inside, most, rounding);
+  const double near = std::sqrt(std::numeric_limits<double>::epsilon()) * size;
+  if (interval.verdict == IntervalVerdict::stable && found.value > near)
+    interval.verdict = IntervalVerdict::undecided;  // a crossing that no second difference showed
+  interval.abscissa = std::abs(found.value) <= rounding ? 0.0 : found.value;  // at a crossing
+  interval.abscissa_at = coordinate(line.sweep.axes[line.axis], found.at);
 }
 
 IntervalVerdict verdict_of(int unstable) {

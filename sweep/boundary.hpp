@@ -61,7 +61,8 @@ struct LineEvent {
 /// with the same margin. Every other piece is bisected, down to `least`. The disks are those of a
 /// diagonal similarity of B that narrows the one nearest to the axis.  [10, ch. 2 sec. 13]
 ///
-/// Assumption: the second difference over a piece bounds A'' within a factor of four.
+/// Assumption: the second differences over a piece and over what it is a part of, at its width,
+/// bound A'' within a factor of four. The whole is halved at least once.
 ///
 /// `riding` eigenvalues stay on the axis within their error bounds all along and are left out; the
 /// samples, of `line` too, come without() them.
@@ -82,9 +83,11 @@ std::optional<Eigenvectors> eigenvectors(const dense::SmallMatrix& A, Spectrum l
 bool continuous(double left, double right, double whole);
 /// True if a piece with these matrices is clear by the rule of events_between(), either in the
 /// eigenvectors `nearby` or in those of its middle, with eigenvalues `lambda`, which then replace
-/// them: the theorem holds in any coordinates.
+/// them: the theorem holds in any coordinates. `bend`: a second difference next to the piece, of
+/// its width, or empty.
 bool is_clear(std::optional<Eigenvectors>& nearby, const dense::SmallMatrix& a,
-              const dense::SmallMatrix& m, Spectrum lambda, const dense::SmallMatrix& b);
+              const dense::SmallMatrix& m, Spectrum lambda, const dense::SmallMatrix& b,
+              const dense::SmallMatrix& bend);
 
 /// Crossings and intervals of one grid line of the map.
 struct LineVerdicts {

@@ -189,11 +189,15 @@ void look_beside_axis(const MatrixLine& matrices, double from, const std::option
 
 // With an end on the axis, rounding may leave both of its steps clear: its eigenvalues, the same
 // for both, then differ in number from those at one of the other ends.
-bool step_is_clear(const Halves& h, std::size_t k, std::optional<Eigenvectors>& nearby) {
+bool step_is_clear(const Halves& h, std::span<const double> bends, std::size_t k,
+                   std::optional<Eigenvectors>& nearby) {
   const std::size_t a = 2 * k, m = a + 1, b = a + 2;
-  return h.found(a) && h.found(m) && h.found(b) && h.unstable(a) == h.unstable(b) &&
-         continuous(h.apart(a, m), h.apart(m, b), h.apart(a, b)) &&
-         is_clear(nearby, h.A(a), h.A(m), spectrum(h.eigenvalues(m)), h.A(b));
+  if (!h.found(a) || !h.found(m) || !h.found(b) || h.unstable(a) != h.unstable(b)) return false;
+  if (!continuous(h.apart(a, m), h.apart(m, b), h.apart(a, b))) return false;
+  if (!(bends[a] >= 0 || bends[b] >= 0)) return false;  // nothing next to it tells of an inflection
+  const std::size_t most = bends[b] >= 0 && !(bends[a] >= bends[b]) ? b : a;
+  const dense::SmallMatrix bend = bends[most] > bends[m] ? h.bend(most) : dense::SmallMatrix();
+  return is_clear(nearby, h.A(a), h.A(m), spectrum(h.eigenvalues(m)), h.A(b), bend);
 }
 
 // The sample at t, if it is one of the halves.
@@ -219,19 +223,21 @@ void search_events(const GridLine& line, const Halves& halves, std::vector<LineE
   const bool ordinary = !may_ride(line);
   const auto look = [&](double from, const std::optional<Sample>& a, double to,
                         const std::optional<Sample>& b) {
+    if (!(to - from > finest) && a && b && a->unstable() == b->unstable()) return;
     ordinary ? events_between(matrices, from, a, to, b, finest, events, seen)
              : look_beside_axis(matrices, from, a, to, b, events, seen, riding);
   };
   const auto unstable = [&](const std::optional<Sample>& s) {
     return !s ? -1 : ordinary ? s->unstable() : without(*s, on_axis(*s)).unstable();
   };
+  const std::vector<double> bends = halves.bends();
   std::optional<Eigenvectors> nearby;
   std::optional<Sample> a = grid(0);
   if (a) seen.push_back(*a);
   std::size_t at = 0;  // the point of a
   for (std::size_t k = 0; k + 1 < line.size(); ++k) {
     const std::vector<SwitchPlace> switches = switches_between(line, k);
-    if (ordinary && switches.empty() && step_is_clear(halves, k, nearby)) {
+    if (ordinary && switches.empty() && step_is_clear(halves, bends, k, nearby)) {
       for (const std::size_t i : {2 * k + 1, 2 * k + 2}) seen.push_back(halves.sample(i));
       continue;
     }
@@ -327,14 +333,6 @@ void halve(const AffineStretch& stretch, std::vector<LineEvent>& events) {
                  seen);
 }
 
-// True if the values ascend or descend throughout.
-bool monotone(std::span<const double> values) {
-  const bool up = values.back() > values.front();
-  for (std::size_t k = 1; k < values.size(); ++k)
-    if (!(up ? values[k] > values[k - 1] : values[k] < values[k - 1])) return false;
-  return true;
-}
-
 // φ - φ(first point) at all points; empty where the structure does not hold.
 std::vector<double> shares_of(const GridLine& line, const AffineLine& affine) {
   std::vector<double> shares;
@@ -348,11 +346,23 @@ std::vector<double> shares_of(const GridLine& line, const AffineLine& affine) {
   return shares;
 }
 
+// True if φ ascends or descends throughout. Where it has a pole between two points, its value in
+// their middle lies beyond theirs.
+bool monotone(const GridLine& line, const AffineLine& affine, std::span<const double> shares) {
+  const bool up = shares.back() > shares.front();
+  const auto rises = [&](double from, double to) { return up ? to > from : to < from; };
+  for (std::size_t k = 0; k + 1 < shares.size(); ++k) {
+    const auto middle = affine.share(numbers_at(line.sweep, line.at(double(k) + 0.5)).p);
+    if (!middle || !rises(shares[k], *middle) || !rises(*middle, shares[k + 1])) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool affine_events(const GridLine& line, const AffineLine& affine, std::span<const double> shares,
                    bool bisect, std::vector<LineEvent>& events) {
-  if (shares.empty() || !monotone(shares)) return false;
+  if (shares.empty() || !monotone(line, affine, shares)) return false;
   const AffineStretch stretch{affine, shares.back()};
   if (!roots(stretch, events)) {
     events.clear();

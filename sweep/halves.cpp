@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sweep/side_by_side.hpp"
 
@@ -48,6 +49,24 @@ Sample Halves::sample(std::size_t i) const {
   const PerMode<Complex> lambda = eigenvalues(i);
   return {0.5 * double(i), line.at(i), A(i),
           Eigen::Map<const Eigen::VectorXcd>(lambda.data(), std::ssize(lambda))};
+}
+
+dense::SmallMatrix Halves::bend(std::size_t i) const { return A(i - 1) - 2 * A(i) + A(i + 1); }
+
+std::vector<double> Halves::bends() const {
+  std::vector<double> all(line.count, std::numeric_limits<double>::quiet_NaN());
+  if (line.count < 3) return all;
+  std::fill(all.begin() + 1, all.end() - 1, 0.0);
+  for (Index c = 0; c < line.A.n; ++c)
+    for (Index r = 0; r < line.A.n; ++r)
+      for (Index i = 1; i + 1 < Index(line.count); ++i) {
+        const double own = line.A(r, c, i - 1) - 2 * line.A(r, c, i) + line.A(r, c, i + 1);
+        all[std::size_t(i)] += own * own;
+      }
+  for (std::size_t i = 1; i + 1 < line.count; ++i)
+    all[i] = found(i - 1) && found(i) && found(i + 1) ? std::sqrt(all[i])
+                                                      : std::numeric_limits<double>::quiet_NaN();
+  return all;
 }
 
 double Halves::apart(std::size_t i, std::size_t k) const {

@@ -26,6 +26,8 @@ struct Halves {
   PerMode<Complex> eigenvalues(std::size_t i) const;  ///< as in Sample
   int unstable(std::size_t i) const;                  ///< number of eigenvalues right of the axis
   Sample sample(std::size_t i) const;
+  dense::SmallMatrix bend(std::size_t i) const;  ///< second difference of the matrices
+  std::vector<double> bends() const;  ///< Frobenius norms of all; NaN without three equilibria
   /// Distance between two equilibria, in nominal sizes.
   double apart(std::size_t i, std::size_t k) const;
 };

@@ -102,10 +102,15 @@ int known_beside(const LineTracker& w, std::size_t k, int side, int most,
   return count;
 }
 
-// From the preceding equilibria by Newton; if that fails, without a starting point.
-GridTrim next_forward(const LineTracker& w, std::size_t k) {
+GridPlace place_of(const LineTracker& w, std::size_t k) {
   GridPlace place = w.place;
   place[w.axis] = double(k);
+  return place;
+}
+
+// From the preceding equilibria by Newton; if that fails, without a starting point.
+GridTrim next_forward(const LineTracker& w, std::size_t k) {
+  const GridPlace place = place_of(w, k);
   GridTrim e;
   std::array<std::size_t, 4> near{};
   if (const int known = known_beside(w, k, -1, 4, near)) {
@@ -146,9 +151,7 @@ void keep_steady(LineTracker& w, const GridTrim& e) {
 bool next_affine(LineTracker& w, const AffineLine& line, std::size_t k, GridTrim& e) {
   extrapolate(w, k, {k - 1, k < 2 ? 0 : k - 2}, k < 2 ? 1 : 2, e.at);
   if (settle(w.sweep, line, e)) return true;
-  GridPlace place = w.place;
-  place[w.axis] = double(k);
-  const auto beside = settle(w.sweep, place, w.at(k - 1));
+  const auto beside = settle(w.sweep, place_of(w, k), w.at(k - 1));
   if (beside) e = *beside;
   return beside.has_value();
 }
@@ -241,9 +244,15 @@ void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   if (!first) add_second(w, k, less ? here : other.at);
 }
 
+// The last equilibrium before points without one: from the other end, the first behind them.
+bool before_gap(const LineTracker& w, std::size_t k) {
+  return k + 1 < w.count && w.valid[k] && !w.valid[k + 1];
+}
+
 // Tracks the line from its other end. If Newton finds the same equilibrium at both ends of a steady
 // line, nothing needs tracking. A point of the forward pass is accepted if it is close enough to
-// the extrapolation of the points already tracked; otherwise Newton decides.
+// the extrapolation of the points already tracked; otherwise Newton decides. Behind a gap it begins
+// without a starting point, as the forward pass does.
 void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
   constexpr double near_enough = 1e-2;              // nominal sizes
   std::optional<OperatingPoint> last = start.last;  // set while on another branch
@@ -259,12 +268,16 @@ void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
     } else {
       if (straight(w, k, near_enough)) continue;
       const int known = known_beside(w, k, +1, 2, near);
-      if (known == 0) continue;
-      const Extrapolation curve(w, k, near, known);
-      if (w.valid[k] && near_point(w, k, curve, near_enough)) continue;
-      e.at = w.base;
-      move_to(w.sweep, w.axis, double(k), e.at);
-      extrapolate(w, k, near, known, e.at);
+      if (known == 0 && !before_gap(w, k)) continue;
+      if (known > 0) {
+        const Extrapolation curve(w, k, near, known);
+        if (w.valid[k] && near_point(w, k, curve, near_enough)) continue;
+        e.at = w.base;
+        move_to(w.sweep, w.axis, double(k), e.at);
+        extrapolate(w, k, near, known, e.at);
+      } else {
+        e.at = from_nothing(w.sweep, place_of(w, k)).at;
+      }
     }
     if (!settle(w.sweep, e)) {
       last.reset();

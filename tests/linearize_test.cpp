@@ -1128,6 +1128,34 @@ TEST_CASE("one-sided differences beside a singularity: the truth within the erro
   CHECK(contains(lin.message, "the derivative of x' with respect to x is not determined:"));
 }
 
+TEST_CASE("central differences across a singularity: the truth within the error, or no error") {
+  struct Odd {
+    std::function<double(double)> half, slope;  // f(x) = -f(-x)
+  };
+  std::vector<Odd> all{{[](double x) { return x * std::log(x); },
+                        [](double x) { return x > 0 ? 1 + std::log(x) : -infinity; }}};
+  for (const double p : {1.0 / 3, 0.5, 0.75, 1.2, 1.5, 1.9})
+    all.push_back({[=](double x) { return std::pow(x, p); },
+                   [=](double x) { return p * std::pow(x, p - 1); }});
+  int determined = 0, not_determined = 0;
+  for (const Odd& odd : all)
+    for (const double share : {0.0, 0.03, 0.4, 0.6, 1.3, 1.7, 2.2, 3.0, 10.0, 1e3, 1e5}) {
+      const double x = 6.0554544523933429e-06 * share;  // steps from the singularity
+      const Model m = scalar_model([&](double y) {
+        const double z = x + y;
+        return z > 0 ? odd.half(z) : z < 0 ? -odd.half(-z) : 0.0;
+      });
+      const Estimate e = difference(m, at(0), {0}).jacobian;
+      CAPTURE(x);
+      const bool known = std::isfinite(e.error(0, 0));
+      ++(known ? determined : not_determined);
+      if (known) CHECK_NEAR(e.value(0, 0), odd.slope(x), e.error(0, 0));
+      if (share == 0) CHECK_FALSE(known);
+    }
+  CHECK(determined >= 20);
+  CHECK(not_determined >= 20);
+}
+
 TEST_CASE("the edge of a model's domain is seen without bounds, thrown or not a number") {
   for (const bool throws : {false, true}) {
     const Model m = scalar_model([=](double x) {
@@ -1210,6 +1238,12 @@ TEST_CASE("a verdict needs an equilibrium, not a rate that is small with its slo
   const LinearModel far = linearize(scalar_model([](double x) { return std::exp(-x); }), at(119));
   CHECK(far.status == LinearizeStatus::not_equilibrium);
   CHECK(linearize(scalar_model([](double x) { return 1e-300 * x; }), at(0)));
+  // No zero either, though each of Newton's steps is short: 1/(2x).
+  const LinearModel tail =
+      linearize(scalar_model([](double x) { return std::exp(-x * x); }), at(10));
+  CHECK(tail.status == LinearizeStatus::not_equilibrium);
+  // A root of high order is one.
+  CHECK(linearize(scalar_model([](double x) { return std::pow(x, 9); }), at(0.02)));
 }
 
 TEST_CASE("at a fold the errors allow for where within its tolerance a trim may have stopped") {

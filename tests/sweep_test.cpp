@@ -1,6 +1,8 @@
 // Sweeps against planted truth: closed-form eigenvalues and equilibria, roots, re-trims.
 #include "sweep/sweep.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <chrono>
@@ -884,6 +886,38 @@ TEST_CASE("an end is where the trims end, not where Newton fails from the neighb
   }
 }
 
+// Where the second difference of a step vanishes, its curvature shows next to it.
+TEST_CASE("windows about points of inflection are found, both ends") {
+  Random random(23);
+  int missed = 0, invented = 0;
+  for (int trial = 0; trial < trials(300); ++trial) {
+    const int count = std::array{2, 3, 4, 9}[std::size_t(trial % 4)];
+    const double step = 0.5, last = 0.25 * (count - 1);
+    const double speed = uniform(random, 2.0, 8.6), phase = uniform(random, 0.0, 2 * pi);
+    const double height = uniform(random, 1.05, 2.0);
+    const Model m =
+        formulas({"x"}, "a",
+                 {fmt::format("x*({:.17g}*sin({:.17g}*a + {:.17g}) - 1)", height, speed, phase)});
+    std::vector<double> ends;  // of the windows
+    const double half = std::acos(1 / height);
+    for (int turn = -5; turn <= 5; ++turn)
+      for (const double side : {-half, half}) {
+        const double a = (pi / 2 + side + 2 * pi * turn - phase) / speed;
+        if (std::abs(a) < last) ends.push_back(a);
+      }
+    std::ranges::sort(ends);
+    const SweepMap map =
+        swept(request(m), {axis("a", spaced(-last, -last + step * (count - 1), count))});
+    missed += map.crossings.size() < ends.size();
+    invented += map.crossings.size() > ends.size();
+    if (map.crossings.size() != ends.size()) continue;
+    for (std::size_t i = 0; i < ends.size(); ++i)
+      CHECK_NEAR(map.crossings[i].at[0], ends[i], located);
+  }
+  CHECK(missed == 0);
+  CHECK(invented == 0);
+}
+
 TEST_CASE("trims that Newton reaches in small steps only are no hole between grid points") {
   // x = p³: from p Newton reaches 3/2 p and no farther; at p = 0 no slope exists.
   const Model m = formulas({"x"}, "p", {"p - cbrt(x)"});
@@ -1087,6 +1121,53 @@ TEST_CASE("crossings along gains are those of bisection" * doctest::skip(sanitiz
         CHECK(count_at(i.from + share * (i.to - i.from)) == i.unstable);
   }
   CHECK(crossings >= 6);
+}
+
+// Between two points on both sides of K_Lp = -1, where 1/(1 + K_Lp) has a pole.
+TEST_CASE("a gain beyond the pole of the law hides no crossing") {
+  const Study s = study("[[condition]]\nname = \"hover\"\nV = 2\ngamma_deg = 90\neta_deg = 90\n" +
+                        axis_text("gains.K_Lp", -40, 40, 2));
+  const SweepMap map = swept(s);
+  const auto unstable_at = [&](double value) {
+    Vehicle vehicle = s.vehicle;
+    gain_value(vehicle.gains, std::size_t(find(gain_signals(), "gains.K_Lp"))) = value;
+    return unstable(spectrum_of(vehicle, *s.conditions[0].command()));
+  };
+  int within = 0;
+  for (const AxisInterval& i : map.intervals) {
+    if (i.verdict == IntervalVerdict::no_trim || i.to < -0.99) continue;
+    for (const double share : {0.1, 0.5, 0.9})
+      CHECK(unstable_at(i.from + share * (i.to - i.from)) == i.unstable);
+    ++within;
+  }
+  CHECK(within == 4);
+}
+
+TEST_CASE("the handover at a grid point, stable on both sides, is no event") {
+  const SweepMap map = swept(
+      study("[gains]\nk_V = 3\nK_Li = 0.3\n[[condition]]\nname = \"climb\"\nV = 7\ngamma_deg = "
+            "30\neta_deg = 70\n[[sweep.axis]]\nkey = \"eta_deg\"\nvalues = [70, 60, 50]\n"));
+  CHECK(map.crossings.empty());
+  REQUIRE(map.intervals.size() == 1);
+  CHECK(map.intervals[0].verdict == IntervalVerdict::stable);
+}
+
+// Beyond the stall both passes would follow a branch of more effort than a trim's.
+TEST_CASE("behind points without a trim a line begins with the trim of least effort") {
+  const Study s = study(
+      "[[condition]]\nname = \"descent\"\nV = 10\ngamma_deg = -3.7\neta_deg = 0\n[[sweep.axis]]\n"
+      "key = \"V\"\nvalues = [9, 9.25, 9.5, 9.75, 10, 10.25, 10.5, 11]\n");
+  const SweepMap map = swept(s);
+  for (std::size_t k = 0; k < map.verdict.size(); ++k) {
+    Command command = *s.conditions[0].command();
+    command.V = map.axes[0].columns[0].si[k];
+    const TrimResult own = trim_closed_loop(s.vehicle, command);
+    CAPTURE(command.V);
+    CHECK(is_equilibrium(own.status) == (map.verdict[k] >= 0));
+    if (!own) continue;
+    for (Index i = 0; i < own.point.x.size(); ++i)
+      CHECK_NEAR(map.state[k * map.modes() + std::size_t(i)], own.point.x[i], 1e-9);
+  }
 }
 
 // ---- 8. the same bits ----

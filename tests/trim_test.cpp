@@ -858,6 +858,10 @@ TEST_CASE("rates that vanish with their slopes are no equilibrium" * thorough) {
   const TrimResult far = trim(decay, {.free = {"x"}, .steady = {"x"}}, {vec({0}), {}, vec({0})});
   CHECK(far.status == TrimStatus::not_found);
   CHECK(far.residual <= converged_to);
+  // Newton's steps are short here, but do not shrink.
+  const Model tail = scalar([](double x, double) { return std::exp(-x * x); });
+  const TrimResult none = trim(tail, {.free = {"x"}, .steady = {"x"}}, {vec({5}), {}, vec({0})});
+  CHECK(none.status == TrimStatus::not_found);
   // A double root is found: Newton's steps to it halve.
   const Model flat = scalar([](double x, double) { return std::pow(x - 1, 4); });
   const TrimResult root = trim(flat, {.free = {"x"}, .steady = {"x"}}, {vec({3}), {}, vec({0})});
@@ -975,6 +979,52 @@ TEST_CASE("a model too large for full matrices is refused at once") {
   const Model m = flow(many, {}, [](const VectorXd& x, const auto&) { return x; });
   const OperatingPoint guess{VectorXd::Zero(std::ssize(many)), {}, {}};
   CHECK(contains(refusal([&] { (void)trim(m, {.free = many}, guess); }), "2001 signals"));
+}
+
+// a' = 1 - a, a >= 1 + δ: the barrier's last point lies √μ from a limit that hardly pushes.
+TEST_CASE("a closest point next to its limit lies on it, and says so") {
+  const Model m =
+      flow({"a"}, {}, [](const VectorXd& x, const VectorXd&) { return vec({1 - x[0]}); });
+  for (const double off : {1e-8, 1e-6, 1e-4, 1e-3, 0.1}) {
+    CAPTURE(off);
+    const TrimSpec spec{.free = {"a"}, .bounds = {{"a", {1 + off, 3}}}};
+    const TrimResult r = trim(m, spec, {vec({2.5}), {}, {}});
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK(r.point.x[0] == 1 + off);
+    CHECK_NEAR(r.residual, off, 1e-15);
+    REQUIRE(r.limits_active.size() == 1);
+    CHECK_FALSE(r.limits_active[0].upper);
+    CHECK(contains(r.message, "with a at its lower limit 1"));
+  }
+}
+
+// x' = 2 - u - v, y' = 2v - u - 1, u + v <= 2 - δ.
+TEST_CASE("a closest point next to limits of a variable and of an output lies on both") {
+  Model m;
+  m.states = {{"x", "", 1.0}, {"y", "", 1.0}};
+  m.inputs = {{"u", "", 1.0}, {"v", "", 1.0}};
+  m.outputs = {{"sum", "", 1.0}};
+  m.f = [](const VectorXd&, const VectorXd& u, const VectorXd&) {
+    return vec({2 - u[0] - u[1], 2 * u[1] - u[0] - 1});
+  };
+  m.h = [](const VectorXd&, const VectorXd& u, const VectorXd&) { return vec({u[0] + u[1]}); };
+  for (const double off : {1e-7, 1e-5, 1e-3}) {
+    CAPTURE(off);
+    // On u + v = 2 - δ the rates are (δ, 2 - 3u - 2δ): the second vanishes at u = 1 - 2δ/3.
+    TrimSpec spec{.free = {"u", "v"}, .bounds = {{"u", {-3, 5}}, {"sum", {-9, 2 - off}}}};
+    const auto closest = [&] { return trim(m, spec, {vec({0, 0}), vec({0.2, 0.1}), {}}); };
+    const TrimResult r = closest();
+    CHECK(r.status == TrimStatus::not_found);
+    CHECK_NEAR(r.residual, off, 1e-9);
+    CHECK_NEAR(r.point.u[0], 1 - 2 * off / 3, 1e-9);
+    REQUIRE(r.limits_active.size() == 1);
+    CHECK(r.limits_active[0].signal == "sum");
+    spec.bounds["u"] = {1 - off / 3, 5};
+    const TrimResult both = closest();
+    CHECK(both.point.u[0] == 1 - off / 3);
+    CHECK_NEAR(both.point.u[1], 1 - 2 * off / 3, 1e-9);
+    CHECK(both.limits_active.size() == 2);
+  }
 }
 
 }  // namespace trim_test

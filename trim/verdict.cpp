@@ -75,14 +75,27 @@ Matrix without_stiffness(const Matrix& J) {
   return J.rowwise().norm().cwiseMax(1.0).cwiseInverse().asDiagonal() * J;
 }
 
+// Length of Newton's path that begins with this step.
+double path_length(const Problem& p, const VectorXd& z, const VectorXd& step) {
+  const Values next = values(p, z + step);
+  if (!next.finite) return step.norm();
+  Jacobians slopes;
+  differentiate(p, z + step, next, slopes);
+  if (!slopes.finite) return step.norm();
+  return dense::length_of_steps(step.norm(),
+                                dense::newton_step(slopes.residual, next.residual).norm());
+}
+
 // Distance to a zero, if the residual is small only because its derivatives are: it is no larger
 // a good distance away. Otherwise 0.
 double distance_to_zero(const Problem& p, const VectorXd& z, const Values& v, const MatrixXd& J) {
-  constexpr double far = 0.1;  // nominal sizes
+  constexpr double near = 1e-6, far = 0.1;  // nominal sizes
   const VectorXd step = dense::newton_step(J, v.residual);
-  const double away = step.norm();
+  double away = step.norm();
+  if (!(away > near)) return 0.0;
+  if (away <= far) away = path_length(p, z, step);
   if (!(away > far)) return 0.0;
-  const Values there = values(p, z + far / away * step);
+  const Values there = values(p, z + far / step.norm() * step);
   const bool flat = there.finite && there.residual.norm() <= 2 * v.residual.norm();
   return flat ? away : 0.0;
 }
@@ -154,13 +167,18 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
 
 std::string left_over(const Problem& p, const std::vector<Index>& rows, const TrimResult& r) {
   const Index nx = std::ssize(p.model.states);
+  const auto value = [&](Index row) { return row < nx ? r.rates[row] : r.outputs[row - nx]; };
+  const auto is_rounding = [&](Index row) {
+    constexpr double rounding = 1e-12;  // relative to the nominal size
+    return std::abs(value(row)) <= rounding * p.row_nominal[row];
+  };
+  // Beside larger values; a rate that vanishes nowhere may be as small, and is not zero.
+  const bool all_small = std::ranges::all_of(rows, is_rounding);
   std::vector<std::string> words;
   for (const Index row : rows) {
     const auto equation = std::ranges::find(p.equations, row) - p.equations.begin();
     const double wanted = equation < p.m() ? p.held[equation] : 0.0;
-    constexpr double rounding = 1e-12;  // relative to the nominal size
-    double left = row < nx ? r.rates[row] : r.outputs[row - nx];
-    if (std::abs(left) <= rounding * p.row_nominal[row]) left = 0.0;
+    const double left = is_rounding(row) && !all_small ? 0.0 : value(row);
     words.push_back(
         fmt::format("{} = {:.3g} {}", row_name(p.model, row), left, row_unit(p.model, row)));
     if (wanted != 0 || row >= nx)
