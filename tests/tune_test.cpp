@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "linearize/linearize.hpp"
@@ -15,6 +16,8 @@
 #include "tests/check.hpp"
 #include "tune/candidate.hpp"
 #include "tune/measures.hpp"
+#include "tune/requirement.hpp"
+#include "tune/step_response.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/numbers.hpp"
@@ -298,6 +301,300 @@ TEST_CASE("gains scheduled over the tilt: stable between the points wherever the
   vehicle.aircraft.mass = 4.6;
   vehicle.aircraft.CM_de = -0.544;
   CHECK(trim_closed_loop(vehicle, corridor(46.6)).status == TrimStatus::infeasible);
+}
+
+// ---- measures of responses: infinite, huge, or slow to settle ----
+
+namespace {
+
+TuneProblem asked_of_text(const std::string& model, const std::string& requirement) {
+  return tune_problem(parse_study(model + "[tune]\nsecond = \"none\"\nevaluations = 300\n" +
+                                      "gain = [{key = \"g\", from = 0.5, to = 2}]\n" + requirement,
+                                  "tune_test.toml"));
+}
+
+// x' = -g x + u with this output.
+std::string lag(const std::string& output) {
+  return "[model]\nstate = [{name = \"x\", rate = \"-g*x + u\"}]\ninput = [{name = \"u\"}]\n"
+         "parameter = [{name = \"g\", value = 1}]\noutput = [{name = \"o\", value = \"" +
+         output + "\"}]\n[[condition]]\nname = \"c\"\nu = 0\n";
+}
+
+// The value of a goal from u to o at g.
+double value_at(const std::string& model, const std::string& measure, double g) {
+  const TuneProblem problem = asked_of_text(
+      model, "goal = {measure = \"" + measure + "\", input = \"u\", output = \"o\"}\n");
+  Candidates candidates(problem, {});
+  const PlaceModes place = candidates.at(VectorXd::Constant(1, g), false).front();
+  return value_of(problem.goal.measure, worst(0, problem.goal, place).score);
+}
+
+// y(t) = Re Σ r exp(λ t).
+struct Sum {
+  std::vector<Complex> r, lambda;
+
+  double operator()(double t) const {
+    Complex y = 0;
+    for (std::size_t i = 0; i < r.size(); ++i) y += r[i] * std::exp(lambda[i] * t);
+    return y.real();
+  }
+  // The last t with |y| > band, by samples back from where the sum of amplitudes is below it.
+  double last_beyond(double band, double step) const {
+    const auto amplitudes = [&](double t) {
+      double sum = 0;
+      for (std::size_t i = 0; i < r.size(); ++i) sum += std::abs(r[i] * std::exp(lambda[i] * t));
+      return sum;
+    };
+    double within = 1, beyond = 0;
+    while (amplitudes(within) > band) within *= 2;
+    for (int i = 0; i < 50; ++i)
+      (amplitudes((within + beyond) / 2) > band ? beyond : within) = (within + beyond) / 2;
+    double in = within;
+    while (std::abs((*this)(in)) <= band) in -= step;
+    double out = in;
+    in += step;
+    for (int i = 0; i < 60; ++i)
+      (std::abs((*this)((in + out) / 2)) > band ? out : in) = (in + out) / 2;
+    return out;
+  }
+};
+
+// What is left of a unit step through Π -λ/(s - λ).
+Sum left_of_step(const std::vector<Complex>& lambda) {
+  Sum sum{{}, lambda};
+  for (std::size_t i = 0; i < lambda.size(); ++i) {
+    Complex r = -1.0;
+    for (std::size_t k = 0; k < lambda.size(); ++k)
+      if (k != i) r *= lambda[k] / (lambda[k] - lambda[i]);
+    sum.r.push_back(r);
+  }
+  return sum;
+}
+
+std::vector<Complex> pair_of(double omega, double zeta) {
+  const Complex upper = omega * Complex(-zeta, std::sqrt(1 - zeta * zeta));
+  return {upper, std::conj(upper)};
+}
+
+// A real matrix with these eigenvalues, in blocks, and what a unit step leaves at its sum.
+struct Blocks {
+  Eigen::MatrixXd A;
+  Eigen::RowVectorXd c;
+  VectorXd x;
+};
+Blocks blocks(const Sum& sum) {
+  const auto n = Index(sum.r.size());
+  Blocks b{Eigen::MatrixXd::Zero(n, n), Eigen::RowVectorXd::Ones(n), VectorXd::Zero(n)};
+  for (Index i = 0; i < n; ++i) {
+    const Complex lambda = sum.lambda[std::size_t(i)], r = sum.r[std::size_t(i)];
+    b.A(i, i) = lambda.real();
+    b.x[i] = r.real();
+    if (lambda.imag() == 0) continue;
+    // z' = λ z: its real part counts twice, its imaginary part not
+    b.A(i, i + 1) = -lambda.imag();
+    b.A(i + 1, i) = lambda.imag();
+    b.A(i + 1, i + 1) = lambda.real();
+    b.c[i] = 2;
+    b.c[i + 1] = 0;
+    b.x[i + 1] = r.imag();
+    ++i;
+  }
+  return b;
+}
+
+}  // namespace
+
+TEST_CASE("a measure without a finite value meets no limit") {
+  const std::string direct = lag("x + 0.5*u");
+  const TuneProblem problem = asked_of_text(
+      direct, "limit = [{measure = \"h2_norm\", input = \"u\", output = \"o\", at_most = 1e6}]\n");
+  const TuneResult found = tune(problem, {.evaluations = 300});
+  CHECK(found.status == TuneStatus::limits_unmet);
+  CHECK(contains(found.message, "h2_norm at 'c'"));
+  CHECK(contains(found.message, "infinite"));
+  CHECK(std::isinf(value_at(direct, "h2_norm", 1)));
+  // x' = x, which no gain changes
+  std::string unstable = lag("x");
+  unstable.replace(unstable.find("-g*x"), 4, "x");
+  for (const char* measure : {"peak_gain", "h2_norm", "overshoot", "settling_time"}) {
+    CAPTURE(measure);
+    CHECK(std::isinf(value_at(unstable, measure, 1)));
+    const TuneProblem p =
+        asked_of_text(unstable, std::string("limit = [{measure = \"") + measure +
+                                    "\", input = \"u\", output = \"o\", at_most = 1e6}]\n");
+    Candidates candidates(p, {});
+    const PlaceModes place = candidates.at(VectorXd::Ones(1), false).front();
+    CHECK(missed_by(p.limits[0], worst(1, p.limits[0], place).score) > 1);
+  }
+  // an eigenvalue twice with one eigenvector moves infinitely fast: a' = b, b' = e a at e = 0
+  TuneProblem twice = asked_of_text(
+      "[model]\nstate = [{name = \"a\", rate = \"b - a\"}, {name = \"b\", rate = \"e*a - g*b\"}]\n"
+      "parameter = [{name = \"g\", value = 1}, {name = \"e\", value = 0}]\n"
+      "[[condition]]\nname = \"c\"\n",
+      "uncertain = [{key = \"e\", from = -1, to = 1}]\ncorners = \"none\"\n"
+      "limit = [{measure = \"sensitivity\", at_most = 1e6}]\n");
+  Candidates candidates(twice, {});
+  const PlaceModes place = candidates.at(VectorXd::Ones(1), false).front();
+  CHECK(missed_by(twice.limits[0], worst(1, twice.limits[0], place).score) > 0);
+}
+
+TEST_CASE("finite values beyond 1e6 are what they are") {
+  const auto near = [](double actual, double expected, double relative) {
+    CHECK_NEAR(actual / expected, 1.0, relative);
+  };
+  for (const double g : {0.5, 1.0, 2.0}) {
+    near(value_at(lag("1e9*x"), "peak_gain", g), 1e9 / g, 1e-7);
+    near(value_at(lag("1e9*x"), "h2_norm", g), 1e9 / std::sqrt(2 * g), 1e-12);
+  }
+  // its square is beyond 1e6, itself not
+  near(value_at(lag("2000*sqrt(2)*x"), "h2_norm", 1), 2000, 1e-12);
+  // slow: ln 50 over a decay of 1e-7
+  near(value_at(lag("x + 0*u"), "settling_time", 1), std::log(50.0), 1e-7);
+  std::string slow = lag("x");
+  slow.replace(slow.find("-g*x"), 4, "-1e-7*g*x");
+  near(value_at(slow, "settling_time", 1), std::log(50.0) / 1e-7, 1e-7);
+  // unstable remains worse than any of them
+  CHECK(score_of(Measure::peak_gain, 1e12) > score_of(Measure::peak_gain, 1e15));
+}
+
+TEST_CASE("a goal beyond 1e6 is optimized, a limit is missed by the value that is printed") {
+  const std::string of_u = "{measure = \"peak_gain\", input = \"u\", output = \"o\"";
+  for (const LocalSearch local : {LocalSearch::bfgs, LocalSearch::slsqp, LocalSearch::bobyqa}) {
+    const TuneResult least = tune(asked_of_text(lag("1e9*x"), "goal = " + of_u + "}\n"),
+                                  {.local = local, .evaluations = 300});
+    CHECK(least.status == TuneStatus::tuned);
+    CHECK_NEAR(least.goal, 5e8, 1e2);  // at g = 2
+    CHECK_NEAR(least.gains[0], 2, 1e-6);
+  }
+  const TuneResult missed =
+      tune(asked_of_text(lag("1e9*x"), "limit = [" + of_u + ", at_most = 9.9e5}]\n"),
+           {.evaluations = 300});
+  CHECK(missed.status == TuneStatus::limits_unmet);
+  CHECK(contains(missed.message, "the best found is 5e+08, required is at most 990000"));
+}
+
+TEST_CASE("a feasible candidate is better than one that is not, however large its goal") {
+  const Merit feasible{0, true, -1e25, 0.0}, larger{0, true, -1e24, 0.0};
+  const Merit missed{0, false, 1.0, 1e-3}, more{0, false, 1.0, 1e30}, lost{1, false, 0.0, 0.0};
+  CHECK(feasible < larger);
+  CHECK(missed < feasible);
+  CHECK(more < missed);
+  CHECK(lost < more);
+}
+
+TEST_CASE("the settling time of a loop with little damping is that of the closed form") {
+  for (const double zeta : {5e-3, 2e-3, 1e-3, 1e-4, 1e-5}) {
+    CAPTURE(zeta);
+    for (const bool fast : {false, true}) {
+      std::vector<Complex> lambda = pair_of(1, zeta);
+      if (fast)
+        for (const Complex& l : pair_of(300, 0.6)) lambda.push_back(l);
+      if (fast) lambda.emplace_back(-1000.0);
+      const Sum sum = left_of_step(lambda);
+      const auto [A, c, x] = blocks(sum);
+      const Decaying settling = decaying(A, c, x, 1, 0.02, 1);
+      REQUIRE(settling.determined);
+      const double expected = sum.last_beyond(0.02, 1e-3);
+      CHECK_NEAR(settling.last_beyond, expected, 1e-9 * expected + 1e-6);
+      const Decaying over = decaying(A, c, x, 1, 0, 1);
+      REQUIRE(over.determined);
+      if (!fast)
+        CHECK_NEAR(over.largest, std::exp(-std::numbers::pi * zeta / std::sqrt(1 - zeta * zeta)),
+                   1e-7);
+    }
+  }
+  const std::string spring =
+      "[model]\nstate = [{name = \"x\", rate = \"v\"}, {name = \"v\", rate = \"u - x - 0.01*v\"}]\n"
+      "input = [{name = \"u\"}]\nparameter = [{name = \"g\", value = 1}]\n"
+      "output = [{name = \"o\", value = \"x\"}]\n[[condition]]\nname = \"c\"\nu = 0\n";
+  CHECK_NEAR(value_at(spring, "settling_time", 1),
+             left_of_step(pair_of(1, 0.005)).last_beyond(0.02, 1e-3), 1e-5);
+  const TuneResult met =
+      tune(asked_of_text(spring,
+                         "limit = [{measure = \"settling_time\", input = \"u\", output = \"o\", "
+                         "at_most = 1000}]\n"),
+           {.evaluations = 50});
+  CHECK(met.status == TuneStatus::tuned);
+}
+
+TEST_CASE("two modes with little damping that beat, and one behind a slow one") {
+  // 0.7 cos t and 0.5 cos 1.01 t, one of which outlives the other
+  const Sum beat{{-0.35, -0.35, -0.25, -0.25},
+                 {{-1e-3, 1}, {-1e-3, -1}, {-8e-4, 1.01}, {-8e-4, -1.01}}};
+  const auto [A, c, x] = blocks(beat);
+  CHECK_NEAR(decaying(A, c, x, 1, 0.02, 1).last_beyond, beat.last_beyond(0.02, 1e-3), 1e-5);
+  double largest = 0;
+  for (double t = 0; t < 2000; t += 1e-3) largest = std::max(largest, beat(t));
+  CHECK_NEAR(decaying(A, c, x, 1, 0, 1).largest, largest, 1e-6);
+  // -exp(-t/100) + (1 - cos 5 t)/1000 or so: above only once the slow one is gone
+  const Sum behind{{-1.0, -5e-4, -5e-4}, {{-0.01, 0}, {-1e-4, 5}, {-1e-4, -5}}};
+  const auto [B, d, z] = blocks(behind);
+  largest = 0;
+  for (double t = 0; t < 3000; t += 1e-3) largest = std::max(largest, behind(t));
+  REQUIRE(largest > 5e-4);
+  CHECK_NEAR(decaying(B, d, z, 1, 0, 1).largest, largest, 1e-8);
+  CHECK_NEAR(decaying(B, d, z, 1, 0.02, 1).last_beyond, behind.last_beyond(0.02, 1e-3), 1e-5);
+}
+
+TEST_CASE("two equal modes in series have no basis of eigenvectors: t exp(-s t) cos t") {
+  for (const double s : {0.3, 1e-2, 1e-3}) {
+    CAPTURE(s);
+    const Eigen::MatrixXd A{{-s, 1, 1, 0}, {-1, -s, 0, 1}, {0, 0, -s, 1}, {0, 0, -1, -s}};
+    const double size = 1 / s, band = 0.02 * size;
+    double last = 0, largest = 0;
+    for (double t = 0; t < 20 / s; t += 1e-3) {
+      const double y = t * std::exp(-s * t) * std::cos(t);
+      if (std::abs(y) > band) last = t;
+      largest = std::max(largest, y);
+    }
+    const Eigen::RowVector4d c(1, 0, 0, 0);
+    const Eigen::Vector4d x(0, 0, 1, 0);
+    const Decaying settling = decaying(A, c, x, 1, band, size);
+    REQUIRE(settling.determined);
+    CHECK_NEAR(settling.last_beyond, last + 5e-4, 5e-4 + 1e-5);
+    const Decaying over = decaying(A, c, x, 1, 0, size);
+    REQUIRE(over.determined);
+    CHECK_NEAR(over.largest, largest, 1e-6 * size);
+  }
+}
+
+TEST_CASE("use after a disturbance of two equal modes in series, and of one with little damping") {
+  TuneProblem problem = asked_of_text(
+      "[model]\nstate = [{name = \"a\", rate = \"b - a\"}, {name = \"b\", rate = \"-b\"},\n"
+      "  {name = \"x\", rate = \"v\"}, {name = \"v\", rate = \"-x - 2e-4*v\"},\n"
+      "  {name = \"z\", rate = \"-g*z\"}]\n"
+      "parameter = [{name = \"g\", value = 1}]\n"
+      "output = [{name = \"d\", value = \"a\"}, {name = \"e\", value = \"0.1 - x\"}]\n"
+      "[[condition]]\nname = \"c\"\n",
+      "disturbance = {b = 1, x = 1}\n");
+  problem.points[0].inputs = {"d", "e"};
+  problem.points[0].spec.bounds["d"] = {-1, 1};
+  problem.points[0].spec.bounds["e"] = {-2, 2};
+  problem.limits = {{Measure::response_use, 1.0, "d"}, {Measure::response_use, 1.0, "e"}};
+  Candidates candidates(problem, {});
+  const PlaceModes place = candidates.at(VectorXd::Ones(1), false).front();
+  const auto use = [&](std::size_t i) { return -worst(i, problem.limits[i - 1], place).score; };
+  CHECK_NEAR(use(1), std::exp(-1.0), 1e-8);  // t exp(-t) at t = 1
+  // 0.1 - x, where x is first lowest after half a period
+  const double zeta = 1e-4, over = std::exp(-std::numbers::pi * zeta / std::sqrt(1 - zeta * zeta));
+  CHECK_NEAR(use(2), (0.1 + over) / 2, 1e-8);
+}
+
+TEST_CASE("a settling time that is not determined is said to be so") {
+  // the same with a decay of 1e-9, beyond what can be followed
+  const std::string text =
+      "[model]\nstate = [{name = \"a\", rate = \"-1e-9*a + b + c\"},\n"
+      "  {name = \"b\", rate = \"-a - 1e-9*b + d\"}, {name = \"c\", rate = \"-1e-9*c + d + u\"},\n"
+      "  {name = \"d\", rate = \"-c - 1e-9*d\"}, {name = \"x\", rate = \"-g*x\"}]\n"
+      "input = [{name = \"u\"}]\nparameter = [{name = \"g\", value = 1}]\n"
+      "output = [{name = \"o\", value = \"a\"}]\n[[condition]]\nname = \"c\"\nu = 0\n";
+  const TuneResult found =
+      tune(asked_of_text(text,
+                         "limit = [{measure = \"settling_time\", input = \"u\", output = \"o\", "
+                         "at_most = 1e6}]\n"),
+           {.evaluations = 1});
+  CHECK(found.status == TuneStatus::limits_unmet);
+  CHECK(contains(found.message, "not determined"));
 }
 
 }  // namespace tune_test

@@ -183,10 +183,10 @@ void Candidates::describe(const Place& place, const GridTrim& e, const Eigenvalu
       result.scores[Index(i)] = own.score;
       if (own.slopes.size() > 0 && own.slopes.allFinite())
         result.score_slopes.row(Index(i)) = own.slopes;
-      if (slopes && own.score < -most_score) {  // not stable: towards the axis
+      if (slopes && own.score < -unbounded) {  // not stable: towards the axis
         Index rightmost = 0;
         spectrum.eigenvalues.real().maxCoeff(&rightmost);
-        result.score_slopes.row(Index(i)) = -most_score * spectrum.slopes.row(rightmost).real();
+        result.score_slopes.row(Index(i)) = -unbounded * spectrum.slopes.row(rightmost).real();
       }
     } else if (!spectral(r.measure)) {
       result.scores[Index(i)] = score(problem_, r, place, e, result.eigenvalues);

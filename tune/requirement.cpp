@@ -3,12 +3,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "dense/dense.hpp"
 #include "linearize/margins.hpp"
 #include "linearize/modes.hpp"
 #include "model/differentiate.hpp"
@@ -16,6 +14,7 @@
 #include "tune/measures.hpp"
 #include "tune/response.hpp"
 #include "tune/shift.hpp"
+#include "tune/step_response.hpp"
 
 namespace tiltrim {
 
@@ -28,7 +27,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
-constexpr double most = most_score;  // of a score: larger margins, and infinite ones, are cut
+constexpr double most = 1e6;  // of a score: larger margins, and infinite ones, are cut
 
 // Score of a margin for an unstable loop: minus the largest real part.
 double lacking(const VectorXcd& eigenvalues) { return -eigenvalues.real().maxCoeff(); }
@@ -114,31 +113,14 @@ double use_score(const Requirement& r, const Place& place, const GridTrim& e) {
   return least;
 }
 
-// The largest of |y(t) - middle| for y(t) = y0 + Re Σ wᵢ exp(λᵢ t), all λᵢ left of the axis: ten
-// samples per radian of the fastest mode not yet decayed, with a parabola through each maximum and
-// its neighbours, and the final value.
-double largest_response(double y0, double middle, VectorXcd w, const VectorXcd& lambda) {
-  constexpr double fine = 0.1, gone = 1e-9;
-  constexpr int stages = 2000, samples = 64;
-  const double start = w.cwiseAbs().sum();
-  double largest = std::abs(y0 - middle);
-  for (int stage = 0; stage < stages; ++stage) {
-    double fastest = 0;
-    for (Index i = 0; i < w.size(); ++i)
-      if (std::abs(w[i]) > gone * start) fastest = std::max(fastest, std::abs(lambda[i]));
-    if (fastest == 0) break;
-    const VectorXcd step = (lambda * (fine / fastest)).array().exp();
-    std::array<double, samples + 1> y;
-    for (double& sample : y) {
-      sample = std::abs(y0 + w.sum().real() - middle);
-      largest = std::max(largest, sample);
-      if (&sample != &y.back()) w = w.cwiseProduct(step);
-    }
-    for (std::size_t i = 1; i < samples; ++i) {
-      const double curvature = y[i - 1] - 2 * y[i] + y[i + 1], slope = y[i + 1] - y[i - 1];
-      if (y[i] >= y[i - 1] && y[i] >= y[i + 1] && curvature < 0)
-        largest = std::max(largest, y[i] - slope * slope / (8 * curvature));
-    }
+// The largest |middle + y(t)| for y(t) = c exp(A t) x0; infinite: not determined.
+double largest_response(const MatrixXd& A, const Eigen::RowVectorXd& c, const VectorXd& x0,
+                        double middle, double size) {
+  double largest = 0;
+  for (const double sign : {1.0, -1.0}) {
+    const Decaying y = decaying(A, c, x0, sign, 0.0, size);
+    if (!y.determined) return std::numeric_limits<double>::infinity();
+    largest = std::max(largest, sign * middle + y.largest);
   }
   return largest;
 }
@@ -147,20 +129,16 @@ double response_use_score(const TuneProblem& problem, const Requirement& r, cons
                           const GridTrim& e, const VectorXcd& eigenvalues) {
   const Prepared& sweep = *place.prepared;
   const Index n = sweep.states();
-  if (eigenvalues.real().maxCoeff() >= 0) return -most;
+  if (!(eigenvalues.real().maxCoeff() < 0)) return -unbounded;
   VectorXd x0 = VectorXd::Zero(n);
   for (const auto& [state, value] : problem.disturbance)
     x0[index_of(sweep.model().states, state, "state")] = value;
-  const dense::Eigensystem eigen = dense::eigensystem(e.A(sweep));
-  if (!eigen.converged) return -most;
-  const Eigen::MatrixXcd& V = eigen.V;
-  const VectorXcd modal = dense::solve(V, x0.cast<Complex>());
+  const MatrixXd A = e.A(sweep);
   double least = not_a_number;
   for (const Actuator& a : actuators(r, place)) {
-    const VectorXcd c = (e.slopes.row(n + a.output).head(n).cast<Complex>() * V).transpose();
-    const double score =
-        -largest_response(e.outputs[a.output], a.middle, c.cwiseProduct(modal), eigen.values) /
-        a.half;
+    const double largest = largest_response(A, e.slopes.row(n + a.output).head(n), x0,
+                                            e.outputs[a.output] - a.middle, a.half);
+    const double score = -std::min(largest / a.half, unbounded);
     if (!(score >= least)) least = score;
   }
   return least;
@@ -169,15 +147,20 @@ double response_use_score(const TuneProblem& problem, const Requirement& r, cons
 double sensitivity_score(const TuneProblem& problem, const Place& place, const GridTrim& e) {
   const EigenvalueSlopes spectrum = spectrum_of(*place.prepared, e, place.uncertain);
   if (spectrum.eigenvalues.size() == 0) return not_a_number;
+  if (!spectrum.slopes.allFinite()) return -unbounded;
   double largest = 0;
   for (std::size_t k = 0; k < place.uncertain.size(); ++k) {
     const double half = 0.5 * (problem.uncertain[k].upper - problem.uncertain[k].lower);
     largest = std::max(largest, half * spectrum.slopes.col(Index(k)).cwiseAbs().maxCoeff());
   }
-  return -std::min(largest, most);
+  return -std::min(largest, unbounded);
 }
 
 }  // namespace
+
+bool may_be_unbounded(Measure what) {
+  return of_a_response(what) || what == Measure::response_use || what == Measure::sensitivity;
+}
 
 double score_of(Measure what, double value) {
   if (what == Measure::half_time) return std::numbers::ln2 / value;
@@ -188,7 +171,7 @@ double value_of(Measure what, double score) {
   if (std::isnan(score)) return score;
   if (what == Measure::half_time)
     return score > 0 ? std::numbers::ln2 / score : std::numeric_limits<double>::infinity();
-  if (of_a_response(what)) return score <= -most ? std::numeric_limits<double>::infinity() : -score;
+  if (may_be_unbounded(what) && score <= -unbounded) return std::numeric_limits<double>::infinity();
   const bool margin = what >= Measure::gain_margin_db && what <= Measure::disk_margin;
   if (margin) return score >= most ? std::numeric_limits<double>::infinity() : std::max(score, 0.0);
   return more_is_better(what) ? score : -score;
@@ -297,10 +280,22 @@ Eigen::RowVectorXd score_slope(std::size_t asked, const Requirement& r, const Pl
   return (std::conj(s.slope) * modes.slopes.row(w.eigenvalue)).real();
 }
 
+namespace {
+
+// In the same order, and between ±4e8: as it is up to 1e6, and by its logarithm beyond.
+double within_reach(double score) {
+  constexpr double linear = 1e6;
+  if (!(std::abs(score) > linear)) return score;
+  const double size = std::min(std::abs(score), std::numeric_limits<double>::max());
+  return std::copysign(linear * (1 + std::log10(size / linear)), score);
+}
+
+}  // namespace
+
 double Merit::value() const {
   constexpr double far = 1e9;
   if (!trimmed()) return -2 * far - double(without_trim);
-  return feasible ? goal : -far - missed;
+  return feasible ? within_reach(goal) : -far - within_reach(missed);
 }
 
 double Merit::penalised() const {

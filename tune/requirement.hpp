@@ -9,6 +9,9 @@ namespace tiltrim {
 /// Converts a measure to a score and back: negated if smaller is better; half-time as decay rate.
 double score_of(Measure what, double value);
 double value_of(Measure what, double score);
+/// True for measures that may have no finite value, or none that is determined: value_of() is then
+/// infinite.
+bool may_be_unbounded(Measure what);
 /// d(value)/d(score).
 double value_slope(Measure what, double score);
 /// The scale of a violation of the limit.

@@ -33,6 +33,7 @@ bool of_a_response(Measure what) {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double beyond_all = std::numeric_limits<double>::infinity();
 
 // x' = A x + B u, y = C x + D u; or the derivatives of A, B, C, D by a gain.
 struct Transfer {
@@ -202,10 +203,10 @@ bool finite(const Transfer& g) {
 // dσ = Re(u* (C R dA R B + dC R B + C R dB + dD) v), R = (iω - A)⁻¹.
 ResponseScore peak_score(const Described& d) {
   const auto& [A, B, C, D] = d.transfer;
-  if (!finite(d.transfer)) return {-most_score, {}};
+  if (!finite(d.transfer)) return {-beyond_all, {}};
   const Peak peak = hinf_norm(A, B, C, D);
-  if (peak.status == PeakStatus::unstable) return {-most_score, {}};
-  ResponseScore result{-std::min(peak.gain, most_score), {}};
+  if (peak.status == PeakStatus::unstable) return {-beyond_all, {}};
+  ResponseScore result{-peak.gain, {}};
   if (d.slopes.empty()) return result;
   const Index n = A.rows(), m = B.cols(), p = C.rows();
   MatrixXcd RB = MatrixXcd::Zero(n, m), CR = MatrixXcd::Zero(p, n);
@@ -240,11 +241,11 @@ ResponseScore peak_score(const Described& d) {
 // dq = 2 tr(O dA P) + 2 tr(Bᵀ O dB) + 2 tr(C P dCᵀ).
 ResponseScore square_score(const Described& d) {
   const auto& [A, B, C, D] = d.transfer;
-  if (!finite(d.transfer) || !D.isZero(0)) return {-most_score, {}};
+  if (!finite(d.transfer) || !D.isZero(0)) return {-beyond_all, {}};
   const EquationSolution P = lyapunov(A, B * B.transpose());
   const EquationSolution O = lyapunov(A.transpose(), C.transpose() * C);
-  if (!P || !O) return {-most_score, {}};
-  ResponseScore result{-std::min(std::max(0.0, (C * P.X * C.transpose()).trace()), most_score), {}};
+  if (!P || !O) return {-beyond_all, {}};
+  ResponseScore result{-std::max(0.0, (C * P.X * C.transpose()).trace()), {}};
   result.slopes.resize(std::ssize(d.slopes));
   for (Index j = 0; j < result.slopes.size(); ++j) {
     const Transfer& s = d.slopes[std::size_t(j)];
@@ -256,7 +257,7 @@ ResponseScore square_score(const Described& d) {
 
 ResponseScore h2_score(const Described& d) {
   ResponseScore result = square_score(d);
-  if (result.score <= -most_score) return result;
+  if (std::isinf(result.score)) return result;
   const double norm = std::sqrt(-result.score);
   if (norm > 0) result.slopes /= 2 * norm;
   result.score = -norm;
@@ -280,7 +281,7 @@ ResponseScore cost_score(const TuneProblem& problem, const Place& place, Describ
 // y(t) - y(∞) = C exp(A t) A⁻¹ B for a unit step.
 double step_score(const Requirement& r, const Transfer& g) {
   constexpr double none = 1e-10;
-  if (!finite(g)) return -most_score;
+  if (!finite(g)) return -beyond_all;
   const VectorXd x = dense::solve(g.A, VectorXd(g.B.col(0)));
   const RowVectorXd c = g.C.row(0);
   const double end = g.D(0, 0) - c.dot(x), size = std::abs(g.D(0, 0)) + std::abs(c.dot(x));
@@ -288,8 +289,8 @@ double step_score(const Requirement& r, const Transfer& g) {
   const bool settles = r.measure == Measure::settling_time;
   const Decaying d = decaying(g.A, c, x, end > 0 ? 1.0 : -1.0,
                               settles ? r.band * std::abs(end) : 0.0, std::abs(end));
-  if (!d.determined) return -most_score;
-  return -std::min(settles ? d.last_beyond : d.largest / std::abs(end), most_score);
+  if (!d.determined) return -beyond_all;
+  return -(settles ? d.last_beyond : d.largest / std::abs(end));
 }
 
 ResponseScore worst_sensitivity(const Requirement& r, const Place& place, const GridTrim& e,
@@ -306,12 +307,9 @@ ResponseScore worst_sensitivity(const Requirement& r, const Place& place, const 
   return least;
 }
 
-}  // namespace
-
-ResponseScore response_score(const TuneProblem& problem, const Requirement& r, const Place& place,
-                             const GridTrim& e, const VectorXcd& eigenvalues, bool slopes) {
-  const double right = eigenvalues.real().maxCoeff();
-  if (!(right < 0)) return {-most_score * (1 + std::min(right, most_score)), {}};
+// Minus infinity where there is no finite value.
+ResponseScore score_if_stable(const TuneProblem& problem, const Requirement& r, const Place& place,
+                              const GridTrim& e, bool slopes) {
   if (r.measure == Measure::peak_sensitivity) return worst_sensitivity(r, place, e, slopes);
   const bool steps = r.measure == Measure::overshoot || r.measure == Measure::settling_time;
   const Described d = described(r, place, e, path_of(r, place, e), slopes && !steps);
@@ -325,6 +323,18 @@ ResponseScore response_score(const TuneProblem& problem, const Requirement& r, c
     default:
       return {step_score(r, d.transfer), {}};
   }
+}
+
+}  // namespace
+
+ResponseScore response_score(const TuneProblem& problem, const Requirement& r, const Place& place,
+                             const GridTrim& e, const VectorXcd& eigenvalues, bool slopes) {
+  const double right = eigenvalues.real().maxCoeff();
+  constexpr double far = 1e6;
+  if (!(right < 0)) return {-unbounded * (1 + std::min(right, far)), {}};
+  ResponseScore own = score_if_stable(problem, r, place, e, slopes);
+  if (own.score <= -unbounded) own = {-unbounded, {}};
+  return own;
 }
 
 namespace {

@@ -6,8 +6,10 @@
 
 namespace tiltrim {
 
-/// Scores are cut to this; a loop that is not stable has less than its negative.
-inline constexpr double most_score = 1e6;
+/// A measure that has no finite value, or whose value is not determined, has minus this as its
+/// score; a loop that is not stable has less, the further its eigenvalues are from the axis. Beyond
+/// any value and any limit, but so small that products of scores do not overflow.
+inline constexpr double unbounded = 1e30;
 
 /// True for peak_gain, peak_sensitivity, h2_norm, quadratic_cost, overshoot, settling_time.
 bool of_a_response(Measure what);

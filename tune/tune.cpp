@@ -16,7 +16,7 @@
 #include "runtime/threads.hpp"
 #include "tune/many_starts.hpp"
 #include "tune/measures.hpp"
-#include "tune/response.hpp"
+#include "tune/requirement.hpp"
 #include "tune/search.hpp"
 
 namespace tiltrim {
@@ -59,15 +59,33 @@ std::string in_words(const TuneProblem& problem, const Achieved& a) {
                      a.place.scatter.empty() ? "" : " with ", a.place.scatter);
 }
 
-std::string missed_in_words(const TuneProblem& problem, const std::vector<Achieved>& all) {
+// True for measures of which a stable loop always has a finite value.
+bool finite_if_stable(Measure what) {
+  return what == Measure::response_use || what == Measure::quadratic_cost ||
+         what == Measure::overshoot || what == Measure::settling_time;
+}
+
+// A value; or that it is not finite, and why.
+std::string value_in_words(const Achieved& a, const PlaceModes& there) {
+  if (!std::isinf(a.value) || !may_be_unbounded(a.requirement.measure))
+    return fmt::format("{:.6g}", a.value);
+  if (!(there.eigenvalues.real().maxCoeff() < 0)) return "infinite, as the loop is not stable";
+  return finite_if_stable(a.requirement.measure) ? "not determined" : "infinite";
+}
+
+std::string missed_in_words(const Search& search, const std::vector<PlaceModes>& places,
+                            const std::vector<Achieved>& all) {
+  const TuneProblem& problem = search.problem;
   const auto least = [&](const Achieved& a) {
     const double reserve = a.asked < goals_of(problem) ? not_applicable : a.reserve();
     return std::isnan(reserve) ? std::numeric_limits<double>::infinity() : reserve;
   };
-  const Achieved& most = *std::ranges::min_element(all, {}, least);
+  const auto found = std::ranges::min_element(all, {}, least);
+  const Achieved& most = *found;
+  const PlaceModes& there = places[std::size_t(found - all.begin()) / search.asked().size()];
   const std::string_view of_unit = unit(most.requirement.measure);
-  return fmt::format("{}: the best found is {:.6g}, required is {} {:.6g}{}{}",
-                     in_words(problem, most), most.value,
+  return fmt::format("{}: the best found is {}, required is {} {:.6g}{}{}", in_words(problem, most),
+                     value_in_words(most, there),
                      more_is_better(most.requirement.measure) ? "at least" : "at most",
                      most.requirement.limit, of_unit.empty() ? "" : " ", of_unit);
 }
@@ -146,13 +164,17 @@ std::vector<TuneResult::GainEffect> effects(Search& search, const VectorXd& numb
 }
 
 // The first goal of responses that has no finite value at a place.
-std::string infinite_in_words(const TuneProblem& problem, const std::vector<Achieved>& all) {
+std::string infinite_in_words(const Search& search, const std::vector<PlaceModes>& places,
+                              const std::vector<Achieved>& all) {
   const auto infinite = [&](const Achieved& a) {
-    return a.asked < goals_of(problem) && of_a_response(a.requirement.measure) &&
+    return a.asked < goals_of(search.problem) && may_be_unbounded(a.requirement.measure) &&
            std::isinf(a.value);
   };
   const auto found = std::ranges::find_if(all, infinite);
-  return found == all.end() ? "" : in_words(problem, *found) + " is infinite for every candidate";
+  if (found == all.end()) return {};
+  const PlaceModes& there = places[std::size_t(found - all.begin()) / search.asked().size()];
+  return fmt::format("{} is {} for every candidate", in_words(search.problem, *found),
+                     value_in_words(*found, there));
 }
 
 // Evaluates the result again, with new trims.
@@ -177,8 +199,8 @@ TuneResult verified(Search& search) {
   result.coalescing = !meetings_at(search, near * std::abs(found.goal)).empty();
   result.message = applies_nowhere(search.candidates, places);
   if (result.message.empty() && !found.feasible)
-    result.message = missed_in_words(problem, result.achieved);
-  if (result.message.empty()) result.message = infinite_in_words(problem, result.achieved);
+    result.message = missed_in_words(search, places, result.achieved);
+  if (result.message.empty()) result.message = infinite_in_words(search, places, result.achieved);
   result.status = result.message.empty() ? TuneStatus::tuned : TuneStatus::limits_unmet;
   if (result.status == TuneStatus::tuned) {
     result.message = not_stable(search, places);
