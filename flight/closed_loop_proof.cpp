@@ -56,6 +56,7 @@ std::optional<TrimResult> trimmed(const Vehicle& vehicle, const Numbers& numbers
       vehicle_from(vehicle, Eigen::Map<const VectorXd>(p.data(), std::ssize(p)));
   const TrimProblem problem = closed_loop_problem(there, command, Axes::wind);
   TrimOptions options;
+  options.method = TrimMethod::newton;
   options.max_boxes = 0;
   options.closest = false;
   TrimResult found = trim(problem.model, problem.spec, problem.guess, options);

@@ -82,6 +82,7 @@ std::optional<VectorXd> trimmed(TrimProblem problem, const std::vector<Uncertain
   for (std::size_t k = 0; k < parameters.size(); ++k)
     set_value(problem.guess, variable(problem.model, parameters[k].name), c[Index(k)]);
   TrimOptions options;
+  options.method = TrimMethod::newton;
   options.starts = starts;
   options.max_boxes = 0;
   options.closest = false;
