@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <stdexcept>
 
 #include "dense/dense.hpp"
@@ -31,18 +32,6 @@ struct Seed {
   VectorXd y;
   bool on_fold = false;  // where a limit meets a fold: the limits of two sheets begin here
 };
-
-// A point lies on a known piece if its distance to a chord is within the piece's curvature.
-bool on(const BorderPiece& piece, const std::vector<VectorXd>& way, const Seed& seed) {
-  constexpr double least = 2e-3, bend = 0.05;  // scaled; of the chord
-  if (piece.name != seed.stop.name()) return false;
-  for (std::size_t k = 0; k + 1 < way.size(); ++k) {
-    const VectorXd along = way[k + 1] - way[k], to = seed.y - way[k];
-    const double t = std::clamp(to.dot(along) / along.squaredNorm(), 0.0, 1.0);
-    if ((to - t * along).norm() <= std::max(least, bend * along.norm())) return true;
-  }
-  return false;
-}
 
 struct Followed {
   BorderPiece piece;
@@ -101,9 +90,11 @@ HalfWay half_way(const Grid& g, const Seed& seed, double sign) {
   constexpr double differences = 2e-5;  // extent of finite differences, if the model has no slopes
   constexpr double share = 2.5e-3;  // of the plane's shorter side: a step, however small nominals
   const Curve curve = border(g.plane, seed.stop, seed.y);
+  constexpr double first = 0.1;  // of the same, at most: a first step within a small plane
+  const double side = (g.plane.upper - g.plane.lower).minCoeff();
   TraceOptions options;
-  options.max_step =
-      std::max(g.options.max_step, share * (g.plane.upper - g.plane.lower).minCoeff());
+  options.first_step = std::min(options.first_step, first * side);
+  options.max_step = std::max(g.options.max_step, share * side);
   options.stop = g.options.stop;
   options.max_points = 2000;
   CurvePoint at;
@@ -185,13 +176,55 @@ double length(const std::vector<VectorXd>& way) {
   return sum;
 }
 
+// The curve's point in the plane direction · y = level, by Newton from y; none if a step is long.
+std::optional<VectorXd> in_plane(const Curve& curve, VectorXd y, const VectorXd& direction,
+                                 double level, double longest) {
+  constexpr int cap = 12;
+  constexpr double rounding = std::numeric_limits<double>::epsilon();
+  const Index n = y.size();
+  VectorXd G, rhs(n);
+  MatrixXd slopes, M(n, n);
+  for (int i = 0; i < cap; ++i) {
+    if (!curve.evaluate(y, G, slopes)) return {};
+    M << slopes, direction.transpose();
+    rhs << -G, level - direction.dot(y);
+    const VectorXd dy = dense::solve(M, rhs);
+    if (!(dy.norm() <= longest)) return {};
+    y += dy;
+    if (dy.norm() <= rounding * (1 + y.norm())) break;
+  }
+  return y;
+}
+
+// Whether a piece passes through the seed. The arc over a chord may be as far from it as another
+// piece: Newton from the chord finds the piece's own point across from the seed. All distances are
+// relative to the piece's steps, whatever its size.
+bool passes(const Grid& g, const Followed& f, const Seed& seed) {
+  constexpr double same = 0.01;              // of the mean step
+  constexpr double arc = 0.25, bend = 0.05;  // of a chord; where Newton does not converge
+  if (f.piece.name != seed.stop.name()) return false;
+  const double apart = same * length(f.way) / double(f.way.size() - 1);
+  for (std::size_t k = 0; k + 1 < f.way.size(); ++k) {
+    const VectorXd chord = f.way[k + 1] - f.way[k], along = chord.normalized();
+    const double size = chord.norm(), ahead = along.dot(seed.y - f.way[k]);
+    const VectorXd foot = f.way[k] + std::clamp(ahead, 0.0, size) * along;
+    const double away = (seed.y - foot).norm();
+    if (away <= apart) return true;
+    if (away > arc * size || ahead < -apart || ahead > size + apart) continue;
+    const Curve curve = border(g.plane, seed.stop, seed.y);
+    const auto own = in_plane(curve, foot, along, along.dot(seed.y), size);
+    if (own ? (*own - seed.y).norm() <= apart : away <= bend * size) return true;
+  }
+  return false;
+}
+
 void follow_border(const Grid& g, std::deque<Seed>& seeds, std::vector<Followed>& all) {
-  constexpr double shortest = 1e-4;  // scaled: shorter pieces are an artefact of a corner
+  // Shorter pieces are an artefact of a corner.
+  const double shortest = 1e-4 * std::min(1.0, (g.plane.upper - g.plane.lower).minCoeff());
   while (!seeds.empty() && all.size() < most_border_pieces && !g.options.stop.stop_requested()) {
     const Seed seed = std::move(seeds.front());
     seeds.pop_front();
-    if (std::ranges::any_of(all, [&](const Followed& f) { return on(f.piece, f.way, seed); }))
-      continue;
+    if (std::ranges::any_of(all, [&](const Followed& f) { return passes(g, f, seed); })) continue;
     for (Followed& f : pieces(g, seed, seeds))
       if (length(f.way) > shortest) all.push_back(std::move(f));
   }
@@ -207,24 +240,13 @@ struct Break {
 // Where a piece of border crosses a row between two of its points, to round-off; less accurate
 // next to a switch, where Newton does not converge.
 Break crossing(const Grid& g, const Followed& f, const VectorXd& a, const VectorXd& b, double row) {
-  constexpr int cap = 12;
   const Index n = a.size();
   const double rise = b[n - 1] - a[n - 1];
   const double share = rise != 0 ? std::clamp((row - a[n - 1]) / rise, 0.0, 1.0) : 0.0;
-  VectorXd y = a + share * (b - a);
-  const Break rough{y[n - 2], f.piece.name};
-  const Curve curve = border(g.plane, f.stop, y);
-  VectorXd G, rhs(n);
-  MatrixXd slopes, M(n, n);
-  for (int i = 0; i < cap; ++i) {
-    if (!curve.evaluate(y, G, slopes)) return rough;
-    M << slopes, VectorXd::Unit(n, n - 1).transpose();
-    rhs << -G, row - y[n - 1];
-    const VectorXd dy = dense::solve(M, rhs);
-    if (!(dy.norm() <= (b - a).norm() + 1e-3)) return rough;
-    y += dy;
-  }
-  return {y[n - 2], f.piece.name};
+  const VectorXd y = a + share * (b - a);
+  const auto at =
+      in_plane(border(g.plane, f.stop, y), y, VectorXd::Unit(n, n - 1), row, (b - a).norm() + 1e-3);
+  return {at.value_or(y)[n - 2], f.piece.name};
 }
 
 std::vector<Break> breaks(const Grid& g, const std::vector<Followed>& border, double row) {

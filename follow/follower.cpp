@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 #include "linearize/eigenvalues.hpp"
 #include "linearize/linearize.hpp"
@@ -223,15 +225,34 @@ static std::string switch_next_to(const Follower& f) {
   return {};
 }
 
-// The values just beyond the last point, if they are not finite.
+// Values at the nearest point ahead at which they are not finite, along the tangent or along one
+// unknown that moves; empty if there are none. Where differences reach over the edge, the branch
+// ends before it.
+static std::optional<VectorXd> not_finite_ahead(const Follower& f) {
+  const Index n = f.problem.n();
+  for (const double ahead : {1e-8, 1e-7, 1e-6, 1e-5, 1e-4}) {
+    std::vector<VectorXd> steps{ahead * f.last.tangent};
+    for (Index k = 0; k < n; ++k)
+      if (const double t = f.last.tangent[k]; t != 0)
+        steps.push_back(std::copysign(ahead, t) * VectorXd::Unit(f.last.y.size(), k));
+    for (const VectorXd& step : steps) {
+      const VectorXd y = f.last.y + step;
+      if (!values(f.problem, f.path.z(y)).finite) return y;
+    }
+  }
+  return {};
+}
+
+// What is not finite just beyond the last point, if it is known.
 static std::string no_numbers(const Follower& f) {
   if (!f.problem.thrown.empty()) return "; the model threw: " + f.problem.thrown;
-  constexpr double ahead = 1e-6;
-  CurvePoint beyond = f.last;
-  beyond.y += ahead * f.last.tangent;
-  const Values v = values(f.problem, f.path.z(beyond.y));
+  const auto beyond = not_finite_ahead(f);
+  if (!beyond) return "";
+  CurvePoint there = f.last;
+  there.y = *beyond;
+  const Values v = values(f.problem, f.path.z(there.y));
   const std::string what =
-      not_finite_in_words(f.problem, rates_of(f.problem, v), outputs(f.problem, f.point(beyond)));
+      not_finite_in_words(f.problem, rates_of(f.problem, v), outputs(f.problem, f.point(there)));
   return what.empty() ? "" : ": " + what;
 }
 
@@ -244,6 +265,7 @@ void end(Follower& f, CurveEnd how) {
     if (const std::string name = switch_next_to(f); !name.empty())
       return end(f, BranchEnd::switched, f.last,
                  fmt::format("the model switches {}: {}", here, name));
+  if (how == CurveEnd::stuck && not_finite_ahead(f)) how = CurveEnd::not_finite;
   switch (how) {
     case CurveEnd::closed:
       return end(f, BranchEnd::closed, f.last, "the branch is a loop: back at its start");

@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 
 #include "dense/dense.hpp"
 #include "follow/path.hpp"
+#include "follow/slopes_along.hpp"
 #include "linearize/linearize.hpp"
 #include "model/differentiate.hpp"
 #include "model/lookup.hpp"
@@ -45,7 +47,6 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double unbounded = std::numeric_limits<double>::infinity();
-constexpr double last_digit = std::numeric_limits<double>::epsilon();
 constexpr double fold_below = 1e-8;  // rcond: half of a derivative's digits are lost
 
 std::vector<std::string> all_parameters(const Model& model, const TrimSpec& spec) {
@@ -130,49 +131,6 @@ Shift shift_along(const Model& model, const TrimSpec& spec, const OperatingPoint
     shift.variables[problem.unknowns[std::size_t(k)]] =
         dw[k] / problem.nominal[p] * problem.nominal[k];
   return shift;
-}
-
-// Of all variables: values or nominal sizes, whichever are larger.
-VectorXd sizes_at(const Model& model, const OperatingPoint& at) {
-  VectorXd values(at.x.size() + at.u.size() + at.p.size()), sizes = values;
-  values << at.x, at.u, at.p;
-  sizes << nominals(model.states), nominals(model.inputs), nominals(model.parameters);
-  return values.cwiseAbs().cwiseMax(sizes);
-}
-
-OperatingPoint moved(const OperatingPoint& from, const VectorXd& by) {
-  OperatingPoint to = from;
-  to.x += by.head(from.x.size());
-  to.u += by.segment(from.x.size(), from.u.size());
-  to.p += by.tail(from.p.size());
-  return to;
-}
-
-Estimate state_matrix(const Model& model, const OperatingPoint& at) {
-  const Index n = at.x.size();
-  std::vector<Index> states;
-  for (Index i = 0; i < n; ++i) states.push_back(i);
-  Estimate A = model.derivatives ? exact(model, at, states) : Estimate{};
-  if (A.value.size() == 0 || !A.value.topRows(n).allFinite())
-    A = difference(model, at, states).jacobian;
-  return {A.value.topRows(n), A.error.topRows(n)};
-}
-
-// dA along a direction of all variables: central differences of exact Jacobians. Their error is
-// the change when the step is doubled, and what rounding leaves of the Jacobians and of the step.
-Estimate jacobian_along(const Model& model, const OperatingPoint& at, const VectorXd& direction) {
-  // Relative to nominal size: truncation and round-off are both small. Jacobians by finite
-  // differences carry noise that a short step would amplify.
-  const double h = model.derivatives ? 1e-5 : 5e-4;
-  const double step = h / direction.cwiseQuotient(sizes_at(model, at)).lpNorm<Eigen::Infinity>();
-  const auto slope = [&](double t) -> Estimate {
-    const Estimate ahead = state_matrix(model, moved(at, t * direction));
-    const Estimate behind = state_matrix(model, moved(at, -t * direction));
-    return {(ahead.value - behind.value) / (2 * t), (ahead.error + behind.error) / (2 * t)};
-  };
-  const Estimate near = slope(step), far = slope(2 * step);
-  return {near.value, (near.value - far.value).cwiseAbs() + near.error + far.error +
-                          last_digit / h * near.value.cwiseAbs()};
 }
 
 // How far the eigenvectors of one mode may be off. An error E of A changes v by -S E v and wᴴ by
@@ -297,18 +255,87 @@ std::string not_implied(const Problem& p, const MatrixXd& J, const VectorXd& shi
   return {};
 }
 
-// Of a repeated eigenvalue there is no derivative.
-std::vector<ParameterSensitivity::ModeSensitivity> modes_along(
-    const Model& model, const Sensitivities& of, const std::vector<VectorErrors>& errors,
-    const Shift& shift) {
-  Estimate dA = jacobian_along(model, of.point, shift.variables);
-  dA.error += shift.error * dA.value.cwiseAbs();
-  std::vector<ParameterSensitivity::ModeSensitivity> all;
-  for (std::size_t i = 0; i < of.modes.modes.size(); ++i)
-    if (of.simple[i])
-      all.push_back(mode_along(of.modes.modes[i], errors[i], dA));
-    else
-      all.push_back({{nan, nan}, nan, nan, nan});
+using ModeSensitivity = ParameterSensitivity::ModeSensitivity;
+const ModeSensitivity no_derivative{{nan, nan}, nan, nan, nan};
+
+// Of a repeated eigenvalue, and at a kink of A, there is no derivative.
+std::vector<ModeSensitivity> modes_along(const Model& model, const Sensitivities& of,
+                                         const std::vector<VectorErrors>& errors,
+                                         const Shift& shift) {
+  SlopesAlong A = jacobians_along(model, of.point, shift.variables);
+  std::vector<ModeSensitivity> all;
+  for (std::size_t k = 0; k < of.modes.modes.size(); ++k) {
+    const Mode& m = of.modes.modes[k];
+    const auto judge = [&](int i) -> Judged {
+      const SlopesAlong::Level& l = A.level(i);
+      const auto seen = [&m](const MatrixXd& dA) { return m.left.dot(dA * m.right); };
+      const Slopes<MatrixXd>& s = l.slopes;
+      const double noise = m.left.cwiseAbs().dot(l.noise * m.right.cwiseAbs());
+      return {doubt({seen(s.near), seen(s.far), seen(s.bend), seen(s.far_bend)}, noise),
+              std::abs(seen(s.near))};
+    };
+    const auto at = of.simple[k] ? settled(judge) : std::nullopt;
+    all.push_back(no_derivative);
+    if (!at) continue;
+    Estimate dA = jacobian_slope(model, A.level(at->level), at->level);
+    dA.error += shift.error * dA.value.cwiseAbs();
+    all.back() = mode_along(m, errors[k], dA);
+    all.back().error += at->doubt;
+  }
+  return all;
+}
+
+// What has no derivative along a parameter although neither a fold nor a repeated eigenvalue is the
+// reason, as text; otherwise empty.
+std::string missing(const Sensitivities& of, const ParameterSensitivity& along,
+                    const Signals& outputs) {
+  std::string names;
+  const auto add = [&](const std::string& name) { names += (names.empty() ? "" : ", ") + name; };
+  for (std::size_t i = 0; i < outputs.size(); ++i)
+    if (!std::isfinite(along.outputs[Index(i)])) add(outputs[i].name);
+  for (std::size_t k = 0; k < along.modes.size(); ++k) {
+    const Mode& m = of.modes.modes[k];
+    if (of.simple[k] && m.eigenvalue.imag() >= 0 && std::isnan(along.modes[k].eigenvalue.real()))
+      add(m.name.empty() ? fmt::format("{:.4g}", m.eigenvalue.real()) : m.name);
+  }
+  return names.empty() ? names : fmt::format("{} along {}", names, along.parameter.name);
+}
+
+const char* const at_kinks = "no derivatives at a kink of the model, or at an end of its domain: ";
+
+// What is common to all parameters.
+struct Trimmed {
+  const Model& model;
+  const Problem& problem;
+  const LinearModel& linear;
+  const MatrixXd& J;      // of [f; h]
+  const VectorXd& terms;  // sizes of what cancels in [f; h]
+  std::vector<VectorErrors> errors;
+};
+
+ParameterSensitivity along_parameter(const Trimmed& t, const Sensitivities& of, Index j,
+                                     const Shift& shift) {
+  const Index nx = of.point.x.size(), ny = std::ssize(t.model.outputs);
+  ParameterSensitivity one{signal_of(t.model, j), value_of(of.point, j), {}, {}, {}, {}};
+  VectorXd variables = shift.variables, rates = t.J * variables;
+  SlopesAlong y = rates_along(t.model, of.point, shift.variables, t.terms);
+  const VectorXd sizes = t.J.cwiseAbs() * variables.cwiseAbs();
+  const bool exists = std::ranges::all_of(
+      t.problem.equations, [&](Index row) { return row_settles(y, row, sizes[row], true); });
+  for (Index row = nx; row < nx + ny; ++row)
+    if (!exists || !row_settles(y, row, sizes[row], false)) rates[row] = nan;
+  if (!exists) variables.setConstant(nan);
+  one.x = variables.head(nx);
+  one.u = variables.segment(nx, of.point.u.size());
+  one.outputs = rates.tail(ny);
+  if (t.linear && exists) one.modes = modes_along(t.model, of, t.errors, shift);
+  if (t.linear && !exists) one.modes.assign(of.modes.modes.size(), no_derivative);
+  return one;
+}
+
+std::vector<Index> every_variable(const OperatingPoint& at) {
+  std::vector<Index> all(std::size_t(at.x.size() + at.u.size() + at.p.size()));
+  std::iota(all.begin(), all.end(), 0);
   return all;
 }
 
@@ -338,16 +365,16 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
                    "the trim lies exactly where a limit becomes active: it has a kink there and no "
                    "derivative");
 
-  std::vector<Index> variables;
-  for (Index j = 0; j < trimmed.x.size() + trimmed.u.size() + trimmed.p.size(); ++j)
-    variables.push_back(j);
   const LinearModel linear = linearize(model, trimmed, {.moving = moving_states(model, spec)});
   if (linear) result.modes = modes(linear);
   result.simple = isolated(result.modes);
-  std::vector<VectorErrors> errors;
-  for (const Mode& m : result.modes.modes) errors.push_back(vector_errors(linear, result.modes, m));
-  const MatrixXd J = jacobian(model, trimmed, variables);
+  const MatrixXd J = jacobian(model, trimmed, every_variable(trimmed));
   const VectorXd terms = J.cwiseAbs() * sizes_at(model, trimmed);
+  Trimmed of{model, problem, linear, J, terms, {}};
+  for (const Mode& m : result.modes.modes)
+    of.errors.push_back(vector_errors(linear, result.modes, m));
+  std::string kinks;
+  bool any = names.empty();
   for (const std::string& name : names) {
     const Shift shift = shift_along(model, spec, trimmed, name, optimum, terms);
     result.rcond = shift.rcond;
@@ -356,18 +383,21 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
                      fmt::format("the trim is at a fold, or the equations leave a direction free "
                                  "(rcond {:.1e}): it has no derivative with respect to {}",
                                  shift.rcond, name));
-    if (std::string why = not_implied(problem, J, shift.variables, name); !why.empty())
-      return refused(SensitivityStatus::not_implied, why);
-    const Index j = variable(model, name);
-    ParameterSensitivity one{signal_of(model, j), value_of(trimmed, j), {}, {}, {}, {}};
-    one.x = shift.variables.head(trimmed.x.size());
-    one.u = shift.variables.segment(trimmed.x.size(), trimmed.u.size());
-    one.outputs = (J * shift.variables).tail(std::ssize(model.outputs));
-    if (linear) one.modes = modes_along(model, result, errors, shift);
+    ParameterSensitivity one = along_parameter(of, result, variable(model, name), shift);
+    const bool exists = one.x.allFinite() && one.u.allFinite();
+    if (exists)
+      if (std::string why = not_implied(problem, J, shift.variables, name); !why.empty())
+        return refused(SensitivityStatus::not_implied, why);
+    const std::string none =
+        exists ? missing(result, one, model.outputs) : "the trim along " + name;
+    if (!none.empty()) kinks += (kinks.empty() ? "" : "; ") + none;
+    any = any || exists;
     result.parameters.push_back(std::move(one));
   }
+  if (!any) return refused(SensitivityStatus::singular, at_kinks + kinks);
   result.status = linear ? SensitivityStatus::found : SensitivityStatus::no_linear;
   result.message = linear ? repeated(result) : "no linear model: " + linear.message;
+  if (!kinks.empty()) result.message += (result.message.empty() ? "" : "; ") + (at_kinks + kinks);
   return result;
 }
 

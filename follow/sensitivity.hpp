@@ -16,12 +16,13 @@ enum class SensitivityStatus {
   found,        ///< sensitivities of the trim and of its modes
   not_trim,     ///< the point is not a verified trim (or not of least cost, if a cost selects it)
   not_implied,  ///< for some parameter an implied rate would not remain zero
-  singular,     ///< at a fold, or where a limit becomes active: the trim is not differentiable
-  no_linear,    ///< only trim sensitivities: not an equilibrium, or no linear model
+  singular,   ///< at a fold, where a limit becomes active, or along every parameter at a kink or an
+              ///< end of the model: the trim is not differentiable
+  no_linear,  ///< only trim sensitivities: not an equilibrium, or no linear model
 };
 std::string to_string(SensitivityStatus status);  ///< as in JSON
 
-/// Derivatives with respect to one parameter.
+/// Derivatives with respect to one parameter; NaN where there is none, as at a kink of the model.
 struct ParameterSensitivity {
   /// Derivatives of one mode with respect to a parameter; NaN where not differentiable.
   struct ModeSensitivity {

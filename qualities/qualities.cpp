@@ -270,6 +270,8 @@ void check_options(const LinearModel& linear, const QualitiesOptions& options) {
   if (!linear) throw std::invalid_argument("qualities: there is no linear model");
   if (options.roles.pitch.empty() || options.roles.pitch_rate.empty())
     throw std::invalid_argument("qualities: the roles pitch and pitch_rate are needed");
+  if (options.airspeed <= 0 || std::isinf(options.airspeed))
+    throw std::invalid_argument("qualities: airspeed is not a number above 0");
   if (options.gravity <= 0) throw std::invalid_argument("qualities: gravity is not above 0");
   if (options.n_per_alpha <= 0)
     throw std::invalid_argument("qualities: n_per_alpha is not above 0");

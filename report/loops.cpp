@@ -175,16 +175,21 @@ Sheet margins_sheet(const std::vector<LoopsAnswer>& conditions) {
     cells.push_back(answer);
     sheet.rows.push_back(std::move(cells));
   };
-  bool idle = false;
+  bool idle = false, idle_own = false;  // a loop of the tiltrotor, of a study's own model
   for (const LoopsAnswer& c : conditions) {
     if (c.loops.empty()) add({c.trimmed.condition.name}, word(c));
     for (const ActuatorLoop& l : c.loops) add(row(c, l), word(l));
     for (const std::string& note : notes(c))
       sheet.notes.push_back(c.trimmed.condition.name + ": " + note + ".");
-    idle = idle || !std::ranges::all_of(c.loops, commanded);
+    const auto* user = c.trimmed.condition.user();
+    const bool own = user && !user->model->xv15;
+    (own ? idle_own : idle) |= !std::ranges::all_of(c.loops, commanded);
   }
   if (idle)
     sheet.notes.push_back("Not in use: the law does not command this actuator at this tilt.");
+  if (idle_own)
+    sheet.notes.push_back(
+        "Not in use: the output of this loop does not depend on the states, so its gain is zero.");
   return sheet;
 }
 

@@ -46,15 +46,17 @@ Sheet mode_sheet(const Sensitivities& s, std::size_t mode, std::size_t most) {
     const ParameterSensitivity& p = s.parameters[i];
     const ParameterSensitivity::ModeSensitivity& d = p.modes[mode];
     const double by = one_percent(p);
+    const auto shown = [by](double derivative) {
+      return std::isnan(derivative) ? SheetCell() : SheetCell(derivative * by);
+    };
     const double gain = oscillates ? d.damping : -d.eigenvalue.real();
     const bool up = (gain > 0) == (p.value >= 0);  // increases the magnitude
     sheet.rows.push_back({p.parameter.name, p.value, SheetCell(p.parameter.unit),
-                          -d.eigenvalue.real() * by,
-                          oscillates ? SheetCell(d.damping * by) : SheetCell(),
-                          std::isnan(d.frequency) ? SheetCell() : SheetCell(d.frequency * by),
-                          SheetCell(gain == 0 ? "-"
-                                    : up      ? "larger"
-                                              : "smaller")});
+                          shown(-d.eigenvalue.real()), shown(oscillates ? d.damping : NAN),
+                          shown(d.frequency),
+                          SheetCell(gain == 0 || std::isnan(gain) ? "-"
+                                    : up                          ? "larger"
+                                                                  : "smaller")});
   }
   return sheet;
 }

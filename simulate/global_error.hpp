@@ -1,19 +1,20 @@
 /// Global error of a motion, from a second run at a tenth of the tolerance. Internal to tiltrim.
 #pragma once
 
+#include <functional>
+
 #include "simulate/integrate.hpp"
 
 namespace tiltrim {
 
-/// True if a second run is requested and can give an estimate.
-bool has_estimate(const IntegrateOptions& options, const Trajectory& found);
+/// The same motion again, to an end time, with other options.
+using RunAgain = std::function<Trajectory(double to, const IntegrateOptions&)>;
 
-/// The options of the second run.
-IntegrateOptions finer(IntegrateOptions options);
-
-/// Largest difference of each state on the common samples. Where a state's difference exceeds a
-/// tenth of its largest value `found` is truncated, with status `inaccurate`. NaN if the second run
-/// was interrupted or reached a limit of steps or events.
-Eigen::VectorXd with_error(const Signals& states, const Trajectory& second, Trajectory& found);
+/// Estimates the error of each state: its largest difference on the common samples of the two runs,
+/// times the share by which it is less than the error. NaN if no second run is requested, or it did
+/// not reach the last sample. A motion that was completed is truncated, with status `inaccurate`,
+/// where a state's error exceeds a tenth of its largest value.
+Eigen::VectorXd with_error(const Signals& states, const IntegrateOptions& options,
+                           const RunAgain& again, Trajectory& found);
 
 }  // namespace tiltrim

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "runtime/rounding.hpp"
+#include "simulate/sliding.hpp"
 
 namespace tiltrim {
 
@@ -33,7 +34,9 @@ void check(const Motion& motion, const State& x0, double from, double to,
           "events are named but there is no event function g");
   require(std::isfinite(from) && std::isfinite(to) && to > from,
           fmt::format("from t = {} to t = {}; the end must come after the start", from, to));
-  require(std::ranges::is_sorted(motion.breaks), "the breaks must be in ascending order");
+  require(std::ranges::none_of(motion.breaks, [](double t) { return std::isnan(t); }) &&
+              std::ranges::is_sorted(motion.breaks),
+          "the breaks must be numbers in ascending order");
   require(o.tolerance > 0 && o.tolerance < 1, "the tolerance must be between 0 and 1");
   require(o.sample >= 0 && o.longest_step > 0 && o.fixed_step >= 0 && std::isfinite(o.fixed_step),
           "sample and steps must not be negative");
@@ -72,11 +75,8 @@ class Integration {
       if (options_.stop.stop_requested())
         stop(MotionStatus::interrupted, "stopped");
       else if (result_.steps + result_.rejected >= options_.max_steps)
-        stop(
-            MotionStatus::step_limit,
-            fmt::format(
-                "the limit of {} steps is reached: the motion is stiff, or the tolerance too small",
-                options_.max_steps));
+        stop(MotionStatus::step_limit,
+             step_limit_in_words(motion_, t_, x_, mode_, options_.max_steps));
       else
         step();
     }
@@ -222,8 +222,10 @@ class Integration {
 
   void too_small() {
     require_finite(next_rates_);
-    if (!finished_)
-      stop(MotionStatus::step_too_small, "even the shortest step exceeds the tolerance");
+    if (finished_) return;
+    const std::string along = slides_along(motion_, t_, x_, mode_);
+    stop(MotionStatus::step_too_small,
+         "even the shortest step exceeds the tolerance" + (along.empty() ? "" : ": " + along));
   }
 
   // Accepts the step of length h up to the first event in it.
@@ -292,8 +294,7 @@ class Integration {
   // Samples on the grid in (from, to], by the dense output of the step from x_ to next_.
   void samples_between(double from, double to) {
     if (options_.sample == 0) return sample(to, next_);
-    for (double t; (t = start_ + double(sampled_) * options_.sample) <= to; ++sampled_) {
-      if (t >= to_) return;  // the end has its own sample
+    for (double t; (t = sample_time(start_, to_, options_.sample, sampled_)) <= to; ++sampled_) {
       stepper_.calc_state(t, trial_, x_, rates_, from, next_, next_rates_, to);
       sample(t, trial_);
     }
@@ -315,11 +316,11 @@ class Integration {
       if (function.ends) return stop(MotionStatus::ended_by_event, function.name);
     }
     const long at_most = 20 * long(above_.size());  // simultaneous, 20 of each: chattering
-    if (long(result_.events.size()) >= options_.max_events || ++at_once_ > at_most)
-      stop(MotionStatus::event_limit,
-           fmt::format("'{}' chatters, {} events", function.name, result_.events.size()));
-    else
-      onward();
+    if (long(result_.events.size()) < options_.max_events && ++at_once_ <= at_most) return onward();
+    const std::string along = slides_along(motion_, t_, x_, mode_);
+    stop(MotionStatus::event_limit,
+         fmt::format("'{}' chatters, {} events{}", function.name, result_.events.size(),
+                     along.empty() ? "" : ": " + along));
   }
 
   // After a start, an event or a break: each function about to change sign crosses at this time,
@@ -362,6 +363,12 @@ std::string to_string(MotionStatus status) {
       return "inaccurate";
   }
   return "?";
+}
+
+double sample_time(double from, double to, double sample, long k) {
+  constexpr double rounding = 1e-9;  // of the sample
+  const double t = from + double(k) * sample;
+  return t < to - rounding * sample ? t : std::numeric_limits<double>::infinity();
 }
 
 Trajectory integrate(const Motion& motion, const std::vector<double>& x0, int mode, double from,

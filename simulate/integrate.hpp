@@ -69,6 +69,10 @@ struct Trajectory {
   explicit operator bool() const { return status == MotionStatus::completed; }
 };
 
+/// Time of sample k on the grid from a start; infinite at the end of the motion, which has a sample
+/// of its own, and within rounding of it.
+double sample_time(double from, double to, double sample, long k);
+
 /// Integrates from x0 at `from` to `to` > from by the Dormand-Prince pair of orders 5 and 4 with
 /// its dense output [52]. An event is located to rounding on steps of their own, not on the dense
 /// output, and no step crosses an event; crossings within 1e-13 of the time or the step are

@@ -203,12 +203,13 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
   const std::vector<double> x0(start.x.data(), start.x.data() + start.x.size());
   auto [found, stiff] = run(model, motion, moving, x0, duration, options, false);
   Simulation s;
-  s.error = VectorXd::Constant(std::ssize(model.states), nan);
   s.stiff = stiff;
-  if (has_estimate(options, found))
-    s.error = with_error(
-        model.states, run(model, motion, moving, x0, found.end(), finer(options), stiff).trajectory,
-        found);
+  s.error = with_error(
+      model.states, options,
+      [&, known = stiff](double to, const IntegrateOptions& other) {
+        return run(model, motion, moving, x0, to, other, known).trajectory;
+      },
+      found);
   if (found) moving.forget();  // thrown in a rejected step
 
   s.status = found.status;

@@ -37,7 +37,7 @@ enum class MotionStatus {
   diverged,        ///< a state exceeds diverged_beyond
   not_finite,      ///< f at or just after the last state; an event function that is NaN
   step_too_small,  ///< the tolerance needs a step below the resolution of time: a pole
-  step_limit,      ///< max_steps reached: stiff, or the tolerance is too small
+  step_limit,      ///< max_steps reached: stiff, a tolerance too small, or sliding along a jump
   event_limit,     ///< max_events, or 20 simultaneous per event function: chattering
   interrupted,     ///< stopped by the caller
   inaccurate,      ///< simulate(): from there on the estimated error is too large
@@ -67,8 +67,8 @@ struct Simulation {
   Eigen::MatrixXd x, u, p, y;                     ///< [signal, sample]
   std::vector<SwitchEvent> events;                ///< in order of time
   long steps = 0, evaluations = 0;                ///< accepted; calls of the model
-  /// Error estimate of each state at its worst sample: the difference from a run at a tenth of
-  /// the tolerance. NaN if not available.
+  /// Error estimate of each state at its worst sample, the last included: 10/9 of the difference
+  /// from a run at a tenth of the tolerance. NaN if not available.
   Eigen::VectorXd error;
   bool stiff = false;  ///< implicit method used: explicit steps were limited by stability
 

@@ -8,6 +8,7 @@
 
 #include "simulate/integrate.hpp"
 #include "simulate/rosenbrock.hpp"
+#include "simulate/sliding.hpp"
 
 namespace tiltrim {
 
@@ -97,6 +98,23 @@ class StiffIntegration {
     return false;
   }
 
+  const std::vector<double>& scaled_back() {
+    (void)unscaled(z_.data());
+    return x_;
+  }
+  std::string or_sliding(double t, std::string why) {
+    const std::string along = slides_along(motion_, t, scaled_back(), 0);
+    return along.empty() ? why : why + ": " + along;
+  }
+  bool too_small(double t) {
+    return end(MotionStatus::step_too_small, t,
+               or_sliding(t, "even the shortest step exceeds the tolerance"));
+  }
+  bool too_many_events(double t) {
+    return end(MotionStatus::event_limit, t,
+               or_sliding(t, fmt::format("{} events", result_.events.size())));
+  }
+
   // From one break to the next; returns whether the motion continues.
   bool stretch(double t, double until) {
     constexpr double shortest = 1e-15;  // relative to the time
@@ -110,13 +128,12 @@ class StiffIntegration {
       if (options_.stop.stop_requested())
         return end(MotionStatus::interrupted, t, "stopped by the caller");
       if (result_.steps >= options_.max_steps)
-        return end(MotionStatus::step_limit, t, fmt::format("{} steps", result_.steps));
+        return end(MotionStatus::step_limit, t,
+                   step_limit_in_words(motion_, t, scaled_back(), 0, options_.max_steps));
       if (stepper.next_step() < shortest * std::max(std::abs(t), until - from_))
-        return end(MotionStatus::step_too_small, t, "even the shortest step exceeds the tolerance");
+        return too_small(t);
       try {
-        if (!stepper.do_step())
-          return end(MotionStatus::step_too_small, t,
-                     "even the shortest step exceeds the tolerance");
+        if (!stepper.do_step()) return too_small(t);
       } catch (const NotFinite&) {
         return end(MotionStatus::not_finite, t, "the rates are not finite ahead");
       }
@@ -146,8 +163,7 @@ class StiffIntegration {
       if (reached < to_) sample(reached, at(reached));
       return;
     }
-    for (double s; (s = from_ + double(sampled_) * options_.sample) <= reached && s < to_;
-         ++sampled_)
+    for (double s; (s = sample_time(from_, to_, options_.sample, sampled_)) <= reached; ++sampled_)
       sample(s, at(s));
   }
 
@@ -173,8 +189,7 @@ class StiffIntegration {
       watch(high, at(high));
     }
     std::ranges::stable_sort(result_.events, {}, &MotionEvent::t);
-    if (long(result_.events.size()) >= options_.max_events)
-      return end(MotionStatus::event_limit, high, fmt::format("{} events", result_.events.size()));
+    if (long(result_.events.size()) >= options_.max_events) return too_many_events(high);
     return true;
   }
 };

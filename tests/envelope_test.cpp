@@ -759,4 +759,56 @@ TEST_CASE("a limit's piece ends where its sheet folds") {
   CHECK(std::ranges::count(e.pieces, "d lower", &BorderPiece::name) == 2);
 }
 
+// Starts on arcs that bulge from their chords by more than a twentieth counted as new pieces.
+TEST_CASE("a closed border is one piece, whatever its size: a² + b² = R²") {
+  for (const int count : {20, 100})
+    for (const double R : {0.2, 0.5, 1.0}) {
+      CAPTURE(count);
+      CAPTURE(R);
+      const Envelope e =
+          explored({.rate = [](double x, double a, double b) { return a * a + b * b + x; },
+                    .bounds = {{"x", {-R * R, 9}}},
+                    .a = {-2, 2},
+                    .b = {-2, 2},
+                    .count = count},
+                   {.rows = {0}});
+      REQUIRE(e.pieces.size() == 1);
+      CHECK(e.pieces[0].name == "x lower");
+      CHECK(e.pieces[0].from == "loop");
+      CHECK(e.pieces[0].points.size() >= 12);
+      for (const BorderPiece::Point& p : e.pieces[0].points)
+        CHECK_NEAR(std::hypot(p.x, p.y), R, located);
+      check_row(e.rows[0], {{{-R, "x lower"}, {R, "x lower"}}});
+    }
+}
+
+// What is near another piece was told by nominal sizes: of two ovals within 0.002, one was lost.
+TEST_CASE("two borders next to each other are two, whatever their size: ovals of Cassini") {
+  constexpr double level = 0.9;  // at 1 they touch
+  for (const double c : {0.5, 1e-2, 5e-4}) {
+    CAPTURE(c);
+    const auto product = [](double u, double v) {
+      return (std::pow(u - 1, 2) + v * v) * (std::pow(u + 1, 2) + v * v);
+    };
+    const Envelope e =
+        explored({.rate = [=](double x, double a, double b) { return product(a / c, b / c) - x; },
+                  .bounds = {{"x", {-1, level}}},
+                  .a = {-2 * c, 2 * c},
+                  .b = {-2 * c, 2 * c},
+                  .count = 20},
+                 {.rows = {0}});
+    REQUIRE(e.pieces.size() == 2);
+    for (const BorderPiece& p : e.pieces) {
+      CHECK(p.from == "loop");
+      for (const BorderPiece::Point& q : p.points)
+        CHECK_NEAR(product(q.x / c, q.y / c), level, 1e-9);
+    }
+    CHECK(e.pieces[0].points[0].x * e.pieces[1].points[0].x < 0);
+    const double inner = c * std::sqrt(1 - std::sqrt(level)),
+                 outer = c * std::sqrt(1 + std::sqrt(level));
+    check_row(e.rows[0], {{{-outer, "x upper"}, {-inner, "x upper"}},
+                          {{inner, "x upper"}, {outer, "x upper"}}});
+  }
+}
+
 }  // namespace envelope_test

@@ -546,11 +546,28 @@ TEST_CASE("every end is reached and named") {
     CHECK(branch.events[0].at.parameter == 0.5);
     CHECK_NEAR(branch.events[0].at.point.x[0], std::asin(0.5), located);
   }
-  SUBCASE("the branch's own edge: x = √(1 - p) comes no further than p = 1") {
-    const auto rate = [](double x, double p) { return x - std::sqrt(1 - p); };
-    const Branch branch = walk(scalar_route(rate, 1, 0, 3));
-    CHECK((branch.end == BranchEnd::stuck || branch.end == BranchEnd::not_finite));
-    CHECK_NEAR(branch.events[0].at.parameter, 1.0, 1e-5);
+  SUBCASE("not_finite: the branch's own edge, of infinite slope, both ways") {
+    const auto down = [](double x, double p) { return x - std::sqrt(1 - p); };
+    const auto up = [](double x, double p) { return (p >= 0 ? std::sqrt(p) : NaN) - x; };
+    const auto throws = [](double x, double p) {
+      if (p < 0) throw std::domain_error("no root");
+      return std::sqrt(p) - x;
+    };
+    const struct {
+      Route route;
+      double edge;
+      std::string words;
+    } all[] = {{scalar_route(down, 1, 0, 3), 1.0, "x' = nan"},
+               {scalar_route(down, 1, 0, 2), 1.0, "x' = nan"},
+               {scalar_route(up, 1, 1, -3), 0.0, "x' = nan"},
+               {scalar_route(throws, 1, 1, -3), 0.0, "the model threw: no root"}};
+    for (const auto& [route, edge, words] : all) {
+      const Branch branch = walk(route);
+      CHECK(story(branch) == "end: not_finite");
+      CHECK(branch.message.find("the model is not finite beyond the point at p = ") == 0);
+      CHECK(branch.message.find(words) != std::string::npos);
+      CHECK_NEAR(branch.events[0].at.parameter, edge, 1e-5);
+    }
   }
   SUBCASE("singular: two equations that say the same") {
     const Model m = flow({"x", "y"}, {"p"}, [](const VectorXd& x, const VectorXd& p) {

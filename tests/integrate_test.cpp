@@ -690,8 +690,10 @@ TEST_CASE("what does not fit is refused in words") {
   motion.event_functions = {{"a"}};
   check_refused(refusal(motion, {1.0}, 0, 1), "no event function g");
   motion = good;
-  motion.breaks = {2.0, 1.0};
-  check_refused(refusal(motion, {1.0}, 0, 1), "breaks");
+  for (const double second : {1.0, nan_value}) {
+    motion.breaks = {2.0, second};
+    check_refused(refusal(motion, {1.0}, 0, 1), "breaks");
+  }
   motion = good;
   motion.states[0].nominal = 0;
   check_refused(refusal(motion, {1.0}, 0, 1), "nominal 0");

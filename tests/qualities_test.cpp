@@ -154,6 +154,15 @@ TEST_CASE("gravity is by the unit of speed, if it is not given") {
   CHECK(qualities(l, given).level == qualities(jet(), given).level);
 }
 
+TEST_CASE("an airspeed that is none is refused") {
+  QualitiesOptions options = of_jet(FlightCategory::B);
+  for (const double speed : {-3.0, 0.0, std::numeric_limits<double>::infinity()}) {
+    options.airspeed = speed;
+    CHECK_THROWS_WITH_AS((void)qualities(jet(), options),
+                         "qualities: airspeed is not a number above 0", std::invalid_argument);
+  }
+}
+
 TEST_CASE("levels do not depend on units, and a rotated state is found by its output") {
   LinearModel l = jet();
   const Qualities feet = qualities(l, of_jet(FlightCategory::B));

@@ -573,6 +573,113 @@ TEST_CASE("a repeated eigenvalue has no derivative; the others have") {
   }
 }
 
+// ---- kinks ----
+
+static const std::array exact_or_not{true, false};
+
+// Both by exact derivatives and by differences.
+static Sample as_given(Sample sample, bool exact) {
+  if (!exact) sample.problem.model.derivatives = {};
+  return sample;
+}
+
+// The derivative of λ = -max(1, 2p - 1) is 0 below p = 1, -2 above.
+TEST_CASE("at a kink an eigenvalue has no derivative; beside it that of its side, or none") {
+  const auto kink = [](Complex x, Complex p) { return -x * (p.real() > 1 ? 2.0 * p - 1.0 : 1.0); };
+  for (const bool exact : exact_or_not)
+    for (const double beside : {0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 3e-4, 1e-3, 1e-2})
+      for (const double side : {-1.0, 1.0}) {
+        CAPTURE(exact);
+        CAPTURE(side * beside);
+        const Sensitivities s =
+            sensitivities_of(as_given(scalar(kink, 0, 1 + side * beside), exact));
+        REQUIRE(s.status == Status::found);
+        const ParameterSensitivity& along = s.parameters.at(0);
+        CHECK_NEAR(along.x[0], 0, solved);
+        const ParameterSensitivity::ModeSensitivity& m = along.modes.at(0);
+        const bool none = std::isnan(m.eigenvalue.real());
+        CHECK(none == contains(s.message, "kink"));
+        CHECK(none == contains(s.message, " along p"));
+        if (beside == 0) CHECK(none);
+        if (beside >= 1e-3) CHECK_FALSE(none);
+        if (none) {
+          CHECK(std::isnan(m.damping));
+          CHECK(std::isnan(m.frequency));
+          continue;
+        }
+        CHECK_NEAR(m.eigenvalue.real(), side > 0 ? -2 : 0, m.error);
+        CHECK(m.error < 1e-2);
+      }
+}
+
+// x' = b - x (1 + |a - 1|), y' = max(a, 1) - 2y at a = 1: y* has the slopes ½ and 0 along a.
+static Sample kinked() {
+  const auto rates = [](const VectorXcd& z) {
+    const Complex a = z[2], b = z[3];
+    const Complex off = a.real() < 1 ? 1.0 - a : a - 1.0, most = a.real() > 1 ? a : 1.0;
+    return rows({b - z[0] * (1.0 + off), most - 2.0 * z[1], most + z[1], b});
+  };
+  return toy({"xy", "", "ab", "zw"}, rates, {vec({0, 0.5}), {}, vec({1, 0})});
+}
+
+TEST_CASE("a trim with a kink along one parameter: nothing along that, all along another") {
+  for (const bool exact : exact_or_not) {
+    CAPTURE(exact);
+    const Sample sample = as_given(kinked(), exact);
+    const Sensitivities both = sensitivities_of(sample, {"a", "b"});
+    REQUIRE(both.status == Status::found);
+    CHECK(contains(both.message, "kink"));
+    CHECK(contains(both.message, "the trim along a"));
+    CHECK_FALSE(contains(both.message, "along b"));
+    const ParameterSensitivity &a = both.parameters.at(0), &b = both.parameters.at(1);
+    CHECK(a.x.array().isNaN().all());
+    CHECK(a.outputs.array().isNaN().all());
+    for (const auto& m : a.modes) CHECK(std::isnan(m.eigenvalue.real()));
+    CHECK_NEAR(b.x[0], 1, sloped);
+    CHECK_NEAR(b.x[1], 0, sloped);
+    CHECK_NEAR(b.outputs[0], 0, sloped);
+    CHECK_NEAR(b.outputs[1], 1, sloped);
+    for (const auto& m : b.modes) CHECK_NEAR(std::abs(m.eigenvalue), 0, 1e-6);
+    const Sensitivities one = sensitivities_of(sample, {"a"});
+    check_refused(one, Status::singular, "singular");
+    CHECK(contains(one.message, "kink"));
+  }
+}
+
+TEST_CASE("an output with a kink has no derivative; the trim and the other outputs have") {
+  const auto all = [](const VectorXcd& z) {
+    return rows({z[1] - z[0], z[1].real() < 0 ? -z[1] : z[1], 2.0 * z[1]});
+  };
+  for (const bool exact : exact_or_not) {
+    const Sensitivities s =
+        sensitivities_of(as_given(toy({"x", "", "p", "zw"}, all, {vec({0}), {}, vec({0})}), exact));
+    REQUIRE(s.status == Status::found);
+    CHECK(contains(s.message, "z along p"));
+    CHECK(std::isnan(s.parameters.at(0).outputs[0]));
+    CHECK_NEAR(s.parameters[0].outputs[1], 2, sloped);
+    CHECK_NEAR(s.parameters[0].x[0], 1, sloped);
+  }
+}
+
+TEST_CASE("at the end of a model's domain nothing is known of one side: -x (1 + √p) at p = 0") {
+  const auto root = [](Complex x, Complex p) {
+    return p.real() < 0 ? Complex(NAN) : -x * (1.0 + std::sqrt(p));
+  };
+  for (const bool exact : exact_or_not) {
+    const Sensitivities s = sensitivities_of(as_given(scalar(root, 0, 0), exact));
+    check_refused(s, Status::singular, "singular");
+    CHECK(contains(s.message, "end of its domain: the trim along p"));
+  }
+}
+
+TEST_CASE("a pole of a derivative, on both sides: -x (1 + ∛p) at p = 0") {
+  const auto root = [](Complex x, Complex p) { return -x * (1.0 + std::cbrt(p.real())); };
+  const Sensitivities s = sensitivities_of(as_given(scalar(root, 0, 0), false));
+  CAPTURE(s.message);
+  CHECK(contains(s.message, " along p"));
+  CHECK(std::isnan(s.parameters.at(0).modes.at(0).eigenvalue.real()));
+}
+
 // Skipped, not failing: it reads an empty matrix.
 TEST_CASE("nothing free: the eigenvalue moves all the same") {
   Sample held = scalar([](Complex x, Complex p) { return -p * x; }, 0, 2);

@@ -212,6 +212,18 @@ TEST_CASE("sensitivities and margins") {
                 "no loop 'theta0'; there are: coil");
   scratch.write("s.toml", study_of("p - x"));
   check_refused(scratch, "margins s.toml", "expected [[model.loop]] tables");
+  // An output that no state reaches: in the words of a model that has no tilt and no law.
+  scratch.write("zero.toml",
+                "[model]\nstate = [{name = \"x\", rate = \"-x + u\"}]\n"
+                "input = [{name = \"u\"}]\noutput = [{name = \"y\", value = \"0*x\"}]\n"
+                "loop = [{name = \"idle\", input = \"u\", output = \"y\"}]\n"
+                "[[condition]]\nname = \"a\"\nx = [-10, 10]\nu = 0\n");
+  const Ran idle = run(scratch, "margins zero.toml");
+  CAPTURE(idle.out);
+  CAPTURE(idle.err);
+  CHECK(says(idle.out, "not in use"));
+  CHECK(says(idle.out, "the output of this loop does not depend on the states"));
+  CHECK_FALSE(says(idle.out, "tilt"));
 }
 
 TEST_CASE("sweep: text, CSV, JSON, a map, and what changed between two") {
@@ -516,6 +528,26 @@ TEST_CASE("a study limits the time of each trim: status, words and exit code") {
   const Ran swept = run(scratch, "sweep s.toml");
   CHECK(swept.exit_code == 1);
   CHECK(says(swept.out, " x the model exceeded the time limit of 1e-06 s"));
+}
+
+TEST_CASE("sensitivities: what has a kink has neither number nor direction") {
+  const Scratch scratch("kink");
+  const auto study = [](const std::string& rate, double a) {
+    return fmt::format(
+        "[model]\nname = \"m\"\n[[model.state]]\nname = \"x\"\nrate = \"{}\"\n"
+        "[[model.parameter]]\nname = \"a\"\nvalue = {:.1f}\n[[condition]]\nname = \"here\"\n",
+        rate, a);
+  };
+  const auto check = [&](int exit_code, const std::string& words) {
+    const Ran ran = run(scratch, "sensitivities m.toml");
+    CHECK(ran.exit_code == exit_code);
+    CHECK(says(ran.out, words));
+    for (const char* wrong : {"nan", "larger", "smaller"}) CHECK_FALSE(says(ran.out, wrong));
+  };
+  scratch.write("m.toml", study("-x*max(1, 2*a - 1)", 1));
+  check(0, "x along a");
+  scratch.write("m.toml", study("-x*(1 + sqrt(a))", 0));
+  check(1, "here: singular");
 }
 
 }  // namespace user_model_cli_test

@@ -266,6 +266,17 @@ TEST_CASE("it has no equilibrium" * thorough) {
   CHECK(statuses(map_of(m)) == thrice(TrimStatus::not_found));
 }
 
+TEST_CASE("a rate that vanishes nowhere is printed as what is left, however little") {
+  TrimSpec free = at_rest;
+  free.bounds.clear();
+  const TrimResult r =
+      trim(scalar([](double x, double) { return one(-std::exp(-x)); }), free, guess);
+  CHECK(r.status == TrimStatus::not_found);
+  CHECK(r.rates[0] < 0);
+  CHECK(std::abs(r.rates[0]) < 1e-12);
+  CHECK(says(r.message, fmt::format("leaves x' = {:.3g}", r.rates[0]).c_str()));
+}
+
 TEST_CASE("it is at rest everywhere: a continuum of equilibria") {
   const Model m = scalar([](double, double) { return one(0); });
   CHECK(trimmed(m).status == TrimStatus::singular);

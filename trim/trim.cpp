@@ -14,6 +14,7 @@
 #include "model/time_limit.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/approach.hpp"
+#include "trim/closest.hpp"
 #include "trim/newton.hpp"
 #include "trim/nlp.hpp"
 #include "trim/optimality.hpp"
@@ -220,10 +221,10 @@ TrimResult closest_to(Search& s) {
   std::erase_if(from, [&](const VectorXd& z0) { return !values(p, z0).finite; });
   for (const VectorXd& z0 : from) {
     consider(z0);
-    consider(run_ipopt(p, closest_nlp(p), z0, s.options));
+    consider(closest_from(p, z0, s.options));
   }
   if (!p.limited.empty() && least.first > 0)
-    for (const VectorXd& z0 : from) consider(run_ipopt(p, least_excess_nlp(p), z0, s.options));
+    for (const VectorXd& z0 : from) consider(least_excess_from(p, z0, s.options));
   s.none_within = least.first > 0;
   return best;
 }

@@ -119,9 +119,12 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   const std::vector<double> x0(start.x.begin(), start.x.end());
   Trajectory found = integrate(motion, x0, 0, 0.0, duration, options);
   Simulation s;
-  if (has_estimate(options, found))
-    s.error =
-        with_error(model.states, integrate(motion, x0, 0, 0.0, found.end(), finer(options)), found);
+  s.error = with_error(
+      model.states, options,
+      [&](double to, const IntegrateOptions& other) {
+        return integrate(motion, x0, 0, 0.0, to, other);
+      },
+      found);
   const auto samples = Index(found.samples());
   s.status = found.status;
   s.message = found.message;
@@ -170,8 +173,7 @@ py::dict moved(const HeldModel& held, const PointTuple& start, double duration,
   d["events"] = events;
   d["steps"] = s.steps;
   d["evaluations"] = s.evaluations;
-  const auto none = VectorXd::Constant(std::ssize(held.model.states), NAN);
-  d["error"] = s.error.size() > 0 ? s.error : VectorXd(none);
+  d["error"] = s.error;
   d["stiff"] = s.stiff;
   d["exception"] = raised;
   return d;

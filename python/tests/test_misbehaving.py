@@ -96,6 +96,19 @@ def test_it_raises_beyond_a_point_alone():
     assert ds.crossing_kind.values.tolist() == ["end"]
 
 
+def test_it_ends_in_a_vertical_slope():
+    def followed(rate, to, start):
+        return tiltrim.follow(scalar(rate), start, "p", to, free=["x"], steady=["x"])
+
+    root = lambda v: math.sqrt(v) if v >= 0 else math.nan  # noqa: E731
+    down = followed(lambda x, p: root(p) - x, -3.0, {"x": 1.0, "p": 1.0})
+    up = followed(lambda x, p: root(1 - p) - x, 2.0, {"x": 1.0, "p": 0.0})
+    assert down.end == up.end == "not_finite" and "x' = nan" in down.message
+    assert down.values[-1] == pytest.approx(0.0, abs=1e-4)
+    raised = followed(lambda x, p: math.sqrt(p) - x, -3.0, {"x": 1.0, "p": 1.0})
+    assert raised.end == "not_finite" and "the model threw: ValueError" in raised.message
+
+
 def test_exceptions_whose_own_words_raise():
     class Silent(Exception):
         def __str__(self):

@@ -140,6 +140,22 @@ FREE = {"free": ["current"], "steady": ["rate"]}
         ("longest_step cannot be 'a'", lambda: tiltrim.simulate(
             magnet(), HELD, 1.0, longest_step="a")),
         ("more than 2000000 samples", lambda: tiltrim.simulate(magnet(), HELD, 1.0, sample=1e-9)),
+        ("breaks: expected finite, increasing times, got .2.5, nan", lambda: tiltrim.simulate(
+            magnet(), HELD, 5.0, lambda t: [1.0], breaks=[2.5, np.nan])),
+        ("breaks: expected finite, increasing times", lambda: tiltrim.simulate(
+            magnet(), HELD, 5.0, lambda t: [1.0], breaks=[2.5, 1.0])),
+        ("breaks: expected a number, got '1'", lambda: tiltrim.simulate(
+            magnet(), HELD, 5.0, lambda t: [1.0], breaks=["1"])),
+        ("breaks without input.t", lambda: tiltrim.simulate(magnet(), HELD, 5.0, breaks=[1.0])),
+        ("only= names conditions of a study; Model has none", lambda: tiltrim.sweep(
+            magnet(), HELD, axes={"k": [1, 2]}, only=["nobody"], **FREE)),
+        ("only: expected a list of names", lambda: tiltrim.sweep(
+            held_ball(), axes={"k_p": [2, 3]}, only="nobody")),
+        ("states: 'a.ud800b' is not valid Unicode text", lambda: Model(
+            "m", lambda x, u, p: x, states=["a\ud800b"])),
+        ("name: 'a.ud800b' is not valid", lambda: Model("a\ud800b", lambda x, u, p: x, ["a"])),
+        ("switches: '.udfff' is not valid", lambda: Model(
+            "m", lambda x, u, p: x, ["a"], switches={"\udfff": lambda x, u, p: 1.0})),
         ("max_step cannot be 'a'", lambda: tiltrim.follow(
             held_ball(), parameter="k_p", to=90, max_step="a")),
         ("moving: expected a list", lambda: tiltrim.linearize(held_ball(), moving="gap")),

@@ -1,5 +1,7 @@
 """Frequency responses against closed forms and SciPy, data frames, pictures, trims as arguments."""
 
+import math
+
 import numpy as np
 import pytest
 import tiltrim
@@ -47,11 +49,23 @@ def test_bode_is_the_closed_form_and_scipys():
 
 @pytest.mark.parametrize(
     "arguments",
-    [("w", "x"), ("u", "y"), ("u", "x", []), ("u", "x", [2.0, 1.0]), ("u", "x", [0.0, 1.0])],
-)
+    [
+        ("w", "x"), ("u", "y"), ("u", "x", []), ("u", "x", [2.0, 1.0]), ("u", "x", [0.0, 1.0]),
+        ("u", "x", math.nan), ("u", "x", math.inf), ("u", "x", [1.0, math.inf]),
+    ],
+)  # fmt: skip
 def test_bode_refuses_names_and_frequencies_that_are_none(arguments):
     with pytest.raises(tiltrim.InvalidArgument):
         tiltrim.bode(second_order(), *arguments)
+
+
+def test_bode_names_a_pole_on_the_axis():
+    m = tiltrim.Model("m", lambda x, u, p: [x[1], -x[0] + u[0]], ["x", "v"], ["u"])
+    linear = tiltrim.linearize(m, {"x": 0.0})
+    with pytest.raises(tiltrim.InvalidArgument, match="a pole lies at 1 rad/s, where"):
+        tiltrim.bode(linear, "u", "x", [0.5, 1.0])
+    assert tiltrim.bode(linear, "u", "x", 0.5).magnitude[0] == pytest.approx(1 / 0.75)
+    assert np.isfinite(tiltrim.bode(linear, "u", "x").response).all()
 
 
 def test_data_frames_hold_the_columns():

@@ -36,6 +36,12 @@ def test_a_linear_model_with_roles(program):
         tiltrim.qualities(linear, {"pitch": "theta", "pitch_rate": "q", "stik": "elevator"})
     with pytest.raises(ValueError, match="expected one of A, B, C"):
         tiltrim.qualities(linear, ROLES, category="D")
+    for wrong in (-3.0, 0.0, np.nan, np.inf):
+        for name in ("airspeed", "gravity", "n_per_alpha"):
+            with pytest.raises(ValueError, match=f"{name}: expected a number above 0, got {wrong}"):
+                tiltrim.qualities(linear, ROLES, **{name: wrong})
+    with pytest.raises(TypeError, match="airspeed: expected a number, got '9'"):
+        tiltrim.qualities(linear, ROLES, airspeed="9")
     with pytest.raises(TypeError, match="roles"):
         tiltrim.qualities(linear)
     hover = tiltrim.qualities(

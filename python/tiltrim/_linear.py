@@ -121,7 +121,7 @@ class Mode(Shown):
     backward_error: float
     right: Complex  #: eigenvector, shape (nx,)
     left: Complex
-    participation: Array  #: of each state, shape (nx,); sums to one
+    participation: Array  #: of each state, shape (nx,); sums to one, or all zero if not determined
     name: str
     determined: bool
 
@@ -379,6 +379,9 @@ def bode(
     input, output : names; a state is an output too
     frequency     : rad/s, one or several, rising; default: 200 from a tenth of the slowest
                     eigenvalue (or 0.01) to ten times the fastest (or 100)
+
+    Raises ValueError for frequencies that are not finite and above 0, and for one at which a pole
+    lies on the imaginary axis: the response is infinite there.
     """
     linear = what if isinstance(what, LinearModel) else linearize(what)
     linear._check()
@@ -388,14 +391,27 @@ def bode(
     i = _place(output, [s.name for s in outputs], "output")
     given = _frequencies(linear) if frequency is None else frequency
     omega = np.atleast_1d(np.asarray(given, dtype=float))
-    if omega.ndim != 1 or omega.size < 1 or not np.all(np.diff(omega) > 0) or not omega[0] > 0:
-        raise _tiltrim.InvalidArgument("frequency: expected rising values above 0 rad/s")
-    I = np.eye(len(linear.states))  # noqa: E741
-    gain = [rows[i] @ np.linalg.solve(1j * w * I - linear.A, linear.B[:, j]) for w in omega]
+    is_list = omega.ndim == 1 and omega.size > 0 and np.all(np.isfinite(omega))
+    if not is_list or not np.all(np.diff(omega) > 0) or not omega[0] > 0:
+        raise _tiltrim.InvalidArgument("frequency: expected finite, rising values above 0 rad/s")
+    gain = [rows[i] @ _state_response(linear, j, w) for w in omega.tolist()]
     units = [outputs[i].unit, linear.inputs[j].unit]
     unit = "" if units[0] == units[1] else f"{units[0] or '1'}/{units[1] or '1'}"
     through = linear.D[i, j] if i < len(linear.outputs) else 0.0
     return Bode(input, output, unit, omega, np.array(gain) + through)
+
+
+def _state_response(linear: LinearModel, input: int, omega: float) -> Complex:
+    I = np.eye(len(linear.states))  # noqa: E741
+    try:
+        x: Complex = np.linalg.solve(1j * omega * I - linear.A, linear.B[:, input])
+    except np.linalg.LinAlgError:
+        x = np.full(len(linear.states), np.inf, dtype=complex)
+    if not np.all(np.isfinite(x)):
+        raise _tiltrim.InvalidArgument(
+            f"frequency: a pole lies at {omega:.6g} rad/s, where the response is infinite"
+        )
+    return x
 
 
 def _place(name: str, names: Sequence[str], what: str) -> int:

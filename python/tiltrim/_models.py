@@ -70,8 +70,18 @@ def _signals(given: Sequence[AnySignal], what: str) -> Tuple[Signal, ...]:
             raise _tiltrim.InvalidArgument(
                 f"{what}: expected a name, a unit and a nominal size, got {one!r}"
             )
+        for part in (signal.name, signal.unit):
+            _check_text(what, part)
         signals.append(Signal(signal.name, signal.unit, float(signal.nominal)))
     return tuple(signals)
+
+
+def _check_text(what: str, text: str) -> None:
+    """Refuses a lone surrogate, which is in no UTF-8 text."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise _tiltrim.InvalidArgument(f"{what}: {text!r} is not valid Unicode text") from None
 
 
 def _complex_step(
@@ -142,6 +152,9 @@ class Model(Shown):
             _signals(parameters, "parameters"),
         )
         kinks = dict(switches or {})
+        for what, text in (("name", name), *(("switches", key) for key in kinks)):
+            if isinstance(text, str):  # else the core's TypeError
+                _check_text(what, text)
         slopes = _complex_step(f, h, *signals, vectorized) if by_complex else given
         lanes = slopes.at_points if by_complex and vectorized else None
         core = _tiltrim.Model(name, f, h, *signals, slopes, list(kinks.items()), vectorized, lanes)

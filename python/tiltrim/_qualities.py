@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
+from ._arguments import real
 from ._linear import LinearModel, linearize
 from ._problems import Problem
 from ._show import Page, Shown, Table, number
@@ -76,6 +77,15 @@ def _qualities(status: str, message: str, data: Optional[Dict[str, Any]]) -> Qua
     return Qualities(data["status"], message, data["level"], criteria, data)
 
 
+def _above_zero(what: str, given: Optional[float]) -> float:
+    """The number given; NaN for none, as the core has it."""
+    if given is None:
+        return math.nan
+    if not 0 < real(what, given) < math.inf:
+        raise _tiltrim.InvalidArgument(f"{what}: expected a number above 0, got {given!r}")
+    return real(what, given)
+
+
 @of_studies
 def qualities(
     what: Union[LinearModel, TrimResult, Problem, Condition],
@@ -133,9 +143,9 @@ def qualities(
         raw,
         dict(roles),
         (aircraft, category, phase, response),
-        math.nan if airspeed is None else airspeed,
-        math.nan if gravity is None else gravity,
-        math.nan if n_per_alpha is None else n_per_alpha,
+        _above_zero("airspeed", airspeed),
+        _above_zero("gravity", gravity),
+        _above_zero("n_per_alpha", n_per_alpha),
         (borders + [[], []])[:2],
     )
     return _qualities("linear", "", json.loads(text))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Dict, List, Optional, Sequence, Tuple, Union
 
@@ -70,14 +71,18 @@ class Sensitivities(Shown):
                 [
                     p.parameter.name,
                     number(p.value),
-                    f"{0.01 * p.value * p.eigenvalue[i].real:+.2e}",
-                    f"{0.01 * p.value * p.damping[i]:+.2e}",
+                    _percent(p.value, p.eigenvalue[i].real),
+                    _percent(p.value, p.damping[i]),
                 ]
                 for p in (self.parameters[k] for k in self.ranked[i][:most])
             ]
             headings = [f"+1 % of ({mode.name})", "value", "real part", "damping"]
             tables.append(Table(headings, rows, ["", "", "1/s", ""], left=(0,)))
         return Page(self.status, [self.message], tables)
+
+
+def _percent(value: float, derivative: float) -> str:
+    return "-" if math.isnan(derivative) else f"{0.01 * value * derivative:+.2e}"
 
 
 @of_studies

@@ -76,7 +76,8 @@ class Trajectory(Plotted):
     events: List[SwitchEvent]
     steps: int
     evaluations: int
-    error: Array  #: estimated error of each state at its worst sample; nan: not estimated
+    #: estimated error of each state at its worst sample, the last included; nan: not estimated
+    error: Array
     stiff: bool  #: an implicit method was used
     exception: Optional[BaseException] = None  #: the first raised by the model's functions
 
@@ -263,6 +264,11 @@ def simulate(
     function = None if isinstance(input, Mapping) else input
     if function is not None and changes:
         raise TypeError("simulate(): changes together with input(t); expected them in it, and breaks")
+    times = [real("breaks", t) for t in breaks]
+    if not all(map(math.isfinite, times)) or any(b < a for a, b in zip(times, times[1:])):
+        raise _tiltrim.InvalidArgument(f"breaks: expected finite, increasing times, got {breaks!r}")
+    if times and function is None:
+        raise TypeError("simulate(): breaks without input(t): they are times at which it jumps")
     listed = [_change(change) for change in changes]
     for change in listed:
         if 0 < duration <= change.start:
@@ -274,9 +280,12 @@ def simulate(
         model._core,
         at._tuple(),
         duration,
-        [(c.signal, real(c.signal, c.size), float(c.start), float(c.end)) for c in listed],
+        [
+            (c.signal, real(c.signal, c.size), real("changes", c.start), real("changes", c.end))
+            for c in listed
+        ],
         function,
-        [float(t) for t in breaks],
+        times,
         options,
     )
     raw["events"] = [SwitchEvent(*event) for event in raw["events"]]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _tiltrim
-from ._arguments import MOST_THREADS, mapping, whole
+from ._arguments import MOST_THREADS, listed_names, mapping, whole
 from ._follow import _signal
 from ._models import Array, Model
 from ._maps import to_dataset
@@ -54,7 +54,7 @@ def sweep(
             Signals that vary together are one axis: {"h": {"V": [...], "eta": [...]}}. For
             Conditions, keys of a study, in its units: "V", "eta_deg", "gains.K_Lp", "h"
     inputs: inputs or outputs of the model to store with the state; default: its inputs
-    only  : conditions of a study; default: all
+    only  : conditions of a study, by name; default: all. Refused for anything else
     crossings : look between the grid's points
     threads   : 0: as many as the machine has. Models with Python callables are swept by one
     starts, method, time_limit : of the trim from nothing, where Newton from the neighboring point fails;
@@ -87,6 +87,11 @@ def sweep(
     }
     if isinstance(what, (str, os.PathLike)):
         what = read_study(what)
+    only = listed_names("only", only)
+    if only and not isinstance(what, Study):
+        raise TypeError(
+            f"sweep(): only= names conditions of a study; {type(what).__name__} has none"
+        )
     if isinstance(what, Study) and axes is not None and not what._core.has_axes:
         what = [what[name] for name in only or what.conditions]
     if isinstance(what, Study):
