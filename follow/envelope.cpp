@@ -219,7 +219,7 @@ bool passes(const Grid& g, const Followed& f, const Seed& seed) {
 }
 
 void follow_border(const Grid& g, std::deque<Seed>& seeds, std::vector<Followed>& all) {
-  // Shorter pieces are an artefact of a corner.
+  // Shorter pieces are an artifact of a corner.
   const double shortest = 1e-4 * std::min(1.0, (g.plane.upper - g.plane.lower).minCoeff());
   while (!seeds.empty() && all.size() < most_border_pieces && !g.options.stop.stop_requested()) {
     const Seed seed = std::move(seeds.front());
