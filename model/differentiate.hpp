@@ -46,9 +46,9 @@ std::vector<Disagreement> disagreements(const Model& model,
 /// What the differences of jacobian() evaluate.
 enum class Wanted { rates_and_outputs, rates };
 
-/// For solvers: the model's own derivatives; plain central differences where they are not finite, or
-/// if it has none. `exact` receives whether no difference was taken. Differences of the rates alone
-/// do not call h; the rows of outputs are then zero.
+/// For solvers: the model's own derivatives; plain central differences where they are not finite,
+/// or if it has none. `exact` receives whether no difference was taken. Differences of the rates
+/// alone do not call h; the rows of outputs are then zero.
 Eigen::MatrixXd jacobian(const Model& model, const OperatingPoint& point,
                          const std::vector<Eigen::Index>& variables, bool* exact = nullptr,
                          Wanted wanted = Wanted::rates_and_outputs);

@@ -25,8 +25,8 @@ struct Formulas {
   std::vector<Formula> switches{};              ///< kinks and jumps, as Model::switches
 };
 
-/// The model, with exact derivatives; NaN where a formula has a kink, a jump or a singular slope, as
-/// x == 0 ? 1 : sin(x)/x at 0. It may be evaluated from any number of threads at once. Throws
+/// The model, with exact derivatives; NaN where a formula has a kink, a jump or a singular slope,
+/// as x == 0 ? 1 : sin(x)/x at 0. It may be evaluated from any number of threads at once. Throws
 /// std::invalid_argument if a name or formula is invalid, a name occurs twice, or the number of
 /// formulas does not match.
 [[nodiscard]] Model model_of(const Formulas& formulas);
