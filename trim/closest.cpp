@@ -25,7 +25,7 @@ struct Squares {
   VectorXd r(const Values& v) const { return of_excess ? beyond_limits(p, v) : v.residual; }
   MatrixXd slopes(const Values& v, const Jacobians& s) const {
     if (!of_excess) return s.residual;
-    const auto exceeds = (beyond_limits(p, v).array() != 0).cast<double>().matrix();
+    const VectorXd exceeds = (beyond_limits(p, v).array() != 0).cast<double>();
     return exceeds.asDiagonal() * s.limited;
   }
   bool allows(const VectorXd& z, const Values& v) const {
