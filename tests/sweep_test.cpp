@@ -918,6 +918,18 @@ TEST_CASE("windows about points of inflection are found, both ends") {
   CHECK(invented == 0);
 }
 
+// All samples of the steps are alike; the search for the largest real part comes upon a crest.
+TEST_CASE("an unstable point that no step showed leaves the interval undecided") {
+  for (const int periods : {16, 64, 128}) {
+    CAPTURE(periods);
+    const Model m = formulas({"x"}, "a", {fmt::format("x*(1.1*sin({}*pi*a) - 1)", 2 * periods)});
+    const SweepMap map = swept(request(m), {axis("a", spaced(0, 1, 3))});
+    REQUIRE(map.intervals.size() == 1);
+    CHECK(map.intervals[0].verdict == IntervalVerdict::undecided);
+    CHECK_NEAR(map.intervals[0].abscissa, 0.1, located);
+  }
+}
+
 TEST_CASE("trims that Newton reaches in small steps only are no hole between grid points") {
   // x = p³: from p Newton reaches 3/2 p and no farther; at p = 0 no slope exists.
   const Model m = formulas({"x"}, "p", {"p - cbrt(x)"});
