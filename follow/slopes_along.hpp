@@ -25,7 +25,7 @@ struct Slopes {
 };
 
 /// By how much `near` may be off. `noise`: of a slope. Near a kink or jump far_bend is not 2 bend,
-/// as in model/differentiate.cpp; at a pole, or beside a kink, `near` and `far` differ.
+/// as in model/differentiate.cpp; at a pole, or next to a kink, `near` and `far` differ.
 double doubt(const Slopes<std::complex<double>>& slopes, double noise);
 
 /// Samples of a function along a direction of all variables, over ever shorter steps.

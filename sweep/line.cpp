@@ -244,14 +244,14 @@ void settle_between(LineTracker& w, std::size_t k, const GridTrim& other) {
   if (!first) add_second(w, k, less ? here : other.at);
 }
 
-// The last equilibrium before points without one: from the other end, the first behind them.
+// The last equilibrium before points without one: from the other end, the first after them.
 bool before_gap(const LineTracker& w, std::size_t k) {
   return k + 1 < w.count && w.valid[k] && !w.valid[k + 1];
 }
 
 // Tracks the line from its other end. If Newton finds the same equilibrium at both ends of a steady
 // line, nothing needs tracking. A point of the forward pass is accepted if it is close enough to
-// the extrapolation of the points already tracked; otherwise Newton decides. Behind a gap it begins
+// the extrapolation of the points already tracked; otherwise Newton decides. After a gap it begins
 // without a starting point, as the forward pass does.
 void walk_backward(LineTracker& w, const LineStart& start, bool steady) {
   constexpr double near_enough = 1e-2;              // nominal sizes

@@ -172,7 +172,7 @@ std::string left_over(const Problem& p, const std::vector<Index>& rows, const Tr
     constexpr double rounding = 1e-12;  // relative to the nominal size
     return std::abs(value(row)) <= rounding * p.row_nominal[row];
   };
-  // Beside larger values; a rate that vanishes nowhere may be as small, and is not zero.
+  // Compared with larger values; a rate that vanishes nowhere may be as small, and is not zero.
   const bool all_small = std::ranges::all_of(rows, is_rounding);
   std::vector<std::string> words;
   for (const Index row : rows) {
