@@ -368,6 +368,42 @@ TEST_CASE("a response that does not decay is not determined") {
   CHECK(!decaying(A, Eigen::RowVector2d(1, 0), Eigen::Vector2d(1, 0), 1, 0.02, 1).determined);
 }
 
+TEST_CASE("a peak whose bounds do not meet counts with the upper one") {
+  const MatrixXd A{{-2.1e-6, 1.19e-3, 0, 0},
+                   {-1.19e-3, -2.1e-6, 0, 0},
+                   {1.6e-3, 45.4, -3.075e-3, 0},
+                   {-1.49, 22755, -6.13, -21908}};
+  const VectorXd B{{-0.153, -0.487, -0.2566, -0.0527}};
+  const Eigen::RowVectorXd C{{3.84e-4, 3.67e5, -4.02e-3, 21510}};
+  const Peak peak = hinf_norm(A, B, C, MatrixXd::Constant(1, 1, 0.231));
+  REQUIRE(peak.status == PeakStatus::iteration_limit);
+  REQUIRE(peak.upper > 1.001 * peak.gain);
+  const auto sum = [](double of_w, const Eigen::RowVectorXd& of_x) {
+    std::string terms = fmt::format("{}*w", of_w);
+    for (Index j = 0; j < of_x.size(); ++j) terms += fmt::format(" + {}*x{}", of_x[j], j + 1);
+    return terms;
+  };
+  std::string text = "[model]\n";
+  for (Index i = 0; i < 4; ++i)
+    text +=
+        fmt::format("[[model.state]]\nname = \"x{}\"\nrate = \"{}\"\n", i + 1, sum(B[i], A.row(i)));
+  text += fmt::format("[[model.output]]\nname = \"z\"\nvalue = \"k*({})\"\n", sum(0.231, C));
+  const TuneProblem problem = problem_of(text + R"([[model.input]]
+name = "w"
+[[model.parameter]]
+name = "k"
+value = 1
+[[condition]]
+name = "origin"
+w = 0
+[tune]
+gain = [{key = "k", from = 0.1, to = 10}]
+goal = {measure = "peak_gain", input = "w", output = "z"}
+)");
+  const PlaceModes place = described(problem, VectorXd::Ones(1));
+  CHECK_NEAR(worst(0, problem.goal, place).score / -peak.upper, 1, 1e-9);
+}
+
 // ---- slopes ----
 
 TEST_CASE("slopes of peaks, norms, costs and regions: those of differences of higher order") {

@@ -206,7 +206,7 @@ ResponseScore peak_score(const Described& d) {
   if (!finite(d.transfer)) return {-beyond_all, {}};
   const Peak peak = hinf_norm(A, B, C, D);
   if (peak.status == PeakStatus::unstable) return {-beyond_all, {}};
-  ResponseScore result{-peak.gain, {}};
+  ResponseScore result{-(peak ? peak.gain : peak.upper), {}};
   if (d.slopes.empty()) return result;
   const Index n = A.rows(), m = B.cols(), p = C.rows();
   MatrixXcd RB = MatrixXcd::Zero(n, m), CR = MatrixXcd::Zero(p, n);
