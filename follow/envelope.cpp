@@ -37,6 +37,8 @@ struct Followed {
   BorderPiece piece;
   Stop stop;
   std::vector<VectorXd> way;
+  VectorXd low{}, high{};  // of the way
+  double mean_step = 0.0, longest_step = 0.0;
 };
 
 // One direction along the border from a seed, until it leaves the plane, meets a stop or closes.
@@ -170,10 +172,20 @@ std::vector<Followed> pieces(const Grid& g, const Seed& seed, std::deque<Seed>& 
   return {{{name, {}, back.end, ahead.end}, seed.stop, back.way}};
 }
 
-double length(const std::vector<VectorXd>& way) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k + 1 < way.size(); ++k) sum += (way[k + 1] - way[k]).norm();
-  return sum;
+// Measures the way of a piece and returns its length.
+double measure(Followed& f) {
+  if (f.way.empty()) return 0.0;
+  double length = 0.0;
+  f.low = f.high = f.way.front();
+  for (std::size_t k = 0; k + 1 < f.way.size(); ++k) {
+    const double step = (f.way[k + 1] - f.way[k]).norm();
+    length += step;
+    f.longest_step = std::max(f.longest_step, step);
+    f.low = f.low.cwiseMin(f.way[k + 1]);
+    f.high = f.high.cwiseMax(f.way[k + 1]);
+  }
+  f.mean_step = length / double(f.way.size() - 1);
+  return length;
 }
 
 // The curve's point in the plane direction · y = level, by Newton from y; none if a step is long.
@@ -203,7 +215,8 @@ bool passes(const Grid& g, const Followed& f, const Seed& seed) {
   constexpr double same = 0.01;              // of the mean step
   constexpr double arc = 0.25, bend = 0.05;  // of a chord; where Newton does not converge
   if (f.piece.name != seed.stop.name()) return false;
-  const double apart = same * length(f.way) / double(f.way.size() - 1);
+  const double apart = same * f.mean_step, reach = std::max(apart, arc * f.longest_step);
+  if ((f.low - seed.y).maxCoeff() > reach || (seed.y - f.high).maxCoeff() > reach) return false;
   for (std::size_t k = 0; k + 1 < f.way.size(); ++k) {
     const VectorXd chord = f.way[k + 1] - f.way[k], along = chord.normalized();
     const double size = chord.norm(), ahead = along.dot(seed.y - f.way[k]);
@@ -226,7 +239,7 @@ void follow_border(const Grid& g, std::deque<Seed>& seeds, std::vector<Followed>
     seeds.pop_front();
     if (std::ranges::any_of(all, [&](const Followed& f) { return passes(g, f, seed); })) continue;
     for (Followed& f : pieces(g, seed, seeds))
-      if (length(f.way) > shortest) all.push_back(std::move(f));
+      if (measure(f) > shortest) all.push_back(std::move(f));
   }
 }
 
