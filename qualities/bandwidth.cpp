@@ -20,20 +20,33 @@ using std::numbers::pi;
 constexpr double never = std::numeric_limits<double>::infinity();
 constexpr double half_gain = 0.3;  // 6 dB = 20 log10(10^0.3)
 
+// rad/s, our choice: pilots control attitude faster, and slower zeros do not delay them.
+constexpr double slowest_control = 0.1;
+
+// By more than its error: an undamped root must not depend on rounding.
+bool right_of_axis(const EnclosedRoot& r) { return r.value.real() > r.error; }
+
 // arg(iω - r), continuous in ω, 90 degrees at infinity.
-double angle(std::complex<double> r, double w) {
-  const double up = w - r.imag();
-  return r.real() > 0 ? pi - std::atan2(up, r.real()) : std::atan2(up, -r.real());
+double angle(const EnclosedRoot& r, double w) {
+  const double turned = std::atan2(w - r.value.imag(), std::abs(r.value.real()));
+  return right_of_axis(r) ? pi - turned : turned;
 }
 
-// Phase and ln|G| of gain Π(iω - zero)/Π(iω - pole), gain > 0, and bounds of their errors.
+// For a zero. A fast one right of the axis acts as a delay: from 0 at rest (a pair together) to -90
+// degrees at infinity, that of z - iω if it is real.
+double zero_angle(const EnclosedRoot& z, double w) {
+  const bool delays = right_of_axis(z) && std::abs(z.value) >= slowest_control;
+  return delays ? angle(z, w) - pi : angle(z, w);
+}
+
+// Phase and ln|G| of ±gain Π(iω - zero)/Π(iω - pole), and bounds of their errors.
 struct Response {
   const ZerosAndPoles& g;
 
   double phase(double w) const {
     double total = 0.0;
-    for (const EnclosedRoot& r : g.zeros) total += angle(r.value, w);
-    for (const EnclosedRoot& r : g.poles) total -= angle(r.value, w);
+    for (const EnclosedRoot& r : g.zeros) total += zero_angle(r, w);
+    for (const EnclosedRoot& r : g.poles) total -= angle(r, w);
     return total;
   }
   double log_gain(double w) const {

@@ -1,11 +1,15 @@
 #include "qualities/levels.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 namespace tiltrim {
+
+constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 std::string to_string(Level level) {
   switch (level) {
@@ -31,13 +35,13 @@ double Criterion::distance() const {
 
 Criterion judged(Criterion c) {
   if (c.margins.empty()) return c;
-  c.level = Level::none;
-  for (std::size_t k = 0; k < c.margins.size(); ++k) {
-    if (c.margins[k] < -c.margin_error) continue;
-    const bool inside = c.margins[k] > c.margin_error;
-    c.level = inside ? Level(int(k) + 1) : Level::undecided;
-    break;
-  }
+  std::size_t worse = 0;  // than the limits of so many levels
+  while (worse < c.margins.size() && c.margins[worse] < -c.margin_error) ++worse;
+  const double margin = worse < c.margins.size() ? c.margins[worse] : unlimited;
+  c.level = margin > c.margin_error ? Level(int(worse) + 1) : Level::undecided;
+  if (worse > 0 && margin == unlimited && c.level < Level::none)
+    c.remark += fmt::format("{}worse than level {}; level {} has no limit",
+                            c.remark.empty() ? "" : ", ", worse, worse + 1);
   return c;
 }
 
@@ -53,9 +57,8 @@ Criterion within(std::string name, std::string requirement, std::string unit, do
 
 // The levels that a criterion may have.
 static std::pair<int, int> possible(const Criterion& c) {
-  const int worst = int(Level::none);
   if (c.level != Level::undecided) return {int(c.level), int(c.level)};
-  int best = worst, last = 1;
+  int best = int(c.margins.size()) + 1, last = 1;
   for (std::size_t k = c.margins.size(); k-- > 0;)
     if (!(c.margins[k] < -c.margin_error)) best = int(k) + 1;
   for (const double m : c.margins)
@@ -63,7 +66,7 @@ static std::pair<int, int> possible(const Criterion& c) {
       break;
     else
       ++last;
-  return {best, last > int(c.margins.size()) ? worst : last};
+  return {best, last};
 }
 
 Level worst_of(const std::vector<Criterion>& criteria) {

@@ -8,7 +8,8 @@
 
 namespace tiltrim {
 
-/// Completes a criterion: its level from its margins and their error.
+/// Completes a criterion: its level from its margins and their error. A level without a margin, or
+/// with an infinite one, has no limit: whatever is worse than the level before meets it.
 [[nodiscard]] Criterion judged(Criterion criterion);
 
 /// A figure that must lie within limits[k] for level k + 1, borders included.

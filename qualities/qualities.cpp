@@ -54,6 +54,10 @@ Criterion not_judged(std::string name, std::string requirement, std::string why)
   return c;
 }
 
+// Nothing depends on the state of a kinematic integrator, such as height: an exact zero of A, with
+// no error, that cannot diverge.
+bool is_integrator(const Mode& mode) { return mode.eigenvalue == 0.0 && mode.error == 0; }
+
 // The least over all roots of a margin for each level; margins are distances in the plane of
 // eigenvalues, so their errors are those of the roots.
 using RootMargins = std::vector<std::function<double(Root)>>;
@@ -63,7 +67,10 @@ Criterion for_roots(std::string name, std::string requirement,
   c.margin_unit = "1/s";
   c.margins.assign(margins.size(), unlimited_above);
   const Mode* worst = nullptr;
+  bool integrates = false;
   for (const Mode* mode : modes) {
+    integrates = integrates || is_integrator(*mode);
+    if (is_integrator(*mode)) continue;
     c.margin_error = std::max(c.margin_error, mode->error);
     for (std::size_t k = 0; k < margins.size(); ++k) {
       const double margin = margins[k](mode->eigenvalue);
@@ -74,7 +81,7 @@ Criterion for_roots(std::string name, std::string requirement,
   if (!worst) {
     c.margins.clear();
     c.value = std::numeric_limits<double>::quiet_NaN();
-    c.remark = "no such mode";
+    c.remark = integrates ? "only integrators, which do not diverge" : "no such mode";
     return c;
   }
   c.value = worst->eigenvalue.real();
@@ -199,8 +206,8 @@ void judge_short_period(Judging& j) {
   judge_anticipation(j);
   if (s.kind == OscillationKind::two_real)
     for (std::size_t k = first; k < j.answer.criteria.size(); ++k)
-      if (j.answer.criteria[k].remark.empty())
-        j.answer.criteria[k].remark = "equivalent of two real roots";
+      if (Criterion& c = j.answer.criteria[k]; c.level != Level::not_judged)
+        c.remark = "equivalent of two real roots" + (c.remark.empty() ? "" : ", " + c.remark);
 }
 
 // MIL-F-83300 3.2.2.1 [96]. "a below f" is max(f₀ - f, a): true above f₀, or where a holds.

@@ -82,9 +82,11 @@ struct Bandwidth {
   std::string message;             ///< why it is not known, or what is ambiguous
 };
 
-/// Bandwidth of a transfer function from its zeros and poles, with the sign of the stick that
-/// raises the nose first. Phases are continuous in frequency and end at -90 degrees for each of the
-/// poles in excess of zeros.
+/// Bandwidth of a transfer function from its zeros and poles, for either sign of the stick. Phases
+/// are continuous in frequency and end at -90 degrees for each of the poles in excess of zeros, 180
+/// degrees lower for each zero in the right half-plane of at least 0.1 rad/s. Such a zero acts as a
+/// delay: its lag starts from 0 at rest. A slower one ends at +90 degrees, as in the left
+/// half-plane. A root within its error of the axis counts as left of it.
 [[nodiscard]] Bandwidth bandwidth(const ZerosAndPoles& transfer,
                                   ResponseType type = ResponseType::rate);
 
@@ -95,7 +97,7 @@ enum class Level : std::int8_t {
   one = 1,          ///< clearly adequate
   two = 2,          ///< adequate with more workload
   three = 3,        ///< controllable
-  none = 4,         ///< worse than every limit of the requirement
+  none = 4,         ///< worse than the limit of level 3
 };
 std::string to_string(Level level);  ///< "1", "2", "3", "none", "undecided", "not judged"
 

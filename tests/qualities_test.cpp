@@ -271,8 +271,11 @@ TEST_CASE("a helicopter near hover is level 3 of MIL-F-83300") {
   CHECK_NEAR(oscillation.margins[2], std::numbers::ln2 / 5 - 0.1183, printed_to("0.1183"));
   CHECK_NEAR(oscillation.margins[1], std::numbers::ln2 / 12 - 0.1183, printed_to("0.1183"));
   CHECK(named(q, "aperiodic response").level == Level::one);  // -0.6565
-  CHECK(named(q, "oscillation, divided attention").level == Level::none);
-  CHECK(q.level == Level::none);
+  // ADS-33E-PRF 3.3.2.3.2 limits level 1 only, so that the others decide between 2, 3 and none.
+  const Criterion& divided = named(q, "oscillation, divided attention");
+  CHECK(divided.level == Level::two);
+  CHECK(contains(divided.remark, "in 5.86 s, worse than level 1; level 2 has no limit"));
+  CHECK(q.level == Level::three);
   CHECK_FALSE(q.attitude);
 }
 
@@ -361,8 +364,39 @@ TEST_CASE("bandwidth judged by borders that the caller gives") {
   };
   CHECK(level(0.9 * found, 0.5 * found) == Level::one);
   CHECK(level(1.1 * found, 0.5 * found) == Level::two);
-  CHECK(level(1.1 * found, 1.05 * found) == Level::none);
+  CHECK(level(1.1 * found, 1.05 * found) == Level::three);  // which has no border
   CHECK(level(found, 0.5 * found) == Level::undecided);
+  o.least_bandwidth = {{{{0.0, 1.1 * found}}, {}}};
+  const Qualities one_border = qualities(l, o);
+  CHECK(named(one_border, "attitude bandwidth").level == Level::two);
+  CHECK(named(one_border, "attitude bandwidth").remark ==
+        "worse than level 1; level 2 has no limit");
+  CHECK(one_border.level == Level::two);
+}
+
+TEST_CASE("an integrator, as of height, does not diverge; a zero within its error may") {
+  for (const FlightRegime regime : {FlightRegime::forward, FlightRegime::hover}) {
+    QualitiesOptions o = of_jet(FlightCategory::B);
+    o.regime = regime;
+    const Qualities without = qualities(jet(), o);
+    LinearModel l = jet();
+    l.states.push_back({"h", "", 100});
+    l.A.conservativeResizeLike(MatrixXd::Zero(5, 5));
+    l.A.row(4) << 0, -1, 0, 774, 0;
+    l.A_error = MatrixXd::Zero(5, 5);
+    l.B.conservativeResizeLike(MatrixXd::Zero(5, 1));
+    l.B_error = MatrixXd::Zero(5, 1);
+    l.C = l.C_error = MatrixXd::Zero(0, 5);
+    o.roles.height = "h";
+    const Qualities with = qualities(l, o);
+    REQUIRE(with.criteria.size() == without.criteria.size());
+    CHECK(with.level == without.level);
+    const Criterion& aperiodic = with.criteria.front();
+    CHECK(aperiodic.level == Level::not_judged);
+    CHECK(aperiodic.remark == "only integrators, which do not diverge");
+    l.A_error(0, 4) = 1e-6;
+    CHECK(qualities(l, o).criteria.front().level == Level::undecided);
+  }
 }
 
 TEST_CASE("the worst of several levels") {
@@ -377,6 +411,11 @@ TEST_CASE("the worst of several levels") {
   CHECK(worst({4, 3}, 0.1) == Level::undecided);
   CHECK(worst({2.5, 3}, 0.1) == Level::two);  // the other is 1 or 2
   CHECK(worst({0.5, 3}, 0.1) == Level::none);
+  const auto first_only = [](double v) { return within("", "", "", v, 0.1, {{3, 9}}); };
+  CHECK(worst_of({first_only(4)}) == Level::one);
+  CHECK(worst_of({first_only(2)}) == Level::two);
+  CHECK(worst_of({first_only(3)}) == Level::undecided);  // 1 or 2
+  CHECK(worst_of({first_only(3), first_only(2)}) == Level::two);
   CHECK(worst_of({}) == Level::not_judged);
 }
 

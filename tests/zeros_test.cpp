@@ -182,6 +182,62 @@ TEST_CASE("bandwidth and phase delay against closed forms") {
   }
 }
 
+TEST_CASE("a delay as a Padé approximant lowers the bandwidth, for both signs of the stick") {
+  // 2 P(0.2 s)/(s (s + 2)); P has the gain 1, and lags 2 atan(0.1 ω) or 2 atan(30 ω/(300 - ω²)).
+  const Complex pair(15, std::sqrt(75.0));
+  struct Delayed {
+    std::vector<Complex> zeros;
+    double crossover;  // tan(90° - atan(ω/2)) = tan(lag): a polynomial in ω²
+    double bandwidth, delay;
+  };
+  const std::vector<Delayed> orders{
+      {{10.0}, std::sqrt(100.0 / 11), 1.2109, 0.1269},
+      {{pair, std::conj(pair)}, std::sqrt((5250 - std::sqrt(24772500.0)) / 31), 1.2088, 0.1447}};
+  for (const Delayed& d : orders) {
+    const auto lag = [&](double w) {
+      return 2 * (d.zeros.size() == 1 ? std::atan(0.1 * w) : std::atan2(30 * w, 300 - w * w));
+    };
+    std::vector<Complex> poles{0.0, -2.0};
+    for (const Complex z : d.zeros) poles.push_back(-z);
+    TransferFunction g = canonical(d.zeros, poles);
+    for (const double sign : {1.0, -1.0}) {
+      g.b *= sign;
+      const Bandwidth b = bandwidth(zeros_and_poles(g));
+      REQUIRE(b.known);
+      CHECK_NEAR(b.crossover.value, d.crossover, b.crossover.error);
+      CHECK(b.crossover.error < 1e-10);
+      const double at = b.phase_bandwidth.value, twice = 2 * d.crossover;
+      CHECK_NEAR(std::atan(at / 2) + lag(at), std::numbers::pi / 4, 1e-10);
+      // |G|⁻² = ω² (ω² + 4)/4
+      const double c = d.crossover * d.crossover;
+      const double gain = std::sqrt(std::sqrt(4 + c * (c + 4) / std::pow(10, 0.6)) - 2);
+      CHECK_NEAR(b.gain_bandwidth.value, gain, 1e-10);
+      CHECK_NEAR(b.bandwidth.value, d.bandwidth, printed_to("1.2109"));
+      CHECK_NEAR(b.phase_delay.value,
+                 (std::atan(twice / 2) + lag(twice) - std::numbers::pi / 2) / twice, 1e-10);
+      CHECK_NEAR(b.phase_delay.value, d.delay, printed_to("0.1269"));
+    }
+  }
+}
+
+TEST_CASE(
+    "zeros near the origin and undamped ones: no jump from one side of the axis to the other") {
+  const auto found = [](const std::vector<Complex>& zeros) {
+    std::vector<Complex> poles{-0.01, -2.0, -20.0};
+    for (std::size_t k = 1; k < zeros.size(); ++k) poles.push_back(-0.8 - double(k));
+    return bandwidth(zeros_and_poles(canonical(zeros, poles)));
+  };
+  const Bandwidth left = found({-1e-6}), right = found({1e-6}), origin = found({0.0});
+  CHECK(left.bandwidth.value > 1);
+  CHECK_NEAR(right.bandwidth.value, left.bandwidth.value, 1e-5);
+  CHECK_NEAR(origin.bandwidth.value, left.bandwidth.value, 1e-5);
+  const Complex undamped(0, 1), rounding(1e-17, 0);
+  const Bandwidth damped = found({undamped - 1e-6, std::conj(undamped) - 1e-6});
+  const Bandwidth beside =
+      found({undamped + rounding, std::conj(undamped) + rounding});  // within its error of the axis
+  CHECK_NEAR(beside.bandwidth.value, damped.bandwidth.value, 1e-4);
+}
+
 TEST_CASE("mistakes of the caller") {
   TransferFunction g = jet(RowVectorXd::Unit(4, 3));
   g.b = VectorXd::Zero(3);
