@@ -190,14 +190,14 @@ struct Itself {
 
 std::vector<Choice> add_itself(CLI::App& app, Itself& itself) {
   CLI::App* completion = app.add_subcommand(
-      "completion", "a shell completion script: source <(tiltrim completion bash)");
+      "completion", "print a shell completion script: source <(tiltrim completion bash)");
   completion->add_option("shell", itself.shell, "bash, zsh or fish")
       ->check(CLI::IsMember({"bash", "zsh", "fish"}))
       ->type_name("bash|fish|zsh")
       ->required();
   CLI::App* manual =
-      app.add_subcommand("manual", "a page of the manual: tiltrim manual | man -l -");
-  manual->add_option("command", itself.page, "of this command; without it, of the program")
+      app.add_subcommand("manual", "print a manual page (to view it: tiltrim manual | man -l -)");
+  manual->add_option("command", itself.page, "command to describe (default: the program)")
       ->type_name("COMMAND");
   for (CLI::App* own : {completion, manual}) own->footer("");
   const auto print = [](const std::string& text) {

@@ -49,24 +49,38 @@ const CLI::Validator named(
 
 }  // namespace
 
+void add_output_file(CLI::App* app, Common& common, const std::string& type,
+                     const std::string& help) {
+  app->add_option("-o,--output", common.output, help)->check(named)->type_name(type);
+}
+
 void add_output(CLI::App* app, Common& common) {
   add_choice(app, "-f,--format", common.asked, formats,
              "text (default), json and csv with every digit, markdown or latex tables; if omitted, "
              "the ending of FILE decides");
-  app->add_option("-o,--output", common.output, "write to this file, completely or not at all")
-      ->check(named)
-      ->type_name("FILE");
+  add_output_file(app, common, "FILE", "write the output to this file (never a partial file)");
+}
+
+void add_formats(CLI::App* app, Common& common, const std::vector<std::string>& some,
+                 const std::string& help) {
+  std::map<std::string, Format> offered;
+  for (const std::string& name : some) offered[name] = formats.at(name);
+  add_choice(app, "-f,--format", common.asked, offered, help);
+}
+
+void add_study(CLI::App* app, Common& common, bool needed) {
+  auto* study =
+      app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
+  if (needed) study->required();
 }
 
 void add_common(CLI::App* app, Common& common, bool needs_study) {
-  auto* study =
-      app->add_option("study", common.study, "the study file (TOML)")->type_name("STUDY.toml");
-  if (needs_study) study->required();
+  add_study(app, common, needs_study);
   add_output(app, common);
 }
 
 void add_only(CLI::App* app, Common& common) {
-  app->add_option("--only", common.only, "only the conditions with these names")
+  app->add_option("--only", common.only, "only the condition with this name; may be repeated")
       ->allow_extra_args(false)
       ->type_name("NAME");
 }
@@ -124,7 +138,7 @@ CLI::App* add_trim(CLI::App& app, TrimCommand& command) {
 
 CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
   CLI::App* linearize = app.add_subcommand(
-      "linearize", "trim, then linear model, eigenvalues, modes and stability verdict");
+      "linearize", "trim and linearize: linear model, eigenvalues, modes and stability verdict");
   add_common(linearize, command.common, true);
   add_trim_options(linearize, command.common, command.options);
   add_choice(linearize, "--jacobian", command.method, jacobians,
@@ -147,7 +161,7 @@ CLI::App* add_linearize(CLI::App& app, LinearizeCommand& command) {
 
 CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
   CLI::App* modes = app.add_subcommand(
-      "modes", "eigenvalues, modes and stability verdict of a matrix from anywhere");
+      "modes", "compute eigenvalues, modes and stability verdict of a matrix from a file");
   modes
       ->add_option("matrix", command.common.study,
                    "the matrix as a CSV, JSON or MATLAB file; - reads standard input")
@@ -173,7 +187,7 @@ CLI::App* add_modes(CLI::App& app, ModesCommand& command) {
 
 CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
   CLI::App* follow = app.add_subcommand(
-      "follow", "one branch of equilibria from each condition, through folds and limits");
+      "follow", "trace a branch of equilibria from each condition, through folds and along limits");
   add_common(follow, command.common, true);
   add_trim_options(follow, command.common, command.trimming);
   follow
@@ -197,14 +211,17 @@ CLI::App* add_follow(CLI::App& app, FollowCommand& command) {
 
 CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
   CLI::App* envelope = app.add_subcommand(
-      "envelope", "speeds and tilts (or path angles) with an equilibrium, and what bounds them");
+      "envelope",
+      "find the speeds and tilts (or path angles) that can be trimmed, and what limits them");
   add_common(envelope, command.common, true);
   add_only(envelope, command.common);
   envelope
-      ->add_option("--over", command.over, "the axis other than V: eta_deg (default) or gamma_deg")
+      ->add_option("--over", command.over,
+                   "the second axis, next to V: eta_deg or gamma_deg (default: that of the study's "
+                   "[envelope], or eta_deg)")
       ->check(CLI::IsMember({"eta_deg", "gamma_deg"}))
       ->type_name("KEY");
-  envelope->add_option("--count", command.count, "grid points along each axis (100)")
+  envelope->add_option("--count", command.count, "points per axis (default: [envelope], or 100)")
       ->check(within(5, 1000))
       ->type_name("N");
   add_threads(envelope, command.threads);
@@ -213,7 +230,7 @@ CLI::App* add_envelope(CLI::App& app, EnvelopeCommand& command) {
 
 CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
   CLI::App* sensitivities = app.add_subcommand(
-      "sensitivities", "how the trim and each mode move with every parameter, ranked");
+      "sensitivities", "rank the parameters by their effect on the trim and on each mode");
   add_common(sensitivities, command.common, true);
   add_trim_options(sensitivities, command.common, command.trimming);
   sensitivities
@@ -231,7 +248,7 @@ CLI::App* add_sensitivities(CLI::App& app, SensitivitiesCommand& command) {
 
 CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
   CLI::App* margins = app.add_subcommand(
-      "margins", "gain, phase, delay and disk margins of the loop broken at each actuator");
+      "margins", "compute gain, phase, delay and disk margins of the loop broken at each actuator");
   LoopsOptions& options = command.options;
   add_common(margins, command.common, true);
   add_trim_options(margins, command.common, command.trimming);
@@ -259,7 +276,8 @@ CLI::App* add_margins(CLI::App& app, MarginsCommand& command) {
 
 CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command) {
   CLI::App* qualities = app.add_subcommand(
-      "qualities", "flying-qualities levels: short period, phugoid, hover oscillation, bandwidth");
+      "qualities",
+      "evaluate flying-qualities levels: short period, phugoid, hover oscillation, bandwidth");
   add_common(qualities, command.common, true);
   add_trim_options(qualities, command.common, command.trimming);
   add_choice(qualities, "--jacobian", command.method, jacobians,
@@ -269,7 +287,7 @@ CLI::App* add_qualities(CLI::App& app, QualitiesCommand& command) {
 
 CLI::App* add_loads(CLI::App& app, LoadsCommand& command) {
   CLI::App* loads = app.add_subcommand(
-      "loads", "forces and moments of each component at given states, without a trim");
+      "loads", "compute forces and moments of each component at given states, without a trim");
   add_common(loads, command.common, true);
   add_only(loads, command.common);
   return loads;
@@ -285,7 +303,7 @@ CLI::App* add_validate(CLI::App& app, ValidateCommand& command) {
 
 CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
   CLI::App* tune = app.add_subcommand(
-      "tune", "gains with the best worst case over the operating points of the study's [tune]");
+      "tune", "optimize gains for the worst case over the operating points of [tune]");
   add_common(tune, command.common, true);
   tune->add_option("--gains", command.gains,
                    "write the gains to this file, in the format of a study")
@@ -294,7 +312,8 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
                    "maximum number of candidates (default: the study's, 100000)")
       ->check(within(0L, 1'000'000'000L))
       ->type_name("N");
-  tune->add_option("--seconds", command.seconds, "time limit of each search; 0: no limit")
+  tune->add_option("--seconds", command.seconds,
+                   "time limit of each search; 0: no limit (default: the study's, 0)")
       ->check(within(0.0, 1e6))
       ->type_name("S");
   tune->add_option("--seed", command.seed, "seed of all random numbers (default: the study's, 1)")
@@ -308,8 +327,8 @@ CLI::App* add_tune(CLI::App& app, TuneCommand& command) {
 }
 
 CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
-  CLI::App* simulate =
-      app.add_subcommand("simulate", "fly the study's [simulate]: transition, reconversion, gusts");
+  CLI::App* simulate = app.add_subcommand(
+      "simulate", "simulate the nonlinear flight of [simulate]: transition, reconversion, gusts");
   add_common(simulate, command.common, true);
   add_only(simulate, command.common);
   simulate->add_option("--samples", command.samples, "write every sample to this file, .nc or .csv")
@@ -318,17 +337,18 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
       ->add_option("--plots", command.plots,
                    "draw the paper's Figures 5-9 into this folder, SVG and PNG (gnuplot)")
       ->type_name("DIR");
-  CLI::App* const instead = simulate->add_option_group("instead of the flight");
-  instead->add_flag("--tilt-rate-limit", command.tilt_rate_limit,
-                    "largest tilt rate at which frozen eigenvalues predict the flight");
+  CLI::App* const instead = simulate->add_option_group("alternatives to the single flight");
+  instead->add_flag(
+      "--tilt-rate-limit", command.tilt_rate_limit,
+      "find the fastest tilt rate at which frozen eigenvalues still predict the flight");
   instead->add_flag("--monte-carlo", command.monte_carlo,
-                    "the flights of the study's [montecarlo]");
-  instead->add_option("--flight", command.flight, "this flight of the Monte-Carlo run")
+                    "fly the scattered flights of the study's [montecarlo]");
+  instead->add_option("--flight", command.flight, "fly only this flight of the Monte Carlo run")
       ->check(within(0L, 10'000'000L))
       ->type_name("N");
   instead
       ->add_option("--response", command.response,
-                   "linear and nonlinear response of each condition to an offset of V, "
+                   "compare the linear and nonlinear response of each condition to an offset of V, "
                    "gamma_deg, theta_deg, q, energy_integral, distribution_integral")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -343,7 +363,7 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
       ->type_name("FROM,TO");
   simulate
       ->add_option("--log", command.log,
-                   "log of finished Monte-Carlo flights, from which a run can be resumed")
+                   "log of finished Monte Carlo flights, from which a run can be resumed")
       ->type_name("FILE");
   add_threads(simulate, command.threads);
   return simulate;
@@ -351,13 +371,15 @@ CLI::App* add_simulate(CLI::App& app, SimulateCommand& command) {
 
 CLI::App* add_report(CLI::App& app, ReportCommand& command) {
   CLI::App* report = app.add_subcommand(
-      "report", "everything on one page: tables, figures, maps, margins, flight, audit");
+      "report",
+      "write one HTML page with everything: tables, figures, maps, margins, flight, audit");
   report->add_option("study", command.common.study, "the study file (TOML)")
       ->type_name("STUDY.toml")
       ->required();
   report
-      ->add_option("-o,--output", command.common.output,
-                   "the page, written completely or not at all (STUDY.html in this folder)")
+      ->add_option(
+          "-o,--output", command.common.output,
+          "write the page to this file (never a partial file; default: STUDY.html in this folder)")
       ->check(named)
       ->type_name("FILE.html");
   add_only(report, command.common);
@@ -380,7 +402,7 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
 
 CLI::App* add_tables(CLI::App& app, TablesCommand& command) {
   CLI::App* tables = app.add_subcommand(
-      "tables", "the paper's Tables 1-3: published, recomputed, audited and corrected");
+      "tables", "print the paper's Tables 1-3: published, recomputed, audited and corrected");
   add_common(tables, command.common, false);
   return tables;
 }

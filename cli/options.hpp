@@ -14,7 +14,13 @@ class Option;
 namespace tiltrim::cli {
 
 /// Options that several commands have.
-void add_output(CLI::App* app, Common& common);
+void add_output(CLI::App* app, Common& common);  ///< --format of every format, and -o FILE
+void add_output_file(CLI::App* app, Common& common, const std::string& type,
+                     const std::string& help);  ///< -o alone
+/// --format of some formats only.
+void add_formats(CLI::App* app, Common& common, const std::vector<std::string>& some,
+                 const std::string& help);
+void add_study(CLI::App* app, Common& common, bool needed);
 void add_common(CLI::App* app, Common& common, bool needs_study);
 void add_only(CLI::App* app, Common& common);
 void add_threads(CLI::App* app, int& threads);

@@ -33,9 +33,12 @@ SweepPart part_of(const std::string& text) {
 }  // namespace
 
 CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
-  CLI::App* sweep = app.add_subcommand(
-      "sweep", "eigenvalues over a grid of the study's [[sweep.axis]], and between its points");
+  CLI::App* sweep = app.add_subcommand("sweep",
+                                       "map eigenvalues and stability over the study's "
+                                       "[[sweep.axis]]; locate crossings between the grid points");
   add_common(sweep, command.common, true);
+  sweep->get_option("--output")
+      ->description("write the output to this file (never a partial file); FILE.nc: as NetCDF");
   add_only(sweep, command.common);
   add_threads(sweep, command.threads);
   sweep
@@ -53,17 +56,20 @@ CLI::App* add_sweep(CLI::App& app, SweepCommand& command) {
 
 CLI::App* add_merge(CLI::App& app, MergeCommand& command) {
   CLI::App* merge =
-      app.add_subcommand("merge", "one map of the parts that sweep --part wrote, in any order");
-  merge->add_option("parts", command.parts, "all parts of the map")
+      app.add_subcommand("merge", "merge the parts written by sweep --part into one map");
+  merge->add_option("parts", command.parts, "all parts of the map, in any order")
       ->type_name("PART.nc...")
       ->required();
-  add_output(merge, command.common);
+  add_output_file(merge, command.common, "MAP.nc",
+                  "required: write the map to this NetCDF file (never a partial file)");
+  add_formats(merge, command.common, {"text", "markdown", "latex"},
+              "format of the summary on standard output: text (default), markdown or latex");
   return merge;
 }
 
 CLI::App* add_diff(CLI::App& app, DiffCommand& command) {
   CLI::App* diff =
-      app.add_subcommand("diff", "which points of two maps differ in status or stability");
+      app.add_subcommand("diff", "list the points at which two maps differ in status or stability");
   diff->add_option("before", command.common.study, "a map written by sweep")
       ->type_name("BEFORE.nc")
       ->required();

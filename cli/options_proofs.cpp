@@ -12,9 +12,7 @@ CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command) {
   check->add_option("certificate", command.common.study, "the certificate")
       ->type_name("FILE")
       ->required();
-  check
-      ->add_option("--study", command.about,
-                   "also check that all numbers in it are those of this study")
+  check->add_option("--study", command.about, "also check that all its numbers match this study")
       ->type_name("STUDY.toml");
   add_threads(check, command.threads);
   add_output(check, command.common);
@@ -23,15 +21,21 @@ CLI::App* add_check_proof(CLI::App& app, CheckProofCommand& command) {
 
 CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
   CLI::App* prove = app.add_subcommand(
-      "prove", "trim and stability for every value of the study's [[prove.parameter]]");
-  add_common(prove, command.common, true);
+      "prove", "prove trim and stability for every value of the study's [[prove.parameter]]");
+  add_study(prove, command.common, true);
+  add_formats(prove, command.common, {"text", "json"},
+              "text (default), or json with every digit; if omitted, the ending of FILE decides");
+  add_output_file(prove, command.common, "FILE",
+                  "write the output to this file (never a partial file)");
   add_only(prove, command.common);
-  prove->add_option("--margin", command.margin, "decay rate to prove, 1/s (the study's, or 0)")
+  prove
+      ->add_option("--margin", command.margin,
+                   "decay rate to prove, 1/s (default: the study's, or 0)")
       ->check(within(0.0, 1e3))
       ->type_name("SIGMA");
   prove
       ->add_option("--damping", command.damping,
-                   "damping ratio to prove as well (the study's, or any)")
+                   "damping ratio to prove as well (default: the study's, or any)")
       ->check(within(0.0, 0.99))
       ->type_name("ZETA");
   CLI::Option* largest = prove->add_flag("--largest-margin", command.largest,
@@ -41,7 +45,9 @@ CLI::App* add_prove(CLI::App& app, ProveCommand& command) {
                    "maximum number of boxes (default: the study's, or 20000)")
       ->check(within(1L, 100'000'000L))
       ->type_name("N");
-  prove->add_option("--certificate", command.certificate, "write the evidence of every box here")
+  prove
+      ->add_option("--certificate", command.certificate,
+                   "write the certificate, with the evidence for every box, to this file")
       ->type_name("FILE");
   prove
       ->add_option("--log", command.log,

@@ -110,8 +110,9 @@ std::unique_ptr<Log> opened(const Study& study, const ProveCommand& command) {
 
 void check_format(const Common& common) {
   if (common.format == Format::json || common.format == Format::text) return;
-  const std::string where = common.asked ? "--format" : "-o " + common.output.string();
-  throw std::invalid_argument(where + ": prove writes text and json; expected one of them");
+  throw std::invalid_argument(
+      fmt::format("-o {}: prove writes text and json; expected .txt or .json, or --format",
+                  common.output.string()));
 }
 
 // Whether more boxes would change nothing.

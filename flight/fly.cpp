@@ -53,7 +53,7 @@ void write(const FlightState& state, double* x) {
   std::ranges::copy(std::bit_cast<Values>(state), x);
 }
 
-std::vector<EventFunction> event_functions(const Flight& flight) {
+std::vector<EventFunction> event_functions(const Flight& flight, const FlyOptions& options) {
   using enum EventFunction::Direction;
   std::vector<EventFunction> all;
   for (const char* name : limit_names) all.push_back({name});
@@ -61,7 +61,7 @@ std::vector<EventFunction> event_functions(const Flight& flight) {
   all.push_back({"ground contact", rising, true});
   all.push_back({"lift-off", rising});
   all.push_back({"too fast", rising, true});
-  all.push_back({"turned over", rising, true});
+  all.push_back({fmt::format("pitched over (beyond {:.3g} rad)", options.steepest), rising, true});
   for (const double h : flight.schedule.kink_heights) all.push_back({fmt::format("h = {:g} m", h)});
   return all;
 }
@@ -165,7 +165,7 @@ FlightState lifted(const Flight& flight, double t, FlightState x) {
   return x;
 }
 
-// Too fast or turned over initially, before an event function could cross zero.
+// Too fast or pitched over initially, before an event function could cross zero.
 bool lost_at_once(const Motion& motion, double t, const std::vector<double>& x0, int number,
                   FlightResult& result) {
   std::vector<double> g(motion.event_functions.size());
@@ -224,7 +224,7 @@ FlightMode mode_at(const Flight& flight, const FlightStart& start, double t) {
 Motion motion_of(const Flight& flight, const FlyOptions& options) {
   Motion motion;
   motion.states = flight_signals(flight.axes);
-  motion.event_functions = event_functions(flight);
+  motion.event_functions = event_functions(flight, options);
   std::ranges::set_union(flight.schedule.kink_times, flight.kink_times,
                          std::back_inserter(motion.breaks));
   motion.f = [&flight](double t, const double* x, int mode, double* rates) {

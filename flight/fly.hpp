@@ -49,7 +49,7 @@ enum class FlightEventKind {
   lift_off,        ///< the ground no longer carries weight
   ground_contact,  ///< ends the flight
   schedule_kink,   ///< a height at which the schedule is not smooth
-  lost,            ///< too fast or turned over: ends the flight
+  lost,            ///< too fast or pitched over: ends the flight
 };
 std::string to_string(FlightEventKind kind);  ///< as JSON spells it
 
@@ -67,7 +67,7 @@ enum class FlightStatus {
   flown,           ///< to the end of its duration
   landed,          ///< on the ground, softly: see FlyOptions
   ground_contact,  ///< on the ground otherwise
-  lost,            ///< too fast or turned over
+  lost,            ///< too fast or pitched over
   not_finite,      ///< a rate was not finite
   stuck,           ///< step too small, step or event limit reached: see the message
   interrupted,     ///< the caller asked to stop

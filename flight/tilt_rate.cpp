@@ -153,7 +153,7 @@ class Flights {
     if (flown && !answer.holds)
       answer.message = near ? fmt::format("ends at V = {:.3g} m/s, γ = {:.3g}°, θ = {:.3g}°", end.V,
                                           end.gamma * degrees, flown.states.back().theta * degrees)
-                            : "too far from the trim";
+                            : "strays too far from the trim";
     return answer;
   }
 };
@@ -161,10 +161,11 @@ class Flights {
 std::string cause(const Flight& flight, const TiltRateOptions& options,
                   const TiltRateLimit& limit) {
   const TiltFlight& w = limit.worst;
+  const bool whole = w.status == FlightStatus::flown && !w.message.empty();
   std::string words = fmt::format(
       "at {:.4g}°/s the flight with {} departs from the moving trim at a tilt of {:.4g}° ({}{}{})",
-      w.rate * degrees, w.disturbed, w.left * degrees, to_string(w.status),
-      w.message.empty() ? "" : ": ", w.message);
+      w.rate * degrees, w.disturbed, w.left * degrees, whole ? "" : to_string(w.status),
+      whole || w.message.empty() ? "" : ": ", w.message);
   Flight at_rate = flight;
   at_rate.schedule = corridor_at_tilt_rate(tilting_at(options, w.rate));
   HandOverOptions checking;

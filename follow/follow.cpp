@@ -301,7 +301,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
     const auto next = change < most_changes ? changed(f) : std::nullopt;
     if (!next) {
       end(f, BranchEnd::limit, f.last,
-          fmt::format("{} reaches its {} limit, and no free unknown is left to continue along it",
+          fmt::format("{} reaches its {} limit; no free unknown remains to continue along it",
                       limit.signal, limit.upper ? "upper" : "lower"));
       break;
     }

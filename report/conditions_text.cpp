@@ -103,7 +103,7 @@ std::vector<std::string> remarks(const ConditionReport& c) {
                                   l.upper ? "upper" : "lower", l.value));
   if (!t.others.empty())
     notes.push_back(fmt::format(
-        "{} more equilibri{} found within the limits in {}; none has less control effort",
+        "{} more equilibri{} within the limits, found from {}; none needs less control effort",
         t.others.size(), t.others.size() == 1 ? "um" : "a",
         number_of(std::size_t(t.starts), "start")));
   if (c.answer.table)
@@ -184,9 +184,10 @@ Sheet all_sheet(const std::vector<ConditionReport>& conditions) {
       row.push_back(SheetCell(e.found));
       sheet.rows.push_back(row);
     }
-    sheet.notes.push_back(fmt::format("{}: {} found in {} and along {}; there may be more.", name,
-                                      number, number_of(std::size_t(c.all->starts), "start"),
-                                      number_of(std::size_t(c.all->branches), "branch")));
+    sheet.notes.push_back(fmt::format(
+        "{}: {} equilibri{} found from {} and along {}; there may be others.", name, number,
+        number == 1 ? "um" : "a", number_of(std::size_t(c.all->starts), "start"),
+        number_of(std::size_t(c.all->branches), "branch")));
   }
   return sheet;
 }

@@ -140,10 +140,14 @@ Sheet pieces_sheet(const EnvelopeAnswer& e) {
     }
   }
   if (multiple > 0)
-    border.notes.push_back(fmt::format(
-        "{} with more than one trim; {} piece{} of the boundary (folds, limits of one "
-        "of several trims) lie{} inside: --format csv or json lists them.",
-        number_of(multiple, "grid point"), inner, inner == 1 ? "" : "s", inner == 1 ? "s" : ""));
+    border.notes.push_back(fmt::format("{} {} more than one trim.",
+                                       number_of(multiple, "grid point"),
+                                       multiple == 1 ? "has" : "have"));
+  if (multiple > 0 && inner > 0)
+    border.notes.back() += fmt::format(
+        " {} of the boundary {} inside (folds, or limits of one of several trims); "
+        "--format csv or json lists them.",
+        number_of(inner, "piece"), inner == 1 ? "lies" : "lie");
   return border;
 }
 

@@ -28,7 +28,8 @@ std::string in_words(const TiltRateLimit& l, const TextStyle& style) {
           "frozen eigenvalues predict the flight at every rate tried, up to " + rate(l.holds),
           Tone::good, style);
     case TiltRateStatus::never:
-      return toned("frozen eigenvalues predict the flight at no rate, not even at " + rate(l.fails),
+      return toned("frozen eigenvalues do not predict the flight at any rate tried, down to " +
+                       rate(l.fails),
                    Tone::bad, style);
     case TiltRateStatus::no_trim:
       return toned("no trim", Tone::bad, style);
@@ -54,7 +55,7 @@ std::string stretch_text(const SlowTilt& s) {
                      s.certified * degrees, s.certificate, s.decided_at * degrees);
 }
 
-// "3.2 (over its trim, linear) ..." of one state over a response.
+// Largest deviation of one state over a response.
 double largest(const Eigen::MatrixXd& x, Index i) { return x.row(i).cwiseAbs().maxCoeff(); }
 
 bool is_angle(const Signal& s) { return s.unit == "rad" || s.unit == "rad/s"; }
@@ -75,15 +76,14 @@ std::string tilt_rate_text(const TiltRateLimit& l, const TextStyle& style) {
                      0, style.width);
   for (const SlowTilt& s : l.stretches) text += wrapped(stretch_text(s), 2, style.width);
   for (const Growth& g : l.growth)
-    text += wrapped(fmt::format("linear motion about the moving trim at {:.4g}°/s: grows by a "
-                                "factor of {:.3g} at most, and of {:.3g} from beginning to end",
+    text += wrapped(fmt::format("linear motion about the moving trim at {:.4g}°/s: largest growth "
+                                "factor {:.3g}; {:.3g} from beginning to end",
                                 g.rate * degrees, g.worst, g.whole),
                     2, style.width);
   const auto held = std::ranges::count_if(l.flights, &TiltFlight::holds);
   text += wrapped(
       fmt::format(
-          "{} nonlinear flights with initial disturbances{}, {} of them end at the trim",
-          l.flights.size(),
+          "{} nonlinear flights with initial disturbances{}; {} end in trim", l.flights.size(),
           l.disturbance < 1 ? fmt::format(" scaled by {:.3g}", l.disturbance) : std::string(),
           held),
       2, style.width);
@@ -166,9 +166,9 @@ Sheet largest_sheet(const Response& r) {
   Sheet sheet{"",
               {{"state", "state", ""},
                {"offset", "offset", "", "{:.5g}"},
-               {"linear", "linear, largest", "", "{:.5g}"},
-               {"nonlinear", "nonlinear, largest", "", "{:.5g}"},
-               {"apart", "apart by", "", "{:.3g}"},
+               {"linear", "linear peak", "", "{:.5g}"},
+               {"nonlinear", "nonlinear peak", "", "{:.5g}"},
+               {"apart", "largest difference", "", "{:.3g}"},
                {"unit", "", ""}},
               {},
               {}};
@@ -255,10 +255,10 @@ Sheet monte_carlo_sheet(const MonteCarlo& run) {
                {"status", "status", ""},
                {"t", "t", "s", "{:.2f}"},
                {"height", "h", "m", "{:.1f}"},
-               {"V_off", "V off", "m/s", "{:.3f}"},
-               {"gamma_off_deg", "γ off", "°", "{:.3f}"},
-               {"theta_most_deg", "|θ| most", "°", "{:.2f}"},
-               {"miss", "miss", "", "{:.4g}"}},
+               {"V_off", "V error", "m/s", "{:.3f}"},
+               {"gamma_off_deg", "γ error", "°", "{:.3f}"},
+               {"theta_most_deg", "max |θ|", "°", "{:.2f}"},
+               {"miss", "error/tolerance", "", "{:.4g}"}},
               {},
               {}};
   for (const std::string& name : run.names)
@@ -284,7 +284,7 @@ namespace {
 std::string shares_in_words(const MonteCarlo& run, const TextStyle& style) {
   if (!run.message.empty()) return wrapped("no flight: " + run.message, 0, style.width);
   std::string line = fmt::format(
-      "{} of {} flights are good: {:.4g} %, with 95 % confidence between {:.4g} and {:.4g} %",
+      "{} of {} flights succeeded: {:.4g} % (95 % confidence interval {:.4g} to {:.4g} %)",
       run.good, run.flown, 100 * run.share.share, 100 * run.share.lower, 100 * run.share.upper);
   if (run.interrupted) line += fmt::format(" (interrupted; {} were requested)", run.asked);
   std::string text = wrapped(
@@ -304,7 +304,8 @@ Sheet worst_flights(const MonteCarlo& run) {
   constexpr double early = 1e6;  // Outcome::miss
   if (run.worst.front().outcome.miss >= early)
     worst.notes.push_back(
-        "a miss above a million means that the flight ended early; the earlier, the larger");
+        "an error above a million tolerances means that the flight ended early; the earlier, the "
+        "larger");
   return worst;
 }
 

@@ -27,7 +27,7 @@ Tone tone(FlightStatus status) {
 std::string in_words(FlightStatus status) {
   switch (status) {
     case FlightStatus::flown:
-      return "flown to the end";
+      return "completed";
     case FlightStatus::landed:
       return "landed";
     case FlightStatus::ground_contact:
@@ -71,9 +71,8 @@ std::string verdict(const FlightReport& r, const TextStyle& style) {
     return toned("no flight", Tone::bad, style) + ": no trim to start from: " + r.plan.message +
            "\n";
   const FlightResult& f = *r.flown;
-  std::string line =
-      fmt::format("{}, starting {}: {} {} {:.6g} s", r.name, r.plan.start_words,
-                  toned(in_words(f.status), tone(f.status), style), f ? "of" : "at", f.t.back());
+  std::string line = fmt::format("{}, starting {}: {} at {:.6g} s", r.name, r.plan.start_words,
+                                 toned(in_words(f.status), tone(f.status), style), f.t.back());
   if (!f.message.empty()) line += ": " + f.message;
   return line + "\n";
 }
@@ -196,9 +195,11 @@ std::string hand_over_text(const HandOverCheck& c, const TextStyle& style) {
               ? fmt::format("loss predicted: starting from the trim before it, the flight has not "
                             "returned to the command after {:.0f} s",
                             c.ends_at)
-              : fmt::format("loss predicted: starting from the trim before it, the flight is {} "
+              : fmt::format("loss predicted: starting from the trim before it, the flight {} "
                             "after {:.1f} s",
-                            c.ends == FlightStatus::lost ? "lost" : in_words(c.ends), c.ends_at),
+                            c.ends == FlightStatus::ground_contact ? in_words(c.ends)
+                                                                   : "is " + in_words(c.ends),
+                            c.ends_at),
           Tone::bad);
       break;
     case HandOverVerdict::not_reached:

@@ -135,7 +135,7 @@ double abscissa_at(const SweepMap& map, const AxisInterval& i) {
 Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t axis) {
   const SweepAxis::Column& own = map.axes[axis].columns.front();
   Sheet sheet;
-  sheet.title = fmt::format("Along {}, between the points of the grid too", own.name);
+  sheet.title = fmt::format("Intervals along {} (ends located between grid points)", own.name);
   sheet.columns = {{"from", "from", unit_of(own), "{:.9g}"},
                    {"to", "to", unit_of(own), "{:.9g}"},
                    {"verdict", "verdict", ""},
@@ -166,13 +166,13 @@ Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t ax
 
 std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis) {
   double stable = 0, unstable = 0, rest = 0;
-  std::size_t stretches = 0;
+  std::size_t intervals = 0;
   const AxisInterval* least = nullptr;
   for (const AxisInterval& i : map.intervals) {
     if (i.condition != int(condition) || i.axis != int(axis)) continue;
     const double length = std::abs(i.to - i.from);
     if (std::isfinite(i.abscissa) && (!least || i.abscissa > least->abscissa)) least = &i;
-    if (i.verdict == IntervalVerdict::unstable) unstable += length, ++stretches;
+    if (i.verdict == IntervalVerdict::unstable) unstable += length, ++intervals;
     if (i.verdict == IntervalVerdict::stable) stable += length;
     if (i.verdict != IntervalVerdict::stable && i.verdict != IntervalVerdict::unstable)
       rest += length;
@@ -186,13 +186,13 @@ std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_
       least ? fmt::format("; largest Re λ {:.3g} 1/s at {} = {}", abscissa_of(map, *least),
                           own.name, measured(abscissa_at(map, *least)))
             : "";
-  if (unstable == 0 && rest == 0) return fmt::format("stable on all of {}{}", range, worst);
-  if (unstable == 0 && stable == 0) return fmt::format("no trim or undecided on all of {}", range);
+  if (unstable == 0 && rest == 0) return fmt::format("stable throughout {}{}", range, worst);
+  if (unstable == 0 && stable == 0) return fmt::format("no trim or undecided throughout {}", range);
   if (unstable == 0)
     return "stable on " + range + " except for " + measured(rest) +
            ", which has no trim or is undecided";
-  std::string words = fmt::format("not stable on all of {}: unstable on {} of it, {} in all", range,
-                                  number_of(stretches, "stretch"), measured(unstable));
+  std::string words = fmt::format("unstable in {} of {}, {} in total",
+                                  number_of(intervals, "interval"), range, measured(unstable));
   if (rest > 0) words += "; no trim or undecided on " + measured(rest);
   return words + worst;
 }

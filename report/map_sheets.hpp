@@ -15,7 +15,7 @@ Sheet map_sheet(const SweepMap& map);
 /// Verdicts between the points along an axis, one row per interval: verdict, distance to the
 /// imaginary axis, what ends the interval.
 Sheet intervals_sheet(const SweepMap& map, std::size_t condition, std::size_t axis);
-/// Verdict of a grid with one axis: "stable on all of [0, 120] m; ...".
+/// Verdict of a grid with one axis: "stable throughout [0, 120] m; ...".
 std::string line_in_words(const SweepMap& map, std::size_t condition, std::size_t axis);
 /// "227 stable, 14 unstable, ...".
 std::string counts_in_words(const SweepMap& map, std::size_t condition);

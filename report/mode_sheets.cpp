@@ -46,15 +46,16 @@ std::string verdict_in_words(const Modes& m) {
   if (!m.converged) return "the eigenvalue iteration did not converge";
   if (m.modes.empty()) return "no states";
   const Mode& last = m.modes.back();
-  const std::string least = fmt::format("the rightmost eigenvalue is {} 1/s ({})",
+  const std::string least = fmt::format("the rightmost eigenvalue {} {} 1/s ({}); ",
+                                        last.eigenvalue.imag() == 0 ? "is" : "has real part",
                                         number_text(last.eigenvalue.real(), "{:.4f}"), last.name);
   switch (m.verdict) {
     case Verdict::stable:
-      return least + ", left of the axis by more than its error bound";
+      return least + "it is left of the axis by more than its error bound";
     case Verdict::unstable:
-      return least + ", right of the axis by more than its error bound";
+      return least + "it is right of the axis by more than its error bound";
     case Verdict::undecided:
-      return least + fmt::format(", the axis lies within its error bound {:.1e}", last.error);
+      return least + fmt::format("the axis lies within its error bound of {:.1e}", last.error);
   }
   return least;
 }

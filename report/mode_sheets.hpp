@@ -19,8 +19,8 @@ SheetCell damping_cell(const Mode& mode);
 Tone tone_of(Verdict verdict);  ///< good, bad or doubtful
 /// "-0.4681 ± 0.0999i"
 std::string eigenvalue_text(const Mode& mode);
-/// "the rightmost eigenvalue is -0.1686 1/s (phugoid), left of the axis by more than its error
-/// bound".
+/// "the rightmost eigenvalue is -0.1686 1/s (phugoid); it is left of the axis by more than its
+/// error bound".
 std::string verdict_in_words(const Modes& modes);
 
 /// Eigenvalues with the name, and the verdict in a note, for documents.

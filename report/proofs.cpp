@@ -240,6 +240,18 @@ std::string where_not_stable(const Study& study, const std::vector<ProofNode>& r
   return text;
 }
 
+std::string in_words(ProofStatus status) {
+  switch (status) {
+    case ProofStatus::proved:
+      return "proved";
+    case ProofStatus::partly:
+      return "partly proved";
+    case ProofStatus::refuted:
+      return "refuted (unstable in some of the range)";
+  }
+  return "?";
+}
+
 // For several parameters: stretches of the first one, and where the others matter.
 std::string regions_in_words(const Study& study, const std::vector<ProofNode>& regions) {
   std::string text;
@@ -262,15 +274,20 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
     for (std::size_t k = 0; k < t.parameters.size(); ++k)
       text +=
           fmt::format("  {}\n", interval(study, k, t.parameters[k].lower, t.parameters[k].upper));
-    text += fmt::format("  {}: {} boxes{}\n", to_string(t.status()), t.boxes,
+    text += fmt::format("  {}: {} boxes{}\n", in_words(t.status()), t.boxes,
                         t.interrupted ? ", interrupted" : "");
-    text += fmt::format(
-        "  shares of the volume; stable: every eigenvalue left of {:.6g} 1/s{}\n"
-        "    {} stable, {} unstable, {} without trim, {} undecided\n",
-        t.margin == 0 ? 0.0 : -t.margin,
-        t.damping > 0 ? fmt::format(", with a damping ratio above {:.6g}", t.damping) : "",
-        share_in_words(t.stable), share_in_words(t.unstable), share_in_words(t.no_trim),
-        share_in_words(t.undecided));
+    constexpr std::size_t width = TextStyle{}.width;
+    text += wrapped(
+        fmt::format(
+            "stable: every eigenvalue has a real part below {:.6g} 1/s{}",
+            t.margin == 0 ? 0.0 : -t.margin,
+            t.damping > 0 ? fmt::format(" and a damping ratio above {:.6g}", t.damping) : ""),
+        2, width);
+    text += wrapped(fmt::format("shares of the volume: {} stable, {} unstable, {} without trim, {} "
+                                "undecided",
+                                share_in_words(t.stable), share_in_words(t.unstable),
+                                share_in_words(t.no_trim), share_in_words(t.undecided)),
+                    2, width);
     text += t.parameters.size() == 1 || t.regions.size() <= 1 ? each_region(study, t.regions)
                                                               : regions_in_words(study, t.regions);
   }

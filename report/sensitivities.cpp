@@ -91,7 +91,7 @@ Sheet sensitivities_sheet(const std::vector<SensitivityAnswer>& conditions) {
 namespace {
 
 const char* const explained =
-    "Changes caused by one percent more of a parameter, including the shift of the trim; the "
+    "Changes caused by a 1 % increase in each parameter, including the shift of the trim; "
     "largest first.";
 
 std::vector<Sheet> mode_sheets(const Sensitivities& s, std::size_t most) {

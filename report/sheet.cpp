@@ -37,7 +37,8 @@ SheetCell number_cell(double number) {
 
 std::string cell_text(const SheetCell& cell, const SheetColumn& column) {
   if (const auto* number = std::get_if<double>(&cell.value)) {
-    const std::string shown = number_text(*number, column.format);
+    const bool noise = std::abs(*number) < column.rounding;
+    const std::string shown = number_text(noise ? 0.0 : *number, column.format);
     const bool zero = shown.find_first_of("123456789ni") == std::string::npos;  // not nan, not inf
     return zero ? fmt::format(fmt::runtime(column.format), 0.0) : shown;  // no minus sign before 0
   }

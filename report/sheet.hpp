@@ -40,6 +40,7 @@ struct SheetColumn {
   std::string title;          ///< text header: "θ"
   std::string unit;           ///< text, second header line: "°"
   std::string format = "{}";  ///< of numbers in text, fmt syntax: "{:.3f}"
+  double rounding = 0.0;      ///< smaller numbers are printed as 0, except in CSV
 };
 
 /// A table.

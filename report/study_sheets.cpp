@@ -67,7 +67,13 @@ void add_map(const SweepMap& map, std::vector<Unanswered>& all) {
     for (const SweepAxis& a : map.axes) axes += (axes.empty() ? "" : " and ") + a.name;
     std::vector<std::string> reasons = reasons_of(map, c);
     if (reasons.empty()) reasons.push_back("the imaginary axis lies within the error bounds");
-    all.push_back({fmt::format("{} of {} points over {} ({})", open, n, axes, map.conditions[c]),
+    const bool whole = std::size_t(open) == n;
+    const std::string times = fmt::format("{} x ", open);  // if it is the reason of all
+    if (whole && reasons.size() == 1 && reasons.front().starts_with(times))
+      reasons.front().erase(0, times.size());
+    all.push_back({fmt::format("{} points over {} ({})",
+                               whole ? fmt::format("All {}", n) : fmt::format("{} of {}", open, n),
+                               axes, map.conditions[c]),
                    ended(fmt::format("{}", fmt::join(reasons, "; ")))});
   }
 }
@@ -150,8 +156,7 @@ std::string verdict_in_words(const StudyReport& report) {
     words += fmt::format(". The flight ends at {:.3g} s: {}", f.t.back(),
                          f.message.empty() ? to_string(f.status) : f.message);
   } else if (report.flight && report.flight->flown) {
-    words +=
-        fmt::format(". The flight is flown to its end ({:.3g} s)", report.flight->flown->t.back());
+    words += fmt::format(". The flight is completed at {:.3g} s", report.flight->flown->t.back());
   }
   if (report.motion) words += ". The motion of " + ended(outcome_of(*report.motion));
   if (words.ends_with('.')) words.pop_back();

@@ -36,9 +36,8 @@ SheetCell reserve_cell(const Achieved& a) {
 Sheet requirements_sheet(const TuningReport& report) {
   Sheet sheet;
   sheet.title = "\nRequirements, where they are worst, and the reserve in percent of the limit:";
-  sheet.columns = {{"", "asked", ""},  {"", "worst", "", "{:.5g}"},
-                   {"", "unit", ""},   {"", "reserve", "%", "{:.1f}"},
-                   {"", "active", ""}, {"", "at", ""}};
+  sheet.columns = {{"", "requirement", ""},        {"", "worst", "", "{:.5g}"}, {"", "unit", ""},
+                   {"", "reserve", "%", "{:.1f}"}, {"", "active", ""},          {"", "where", ""}};
   const std::vector<Requirement> asked = asked_of(report.problem);
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const std::string words = asked_in_words(asked[i], i < goals_of(report.problem));
@@ -149,8 +148,8 @@ Sheet effects_sheet(const TuningReport& report) {
   const bool limited = asked.size() > goals_of(report.problem);
   Sheet sheet;
   sheet.title =
-      "\nEffect of each gain: the worst case with 10 % less and with 10 % more of it, and slopes "
-      "per 10 % more:";
+      "\nEffect of each gain: the worst case with 10 % less and 10 % more of it, and the slope per "
+      "10 % increase:";
   sheet.columns = {{"", "gain", ""}, {"", "value", "", "{:.5g}"}, {"", "unit", ""}};
   for (const char* step : {"10 % less", "10 % more"}) {
     sheet.columns.push_back({"", "goal", step, "{:.4g}"});

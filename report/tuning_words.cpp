@@ -211,10 +211,8 @@ std::string end_in_words(const TuningReport& report) {
   const std::string cancel =
       std::isnan(r.stationarity)
           ? ""
-          : fmt::format(
-                "{:.2g} (least norm in the hull of the gradients within {:.3g} % of the bounds' "
-                "ranges, relative to the largest; 0: stationary)",
-                r.stationarity, 100 * TuneResult::stationarity_radius);
+          : fmt::format("{:.2g} (0: stationary point; 1: a clear direction of improvement)",
+                        r.stationarity);
   switch (r.end) {
     case TuneEnd::locally_optimal:
       return fmt::format("Locally optimal: {}; stationarity {}.", agreement_in_words(r), cancel);

@@ -13,7 +13,10 @@ namespace {
 bool in_degrees(const Signal& signal) { return signal.unit == "rad"; }
 
 SheetColumn column_of(const Signal& s) {
-  return {s.name + (in_degrees(s) ? "_deg" : ""), s.name, in_degrees(s) ? "°" : s.unit, "{:.7g}"};
+  constexpr double rounding = 1e-12;  // of the nominal size; below it a computed value is noise
+  const double unit = in_degrees(s) ? degrees : 1.0;
+  return {s.name + (in_degrees(s) ? "_deg" : ""), s.name, in_degrees(s) ? "°" : s.unit, "{:.7g}",
+          rounding * s.nominal * unit};
 }
 
 // Every signal that has a column, and its value.
@@ -45,8 +48,10 @@ std::vector<std::string> shown_parameters(const std::vector<Condition>& conditio
 std::vector<SheetColumn> user_columns(const Model& model,
                                       const std::vector<std::string>& parameters) {
   std::vector<SheetColumn> columns;
-  for_each(model, parameters,
-           [&](const Signal& s, auto, Index) { columns.push_back(column_of(s)); });
+  for_each(model, parameters, [&](const Signal& s, auto vector, Index) {
+    columns.push_back(column_of(s));
+    if (vector == &OperatingPoint::p) columns.back().rounding = 0.0;  // given, not computed
+  });
   for (const Signal& s : model.outputs) columns.push_back(column_of(s));
   return columns;
 }

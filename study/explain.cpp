@@ -52,8 +52,8 @@ VerticalForces forces(const Model& model, const TrimResult& at) {
 
 std::string words(const VerticalForces& f) {
   const double thrust = std::round(10 * f.thrust) / 10 + 0.0;  // no minus sign before zero
-  return fmt::format("thrust {:.1f} N up, weight {:.1f} N, the wing {:.1f} N {}", thrust, f.weight,
-                     std::abs(f.wing), f.wing < 0 ? "down" : "up");
+  return fmt::format("thrust {:.1f} N up, weight {:.1f} N, wing force {:.1f} N {}", thrust,
+                     f.weight, std::abs(f.wing), f.wing < 0 ? "down" : "up");
 }
 
 struct Unit {
@@ -177,7 +177,7 @@ void put_into_words(Explanation& e, const TrimProblem& p, const TrimResult& clos
   // All remedies that work; of those that do not, only what a pilot or designer would try first.
   for (const Remedy& r : d.remedies)
     if (r.helps() && r.kind != RemedyKind::equation)
-      e.words.push_back("sufficient alone: " + words(r, model, with_forces));
+      e.words.push_back("one change that suffices: " + words(r, model, with_forces));
   for (const Remedy& r : d.remedies)
     if (!r.helps() &&
         (r.kind == RemedyKind::decision_variable || (r.signal == "theta0" && r.upper)))

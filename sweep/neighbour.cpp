@@ -248,7 +248,7 @@ static std::string in_short(const Prepared& s, const TrimResult& found) {
   if (found.status == TrimStatus::infeasible) return "proved: no equilibrium within the limits";
   if (found.status == TrimStatus::time_limit) return out_of_time_in_words(s.trimming.time_limit);
   if (found.status != TrimStatus::not_found) return found.message;
-  std::string words = "no equilibrium found in " + counted(found.starts, "start");
+  std::string words = "no equilibrium found from " + counted(found.starts, "start");
   if (!found.thrown.empty()) words += "; at some points the model threw: " + found.thrown;
   return words;
 }

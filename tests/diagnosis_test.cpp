@@ -450,8 +450,8 @@ static Forces forces(const Vehicle& v, const Model& model, const OperatingPoint&
 
 static std::string in_words(const Forces& f) {
   const double thrust = std::abs(f.thrust_up) < 0.05 ? 0 : f.thrust_up;  // no minus before a zero
-  return fmt::format("thrust {:.1f} N up, weight {:.1f} N, the wing {:.1f} N {}", thrust, f.weight,
-                     std::abs(f.wing_up), f.wing_up < 0 ? "down" : "up");
+  return fmt::format("thrust {:.1f} N up, weight {:.1f} N, wing force {:.1f} N {}", thrust,
+                     f.weight, std::abs(f.wing_up), f.wing_up < 0 ? "down" : "up");
 }
 
 // Whether the airframe has an equilibrium with the pitch control available at the tilt.
@@ -660,13 +660,13 @@ TEST_CASE("remedies in words") {
   CHECK(words(limit, true, converged) == "s up to 1.25 instead of 1");
   CHECK(words(limit, false, converged, 2, "m") == "s down to 2.5 m instead of 2 m");
   CHECK(words(limit, true, not_optimal) == "s up to at most 1.25 instead of 1");
-  CHECK(words(limit, true, not_found) == "s up to 3 (no equilibrium found in 5 starts)");
+  CHECK(words(limit, true, not_found) == "s up to 3 (no equilibrium found from 5 starts)");
   CHECK(words(limit, false, infeasible, 10, "°") == "s down to -20° (proved)");
   CHECK(words(equation, false, converged) == "s' = 1.25 instead of 1");
-  CHECK(words(equation, false, not_found) == "any s' (no equilibrium found in 5 starts)");
+  CHECK(words(equation, false, not_found) == "any s' (no equilibrium found from 5 starts)");
   CHECK(words(decision_variable, false, converged, 1, "m/s") == "s = 1.25 m/s instead of 1 m/s");
   CHECK(words(decision_variable, false, not_found) ==
-        "any s between -2 and 3 (no equilibrium found in 5 starts)");
+        "any s between -2 and 3 (no equilibrium found from 5 starts)");
   CHECK(words(decision_variable, false, infeasible, 2, "°") == "any s between -4° and 6° (proved)");
 }
 

@@ -913,7 +913,7 @@ TEST_CASE("flown, with schedule kinks on the way") {
   CHECK_NEAR(kinks[0].after.height, 20.0, 1e-9);
 }
 
-TEST_CASE("lost: too fast, turned over, or so already at the start") {
+TEST_CASE("lost: too fast, pitched over, or so already at the start") {
   Flight flight = holding(level);
   const FlightStart start = trimmed(flight);
   flight.schedule = held({25, 0, 0});
@@ -930,7 +930,7 @@ TEST_CASE("lost: too fast, turned over, or so already at the start") {
   turning.state.q = 40;
   const FlightResult over = fly(flight, turning, options);
   CHECK(over.status == FlightStatus::lost);
-  CHECK(over.message == "turned over");
+  CHECK(over.message == "pitched over (beyond 3 rad)");
   CHECK_NEAR(std::abs(over.states.back().theta), 3.0, 1e-9);
   for (const auto& [state, value] : {std::pair{"V", 61.0}, {"theta", -3.1}}) {
     FlightStart beyond = start;

@@ -52,7 +52,10 @@ TEST_CASE("a format that prove does not write is refused before anything is comp
   const Scratch scratch("prove-format");
   const Ran ran = run(scratch, prove + "--format csv");
   CHECK(ran.exit_code == 2);
-  CHECK(ran.err.find("--format: prove writes text and json; expected one of them") !=
+  CHECK(ran.err.find("--format: no 'csv'; expected json|text") != std::string::npos);
+  const Ran by_name = run(scratch, prove + "-o proof.csv");
+  CHECK(by_name.exit_code == 2);
+  CHECK(by_name.err.find("-o proof.csv: prove writes text and json; expected .txt or .json") !=
         std::string::npos);
   CHECK_FALSE(fs::exists(scratch.path / "c.log"));
   CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
@@ -64,6 +67,7 @@ TEST_CASE("what is no number, no file or one file for two is refused") {
     CAPTURE(arguments);
     const Ran ran = run(scratch, arguments);
     CHECK(ran.exit_code == 2);
+  CHECK(run(scratch, "prove --help").out.find("csv") == std::string::npos);
     CHECK(ran.err.find(words) != std::string::npos);
     CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
   };

@@ -171,7 +171,7 @@ TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
   CHECK(conditions != std::string::npos);
   CHECK(says(page, "<dt>Trim of steep</dt><dd>infeasible: "));
   CHECK(says(page, "data-figure=\"participation_2_level\""));
-  CHECK(says(page, "<dt>3 of 3 points over K_Lp (steep)</dt>"));
+  CHECK(says(page, "<dt>All 3 points over K_Lp (steep)</dt><dd>no point within"));
   CHECK(says(page, "data-figure=\"locus_2_level\""));
   CHECK_FALSE(says(page, "data-figure=\"locus_1_steep\""));  // no point to draw
 }

@@ -747,9 +747,9 @@ TEST_CASE("a study in which all are lost: 0 %, and that is an answer") {
   CHECK(j["lower"] == 0.0);
   CHECK_NEAR(j["upper"].get<double>(), 1 - std::pow(0.025, 1.0 / 20), 1e-12);
   const Ran text = run(scratch, "simulate s.toml --monte-carlo");
-  says(text.out, "0 of 20 flights are good: 0 %, with 95 % confidence between 0 and 16.84 %");
+  says(text.out, "0 of 20 flights succeeded: 0 % (95 % confidence interval 0 to 16.84 %)");
   says(text.out, "outcomes: 20 lost");
-  says(text.out, "a miss above a million means that");
+  says(text.out, "an error above a million tolerances means that");
 }
 
 TEST_CASE("of the way back landings are good") {

@@ -755,7 +755,7 @@ TEST_CASE("one axis: the text has its intervals; the crossing is where the branc
   const Ran stable = run(scratch, "sweep s.toml");
   CHECK(stable.exit_code == 0);
   CHECK(says(stable.out, "22 stable, 0 unstable, 0 undecided, 0 without trim"));
-  CHECK(says(stable.out, "stable on all of [20, 9.5] m/s"));
+  CHECK(says(stable.out, "stable throughout [20, 9.5] m/s"));
 
   scratch.write("s.toml",
                 flat + axis("V", 20, 9.151, 22) + "[follow]\nparameter = \"V\"\nto = 5.0\n");
@@ -782,7 +782,7 @@ TEST_CASE("one axis: the text has its intervals; the crossing is where the branc
     CHECK(std::regex_search(text.out, interval(i)));
   }
   CHECK(says(text.out, "21 stable, 1 unstable, 0 undecided, 0 without trim"));
-  CHECK(says(text.out, "not stable on all of [20, 9.151] m/s: unstable on 1 stretch of it"));
+  CHECK(says(text.out, "unstable in 1 interval of [20, 9.151] m/s"));
   for (const double side : {1e-7, -1e-7}) {
     scratch.write("side.toml", condition("a", V + side, 0, 0));
     CHECK(

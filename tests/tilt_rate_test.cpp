@@ -162,7 +162,7 @@ TEST_CASE("responses: without a trim, cut short, of names that are none") {
   CHECK_FALSE(none.message.empty());
   const Response cut = response(flight, level, {{"q", 60.0}}, {.most = 1});
   CHECK(cut.status == ResponseStatus::cut_short);
-  CHECK(cut.message == "turned over");
+  CHECK(cut.message == "pitched over (beyond 3 rad)");
   CHECK(cut.t.size() < 201);
   CHECK(cut.linear.cols() == Eigen::Index(cut.t.size()));
   CHECK(cut.reach < 1);

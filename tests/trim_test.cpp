@@ -292,7 +292,7 @@ static void every_way_of_ending(const TrimOptions& options) {
     m.enclosure = {};
     const TrimResult r = trim(m, bounded_fold(-2, 3), at_fold(2, 0.25), options);
     CHECK(r.status == TrimStatus::not_found);
-    CHECK(r.message.find(fmt::format("no equilibrium found in {} starts", r.starts)) == 0);
+    CHECK(r.message.find(fmt::format("no equilibrium found from {} starts", r.starts)) == 0);
   }
   SUBCASE("not_finite: everywhere") {
     for (const double sign : {1.0, -1.0}) {

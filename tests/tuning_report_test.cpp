@@ -201,8 +201,8 @@ At each operating point (* limits the result):
   level                         0.51                    2.5
     scattered, worst of 1       0.48                      3
 
-Effect of each gain: the worst case with 10 % less and with 10 % more of it, and
-slopes per 10 % more:
+Effect of each gain: the worst case with 10 % less and 10 % more of it, and the
+slope per 10 % increase:
   gain                 value  unit       goal  limits       goal  limits   decay
                                     10 % less          10 % more           slope
   K_Lp                   0.3            0.325  met         0.331  missed  -0.021

@@ -461,7 +461,7 @@ TEST_CASE("a line without any trim is not called stable") {
   scratch.write("s.toml", study_of("x^2 + p"));
   const Ran ran = run(scratch, "sweep s.toml");
   CHECK(ran.exit_code == 1);
-  CHECK(says(ran.out, "no trim or undecided on all of [1, 2]"));
+  CHECK(says(ran.out, "no trim or undecided throughout [1, 2]"));
   CHECK(!says(ran.out, "stable on"));
 }
 

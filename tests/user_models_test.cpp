@@ -258,7 +258,7 @@ TEST_CASE("it has no equilibrium" * thorough) {
   const Model m = scalar([](double x, double p) { return one(p + x * x); });
   const TrimResult r = trimmed(m);
   CHECK(r.status == TrimStatus::not_found);
-  CHECK(says(r.message, "the closest point leaves x' = 1"));
+  CHECK(says(r.message, "the closest point has residual rate x' = 1"));
   CHECK(linear_at(m, 0).status == LinearizeStatus::not_equilibrium);
   const Branch branch = branch_from(m, 0);
   CHECK(branch.end == BranchEnd::no_start);

@@ -73,6 +73,8 @@ TEST_CASE(
   refused("merge 1.nc other.nc -o m.nc",
           "other.nc is not a part of the same map as 1.nc: its study has another text");
   refused("merge 1.nc 2.nc", "expected -o MAP.nc");
+  refused("merge 1.nc 2.nc -o m.nc --format csv", "no 'csv'; expected latex|markdown|text");
+  CHECK(contains(run(scratch, "merge --help").out, "-o,--output MAP.nc"));
   refused("merge 1.nc s.toml -o m.nc", "s.toml: is not a NetCDF-4 file");
   refused("sweep s.toml --part 1/2", "expected -o PART.nc");
   refused("sweep s.toml -o p.nc --part 3/2", "3/2 is not a part; expected I/N");

@@ -48,6 +48,24 @@ TEST_CASE("loads: the same by stick or elevator; the total is the sum") {
   CHECK(std::abs(one["components"]["spinners"]["X"].get<double>() / 4.4482216 + 57.326) < 0.5);
 }
 
+TEST_CASE("trim: text prints rounding errors as 0, JSON and CSV print the numbers") {
+  const Scratch scratch("xv15_rounding");
+  const std::string trim = "trim " + (source / "studies/xv15.toml").string();
+  const Ran text = run(scratch, trim), csv = run(scratch, trim + " --format csv");
+  CHECK(text.exit_code == 0);
+  for (const char* const power : {"e-1", "e-2", "e-3", "e-4"}) {
+    CAPTURE(power);
+    CHECK(text.out.find(power) == std::string::npos);
+  }
+  const json exact = answer_of(run(scratch, trim + " --format json"));
+  double largest = 0;
+  for (const json& condition : exact["conditions"])
+    largest = std::max(largest, std::abs(condition["state"]["q"].get<double>()));
+  CHECK(largest > 0);
+  CHECK(largest < 1e-12);
+  CHECK(csv.out.find("e-2") != std::string::npos);
+}
+
 TEST_CASE("loads: what is missing, what is silent, what has no components") {
   const Scratch scratch("xv15_refused");
   scratch.write("no_stick.toml", at_40_kt);

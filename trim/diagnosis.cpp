@@ -269,7 +269,7 @@ std::string in_words(const Remedy& r, double factor, const std::string& unit) {
   const auto number = [&](double value) { return fmt::format("{:.6g}{}", value * factor, space); };
   const std::string known = r.trim.status == TrimStatus::infeasible
                                 ? "proved"
-                                : "no equilibrium found in " + counted(r.trim.starts, "start");
+                                : "no equilibrium found from " + counted(r.trim.starts, "start");
   const std::string nearest = r.trim.status == TrimStatus::converged ? "" : "at most ";
   const char* const way = r.upper ? "up to" : "down to";
   const double farthest = r.upper ? r.searched.upper : r.searched.lower;

@@ -271,6 +271,13 @@ std::string doubtful_derivatives(const Problem& p, const OperatingPoint& at) {
   }
 }
 
+const char* residuals_in_words(const Problem& p) {
+  const bool one = p.equations.size() == 1;
+  const auto is_rate = [&](Eigen::Index row) { return row < std::ssize(p.model.states); };
+  return std::ranges::all_of(p.equations, is_rate) ? (one ? "residual rate" : "residual rates")
+                                                   : (one ? "residual" : "residuals");
+}
+
 TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
@@ -291,12 +298,13 @@ TrimResult no_answer(Search& s) {
     if (p.over()) return out_of_time(s);
     r.status = proof.proved ? TrimStatus::infeasible : TrimStatus::not_found;
     std::string none = proof.proved ? "no point within the limits is an equilibrium"
-                                    : "no equilibrium found in " + counted(s.starts, "start");
+                                    : "no equilibrium found from " + counted(s.starts, "start");
     if (proof.boxes > 0 && proof.proved)
       none += fmt::format(" (proved over {} box{})", proof.boxes, proof.boxes == 1 ? "" : "es");
-    r.message = fmt::format("{}{}; the closest point leaves {}, {}", none,
-                            s.none_within ? ", and no point within all limits was found" : "",
-                            left_over(p, p.equations, r), limits_in_words(p, r));
+    r.message =
+        fmt::format("{}{}; the closest point has {} {}, {}", none,
+                    s.none_within ? ", and no point within all limits was found" : "",
+                    residuals_in_words(p), left_over(p, p.equations, r), limits_in_words(p, r));
     if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
     if (!proof.proved) r.message += doubtful_derivatives(p, r.point);
   }

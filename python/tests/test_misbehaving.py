@@ -292,7 +292,7 @@ def test_its_jacobian_is_singular():
 def test_it_has_no_equilibrium():
     m = scalar(lambda x, p: p + x * x)
     result = trimmed(m)
-    assert result.status == "not_found" and "the closest point leaves x' = 1" in result.message
+    assert result.status == "not_found" and "the closest point has residual rate x' = 1" in result.message
     assert linear_at(m, 0.0).status == "not_equilibrium"
     assert branch_from(m, 0.0).end == "no_start"
     assert statuses(m)[0] == ["not_found"] * 3
