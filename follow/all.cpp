@@ -79,6 +79,11 @@ AllEquilibria search(Found f, const OperatingPoint& guess,
   f.all.starts = first.starts;
   f.add(first, "a start");
   for (const OperatingPoint& other : first.others) f.add(at(f, other, options), "a start");
+  // Fewer starts may end elsewhere, by way of the closest point: what they find belongs to all.
+  if (TrimOptions fewer = options; fewer.starts > TrimOptions{}.starts) {
+    fewer.starts = TrimOptions{}.starts;
+    f.add(trim(f.model, f.spec, guess, fewer), "a start");
+  }
   if (f.all.equilibria.empty()) f.all.none = first;
   for (std::size_t k = 0; k < std::min(f.all.equilibria.size(), most_equilibria); ++k)
     for (const std::string& parameter : parameters) look_along(f, k, parameter, reach, options);

@@ -31,6 +31,11 @@ double stick_of(const UserCondition& condition) {
   return xv15::stick_for(*condition.model->xv15, elevator);
 }
 
+// Of level flight, forwards or backwards, upright; straight up or down the fuselage is level.
+double pitch_of(const UserCondition& condition, double u, double w) {
+  return fixed(condition, "theta").value_or(u == 0 ? 0.0 : std::atan(w / u));
+}
+
 }  // namespace
 
 LoadsAnswer component_loads(const Condition& condition) {
@@ -42,8 +47,7 @@ LoadsAnswer component_loads(const Condition& condition) {
   LoadsAnswer answer{condition.name, {}, {}};
   OperatingPoint& at = answer.at;
   const double u = required(*asked, "u", "u"), w = required(*asked, "w", "w");
-  at.x = Eigen::Vector4d(u, w, fixed(*asked, "theta").value_or(std::atan2(w, u)),
-                         fixed(*asked, "q").value_or(0.0));
+  at.x = Eigen::Vector4d(u, w, pitch_of(*asked, u, w), fixed(*asked, "q").value_or(0.0));
   at.u = Eigen::Vector4d(0.0, stick_of(*asked), required(*asked, "flap", "flap_deg"),
                          required(*asked, "mast_angle", "mast_angle_deg"));
   at.p = own.parameters;

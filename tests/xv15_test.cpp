@@ -4,6 +4,8 @@
 #include <complex>
 #include <numbers>
 
+#include "follow/envelope.hpp"
+#include "study/loads_study.hpp"
 #include "study/reference_vehicle.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
@@ -301,6 +303,130 @@ TEST_CASE("a trim starts near and needs few steps") {
     CHECK(std::abs(found.outputs[3] - knots) < 1e-9);
     CHECK(std::abs(found.outputs[2]) < 1e-9);
   }
+}
+
+namespace {
+
+struct Flown {
+  double knots, climb, flap, mast;  // kt, degrees
+};
+
+OperatingPoint begun(const Data& data, const Flown& flown, double theta, const Start& start) {
+  OperatingPoint at{
+      Eigen::Vector4d::Zero(),
+      Eigen::Vector4d(start.collective, start.stick, flown.flap * degree, flown.mast * degree),
+      parameters(data)};
+  const double V = flown.knots * kt, alpha = theta - flown.climb * degree;
+  at.p[airspeed_kt] = flown.knots;
+  at.p[climb_angle] = flown.climb * degree;
+  at.x << V * std::cos(alpha), V * std::sin(alpha), theta, 0;
+  return at;
+}
+
+TrimSpec flown_as_commanded() {
+  TrimSpec spec{.free = {"u", "w", "theta", "q", "collective", "stick"}};
+  spec.bounds = {{"forward_error", {0, 0}},
+                 {"climb_error", {0, 0}},
+                 {"stick", {0, 9.6}},
+                 {"collective", {-10 * degree, 70 * degree}}};
+  return spec;
+}
+
+TrimResult newton_trim(const Data& data, const Model& m, const Flown& flown) {
+  const OperatingPoint still = begun(data, flown, 0, {});
+  const Start start = start_of(data, still, flown.knots * kt, flown.climb * degree);
+  return trim(m, flown_as_commanded(), begun(data, flown, start.theta, start),
+              {.method = TrimMethod::newton, .starts = 0});
+}
+
+}  // namespace
+
+TEST_CASE("straight up and down: Newton's method from the start, with a level fuselage") {
+  const auto data = data_of(Variant::report_1988);
+  const Model m = model(data);
+  for (const double flap : {0.0, 40.0}) {
+    double before = 0;
+    for (const double climbed : {-30.0, -20.0, -15.0, -10.0, -5.0, 5.0, 10.0, 15.0, 20.0, 30.0}) {
+      CAPTURE(flap);
+      CAPTURE(climbed);
+      const TrimResult found =
+          newton_trim(*data, m, {std::abs(climbed), std::copysign(90, climbed), flap, 0});
+      REQUIRE(found.status == TrimStatus::converged);
+      CHECK(std::abs(found.point.x[2]) < 4 * degree);
+      // A faster climb takes more collective; stalled blades would leave the order.
+      CHECK(found.point.u[0] > before);
+      CHECK(found.point.u[0] < 15 * degree);
+      before = found.point.u[0];
+    }
+  }
+  const auto collective = [&](const Flown& flown) {
+    return newton_trim(*data, m, flown).point.u[0] / degree;
+  };
+  // From guesses next to these equilibria, by hand.
+  const double up = collective({15, 90, 0, 0}), down = collective({15, -90, 0, 0});
+  CHECK_NEAR(up, 12.343, 5e-4);
+  CHECK_NEAR(down, 9.690, 5e-4);
+  const double vertical = collective({10, 90, 40, 0}), steep = collective({10, 89, 40, 0});
+  CHECK_NEAR(vertical, steep, 0.01);
+}
+
+TEST_CASE("loads without a collective find the one of a trim") {
+  const auto data = data_of(Variant::report_1988);
+  const Model m = model(data);
+  for (const Flown& flown :
+       {Flown{0, 0, 0, 0}, Flown{0, 0, 40, 0}, Flown{10, 90, 40, 0}, Flown{10, -90, 0, 0},
+        Flown{80, 0, 40, 0}, Flown{100, 5, 20, 30}, Flown{120, -3, 20, 60}, Flown{160, 0, 0, 90}}) {
+    CAPTURE(flown.knots);
+    CAPTURE(flown.climb);
+    CAPTURE(flown.mast);
+    const TrimResult found = newton_trim(*data, m, flown);
+    REQUIRE(found.status == TrimStatus::converged);
+    const Loads at = loads(*data, found.point, {});
+    CHECK_NEAR(at.collective, found.point.u[0], 1e-8);
+    CHECK_NEAR(at.induced_velocity, found.outputs[6], 1e-6);
+    CHECK_NEAR(at.total.M, 0, 0.1);  // N m
+  }
+}
+
+TEST_CASE("loads at rest, along the masts and backwards are next to those of a slow flight") {
+  const auto collective = [](double u, double w) {
+    const Study study =
+        parse_study(fmt::format("vehicle = 'xv15'\n[[condition]]\nname = 'slow'\nu = {}\nw = {}\n"
+                                "stick = 4.8\nflap_deg = 0\nmast_angle_deg = 0\n",
+                                u, w),
+                    "slow.toml");
+    const LoadsAnswer answer = component_loads(study.conditions.front());
+    CAPTURE(answer.message);
+    REQUIRE(answer.loads.components.size() == 7);
+    // The thrust balances the weight, with the fuselage at the pitch assumed.
+    const double weight = answer.at.p[mass] * answer.at.p[gravity];
+    CHECK_NEAR(answer.loads.total.Z, -weight * std::cos(answer.at.x[2]), 1e-3);
+    return answer.loads.collective / degree;
+  };
+  const double hover = collective(0, 0);
+  CHECK_NEAR(hover, 11.149, 5e-4);
+  CHECK_NEAR(collective(0.01, 0), hover, 1e-3);
+  CHECK_NEAR(collective(-0.01, 0), hover, 1e-3);
+  // Climbing takes more, descending less; so does flight in either direction.
+  CHECK(collective(0, -5) > hover);
+  CHECK(collective(0, 5) < hover);
+  CHECK_NEAR(collective(-5, 0), collective(5, 0), 0.5);
+  CHECK(collective(-5, 0) < hover);
+}
+
+TEST_CASE("what a trim finds by way of the closest point is among all equilibria") {
+  const auto data = data_of(Variant::report_1988);
+  const Model m = model(data);
+  // Far from level: this trim ends with stalled blades.
+  const OperatingPoint steep = begun(*data, {10, 90, 40, 0}, 2.5215958083778469,
+                                     {0, -0.082902769929379061, 3.7087002234970186});
+  const TrimSpec spec = flown_as_commanded();
+  const TrimResult plain = trim(m, spec, steep);
+  REQUIRE(plain.status == TrimStatus::converged);
+  const AllEquilibria all = all_equilibria(m, spec, steep, {}, 1.0, {.starts = 200});
+  CHECK(std::ranges::any_of(all.equilibria, [&](const Equilibrium& e) {
+    return (e.trim.point.u - plain.point.u).norm() < 1e-6;
+  }));
 }
 
 TEST_CASE("tables meet their entries with continuous second derivatives") {

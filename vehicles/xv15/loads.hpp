@@ -29,8 +29,8 @@ struct Loads {
 
 /// What is known of the rotors.
 struct RotorState {
-  std::optional<double> collective;        ///< rad; not given: that of level flight, whose thrust
-                                           ///< balances all forces along the masts
+  std::optional<double> collective;        ///< rad; not given: the least whose thrust balances all
+                                           ///< forces along the masts at the pitch of the point
   std::optional<double> induced_velocity;  ///< m/s; not given: by momentum theory
 };
 

@@ -85,10 +85,10 @@ static std::array<Eigen::Matrix3d, 2> slopes_of(const RotorInput<double>& in,
                                                 const RotorMotion<double>& y, const DiscSums& disc,
                                                 const Data& d, std::optional<double> given) {
   const double tip = in.omega * d.radius, level = in.V_n + y.v;
-  const double speed = std::sqrt(in.V_e * in.V_e + level * level), skew = in.V_e / (level + speed);
+  const double speed = std::sqrt(in.V_e * in.V_e + level * level);
   // d(skew v)/dv = skew (1 - v/speed)
-  const double cosine =
-      in.gradient * (15 * std::numbers::pi / 32 / d.radius) * skew * (1 - y.v / speed);
+  const double cosine = in.gradient * (15 * std::numbers::pi / 32 / d.radius) *
+                        wake_skew(in.V_e, level) * (1 - y.v / speed);
   Eigen::Matrix<double, 5, 3> by;
   by.col(0) = tip * (disc.slope.col(by_level) + cosine * disc.slope.col(by_cosine));
   by.col(1) = disc.slope.col(by_a1);

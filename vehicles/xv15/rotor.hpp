@@ -53,12 +53,19 @@ struct DiscSums {
   Eigen::Matrix<double, 5, 1> by_sound;
 };
 
+/// tan(chi/2) of the wake's skew chi. Along the axis the wake has none, also where it leaves
+/// upwards.
+template <class S>
+S wake_skew(const S& V_e, const S& level) {
+  const S along = level + sqrt(V_e * V_e + level * level);
+  return real_part(along) > 0 ? S(V_e / along) : S(0.0);
+}
+
 /// The part of U_P that grows with r cos psi, less the pitch rate: k_x v/R with
 /// k_x = (15 pi/32) tan(chi/2) of the wake's skew chi (Pitt and Peters 1981).
 template <class S, class V>
 S inflow_cosine(const RotorInput<S>& in, const V& v, double radius) {
-  const S level = in.V_n + v;
-  const S skew = in.V_e / (level + sqrt(in.V_e * in.V_e + level * level));
+  const S skew = wake_skew(in.V_e, S(in.V_n + v));
   return in.gradient * (15 * std::numbers::pi / 32 / radius) * skew * v - in.q;
 }
 

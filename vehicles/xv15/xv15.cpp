@@ -65,14 +65,12 @@ struct RatesAndOutputs {
 
 Load plain(const LoadOf<double>& load) { return {load.X, load.Z, load.M}; }
 
+using Imbalance = std::function<double(double collective)>;
+
 // A root of g between two collectives, by bisection and secants (Illinois).
-double root(const std::function<double(double)>& g, double low, double high,
-            std::string_view what) {
+double root(const Imbalance& g, double low, double high) {
   constexpr int most_steps = 100;
   double at_low = g(low), at_high = g(high);
-  if (!(at_low * at_high <= 0))
-    throw std::domain_error(fmt::format("no collective between {:.3g} and {:.3g} degrees gives {}",
-                                        low / degree, high / degree, what));
   for (int step = 0; step < most_steps && std::abs(high - low) > 1e-13; ++step) {
     const double middle = high - at_high * (high - low) / (at_high - at_low);
     const double at = g(middle);
@@ -87,6 +85,29 @@ double root(const std::function<double(double)>& g, double low, double high,
     at_high = at;
   }
   return high;
+}
+
+// Where g, which grows with the collective, first passes zero. Some collectives have no balance of
+// inflow and flapping, or leave the blades' tables.
+double first_root(const Imbalance& g, double low, double high) {
+  constexpr int parts = 60;
+  std::optional<std::pair<double, double>> before;  // the last collective and its imbalance
+  std::string silent;
+  for (int k = 0; k <= parts; ++k) {
+    const double at = low + k * (high - low) / parts;
+    try {
+      const double value = g(at);
+      if (before && before->second <= 0 && value >= 0) return root(g, before->first, at);
+      before = {at, value};
+    } catch (const std::domain_error& e) {
+      silent = e.what();
+    }
+  }
+  if (!before) throw std::domain_error(silent);
+  throw std::domain_error(
+      fmt::format("no collective between {:.3g} and {:.3g} degrees balances the forces along the "
+                  "masts",
+                  low / degree, high / degree));
 }
 
 }  // namespace
@@ -193,20 +214,23 @@ Rough rough(const Data& d, State<double> s, double V, double climb, double weigh
            F.M / weight / d.mast_length}};
 }
 
-}  // namespace
+struct RoughTrim {
+  Start start;
+  double left;  // as Rough::left, the largest
+};
 
-Start start_of(const Data& d, const OperatingPoint& at, double V, double climb) {
+// By Newton's method from z; none where the tables are silent at z.
+std::optional<RoughTrim> rough_trim(const Data& d, const State<double>& s, double V, double climb,
+                                    double weight, Eigen::Vector3d z) {
   constexpr int most_steps = 4, with_slopes = 2;  // the later steps keep the slopes
   constexpr double difference = 1e-5, largest = 0.3;
-  const State<double> s = state_of<double>({at.x.data(), 4}, {at.u.data(), 4}, {at.p.data(), 8});
-  const double weight = at.p[mass] * at.p[gravity];
-  Eigen::Vector3d z(0.0, std::cos(s.mast) + 0.15 * std::sin(s.mast), 0.5);
   Eigen::Matrix3d J;
-  Start found{climb, 8 * degree + std::atan(V * std::sin(s.mast) / 176), d.stick_neutral};
+  std::optional<RoughTrim> found;
   try {
     for (int step = 0; step <= most_steps; ++step) {
       const Rough here = rough(d, s, V, climb, weight, z);
-      found = {z[0] + climb, here.collective, std::clamp(9.6 * z[2], 0.0, 9.6)};
+      found = {{z[0] + climb, here.collective, std::clamp(9.6 * z[2], 0.0, 9.6)},
+               here.left.cwiseAbs().maxCoeff()};
       if (step == most_steps) break;
       for (Eigen::Index k = 0; step < with_slopes && k < 3; ++k) {
         Eigen::Vector3d moved = z;
@@ -223,6 +247,25 @@ Start start_of(const Data& d, const OperatingPoint& at, double V, double climb) 
   return found;
 }
 
+}  // namespace
+
+// A wing carries a fuselage that points along the path, rotors one whose masts are upright.
+Start start_of(const Data& d, const OperatingPoint& at, double V, double climb) {
+  constexpr double steepest = 85 * degree;  // the fuselage's tables end at 90
+  const State<double> s = state_of<double>({at.x.data(), 4}, {at.u.data(), 4}, {at.p.data(), 8});
+  const double weight = at.p[mass] * at.p[gravity];
+  const auto from = [&](double alpha) {
+    const double thrust = std::cos(s.mast) + 0.15 * std::sin(s.mast);
+    return rough_trim(d, s, V, climb, weight, {alpha, thrust, 0.5});
+  };
+  const auto along = from(0.0);
+  const auto upright =
+      climb == 0 ? std::nullopt : from(std::clamp(s.mast - climb, -steepest, steepest));
+  if (upright && (!along || upright->left < along->left)) return upright->start;
+  if (along) return along->start;
+  return {climb, 8 * degree + std::atan(V * std::sin(s.mast) / 176), d.stick_neutral};
+}
+
 Loads loads(const Data& d, const OperatingPoint& point, const RotorState& asked) {
   const std::span<const double> x(point.x.data(), 4), u(point.u.data(), 4),
       p(point.p.data(), std::size_t(point.p.size()));
@@ -235,16 +278,16 @@ Loads loads(const Data& d, const OperatingPoint& point, const RotorState& asked)
     return sums(d, s, g, at.forces.thrust, at.forces.in_plane, at.motion.v);
   };
   const auto imbalance = [&](double collective) {
-    const double along = std::atan2(s.w, s.u), weight = p[mass] * p[gravity];
+    const double theta = x[2], weight = p[mass] * p[gravity];
     const Sums<double> all = summed(turning(collective));
-    return (all.total.X - weight * std::sin(along)) * g.sin -
-           (all.total.Z + weight * std::cos(along)) * g.cos;
+    return (all.total.X - weight * std::sin(theta)) * g.sin -
+           (all.total.Z + weight * std::cos(theta)) * g.cos;
   };
   const double inflow = (hub_motion(s, g).V_n) / (s.omega * d.radius * 0.75);
   const double centre = std::atan(inflow);
-  const double collective = asked.collective ? *asked.collective
-                                             : root(imbalance, centre - 10 * degree,
-                                                    centre + 20 * degree, "level flight");
+  const double collective = asked.collective
+                                ? *asked.collective
+                                : first_root(imbalance, centre - 10 * degree, centre + 20 * degree);
   const RotorAnswer<double> at = turning(collective);
   const Sums<double> all = summed(at);
   Loads answer;
