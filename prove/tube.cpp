@@ -272,9 +272,7 @@ Tube find_tube(const Setup& s, const Cell& cell, const VectorXd& start, Branches
   clear(sides);
   tube.over = evaluate(s, numbers, tube.unknowns, Along::states);
   if (sides.blocked) return refuse("switch", failure);
-  if (!std::all_of(tube.over.begin(), tube.over.begin() + Index(s.states),
-                   [](const Jet& rate) { return rate.known(); }))
-    return refuse("undefined", failure);
+  if (!std::ranges::all_of(tube.over, &Jet::known)) return refuse("undefined", failure);
   return tube;
 }
 

@@ -154,6 +154,16 @@ TEST_CASE("what no range can decide is undecided and names the formula's functio
   CHECK(cause("y*ln(p - 2)") == "undefined: ln in the rate of 'y'");
 }
 
+TEST_CASE("where an output may be undefined nothing is proved") {
+  const Theorem t =
+      proved(states({{"x", "p - x"}}) + "[[model.output]]\nname = \"lift\"\nvalue = \"sqrt(x)\"\n" +
+                 parameter("p", 1) + condition("") + box("p", -1, 1),
+             200);
+  CHECK_NEAR(t.stable, 0.5, 1e-2);
+  CHECK(t.stable < 0.5);
+  CHECK(t.regions.front().cause == "undefined: sqrt in the output 'lift'");
+}
+
 TEST_CASE("a kink away from the trim does not matter") {
   const Theorem t = proved(crossing("y*(abs(x + 1) - 1) + max(x - 1, 0)"));
   CHECK(t.undecided < 1e-8);
