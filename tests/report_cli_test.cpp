@@ -73,8 +73,7 @@ TEST_CASE("the page is STUDY.html here, and the terminal is told the verdict") {
   scratch.write("s.toml", small);
   const Ran ran = run(scratch, "report s.toml");
   CHECK(ran.exit_code == 0);
-  CHECK(
-      says(ran.out, "The condition is in verified equilibrium and stable. Along K_Lp: stable on"));
+  CHECK(says(ran.out, "The condition is in verified equilibrium and stable. Along K_Lp: stable"));
   CHECK(says(ran.out, "s.html\n"));
   CHECK(scratch.files() == std::set<std::string>{"s.toml", "s.html"});
   CHECK(run(scratch, "report s.toml -o other.html").exit_code == 0);

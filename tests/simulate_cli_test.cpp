@@ -860,7 +860,7 @@ TEST_CASE("a terminal has colours, unless NO_COLOR, and is told how far it is; a
   const std::string program = TILTRIM_PROGRAM;
   const std::regex end("energy balance");
   const std::string coloured = on_terminal(scratch, "exec " + program + " simulate s.toml", end);
-  says(coloured, "\x1b[32mflown");
+  says(coloured, "\x1b[32mcompleted");
   const std::string plain =
       on_terminal(scratch, "NO_COLOR=1 exec " + program + " simulate s.toml", end);
   says(plain, "starting from the trim at V = 15 m/s");

@@ -156,7 +156,7 @@ The gains, to paste into the study:
     cyclic_off_deg = 25.0
 
 Requirements, where they are worst, and the reserve in percent of the limit:
-  asked                     worst unit  reserve active at
+  requirement               worst unit  reserve active where
                                               %
   decay, the goal          0.3372 1/s         - *      climb, mass +15 %,
                                                        inertia_yy -15 %,
