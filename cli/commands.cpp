@@ -7,7 +7,7 @@
 #include <cmath>
 #include <exception>
 #include <mutex>
-#include <numbers>
+#include <span>
 
 #include "cli/model_files.hpp"
 #include "cli/terminal.hpp"
@@ -18,6 +18,7 @@
 #include "report/paper.hpp"
 #include "report/quality_sheets.hpp"
 #include "report/sensitivities.hpp"
+#include "runtime/checksum.hpp"
 #include "runtime/ranks.hpp"
 #include "runtime/threads.hpp"
 #include "study/analyses.hpp"
@@ -70,13 +71,24 @@ Study read_study(const Common& common, const std::vector<FurtherFile>& further) 
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions) {
   std::string identity = "tiltrim " TILTRIM_VERSION "\n" + study.text + "\nconditions:";
   for (const Condition& c : conditions) identity += " " + c.name;
-  if (study.user_model) return identity;
-  identity += "\npolar:";
-  for (int degree = -180; degree < 180; ++degree) {
-    const auto c = study.vehicle.polar->at(degree * (std::numbers::pi / 180));
-    identity += fmt::format(" {:a} {:a} {:a}", c.CL, c.CD, c.CM);
+  return identity + "\npolar: " + polar_checksum(study);
+}
+
+std::string polar_checksum(const Study& study) {
+  if (study.user_model) return "";
+  const Polar& polar = *study.vehicle.polar;
+  std::string rows;
+  for (std::size_t i = 0; i < polar.rows().size(); ++i) {
+    const Coefficients& c = polar.rows()[i];
+    rows += fmt::format("{:a} {:a} {:a} {:a}\n", polar.knots()[i], c.CL, c.CD, c.CM);
   }
-  return identity;
+  return fmt::format("{:016x}", checksum(std::as_bytes(std::span(rows))));
+}
+
+void sign(const Study& study, SweepMap& map) {
+  map.study = study.text;
+  map.polar = polar_checksum(study);
+  map.program = "tiltrim " TILTRIM_VERSION;
 }
 
 void for_each(const Study& study, const Common& common, int threads,

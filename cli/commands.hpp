@@ -227,6 +227,10 @@ std::vector<Condition> chosen(const Study& study, const std::vector<std::string>
 /// Identifies everything that determines the results of a resumable run; a log is valid only for
 /// the same.
 std::string identity_of(const Study& study, const std::vector<Condition>& conditions);
+/// Checksum of the study's polar, which its text only names; empty for a study with [model].
+std::string polar_checksum(const Study& study);
+/// Enters in the map the study, its polar and this program.
+void sign(const Study& study, SweepMap& map);
 
 /// Calls work(condition, progress) on each condition in turn. Errors are reported with the
 /// condition's name, as a StudyError.

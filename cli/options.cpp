@@ -385,8 +385,10 @@ CLI::App* add_report(CLI::App& app, ReportCommand& command) {
   add_only(report, command.common);
   report
       ->add_option("--sweep", command.sweeps,
-                   "use this map, written by sweep, instead of computing one over the same axes")
-      ->allow_extra_args(false)
+                   "show this map, written by sweep; one with the same axes and points is not "
+                   "computed again; may be repeated")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("MAP.nc");
   report
       ->add_option("--figures", command.figures,

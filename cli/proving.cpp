@@ -16,8 +16,6 @@
 
 namespace tiltrim::cli {
 
-namespace fs = std::filesystem;
-
 namespace {
 
 // All conditions of a [model]; of the tiltrotor those of its closed loop, of a box over h, which
@@ -96,13 +94,12 @@ std::string in_its_format(const Study& study, const ProveCommand& command,
 std::unique_ptr<Log> opened(const Study& study, const ProveCommand& command) {
   if (command.log.empty()) return {};
   check_apart(command.log, "--log", command.certificate, "the certificate");
-  const bool exists = fs::exists(command.log);
   auto log =
       std::make_unique<Log>(filing::target_of(command.log),
                             identity_of(study, to_prove(study, command.common.only)) +
                                 fmt::format("\nprove: margin {:a}, damping {:a}",
                                             margin_of(study, command), damping_of(study, command)));
-  if (exists)
+  if (!log->recovered().empty())
     fmt::print(stderr, "tiltrim: resumed from {}: its boxes are not examined again\n",
                command.log.string());
   return log;

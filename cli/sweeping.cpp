@@ -66,11 +66,6 @@ auto observed(const Study& study, const std::vector<Condition>& conditions, cons
   }
 }
 
-void sign(const Study& study, SweepMap& map) {
-  map.study = study.text;
-  map.program = "tiltrim " TILTRIM_VERSION;
-}
-
 // The same log, whichever link leads to the output.
 std::filesystem::path log_of(const SweepCommand& command) {
   const std::filesystem::path& output = command.common.output;

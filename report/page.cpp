@@ -9,6 +9,7 @@
 
 #include "report/figure_parts.hpp"
 #include "report/json.hpp"
+#include "report/map_parts.hpp"
 #include "report/map_sheets.hpp"
 #include "report/page_assets.hpp"
 #include "report/page_data.hpp"
@@ -149,6 +150,15 @@ std::string modes_part(Parts& parts) {
   return section(parts, "modes", "Eigenvalues and modes", body);
 }
 
+// The file that a map was read from, and what it covers: perhaps not what the study asks for.
+std::string origin(const StudyReport::Map& map) {
+  if (map.file.empty()) return "";
+  std::string axes;
+  for (const SweepAxis& axis : map.map.axes)
+    axes += (axes.empty() ? "" : "; ") + axis_in_words(axis);
+  return paragraph("Read from " + map.file + ": " + axes + ".");
+}
+
 std::string lines_part(Parts& parts) {
   std::string all;
   std::size_t number = 0;
@@ -156,10 +166,11 @@ std::string lines_part(Parts& parts) {
     for (std::size_t c = 0; c < m.map.conditions.size(); ++c, ++number) {
       if (m.map.axes.size() != 1) continue;
       const std::string id = file_name_of("", number, m.map.conditions[c]);
+      const std::string name = name_of(parts.report, m, c);
       std::string body =
           paragraph(counts_in_words(m.map, c) +
                     (m.map.intervals.empty() ? "." : "; " + line_in_words(m.map, c, 0) + "."));
-      if (!m.file.empty()) body += paragraph("Read from " + m.file + ".");
+      body += origin(m);
       body += table(parts, "intervals_" + id) + controls(parts, "along_" + id);
       if (const auto same = parts.figures.constant.find("trim_" + id);
           same != parts.figures.constant.end())
@@ -167,10 +178,7 @@ std::string lines_part(Parts& parts) {
       for (const char* what : {"trim_", "locus_", "locus_slow_", "modes_"})
         body += figure(parts, what + id);
       all += section(parts, "along-" + id,
-                     fmt::format("Along {}{}", m.map.axes[0].name,
-                                 m.map.conditions.size() > 1 || parts.report.maps.size() > 2
-                                     ? ": " + m.map.conditions[c]
-                                     : ""),
+                     fmt::format("Along {}{}", m.map.axes[0].name, name.empty() ? "" : ": " + name),
                      body);
     }
   return all;
@@ -185,10 +193,11 @@ std::string maps_part(Parts& parts) {
       const std::string id = file_name_of("", number, m.map.conditions[c]);
       const MapGrid& g = *std::ranges::find(parts.figures.grids, "map_" + id, &MapGrid::name);
       body += "<h3>" +
-              html_escaped(fmt::format("{} and {}: {}", g.x_name, g.y_name, m.map.conditions[c])) +
+              html_escaped(fmt::format("{} and {}: {}{}", g.x_name, g.y_name, m.map.conditions[c],
+                                       m.file.empty() ? "" : ", " + m.file)) +
               "</h3>\n";
       body += paragraph(counts_in_words(m.map, c) + ".");
-      if (!m.file.empty()) body += paragraph("Read from " + m.file + ".");
+      body += origin(m);
       body += figure(parts, "stability_" + id);
       body += fmt::format(
           "<div class=\"controls still\" data-grid=\"{}\">\n{}{}<output "

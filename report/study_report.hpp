@@ -18,6 +18,12 @@
 
 namespace tiltrim {
 
+/// An analysis without an answer, why, and what may help.
+struct Unanswered {
+  std::string what, why;
+  std::vector<std::string> more{};
+};
+
 struct StudyReport {
   Study study;
   std::string program;  ///< "tiltrim 0.1.0"
@@ -32,20 +38,18 @@ struct StudyReport {
   std::optional<FlightReport> flight;
   std::optional<MotionAnswer> motion{};  ///< for a study with [model] and [simulate]
   std::optional<PaperTables> paper;
-  std::vector<Theorem> theorems{};  ///< for a study with [prove]
+  std::vector<Theorem> theorems{};      ///< for a study with [prove]
+  std::vector<Unanswered> not_swept{};  ///< maps that some of the study's conditions cannot have
   std::vector<std::string>
       not_examined{};  ///< after an interrupt: "condition 'climb'", "the flight"
 };
 
-/// An analysis without an answer, why, and what may help.
-struct Unanswered {
-  std::string what, why;
-  std::vector<std::string> more{};
-};
 /// Conditions first, then maps, margins, flight, tables.
 std::vector<Unanswered> unanswered(const StudyReport& report);
 /// True if the flight reached its end or landed.
 bool flown_well(const FlightReport& flight);
+/// What tells a line or map from others over the same axes: "level", "level, map.nc"; may be empty.
+std::string name_of(const StudyReport& report, const StudyReport::Map& map, std::size_t condition);
 /// The summary: what has no answer, what is stable and what is not.
 std::string verdict_in_words(const StudyReport& report);
 

@@ -96,6 +96,7 @@ std::vector<Unanswered> unanswered(const StudyReport& report) {
                          ? "some margins may have been missed: see the table's notes."
                          : "a loop that is not stable has no margins."});
   for (const StudyReport::Map& m : report.maps) add_map(m.map, all);
+  for (const Unanswered& u : report.not_swept) all.push_back({u.what, ended(u.why), u.more});
   if (report.flight && !report.flight->flown)
     all.push_back({"The flight", "no trim to start from: " + ended(report.flight->plan.message)});
   if (report.motion && !report.motion->answered())
@@ -106,6 +107,13 @@ std::vector<Unanswered> unanswered(const StudyReport& report) {
     all.push_back({"The rest of this report",
                    "interrupted: not examined are " + listed(report.not_examined) + "."});
   return all;
+}
+
+std::string name_of(const StudyReport& report, const StudyReport::Map& map, std::size_t condition) {
+  std::vector<std::string> words;
+  if (report.study.conditions.size() > 1) words.push_back(map.map.conditions[condition]);
+  if (!map.file.empty()) words.push_back(map.file);
+  return fmt::format("{}", fmt::join(words, ", "));
 }
 
 std::string verdict_in_words(const StudyReport& report) {
@@ -147,10 +155,11 @@ std::string verdict_in_words(const StudyReport& report) {
   std::string words = fmt::format("{}", fmt::join(parts, "; "));
   for (const StudyReport::Map& m : report.maps)
     if (m.map.axes.size() == 1 && !m.map.intervals.empty())
-      for (std::size_t c = 0; c < m.map.conditions.size(); ++c)
+      for (std::size_t c = 0; c < m.map.conditions.size(); ++c) {
+        const std::string name = name_of(report, m, c);
         words += fmt::format(". Along {}{}: {}", m.map.axes[0].name,
-                             m.map.conditions.size() > 1 ? " (" + m.map.conditions[c] + ")" : "",
-                             line_in_words(m.map, c, 0));
+                             name.empty() ? "" : " (" + name + ")", line_in_words(m.map, c, 0));
+      }
   if (report.flight && report.flight->flown && !flown_well(*report.flight)) {
     const FlightResult& f = *report.flight->flown;
     words += fmt::format(". The flight ends at {:.3g} s: {}", f.t.back(),

@@ -88,9 +88,10 @@ struct SweepMap {
     std::vector<std::int8_t> verdict;                  ///< Verdict
   };
 
-  std::string study;                    ///< complete text of the study file
-  std::string program;                  ///< "tiltrim 0.1.0"
-  std::string instruction_set;          ///< the processor feature that affects results
+  std::string study;            ///< complete text of the study file
+  std::string program;          ///< "tiltrim 0.1.0"
+  std::string instruction_set;  ///< the processor feature that affects results
+  std::string polar;            ///< checksum of the study's polar; empty: it has none, or unknown
   std::vector<std::string> conditions;  ///< their names
   std::vector<SweepAxis> axes;          ///< the slowest first
   Signals states, inputs;  ///< inputs: those of the model, or control outputs of a closed loop

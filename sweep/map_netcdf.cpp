@@ -35,6 +35,7 @@ void define_globals(const Dataset& set, const SweepMap& map, const char* title) 
   put_text(set, "title", title);
   put_text(set, "program", map.program);
   put_text(set, "instruction_set", map.instruction_set);
+  if (!map.polar.empty()) put_text(set, "polar", map.polar);
   put_number(set, "format_version", map_format);
 }
 
@@ -71,6 +72,7 @@ void get_globals(const Dataset& set, SweepMap& map) {
     refuse(set.name, fmt::format("has another format, {} instead of {}", found, map_format));
   map.program = get_text(set, "program");
   map.instruction_set = get_text(set, "instruction_set");
+  if (has(set, "polar")) map.polar = get_text(set, "polar");  // older files have none
   map.study = get_study(set);
 }
 

@@ -50,6 +50,7 @@ void each_part(C& contents, Visit& visit) {
   visit(verdicts.located);
   visit(map.program);
   visit(map.instruction_set);
+  visit(map.polar);
   visit(map.study);
   visit(map.axes);
   each_field(map, contents.lists, [&](const Field&, auto& array) { visit(array); });

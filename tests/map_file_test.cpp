@@ -49,6 +49,7 @@ SweepMap planted_map() {
   map.study = "# a study\n[[condition]]\nname = \"level\"\n";
   map.program = "tiltrim 0.1.0";
   map.instruction_set = "fma";
+  map.polar = "0123456789abcdef";
   map.conditions = {"level", "climb at η = 45°, \"steep\""};
   map.axes = {{"K_Lp", {column("gains.K_Lp", "", {0.1, 0.2, 0.4})}},
               {"eta_deg",
@@ -112,6 +113,7 @@ SweepMap random_map(unsigned seed) {
   map.study = below(3) == 0 ? "" : word();
   map.program = word();
   map.instruction_set = word();
+  map.polar = below(3) == 0 ? "" : word();
   map.conditions = words(1 + below(3));
   for (std::size_t a = below(4); a > 0; --a) {
     SweepAxis axis{word(), {}};
@@ -207,6 +209,7 @@ Text what_differs(const SweepMap& a, const SweepMap& b) {
   compare("study", a.study == b.study);
   compare("program", a.program == b.program);
   compare("instruction_set", a.instruction_set == b.instruction_set);
+  compare("polar", a.polar == b.polar);
   compare("conditions", same(a.conditions, b.conditions));
   compare("axes", same(a.axes, b.axes));
   compare("states", same(a.states, b.states));

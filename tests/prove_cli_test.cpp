@@ -48,6 +48,16 @@ TEST_CASE("a proof that ran out of boxes goes on with more: the same bytes") {
   CHECK_FALSE(fs::exists(scratch.path / "c.log"));
 }
 
+TEST_CASE("a log without boxes resumes nothing, and the program does not say so") {
+  const Scratch scratch("prove-empty-log");
+  for (const char* found : {"", "t"}) {  // nothing, or the first byte of its header
+    scratch.write("c.log", found);
+    const Ran ran = run(scratch, prove + "--boxes 40");
+    CHECK(ran.exit_code == 1);
+    CHECK(ran.err.find("resumed") == std::string::npos);
+  }
+}
+
 TEST_CASE("a format that prove does not write is refused before anything is computed") {
   const Scratch scratch("prove-format");
   const Ran ran = run(scratch, prove + "--format csv");
@@ -57,6 +67,7 @@ TEST_CASE("a format that prove does not write is refused before anything is comp
   CHECK(by_name.exit_code == 2);
   CHECK(by_name.err.find("-o proof.csv: prove writes text and json; expected .txt or .json") !=
         std::string::npos);
+  CHECK(run(scratch, "prove --help").out.find("csv") == std::string::npos);
   CHECK_FALSE(fs::exists(scratch.path / "c.log"));
   CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
 }
@@ -67,7 +78,6 @@ TEST_CASE("what is no number, no file or one file for two is refused") {
     CAPTURE(arguments);
     const Ran ran = run(scratch, arguments);
     CHECK(ran.exit_code == 2);
-  CHECK(run(scratch, "prove --help").out.find("csv") == std::string::npos);
     CHECK(ran.err.find(words) != std::string::npos);
     CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
   };

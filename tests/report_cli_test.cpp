@@ -4,6 +4,7 @@
 #include <set>
 
 #include "model/degrees.hpp"
+#include "sweep/map.hpp"
 #include "tests/check.hpp"
 #include "tests/program.hpp"
 
@@ -121,7 +122,7 @@ TEST_CASE("--sweep: a map that is there is taken over, and the page says from wh
   REQUIRE(run(scratch, "sweep sweep.toml -o map.nc").exit_code == 0);
   const std::string reused = page_of(scratch, small, "--sweep map.nc");
   CHECK(data_of(reused) == data_of(computed));
-  CHECK(says(reused, "Read from map.nc."));
+  CHECK(says(reused, "Read from map.nc: gains.K_Lp from 0.5 to 1, 5 points."));
   CHECK(!says(computed, "Read from"));
   // A map over other axes is added to the computed ones.
   const std::string both =
@@ -156,6 +157,154 @@ TEST_CASE("--sweep: another study's map is refused, and what differs is named") 
   check_refused(scratch, "report s.toml --sweep nowhere.nc", {"nowhere.nc"});
 }
 
+TEST_CASE("--sweep: a map of other conditions, gains over tilt or polar is refused") {
+  const Scratch scratch("report");
+  const std::string axis = "key = \"gains.k_de\"\nfrom = 0.5\nto = 8\ncount = 3\n";
+  const std::string grid = "[[sweep.axis]]\n" + axis;
+  const std::string bare_airframe =
+      "[[condition]]\nname = \"level\"\nformulation = \"airframe\"\nV = 15.0\neta_deg = 0.0\n";
+  const auto map_of = [&](const std::string& study) {
+    scratch.write("other.toml", study);
+    REQUIRE(run(scratch, "sweep other.toml -o map.nc").exit_code == 0);
+  };
+  const auto refuses = [&](const std::string& study, const std::vector<std::string>& words) {
+    scratch.write("s.toml", bare + study);
+    check_refused(scratch, "report s.toml --sweep map.nc", words);
+  };
+  map_of(grid + level);
+  refuses(grid + "[[condition]]\nname = \"level\"\nV = 9.0\ngamma_deg = 0.0\neta_deg = 45.0\n",
+          {"differ in V of condition 'level', eta_deg of condition 'level';"});  // unstable there
+  refuses(grid + "[[condition]]\nname = \"cruise\"\nV = 15.0\ngamma_deg = 0.0\neta_deg = 0.0\n",
+          {"condition 'level', which only the map has"});
+  refuses(grid + bare_airframe, {"formulation of condition 'level'"});
+
+  const std::string corridor = "[[sweep.axis]]\nkey = \"h\"\nvalues = [0, 10]\n";
+  const std::string tilts = "[gains]\nschedule_eta_deg = [0, 90]\nK_Lp = ";
+  map_of(tilts + "[0.75, 0.75]\n" + corridor + level);
+  refuses(tilts + "[20, 20]\n" + corridor + level, {"differ in gains.K_Lp;"});
+  refuses(corridor + level, {"differ in gains.schedule_eta_deg;"});
+
+  const std::string V = "[[sweep.axis]]\nkey = \"V\"\nvalues = [14, 15]\n", at = "a1s_deg = ";
+  map_of(V + bare_airframe + at + "0.0\n");
+  refuses(V + bare_airframe + at + "1.0\n", {"differ in a1s of condition 'level';"});
+}
+
+TEST_CASE("--sweep: the polar is compared by its numbers, and a map without them is refused") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", "[[sweep.axis]]\nkey = \"V\"\nvalues = [14, 15]\n" + bare + level);
+  REQUIRE(run(scratch, "sweep s.toml -o map.nc").exit_code == 0);
+  CHECK(run(scratch, "report s.toml --sweep map.nc").exit_code == 0);
+  std::string polar = slurp(fs::path(TILTRIM_SOURCE_DIR) / "data/naca8h12_re150k.csv");
+  scratch.write("naca8h12_re150k.csv", polar);
+  CHECK(run(scratch, "report s.toml --sweep map.nc").exit_code == 0);
+  const std::size_t row = polar.find("\n0", polar.find("alpha_deg")) + 1, CL = polar.find(',', row);
+  polar.replace(CL + 1, polar.find(',', CL + 1) - CL - 1, "0.1234");
+  scratch.write("naca8h12_re150k.csv", polar);
+  check_refused(
+      scratch, "report s.toml --sweep map.nc",
+      {"map.nc: computed from another study", "differ in the numbers of aircraft.polar;"});
+  tiltrim::SweepMap map = tiltrim::read_netcdf(scratch.path / "map.nc");
+  map.polar.clear();  // as written by earlier versions
+  write_netcdf(map, scratch.path / "map.nc");
+  check_refused(scratch, "report s.toml --sweep map.nc", {"the map has no checksum of it"});
+}
+
+// x'' = -2 x - (c - x²/2) x' + u: held at x it is stable for c > x²/2.
+const std::string oscillators = R"(
+[model]
+name = "oscillator"
+state = [{name = "x", rate = "v"}, {name = "v", rate = "-2*x - (c - 0.5*x^2)*v + u"}]
+input = [{name = "u"}]
+parameter = [{name = "c", value = 0.9}]
+[[condition]]
+name = "A"
+u = [-9.0, 9.0]
+x = 1.2
+[[condition]]
+name = "B"
+u = [-9.0, 9.0]
+x = 0.1
+)";
+
+std::string over_c(const std::string& axis, double from, int count) {
+  return fmt::format("[[{}]]\nkey = \"c\"\nfrom = {}\nto = 1.5\ncount = {}\n", axis, from, count);
+}
+
+// The output on one line.
+std::string unwrapped(const std::string& text) {
+  return std::regex_replace(text, std::regex("\n *"), " ");
+}
+
+TEST_CASE("--sweep: a map over another range is drawn in addition to the one asked for") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", oscillators + over_c("sweep.axis", 0.8, 25) + "[[report.map]]\n" +
+                              over_c("report.map.axis", -1, 26));
+  REQUIRE(run(scratch, "sweep s.toml -o map.nc").exit_code == 0);
+  const Ran ran = run(scratch, "report s.toml --sweep map.nc");
+  CHECK(ran.exit_code == 0);
+  const std::string out = unwrapped(ran.out);
+  CHECK(says(out, "Along c (A, map.nc): stable throughout [0.8, 1.5]"));
+  CHECK(says(out, "Along c (A): unstable in 1 interval of [-1, 1.5], 1.72 in total"));  // to 0.72
+  CHECK(says(slurp(scratch.path / "s.html"), "Read from map.nc: c from 0.8 to 1.5, 25 points."));
+}
+
+TEST_CASE("--sweep: a map of some of the conditions leaves the others to be computed") {
+  const Scratch scratch("report");
+  scratch.write("s.toml", oscillators + over_c("sweep.axis", 0.3, 25));
+  REQUIRE(run(scratch, "sweep s.toml --only B -o B.nc").exit_code == 0);
+  REQUIRE(run(scratch, "sweep s.toml --only A -o A.nc").exit_code == 0);
+  const std::string unstable = "Along c (A): unstable in 1 interval of [0.3, 1.5], 0.42 in total";
+  const Ran ran = run(scratch, "report s.toml --sweep B.nc");
+  CHECK(says(unwrapped(ran.out), "Along c (B, B.nc): stable throughout [0.3, 1.5]"));
+  CHECK(says(unwrapped(ran.out), unstable));
+
+  for (const char* maps : {"--sweep A.nc --sweep B.nc", "--sweep A.nc B.nc"}) {
+    const Ran both = run(scratch, std::string("report s.toml ") + maps);
+    CHECK(both.exit_code == 0);
+    CHECK(says(unwrapped(both.out), "Along c (A, A.nc): unstable in 1 interval"));
+    CHECK(says(unwrapped(both.out), "Along c (B, B.nc): stable throughout"));
+    CHECK_FALSE(says(unwrapped(both.out), "Along c (A): "));
+  }
+}
+
+TEST_CASE("lines are named when the study has several conditions") {
+  const Scratch scratch("report");
+  const std::string line = over_c("report.map.axis", 0.3, 25);
+  scratch.write("s.toml", oscillators + "[[report.map]]\ncondition = \"A\"\n" + line +
+                              "[[report.map]]\ncondition = \"B\"\n" + line);
+  const Ran ran = run(scratch, "report s.toml");
+  CHECK(says(unwrapped(ran.out), "Along c (A): unstable in 1 interval"));
+  CHECK(says(unwrapped(ran.out), "Along c (B): stable throughout"));
+  CHECK(says(slurp(scratch.path / "s.html"), "Along c: B</h2>"));
+}
+
+TEST_CASE("each formulation of a study is swept on its own") {
+  const Scratch scratch("report");
+  const std::string loop_and_airframe =
+      bare + level +
+      "[[condition]]\nname = \"bare\"\nformulation = \"airframe\"\nV = 15.0\neta_deg = 0.0\n"
+      "a1s_deg = 0.0\n";
+  const auto along = [](const std::string& key, const std::string& range) {
+    return "[[report.map]]\n[[report.map.axis]]\nkey = \"" + key + "\"\n" + range + "\n";
+  };
+  scratch.write("s.toml", loop_and_airframe + along("V", "from = 10\nto = 20\ncount = 21"));
+  const Ran ran = run(scratch, "report s.toml");
+  CHECK(ran.exit_code == 0);
+  CHECK(says(unwrapped(ran.out), "Along V (level): "));
+  CHECK(says(unwrapped(ran.out), "Along V (bare): unstable in 2 intervals"));
+
+  scratch.write("s.toml", loop_and_airframe + along("gains.K_Lp", "values = [0.5, 1.0]"));
+  const Ran gain = run(scratch, "report s.toml");
+  CHECK(gain.exit_code == 1);
+  CHECK(says(unwrapped(gain.out), "Along K_Lp (level): stable throughout"));
+  CHECK(says(unwrapped(gain.out), "The map over K_Lp of bare: s.toml:"));
+  CHECK(says(slurp(scratch.path / "s.html"), "has no variable gains.K_Lp.</dd>"));
+
+  // Without a map asked for, the default ones: of closed loops.
+  scratch.write("s.toml", loop_and_airframe);
+  CHECK(run(scratch, "report s.toml --only bare").exit_code == 0);
+}
+
 TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
   const Scratch scratch("report");
   scratch.write("s.toml", bare + map_over("gains.K_Lp", 3) + steep + level);
@@ -170,7 +319,7 @@ TEST_CASE("what has no answer is said first, the rest is drawn, exit 1") {
   CHECK(conditions != std::string::npos);
   CHECK(says(page, "<dt>Trim of steep</dt><dd>infeasible: "));
   CHECK(says(page, "data-figure=\"participation_2_level\""));
-  CHECK(says(page, "<dt>All 3 points over K_Lp (steep)</dt><dd>no point within"));
+  CHECK(says(page, "<dt>All 3 points over K_Lp (steep)</dt><dd>proved: no equilibrium within"));
   CHECK(says(page, "data-figure=\"locus_2_level\""));
   CHECK_FALSE(says(page, "data-figure=\"locus_1_steep\""));  // no point to draw
 }

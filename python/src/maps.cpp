@@ -66,6 +66,7 @@ SweepMap map_of(const py::dict& d) {
   map.study = d["study"].cast<std::string>();
   map.program = d["program"].cast<std::string>();
   map.instruction_set = d["instruction_set"].cast<std::string>();
+  map.polar = d["polar"].cast<std::string>();
   for (const auto& [name, columns] : d["axes"].cast<std::vector<NamedColumns>>()) {
     SweepAxis& axis = map.axes.emplace_back(SweepAxis{name, {}});
     for (const auto& [own, key, unit, units, signal, values, si_name, si] : columns)
@@ -126,6 +127,7 @@ py::dict dict_of(const SweepMap& map) {
   d["study"] = map.study;
   d["program"] = map.program;
   d["instruction_set"] = map.instruction_set;
+  d["polar"] = map.polar;
   return d;
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 #include <stdexcept>
 
+#include "cli/commands.hpp"
 #include "flight/fly.hpp"
 #include "python/src/calls.hpp"
 #include "python/src/sweeps.hpp"
@@ -128,7 +129,7 @@ py::dict swept_study(const HeldStudy& held, const std::vector<std::string>& only
   const auto work = [&](const std::stop_token& stop) {
     options.stop = options.trimming.stop = stop;
     Swept found = sweep_so_far(sweep_requests(study, chosen(study, only), axes), axes, options);
-    found.map.study = study.text;
+    cli::sign(study, found.map);
     return found;
   };
   const Swept swept = run(false, work, Lasts::any_time, &progress).first;

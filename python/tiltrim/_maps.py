@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 #: dimensions, long_name, units, words for 0, 1, ..., whether -1 is no value, scale, flat values
 _Field = Tuple[List[str], str, str, List[str], bool, float, Any]
+_ATTRIBUTES = ("program", "instruction_set", "polar", "study")
 _NAMED = ("condition", "axis", "state", "input")  # dimensions with names as their coordinate
 _NAMES = {f"{dim}_name": dim for dim in _NAMED}
 _POSITIONS = {  # variables that are positions in a list, words in a Dataset
@@ -86,7 +87,7 @@ def to_dataset(
     coords["reason_text"] = variables.pop("reason_text")
     for dim, (_, columns) in zip(axes, raw["axes"]):
         coords.update(_columns(dim, columns))
-    attributes = {name: raw[name] for name in ("program", "instruction_set", "study")}
+    attributes = {name: raw[name] for name in _ATTRIBUTES}
     found = xr.Dataset(variables, coords, attributes)
     _remark(found, raised)
     if raw.get("interrupted"):
@@ -181,7 +182,7 @@ def _raw(ds: Any) -> Dict[str, Any]:
     return {
         "fields": {**numbers, "axis_name": plain},
         "axes": [(n, _columns_of(ds, dim)) for n, dim in zip(plain, names["axis"])],
-        **{name: ds.attrs[name] for name in ("program", "instruction_set", "study")},
+        **{name: ds.attrs[name] for name in _ATTRIBUTES},
     }
 
 
