@@ -743,7 +743,8 @@ TEST_CASE("the closest point keeps the limits, or says which ones cannot be kept
     CHECK_NEAR(r.point.u[0], 5.0, 1e-7);
     REQUIRE(r.limits_active.size() == 1);
     CHECK(r.limits_active[0].signal == "load");
-    CHECK(r.message.ends_with("leaves V' = -0.4 m/s², with load at its upper limit 10 N"));
+    CHECK(
+        r.message.ends_with("has residual rate V' = -0.4 m/s², with load at its upper limit 10 N"));
   }
   SUBCASE("limits that exclude each other") {
     const TrimResult r = at_3({-5, -1});
@@ -923,7 +924,7 @@ TEST_CASE("what is left over says what was wanted") {
   const TrimResult one =
       trim(m, {.free = {"x", "p"}, .steady = {"x"}, .bounds = {{"gap", {1, 1}}}},
            {vec({0}), {}, vec({1})}, {.method = TrimMethod::newton, .starts = 0});
-  CHECK(contains(one.message, "in 1 start;"));
+  CHECK(contains(one.message, "from 1 start;"));
 }
 
 TEST_CASE("a singular trim names every variable that is left, and the rank") {

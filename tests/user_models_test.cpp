@@ -274,7 +274,7 @@ TEST_CASE("a rate that vanishes nowhere is printed as what is left, however litt
   CHECK(r.status == TrimStatus::not_found);
   CHECK(r.rates[0] < 0);
   CHECK(std::abs(r.rates[0]) < 1e-12);
-  CHECK(says(r.message, fmt::format("leaves x' = {:.3g}", r.rates[0]).c_str()));
+  CHECK(says(r.message, fmt::format("residual rate x' = {:.3g}", r.rates[0]).c_str()));
 }
 
 TEST_CASE("it is at rest everywhere: a continuum of equilibria") {
