@@ -109,9 +109,12 @@ struct Spectrum {
 
 Spectrum spectrum_of(const Decomposed& d) {
   if (!d.solved.converged) return {{}, {}, Verdict::undecided, false};
+  const VectorXcd values = d.scale * d.solved.values;
+  if (!values.cwiseAbs().allFinite())
+    throw std::invalid_argument(
+        "modes: an eigenvalue is beyond 1.8e308, the range of double precision");
   const Bounds b = bounds(d.balanced.B, d.error, d.solved, d.inv);
-  return {d.scale * d.solved.values,
-          d.scale * b.error.array() + (d.scale < tiny ? 4 * denormal : 0.0), b.verdict};
+  return {values, d.scale * b.error.array() + (d.scale < tiny ? 4 * denormal : 0.0), b.verdict};
 }
 
 // If exact zeros make a matrix block triangular, its spectrum is that of its blocks, each bounded

@@ -792,6 +792,11 @@ TEST_CASE("what is no matrix is refused") {
   CHECK(contains(refusal(MatrixXd::Zero(2, 3)), "square matrix, this one is 2 x 3"));
   for (const double odd : {std::nan(""), infinity, -infinity})
     CHECK(contains(refusal(MatrixXd::Constant(2, 2, odd)), "not finite"));
+  const MatrixXd huge{{-1e308, 1e308}, {1e308, -1e308}};            // 0 and -2e308
+  const MatrixXd turning{{1.5e308, 1.5e308}, {-1.5e308, 1.5e308}};  // the parts are finite
+  for (const MatrixXd& A : {huge, turning})
+    CHECK(contains(refusal(A), "an eigenvalue is beyond 1.8e308"));
+  CHECK_NEAR(modes(0.5 * huge).modes[0].eigenvalue.real(), -1e308, 1e293);  // a few ε
   CHECK(contains(refusal(I, MatrixXd::Zero(3, 3)), "the error is 3 x 3, the matrix 2 x 2"));
   CHECK(contains(refusal(I, MatrixXd::Constant(2, 2, -1e-9)), "negative or not a number"));
   CHECK(contains(refusal(I, MatrixXd::Constant(2, 2, std::nan(""))), "negative or not a number"));
