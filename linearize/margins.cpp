@@ -23,27 +23,46 @@ using Eigen::VectorXcd;
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity(), pi = std::numbers::pi;
+constexpr double verified = 1e-6;  // relative
+
+// Poles and zeros of L, possibly with spurious ones.
+std::vector<Complex> poles_and_zeros(const LoopTransfer& loop) {
+  std::vector<Complex> found;
+  collect_zeros(balanced(loop), found);
+  const VectorXcd poles = eigenvalues(loop.A);
+  found.insert(found.end(), poles.begin(), poles.end());
+  return found;
+}
 
 /// The imaginary axis for a stable closed loop: S = 1/(1 + L) is finite everywhere on it.
 struct Axis {
   static constexpr double resolved = 1e-7;  // a few √ε
-  LoopTransfer S;
-  std::vector<double> poles;  // |λ|, |Im λ| of the closed loop
+  LoopTransfer L, S;
+  std::vector<double> resonances;  // frequencies near poles and zeros that are close to the axis
+  std::vector<double> poles;       // these, and |λ|, |Im λ| of the closed loop
   double slow = 0.0, fast = infinity;
   bool complete = true;
 
-  explicit Axis(const LoopTransfer& closed) : S(balanced(closed)) {
+  Axis(const LoopTransfer& loop, const LoopTransfer& closed)
+      : L(balanced(loop)), S(balanced(closed)) {
     // ω² loses accuracy below √ε of the slowest pole, and by the same ratio above the fastest.
     const VectorXcd lambda = eigenvalues(S.A);
     complete = lambda.size() == S.A.rows();
     if (lambda.size() == 0) return;
     slow = resolved * lambda.cwiseAbs().minCoeff();
     fast = lambda.cwiseAbs().maxCoeff() / resolved;
-    poles = stops({lambda.begin(), lambda.end()});
+    resonances = near(lambda);
+    poles = with_resonances(stops({lambda.begin(), lambda.end()}));
   }
 
   Complex sensitivity(double frequency) const { return S.d + proper(S, frequency); }
   Complex complementary(double frequency) const { return (1 - S.d) - proper(S, frequency); }
+  // T/S. Near a pole of L rounding destroys the phase of S, but not that of L.
+  Complex loop(double frequency) const {
+    constexpr double small = 0.01;
+    const Complex G = proper(S, frequency), s = S.d + G;
+    return std::abs(s) < small ? L.d + proper(L, frequency) : (1 - S.d - G) / s;
+  }
 
   // Ascending frequencies of roots on or near the axis, and the range's ends, without duplicates.
   std::vector<double> stops(const std::vector<Complex>& places) const {
@@ -57,12 +76,40 @@ struct Axis {
     return found;
   }
 
-  // The same, with a frequency between each two.
+  // S varies within |Re λ| of Im λ, and the phase of L within that of its poles and zeros, which
+  // may be less than the error of the zeros of combined(). These frequencies lie on both sides of
+  // what is so close to the axis, by octaves.
+  std::vector<double> near(const VectorXcd& lambda) const {
+    constexpr double first = 0.125, last = 1e-5;  // of |Re λ|; of the fastest pole, ≫ √ε
+    const double far = last * lambda.cwiseAbs().maxCoeff();
+    std::vector<Complex> places{lambda.begin(), lambda.end()};
+    for (const Complex s : poles_and_zeros(L))
+      if (s.imag() > std::abs(s.real())) places.push_back(s);
+    std::vector<double> found;
+    for (const Complex s : places) {
+      const double least = std::numeric_limits<double>::epsilon() * std::abs(s);
+      const double close = std::max(first * std::abs(s.real()), least);
+      if (close < far) found.push_back(s.imag());
+      for (double away = close; away < far; away *= 2)
+        for (const double w : {s.imag() - away, s.imag() + away}) found.push_back(w);
+    }
+    std::erase_if(found, [&](double w) { return !(w > slow && w < fast); });
+    return found;
+  }
+
+  std::vector<double> with_resonances(std::vector<double> found) const {
+    found.insert(found.end(), resonances.begin(), resonances.end());
+    std::ranges::sort(found);
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  // Stops at the zeros, resonances, and a frequency between each two.
   std::vector<double> samples(const LoopTransfer& g, const Terms& terms) {
     if (S.A.rows() == 0) return {};
     std::vector<Complex> zeros;
     complete = collect_zeros(combined(g, terms), zeros) && complete;
-    const std::vector<double> at = stops(zeros);
+    const std::vector<double> at = with_resonances(stops(zeros));
     std::vector<double> found{at.front()};
     for (std::size_t k = 1; k < at.size(); ++k) {
       found.push_back(std::sqrt(at[k - 1]) * std::sqrt(at[k]));
@@ -82,12 +129,18 @@ double root_between(const Function& f, double low, double high) {
   return std::abs(f(a)) < std::abs(f(b)) ? a : b;
 }
 
-// The minimum of f between two samples, located to half the digits.
+// The minimum of f between two samples, located to half the digits of their distance.
 std::pair<double, double> turning(const Function& f, double low, double high) {
   constexpr int half_of_the_digits = 26;
   std::uintmax_t steps = 100;
-  return boost::math::tools::brent_find_minima(f, low, high, half_of_the_digits, steps);
+  const auto at = [&](double share) { return std::min(low * std::pow(high / low, share), high); };
+  const auto [turn, least] = boost::math::tools::brent_find_minima(
+      [&](double share) { return f(at(share)); }, 0.0, 1.0, half_of_the_digits, steps);
+  return {at(turn), least};
 }
+
+// How far f may be below the lowest of three samples: more than a parabola is.
+double bend(double before, double lowest, double after) { return 0.5 * (before + after) - lowest; }
 
 // Roots of f from its signs at ascending samples. Where f comes close to zero with no sign change,
 // its minimum is located: two close roots, a double root, or no root.
@@ -97,16 +150,18 @@ std::vector<double> roots(const Function& f, const std::vector<double>& at) {
   for (const double w : at) value.push_back(f(w));
   for (std::size_t k = 1; k + 1 < at.size(); ++k) {
     const double before = value[k - 1], after = value[k + 1], sign = before > 0 ? 1 : -1;
-    if (!(std::abs(value[k]) < near) || sign * after <= 0) continue;
-    if (std::abs(value[k]) > std::min(std::abs(before), std::abs(after))) continue;
-    const auto [turn, least] = turning([&](double w) { return sign * f(w); }, at[k - 1], at[k + 1]);
+    const double lowest = sign * value[k], sides[] = {sign * before, sign * after};
+    if (sides[1] <= 0 || std::abs(lowest) > std::min(sides[0], sides[1])) continue;
+    if (!(std::abs(lowest) < std::max(near, bend(sides[0], lowest, sides[1])))) continue;
+    auto [turn, least] = turning([&](double w) { return sign * f(w); }, at[k - 1], at[k + 1]);
+    if (lowest < least) turn = at[k], least = lowest;
     if (least < -touching) {
       found.push_back(root_between(f, at[k - 1], turn));
       found.push_back(root_between(f, turn, at[k + 1]));
     } else if (least < touching) {
       found.push_back(turn);
     }
-    value[k] = before;  // processed
+    value[k++] = before;  // processed
   }
   for (std::size_t k = 1; k < at.size(); ++k)
     if ((value[k] > 0) != (value[k - 1] > 0)) found.push_back(root_between(f, at[k - 1], at[k]));
@@ -118,14 +173,21 @@ struct Peak {
   double value, frequency;
 };
 
-// The largest value of f at the samples, refined by local maximization.
+// The largest value of f at the samples, and by local maximization wherever that may be higher.
 Peak highest(const Function& f, const std::vector<double>& at, Peak best) {
-  std::size_t top = at.size();
-  for (std::size_t k = 0; k < at.size(); ++k)
-    if (const double value = f(at[k]); value > best.value) best = {value, at[k]}, top = k;
-  if (top == 0 || top + 1 >= at.size()) return best;
-  const auto [w, least] = turning([&](double x) { return -f(x); }, at[top - 1], at[top + 1]);
-  return -least > best.value ? Peak{-least, w} : best;
+  std::vector<double> value;
+  for (const double w : at) {
+    value.push_back(f(w));
+    if (value.back() > best.value) best = {value.back(), w};
+  }
+  for (std::size_t k = 1; k + 1 < at.size(); ++k) {
+    if (value[k] < std::max(value[k - 1], value[k + 1])) continue;
+    const double rise = bend(-value[k - 1], -value[k], -value[k + 1]);
+    if (value[k] + rise <= best.value) continue;
+    const auto [w, least] = turning([&](double x) { return -f(x); }, at[k - 1], at[k + 1]);
+    if (-least > best.value) best = {-least, w};
+  }
+  return best;
 }
 
 // ‖S - m‖∞: from the highest value found, level by level, until no frequency reaches it. [44, 45]
@@ -146,20 +208,20 @@ Peak peak(Axis& axis, double m, int max_levels) {
   return best;
 }
 
-// L < 0 real: S > 1 or S < 0, and real. Where S or 1 - S is extremely small, rounding destroys its
-// phase (about ε^⅔ near a double integrator).
+// L < 0 real. Where L is extremely small, rounding destroys its phase.
 std::vector<Crossing> phase_crossings(Axis& axis) {
   constexpr double farthest = 1e9;
   const Function f = [&](double w) {
-    const Complex T = axis.complementary(w);
-    return T == 0.0 ? 0.0 : T.imag() / std::abs(T);
+    const Complex L = axis.loop(w);
+    return L == 0.0 || std::isinf(std::abs(L)) ? 0.0 : L.imag() / std::abs(L);
   };
   std::vector<double> at = roots(f, axis.samples(axis.S, {0, 1, -1, 0}));
   at.insert(at.begin(), 0.0);
   at.push_back(infinity);
   std::vector<Crossing> found;
   for (const double w : at) {
-    const double factor = -axis.sensitivity(w).real() / axis.complementary(w).real();  // -1/L
+    if (std::abs(f(w)) > 0.5) continue;  // L passes through infinity or zero
+    const double factor = -1 / axis.loop(w).real();
     if (factor > 1 / farthest && factor < farthest) found.push_back({w, factor});
   }
   return found;
@@ -212,13 +274,17 @@ double residual(const Margins& m, const LoopTransfer& loop) {
   return largest;
 }
 
-// Poles and zeros of L, possibly with spurious ones.
-std::vector<Complex> poles_and_zeros(const LoopTransfer& loop) {
-  std::vector<Complex> found;
-  collect_zeros(balanced(loop), found);
-  const VectorXcd poles = eigenvalues(loop.A);
-  found.insert(found.end(), poles.begin(), poles.end());
-  return found;
+// The height of a resonance is as accurate as its pole's distance to the axis.
+bool accurate(const Mode& pole) {
+  constexpr double relative = 1e-3;
+  return pole.error <= relative * std::abs(pole.eigenvalue.real());
+}
+
+// S at the peak again, from the loop as given.
+bool confirmed(const Peak& peak, const Axis& axis, const LoopTransfer& loop) {
+  const Complex L = loop.d + proper(loop, peak.frequency);
+  const Complex S = std::isfinite(std::abs(L)) ? 1.0 / (1.0 + L) : 0.0;
+  return std::abs(S - axis.sensitivity(peak.frequency)) <= verified * peak.value;
 }
 
 // Change of phase between two frequencies, bounded by the angles that the poles and zeros subtend.
@@ -255,7 +321,7 @@ Margins margins(const LoopTransfer& loop, int max_levels) {
   m.closed_loop = closed_modes.verdict;
   m.complete = closed_modes.converged;
   if (!m.stable()) return m;
-  Axis axis(closed);
+  Axis axis(loop, closed);
   m.phase_crossings = phase_crossings(axis);
   m.gain_crossovers = gain_crossovers(axis);
   take_gains(m);
@@ -265,8 +331,9 @@ Margins margins(const LoopTransfer& loop, int max_levels) {
   m.disk = 1 / disk.value, m.disk_at = disk.frequency;
   const Peak sensitivity = peak(axis, 0.0, max_levels);
   m.sensitivity_peak = sensitivity.value, m.sensitivity_peak_at = sensitivity.frequency;
-  constexpr double verified = 1e-6;
-  m.complete = axis.complete && m.residual < verified;
+  m.complete = axis.complete && m.residual < verified &&
+               std::ranges::all_of(closed_modes.modes, accurate) && confirmed(disk, axis, loop) &&
+               confirmed(sensitivity, axis, loop);
   return m;
 }
 

@@ -59,7 +59,9 @@ struct Margins {
   std::vector<Crossing> gain_crossovers;  ///< all with |L| = 1; change: the lag, in [-π, π]
   /// Largest |1 + change L(iω)| over all of these, for the loop as given: zero to rounding.
   double residual = 0.0;
-  /// False: an iteration limit was reached (crossings may be missing), or the residual is > 1e-6.
+  /// False: an iteration limit was reached (crossings may be missing), the residual is > 1e-6, S at
+  /// a peak differs by more than that from 1/(1 + L), or the error bound of a closed-loop
+  /// eigenvalue is more than 1e-3 of its distance to the axis (a resonance may be missed).
   bool complete = true;
 
   /// True if the closed loop is stable.

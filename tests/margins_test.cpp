@@ -486,6 +486,52 @@ TEST_CASE("margins: poles and zeros of L on the axis") {
   CHECK(margins(beside).phase == 0);
 }
 
+TEST_CASE("margins: a weak mode without damping in an integrator's loop") {
+  // 1/2s + κ/(s² + 1): L = x - i/2 near ω = 1, x all reals, so |S| <= 2 and |S - T| <= √5 + 2
+  for (const double kappa : {1e-5, 1e-6, 3e-7, 1e-7, 1e-8, 1e-9}) {
+    CAPTURE(kappa);
+    const Margins m = margins(ratio({0.5, kappa, 0.5}, {0, 1, 0, 1}));
+    REQUIRE(m.stable());
+    CHECK(m.complete);
+    const double off =
+        kappa + 1e-6;  // ω is 1 within κ; rounding moves the pole by ε/κ of its width
+    CHECK_NEAR(m.disk, 2 / (std::sqrt(5.0) + 2), off);
+    CHECK_NEAR(m.sensitivity_peak, 2, 2 * off);
+    CHECK_NEAR(m.phase, pi / 6, 2 * off);
+    CHECK(m.gain_crossovers.size() == 3);
+  }
+}
+
+TEST_CASE("margins: a notch and a resonance within 1e-8 of each other") {
+  // (1/2s) (s²/z² + 40 ζs/z + 1)/(s² + 2ζs + 1), z = 1 + 10ζ. With s = i + ζ q and q = iδ,
+  // L = -i/2 (q - 10i + 20)/(q + 1), so S = c (1 + (1 + p)/(q - p)), c = 0.8 + 0.4i: a circle
+  const Complex c{0.8, 0.4}, p{-0.8, 9.6}, middle = c - 0.5 * c * (1.0 + p) / p.real();
+  const double radius = 0.5 * std::abs(c * (1.0 + p) / p.real());
+  const double delta = (-5 + std::sqrt(397.0)) / 1.5;  // 3/4 δ² + 5δ - 124 = 0 where |L| = 1
+  const double lag = std::arg(Complex(0, 0.5) * Complex(20, delta - 10) / Complex(1, delta));
+  for (const double zeta : {1e-7, 1e-8, 1e-9}) {
+    CAPTURE(zeta);
+    const double z = 1 + 10 * zeta;
+    const Margins m = margins(
+        ratio({0.5, 20 * zeta / z, 0.5 / (z * z)}, Polynomial{0, 1} * Polynomial{1, 2 * zeta, 1}));
+    REQUIRE(m.stable());
+    CHECK(m.complete);
+    const double off = 100 * zeta + 1e-6;  // relative; rounding moves the pole by ε/ζ of its width
+    CHECK_NEAR(m.disk, 1 / (std::abs(middle - 0.5) + radius), off * m.disk);
+    CHECK_NEAR(m.sensitivity_peak, std::abs(middle) + radius, off * m.sensitivity_peak);
+    CHECK_NEAR(m.phase, std::abs(lag), off);
+    CHECK_NEAR(m.delay, std::abs(lag), off);
+    CHECK(m.gain_crossovers.size() == 3);
+  }
+}
+
+TEST_CASE("margins: a resonance narrower than rounding resolves is not reported as complete") {
+  for (const double kappa : {1e-12, 1e-13, 1e-14, 1e-15}) {
+    const Margins m = margins(ratio({0.5, kappa, 0.5}, {0, 1, 0, 1}));
+    CHECK((!m.stable() || !m.complete));
+  }
+}
+
 TEST_CASE("margins: an unstable closed loop has none") {
   const Margins m = margins(ratio({7}, {0, 2, 3, 1}));  // stable for k < 6
   CHECK(m.closed_loop == Verdict::unstable);
