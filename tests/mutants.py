@@ -25,10 +25,10 @@ FAULTS = [
     # Terms of the determinant beyond the second order in the parameters dropped.
     ("prove/determinant.cpp", "return fourth + third + mixed +",
      'return (mutant("no_fourth") ? 0.0 : fourth) + third + (mutant("no_mixed") ? 0.0 : mixed) +'),
-    ("prove/determinant.cpp", "third_sum(linear) + cubic_sum(F, Q);",
-     'third_sum(linear) + (mutant("no_third") ? 0.0 : cubic_sum(F, Q));'),
-    ("prove/determinant.cpp", "t[k] * Q[at].trace() - trace_of_product(F[k], Q[at]);",
-     'mutant("no_cross") ? Complex(0) : t[k] * Q[at].trace() - trace_of_product(F[k], Q[at]);'),
+    ("prove/determinant.cpp", "third_sum(linear) + cubic;",
+     'third_sum(linear) + (mutant("no_third") ? 0.0 : cubic);'),
+    ("prove/determinant.cpp", "of(k, b.l, b.m) += trace(k)",
+     'of(k, b.l, b.m) += mutant("no_cross") ? Complex(0) : trace(k)'),
     # One side of a switch is enough.
     ("prove/prove.cpp", "if (sides.taken.empty()) return all;",
      'if (mutant("one_side") || sides.taken.empty()) return all;'),
