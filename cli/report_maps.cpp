@@ -197,7 +197,7 @@ Names differences(const Study& a, const Study& b, const SweepMap& map) {
     found.emplace_back("the numbers of aircraft.polar");
   add_conditions(a, b, map, found);
   std::ranges::sort(found);
-  found.erase(std::ranges::unique(found).begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
