@@ -240,16 +240,10 @@ std::string where_not_stable(const Study& study, const std::vector<ProofNode>& r
   return text;
 }
 
-std::string in_words(ProofStatus status) {
-  switch (status) {
-    case ProofStatus::proved:
-      return "proved";
-    case ProofStatus::partly:
-      return "partly proved";
-    case ProofStatus::refuted:
-      return "refuted (unstable in some of the range)";
-  }
-  return "?";
+std::string status_in_words(const Theorem& t) {
+  if (t.status() == ProofStatus::refuted) return "refuted (unstable in some of the range)";
+  if (t.status() == ProofStatus::proved) return "proved";
+  return t.stable + t.no_trim > 0 ? "partly proved" : "nothing proved";
 }
 
 // For several parameters: stretches of the first one, and where the others matter.
@@ -274,7 +268,7 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
     for (std::size_t k = 0; k < t.parameters.size(); ++k)
       text +=
           fmt::format("  {}\n", interval(study, k, t.parameters[k].lower, t.parameters[k].upper));
-    text += fmt::format("  {}: {} boxes{}\n", in_words(t.status()), t.boxes,
+    text += fmt::format("  {}: {} boxes{}\n", status_in_words(t), t.boxes,
                         t.interrupted ? ", interrupted" : "");
     constexpr std::size_t width = TextStyle{}.width;
     text += wrapped(

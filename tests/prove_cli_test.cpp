@@ -72,6 +72,22 @@ TEST_CASE("a format that prove does not write is refused before anything is comp
   CHECK_FALSE(fs::exists(scratch.path / "c.proof"));
 }
 
+TEST_CASE("a box of which nothing is decided is not partly proved") {
+  const Scratch scratch("prove-nothing");
+  scratch.write("s.toml", R"([model]
+state = [{name = "x", rate = "p - x"}]
+parameter = [{name = "p", value = -1}]
+output = [{name = "lift", value = 'ln(x)'}]
+[[condition]]
+name = "c"
+[prove]
+parameter = [{key = "p", from = -2, to = -1}]
+)");
+  const Ran ran = run(scratch, "prove s.toml --boxes 10");
+  CHECK(ran.exit_code == 1);
+  CHECK(ran.out.find("  nothing proved: 10 boxes\n") != std::string::npos);
+}
+
 TEST_CASE("what is no number, no file or one file for two is refused") {
   const Scratch scratch("prove-refused");
   const auto refused = [&](const std::string& arguments, const std::string& words) {
