@@ -76,7 +76,8 @@ bool assigns(std::string_view text) {
 
 class Compiler {
  public:
-  Compiler(std::string_view text, const Names& names) : text_(text), names_(names) {}
+  Compiler(std::string_view text, const Names& names, const std::vector<LookupTable>& tables)
+      : text_(text), names_(names), tables_(tables) {}
 
   Tape compile() {
     for (skip_space(); at_ < text_.size(); skip_space())
@@ -99,8 +100,9 @@ class Compiler {
     enum Kind { operation, bracket, question, colon } kind;
     Op op = Op::negate;  // of an operation, or the function of a bracket
     int precedence = 0;
-    std::size_t jump = 0;  // the node to be completed with the place to jump to
-    int arguments = 0;     // of a function; 0: the bracket is no function's
+    std::size_t jump = 0;   // the node to be completed with the place to jump to
+    int arguments = 0;      // of a function; 0: the bracket is no function's
+    std::size_t table = 0;  // of Op::table
   };
 
   static constexpr const char* without_colon =
@@ -171,6 +173,7 @@ class Compiler {
 
   std::string_view text_;
   const Names& names_;
+  const std::vector<LookupTable>& tables_;
   std::size_t at_ = 0;
   bool value_next_ = true;  // rather than an operator
   bool signed_ = false;     // a sign precedes
@@ -191,11 +194,13 @@ void Compiler::unknown() const {
   }
   if (is_digit(token.front()))
     refuse(fmt::format("'{}' at character {} is not a number", token, at_ + 1));
-  if (std::ranges::find(formula_functions(), token) != formula_functions().end())
+  const bool function = std::ranges::find(formula_functions(), token) != formula_functions().end();
+  if (function || std::ranges::find(tables_, token, &LookupTable::name) != tables_.end())
     refuse(
         fmt::format("'{0}' at character {1} has no arguments; expected {0}(...)", token, at_ + 1));
   std::vector<std::string> known(names_.size());
   for (const auto& [name, position] : names_) known[std::size_t(position)] = name;
+  for (const LookupTable& table : tables_) known.push_back(table.name);
   known.insert(known.end(), formula_functions().begin(), formula_functions().end());
   known.emplace_back("pi");
   const std::string near = token == "log" ? "ln' or 'log10" : nearest_name(token, known);
@@ -252,15 +257,18 @@ void Compiler::value() {
 void Compiler::name() {
   const std::string_view token = word();
   const auto function = std::ranges::find(function_names, token);
+  const auto table = std::ranges::find(tables_, token, &LookupTable::name);
   const auto variable = names_.find(token);
   const std::size_t open = text_.find_first_not_of(" \t\n", at_ + token.size());
-  const bool call = function != function_names.end() && open < text_.size() && text_[open] == '(';
+  const bool callable = function != function_names.end() || table != tables_.end();
+  const bool call = callable && open < text_.size() && text_[open] == '(';
   if (!call && variable == names_.end() && token != "pi") unknown();
   if (!value_next_) misplaced(token);
   at_ += token.size();
   if (call) {
-    const Op op = Op(int(Op::sin) + int(function - function_names.begin()));
-    waiting_.push_back({Waiting::bracket, op, 0, tape_.nodes.size(), 1});
+    const Op op = Op(int(Op::sin) + int(function - function_names.begin()));  // else Op::table
+    waiting_.push_back(
+        {Waiting::bracket, op, 0, tape_.nodes.size(), 1, std::size_t(table - tables_.begin())});
     at_ = open + 1;
     return;
   }
@@ -329,13 +337,20 @@ void Compiler::close() {
   const Waiting bracket = waiting_.back();
   if (bracket.kind == Waiting::question) refuse(without_colon);
   if (bracket.arguments > 0) {
-    const bool any = bracket.op >= Op::min;
+    const bool table = bracket.op == Op::table, any = !table && bracket.op >= Op::min;
     const int count = value_next_ ? 0 : bracket.arguments;
-    const int least = bracket.op >= Op::atan2 && !any ? 2 : 1;
+    const int least = table                             ? int(tables_[bracket.table].at.size())
+                      : bracket.op >= Op::atan2 && !any ? 2
+                                                        : 1;
     if (count < least || (!any && count > least))
       refuse(fmt::format("too {} arguments for {} at character {}", count < least ? "few" : "many",
-                         function_names[std::size_t(bracket.op) - std::size_t(Op::sin)], at_ + 1));
-    for (int k = any ? 1 : 0; k < (any ? count : 1); ++k) emit(bracket.op);
+                         table ? tables_[bracket.table].name
+                               : function_names[std::size_t(bracket.op) - std::size_t(Op::sin)],
+                         at_ + 1));
+    if (table)
+      emit({Op::table, std::int32_t(bracket.table)}, 1 - count);
+    else
+      for (int k = any ? 1 : 0; k < (any ? count : 1); ++k) emit(bracket.op);
   }
   waiting_.pop_back();
   ++at_;
@@ -344,13 +359,14 @@ void Compiler::close() {
 
 }  // namespace
 
-Tape formula::compile(std::string_view text, const Names& names) {
+Tape formula::compile(std::string_view text, const Names& names,
+                      const std::vector<LookupTable>& tables) {
   if (text.size() > longest_formula)
     throw std::invalid_argument(
         fmt::format("{} characters long; expected at most {}", text.size(), longest_formula));
   if (assigns(text))
     throw std::invalid_argument("has a single =, which would assign; expected == to compare");
-  return Compiler(text, names).compile();
+  return Compiler(text, names, tables).compile();
 }
 
 const std::vector<std::string>& formula_functions() {
@@ -373,10 +389,11 @@ void check_formula_name(std::string_view name) {
         fmt::format("'{}' has another meaning in formulas; expected another name", name));
 }
 
-void check_formula(std::string_view text, const std::vector<std::string>& names) {
+void check_formula(std::string_view text, const std::vector<std::string>& names,
+                   const std::vector<LookupTable>& tables) {
   Names known;
   for (const std::string& name : names) known.emplace(name, std::int32_t(known.size()));
-  (void)formula::compile(text, known);
+  (void)formula::compile(text, known, tables);
 }
 
 }  // namespace tiltrim

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "model/dual.hpp"
+#include "model/formula_table.hpp"
 
 namespace tiltrim::formula {
 
@@ -21,13 +22,14 @@ enum class Op : std::uint8_t {
   add, subtract, multiply, divide, power, power_constant, negate,
   less, less_equal, greater, greater_equal, equal, different, both, either,
   sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, asinh, acosh, atanh,
-  exp, ln, log10, sqrt, cbrt, abs, sign, atan2, hypot, min, max
+  exp, ln, log10, sqrt, cbrt, abs, sign, atan2, hypot, min, max,
+  table
   // clang-format on
 };
 
 struct Node {
   Op op;
-  std::int32_t index = 0;  ///< of the variable, or of the node to jump to
+  std::int32_t index = 0;  ///< of the variable, the table, or the node to jump to
   double number = 0.0;     ///< the constant, or the exponent of power_constant
 };
 
@@ -39,8 +41,10 @@ struct Tape {
 /// The position of each name among the variables.
 using Names = std::map<std::string, std::int32_t, std::less<>>;
 
-/// Throws std::invalid_argument, quoting the place, if the text is not a formula of these names.
-Tape compile(std::string_view text, const Names& names);
+/// Throws std::invalid_argument, quoting the place, if the text is not a formula of these names and
+/// tables.
+Tape compile(std::string_view text, const Names& names,
+             const std::vector<LookupTable>& tables = {});
 
 template <class S>
 auto value(const S& a) {
@@ -50,14 +54,15 @@ auto value(const S& a) {
     return a;
 }
 
-/// Evaluates tapes of up to `count` variables and up to `depth` values on the stack. `doubtful` is
-/// set where a function has a kink, a jump or a singular slope, so that the slopes may be those of
-/// one side only or wrong.
+/// Evaluates tapes of up to `count` variables and up to `depth` values on the stack, with tables
+/// that outlive it. `doubtful` is set where a function has a kink, a jump or a singular slope, so
+/// that the slopes may be those of one side only or wrong.
 template <class S>
 class Evaluator {
  public:
-  Evaluator(std::size_t count, std::size_t depth)
-      : large_(count + depth < small ? 0 : count + depth + 1),
+  Evaluator(std::size_t count, std::size_t depth, const std::vector<LookupTable>& tables = {})
+      : tables_(tables.data()),
+        large_(count + depth < small ? 0 : count + depth + 1),
         variables_(large_.empty() ? small_ : large_.data()),
         stack_(variables_ + count) {}
   Evaluator(const Evaluator&) = delete;
@@ -83,6 +88,8 @@ class Evaluator {
         *top = power(*top, node.number);
       else if (node.op == Op::negate || (node.op >= Op::sin && node.op < Op::atan2))
         *top = of_one(node.op, *top);
+      else if (node.op == Op::table)
+        top = of_table(tables_[node.index], top);
       else {
         --top;
         *top = node.op >= Op::less && node.op <= Op::either ? S(of_order(node.op, *top, top[1]))
@@ -152,6 +159,13 @@ class Evaluator {
     // clang-format on
   }
 
+  // The place of the value: that of the first argument.
+  S* of_table(const LookupTable& table, S* last) {
+    S* const first = last + 1 - table.at.size();
+    *first = at(table, first, doubtful);
+    return first;
+  }
+
   S of_two(Op op, const S& a, const S& b) {
     using std::atan2, std::hypot, std::pow;
     // clang-format off
@@ -198,6 +212,7 @@ class Evaluator {
     // clang-format on
   }
 
+  const LookupTable* const tables_;
   static constexpr std::size_t small = 128;
   S small_[small];  // spares most models an allocation
   std::vector<S> large_;

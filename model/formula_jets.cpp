@@ -21,7 +21,8 @@ std::string name_of(Op op) {
 // Notes the first function that leaves a comparison open or has no known value.
 class Noted {
  public:
-  explicit Noted(Op op) : op_(op), open_(blocked()) {}
+  explicit Noted(Op op) : Noted(name_of(op)) {}
+  explicit Noted(std::string function) : function_(std::move(function)), open_(blocked()) {}
   ~Noted() {
     if (blocked() && !open_) note("switch");
   }
@@ -37,10 +38,10 @@ class Noted {
   static bool blocked() { return current_branches && current_branches->blocked; }
   void note(const char* what) const {
     if (current_branches && current_branches->trouble.empty())
-      current_branches->trouble = std::string(what) + ": " + name_of(op_);
+      current_branches->trouble = std::string(what) + ": " + function_;
   }
 
-  Op op_;
+  std::string function_;
   bool open_;
 };
 
@@ -98,6 +99,17 @@ Jet Evaluator<Jet>::of_two(Op op, const Jet& a, const Jet& b) {
 }
 
 template <>
+Jet* Evaluator<Jet>::of_table(const LookupTable& table, Jet* last) {
+  const Noted noted(table.name);
+  const std::span x(last + 1 - table.at.size(), table.at.size());
+  const bool known = std::ranges::all_of(x, &Jet::known);
+  Jet value = on_jets(table, x);
+  if (known) value = noted(std::move(value), 0.0);
+  x[0] = std::move(value);
+  return x.data();
+}
+
+template <>
 Jet Evaluator<Jet>::sign(const Jet& a) {
   const bool positive = 0.0 < a, negative = a < 0.0;
   return positive ? 1.0 : negative ? -1.0 : 0.0;
@@ -133,9 +145,10 @@ Jet Evaluator<Jet>::of_one(Op op, const Jet& a) {
 }
 
 std::vector<Jet> on_ranges(const std::vector<Titled>& let, const std::vector<Titled>& rows,
-                           std::size_t depth, std::vector<Jet> variables) {
+                           const std::vector<LookupTable>& tables, std::size_t depth,
+                           std::vector<Jet> variables) {
   const std::size_t known = variables.size();
-  Evaluator<Jet> evaluate(known + let.size(), depth);
+  Evaluator<Jet> evaluate(known + let.size(), depth, tables);
   for (std::size_t i = 0; i < known; ++i) evaluate[i] = std::move(variables[i]);
   const auto titled = [&](const Titled& formula) {
     const bool before = !current_branches || !current_branches->trouble.empty();

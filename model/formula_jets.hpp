@@ -19,6 +19,7 @@ struct Titled {
 /// are computed. A value that may be undefined, or have no slope, is not known (Jet::known()), and
 /// an open comparison is left to current_branches.
 std::vector<Jet> on_ranges(const std::vector<Titled>& let, const std::vector<Titled>& rows,
-                           std::size_t depth, std::vector<Jet> variables);
+                           const std::vector<LookupTable>& tables, std::size_t depth,
+                           std::vector<Jet> variables);
 
 }  // namespace tiltrim::formula

@@ -58,12 +58,6 @@ Truth of_order(Op op, const Interval& a, const Interval& b) {
   // clang-format on
 }
 
-// NaN unless both are known.
-Interval hull(const Interval& a, const Interval& b) {
-  if (!a.finite() || !b.finite()) return Interval::unknown();
-  return {std::min(a.lower(), b.lower()), std::max(a.upper(), b.upper())};
-}
-
 Interval extreme(Op op, const Interval& a, const Interval& b) {
   if (!a.finite() || !b.finite()) return Interval::unknown();
   if (op == Op::min) return {std::min(a.lower(), b.lower()), std::min(a.upper(), b.upper())};
@@ -142,7 +136,8 @@ bool squares(const std::vector<Node>& nodes, std::size_t i) {
 
 // From node i on. Where a comparison is open, what contains the values of both sides.
 Interval range_from(const Tape& tape, std::size_t i, std::vector<Interval> stack,
-                    const std::vector<Interval>& variables, int& splits) {
+                    const std::vector<Interval>& variables, const std::vector<LookupTable>& tables,
+                    int& splits) {
   for (; i < tape.nodes.size(); ++i) {
     const Node& node = tape.nodes[i];
     if (node.op == Op::variable) {
@@ -156,12 +151,17 @@ Interval range_from(const Tape& tape, std::size_t i, std::vector<Interval> stack
       stack.pop_back();
       if (taken == Truth::open) {
         if (splits-- <= 0) return Interval::unknown();
-        return hull(range_from(tape, i + 1, stack, variables, splits),
-                    range_from(tape, std::size_t(node.index), stack, variables, splits));
+        return hull(range_from(tape, i + 1, stack, variables, tables, splits),
+                    range_from(tape, std::size_t(node.index), stack, variables, tables, splits));
       }
       if (taken == Truth::no) i = std::size_t(node.index) - 1;
     } else if (node.op == Op::power_constant) {
       stack.back() = power(stack.back(), node.number);
+    } else if (node.op == Op::table) {
+      const LookupTable& table = tables[std::size_t(node.index)];
+      const Interval value = range(table, std::span(stack).last(table.at.size()));
+      stack.resize(stack.size() - table.at.size() + 1);
+      stack.back() = value;
     } else if (node.op == Op::negate || (node.op >= Op::sin && node.op < Op::atan2)) {
       stack.back() = of_one(node.op, stack.back());
     } else {
@@ -176,11 +176,12 @@ Interval range_from(const Tape& tape, std::size_t i, std::vector<Interval> stack
 
 }  // namespace
 
-Interval range_of(const Tape& tape, const std::vector<Interval>& variables) {
+Interval range_of(const Tape& tape, const std::vector<Interval>& variables,
+                  const std::vector<LookupTable>& tables) {
   int splits = most_splits;
   std::vector<Interval> stack;
   stack.reserve(tape.depth);
-  return range_from(tape, 0, std::move(stack), variables, splits);
+  return range_from(tape, 0, std::move(stack), variables, tables, splits);
 }
 
 }  // namespace tiltrim::formula

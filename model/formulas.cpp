@@ -30,6 +30,7 @@ using formula::Tape;
 struct Program {
   std::vector<double> nominal;  // of x, u, p
   std::vector<Tape> let, rows, switches;
+  std::vector<LookupTable> tables;
   std::size_t depth = 0;
 
   std::size_t count() const { return nominal.size() + let.size(); }
@@ -67,7 +68,7 @@ void set_let(Evaluator<S>& evaluate, const Program& program) {
 // Values of `count` tapes from `first`.
 VectorXd values(const Program& program, const Tape* first, std::size_t count, const VectorXd& x,
                 const VectorXd& u, const VectorXd& p) {
-  Evaluator<double> evaluate(program.count(), program.depth);
+  Evaluator<double> evaluate(program.count(), program.depth, program.tables);
   set_variables(evaluate, program, x, u, p);
   set_let(evaluate, program);
   VectorXd y(count);
@@ -79,7 +80,7 @@ VectorXd values(const Program& program, const Tape* first, std::size_t count, co
 template <int width>
 void set_columns(const Program& program, const OperatingPoint& point,
                  const std::vector<Index>& variables, Index first, MatrixXd& J) {
-  Evaluator<DualOf<double, width>> evaluate(program.count(), program.depth);
+  Evaluator<DualOf<double, width>> evaluate(program.count(), program.depth, program.tables);
   set_variables(evaluate, program, point.x, point.u, point.p);
   const Index count = std::min<Index>(width, J.cols() - first);
   for (Index k = 0; k < count; ++k)
@@ -107,10 +108,11 @@ MatrixXd slopes(const Program& program, const OperatingPoint& point,
 // Formulas with what they are in messages.
 struct TitledProgram {
   std::vector<formula::Titled> let, rows;
+  std::vector<LookupTable> tables;
   std::size_t count, depth;
 
   TitledProgram(const Formulas& m, const Program& program)
-      : count(program.nominal.size()), depth(program.depth) {
+      : tables(program.tables), count(program.nominal.size()), depth(program.depth) {
     for (std::size_t i = 0; i < m.let.size(); ++i)
       let.push_back({program.let[i], fmt::format("the value of '{}'", m.let[i].name)});
     for (std::size_t i = 0; i < m.states.size(); ++i)
@@ -130,17 +132,18 @@ decltype(Model::jets) on_jets(const Formulas& formulas, const Program& program) 
     if (variables.size() != all->count)
       throw CallerMistake(fmt::format("expected {} states, inputs and parameters together, got {}",
                                       all->count, variables.size()));
-    return formula::on_ranges(all->let, all->rows, all->depth, std::move(variables));
+    return formula::on_ranges(all->let, all->rows, all->tables, all->depth, std::move(variables));
   };
 }
 
 std::vector<Range> ranges(const Program& program, const std::vector<Range>& box) {
   std::vector<Interval> variables;
   for (const Range& r : box) variables.emplace_back(r.lower, r.upper);
-  for (const Tape& tape : program.let) variables.push_back(formula::range_of(tape, variables));
+  for (const Tape& tape : program.let)
+    variables.push_back(formula::range_of(tape, variables, program.tables));
   std::vector<Range> rows;
   for (const Tape& tape : program.rows) {
-    const Interval row = formula::range_of(tape, variables);
+    const Interval row = formula::range_of(tape, variables, program.tables);
     rows.push_back({row.lower(), row.upper()});
   }
   return rows;
@@ -158,17 +161,25 @@ Program compile(const Formulas& m) {
   formula::Names known;
   const auto learn = [&](const std::string& name) {
     check_formula_name(name);
-    if (!known.emplace(name, std::int32_t(known.size())).second)
+    if (std::ranges::find(m.tables, name, &LookupTable::name) != m.tables.end() ||
+        !known.emplace(name, std::int32_t(known.size())).second)
       throw std::invalid_argument(fmt::format("'{}' occurs twice", name));
   };
   Program program;
+  program.tables = m.tables;
+  for (const LookupTable& table : m.tables) {
+    check_formula_name(table.name);
+    if (std::ranges::count(m.tables, table.name, &LookupTable::name) > 1)
+      throw std::invalid_argument(fmt::format("'{}' occurs twice", table.name));
+    formula::check(table);
+  }
   for (const Signals* signals : {&m.states, &m.inputs, &m.parameters})
     for (const Signal& s : *signals) {
       learn(s.name);
       program.nominal.push_back(s.nominal);
     }
   const auto add = [&](std::vector<Tape>& tapes, const std::string& text) {
-    tapes.push_back(formula::compile(text, known));
+    tapes.push_back(formula::compile(text, known, m.tables));
     program.depth = std::max(program.depth, tapes.back().depth);
   };
   for (const Formula& f : m.let) {

@@ -14,6 +14,17 @@ struct Formula {
   std::string name, text;  ///< name: letters, digits and _; text: as in a study
 };
 
+/// A function of one to three arguments by its values on a grid, which formulas call by its name:
+/// "CL(alpha, flap)". Outside the grid the model throws std::domain_error, which names the table.
+struct LookupTable {
+  std::string name;                     ///< letters, digits and _
+  std::vector<std::vector<double>> at;  ///< rising entries of each argument
+  std::vector<double> values;           ///< for all combinations; the last argument's vary fastest
+  /// False: linear along each argument between entries, with kinks there. True: cubics with
+  /// continuous slopes, those of parabolas through three neighbours.
+  bool smooth = false;
+};
+
 /// ẋ and y as formulas of states, inputs, parameters and, in their order, the values of `let`.
 /// Operators + - * / ^, comparisons, && || and a ? b : c; functions as in docs/study.md; pi.
 struct Formulas {
@@ -23,6 +34,7 @@ struct Formulas {
   std::vector<std::string> rates{};             ///< one for each state
   std::vector<std::string> values{};            ///< one for each output
   std::vector<Formula> switches{};              ///< kinks and jumps, as Model::switches
+  std::vector<LookupTable> tables{};            ///< look-up tables, for all formulas
 };
 
 /// The model, with exact derivatives; NaN where a formula has a kink, a jump or a singular slope,

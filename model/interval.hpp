@@ -82,6 +82,12 @@ inline Interval both(const Interval& a, const Interval& b) {
   return {std::max(a.lower(), b.lower()), std::min(a.upper(), b.upper())};
 }
 
+// What contains both; NaN unless both are known.
+inline Interval hull(const Interval& a, const Interval& b) {
+  if (!a.finite() || !b.finite()) return Interval::unknown();
+  return {std::min(a.lower(), b.lower()), std::max(a.upper(), b.upper())};
+}
+
 // The largest magnitude, a bound from above.
 inline double magnitude(const Interval& a) {
   if (!a.finite()) return std::numeric_limits<double>::infinity();

@@ -66,6 +66,8 @@ struct Jet {
   bool constant() const { return n_ == 0; }             ///< over the box
   /// Whether the value has a bound.
   bool known() const { return std::isfinite(value().centre()) && std::isfinite(value().rest()); }
+  /// Some value of this range that unknowns move, without derivatives.
+  static Jet value_within(const Interval& range);
   Jet widened(double by) const;  ///< with a rest that is larger by this
 
   /// A function with its first four derivatives on a range.
@@ -140,7 +142,6 @@ struct Jet {
   bool active(std::size_t i) const { return i < m_ && (active_ >> i & 1) != 0; }
   static Jet reciprocal(const Jet& a);
   static bool only_values(const Jet& a);
-  static Jet value_within(const Interval& range);
 
   std::array<double, 2> constant_{};  // c and r, if n = 0
   std::vector<double> rows_;          // the value, then one per direction

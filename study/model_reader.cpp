@@ -8,6 +8,7 @@
 #include <functional>
 #include <iterator>
 #include <set>
+#include <span>
 
 #include "model/formula_check.hpp"
 #include "model/formulas.hpp"
@@ -22,7 +23,8 @@ constexpr double largest_number = 1e100;
 constexpr Accepted any{-largest_number, largest_number};
 constexpr Accepted positive{1e-100, largest_number};
 constexpr std::string_view angle = "_deg";
-constexpr std::size_t most_signals = 1000;  // of each kind
+constexpr std::size_t most_signals = 1000;   // of each kind
+constexpr std::size_t most_values = 100000;  // of a look-up table
 
 // Keys of a [[condition]] in addition to the model's own names.
 const std::vector<std::string>& condition_words() {
@@ -41,24 +43,38 @@ void checked(const Section& section, std::string_view key, const std::function<v
 
 // ---- [model] ----
 
+// What formulas know.
+struct Known {
+  std::vector<std::string> names;
+  const std::vector<LookupTable>& tables;
+
+  bool has(const std::string& name) const {
+    return std::ranges::find(names, name) != names.end() ||
+           std::ranges::find(tables, name, &LookupTable::name) != tables.end();
+  }
+};
+
 // A new name that formulas and conditions can use.
-std::string new_name(const Section& section, std::vector<std::string>& known) {
+std::string read_name(const Section& section, const Known& known) {
   section.require("name", "a name in quotes");
   const std::string name = section.text("name");
   checked(section, "name", [&] {
     check_formula_name(name);
-    if (std::ranges::find(known, name) != known.end())
+    if (known.has(name))
       throw std::invalid_argument(
           fmt::format("{} occurs twice; expected distinct names", in_quotes(name)));
     if (std::ranges::find(condition_words(), name) != condition_words().end())
       throw std::invalid_argument(fmt::format(
           "{} is a key of every [[condition]]; expected another name", in_quotes(name)));
   });
-  known.push_back(name);
   return name;
 }
 
-Signal read_signal(const Section& section, std::vector<std::string>& known, double nominal = 1.0) {
+std::string new_name(const Section& section, Known& known) {
+  return known.names.emplace_back(read_name(section, known));
+}
+
+Signal read_signal(const Section& section, Known& known, double nominal = 1.0) {
   Signal signal{new_name(section, known), "", nominal};
   const Entry* unit = section.find("unit");
   const bool none = unit && unit->kind == Entry::Kind::text && unit->text.empty();
@@ -68,10 +84,10 @@ Signal read_signal(const Section& section, std::vector<std::string>& known, doub
 }
 
 std::string read_formula(const Section& section, const char* key, const std::string& expected,
-                         const std::vector<std::string>& known) {
+                         const Known& known) {
   section.require(key, expected);
   std::string text = section.passage(key);
-  checked(section, key, [&] { check_formula(text, known); });
+  checked(section, key, [&] { check_formula(text, known.names, known.tables); });
   return text;
 }
 
@@ -91,9 +107,71 @@ double value_of(const Section& model, const Section& parameter) {
   return values && values->find(name) ? values->number(name, any) : parameter.number("value", any);
 }
 
+// One list of numbers, or a list of such lists.
+bool nested(const Entry& entry) {
+  return entry.kind == Entry::Kind::array && !entry.entries.empty() &&
+         entry.entries.front().kind == Entry::Kind::array;
+}
+
+// The entries of each argument.
+std::vector<std::vector<double>> read_grid(const Section& section) {
+  const Entry& at = section.require("at", "a list of rising numbers, or one for each argument");
+  const std::vector<Entry> lists = nested(at) ? at.entries : std::vector<Entry>{at};
+  if (lists.size() > 3 || (nested(at) && lists.size() < 2))
+    section.refuse(at, fmt::format("{} lists; expected a list of rising numbers for one argument, "
+                                   "or two or three such lists",
+                                   lists.size()));
+  std::vector<std::vector<double>> grid;
+  double count = 1;
+  for (Entry list : lists) {
+    list.key = "at";
+    grid.push_back(section.numbers(list, any));
+    const auto falls = std::ranges::adjacent_find(grid.back(), std::greater_equal<>());
+    if (falls != grid.back().end())
+      section.refuse(list, fmt::format("{} after {} does not rise; expected rising numbers",
+                                       *std::next(falls), *falls));
+    if (grid.back().size() < 2)
+      section.refuse(list, "a single number; expected at least two for each argument");
+    count *= double(grid.back().size());
+  }
+  if (count > double(most_values))
+    section.refuse(at, fmt::format("{} combinations; expected at most {}", count, most_values));
+  return grid;
+}
+
+// For the entries of the arguments from `first` on; lists within lists.
+void read_values(const Section& section, Entry list, std::span<const std::vector<double>> grid,
+                 std::vector<double>& values) {
+  list.key = "values";
+  const bool last = grid.size() == 1;
+  if (list.kind != Entry::Kind::array || nested(list) == last ||
+      list.entries.size() != grid[0].size())
+    section.refuse(list, fmt::format("{}; expected a list of {} {}, one for each entry of {}",
+                                     list.kind == Entry::Kind::array
+                                         ? fmt::format("a list of {}", list.entries.size())
+                                         : describe(list),
+                                     grid[0].size(), last ? "numbers" : "lists",
+                                     last ? "the last argument" : "an argument"));
+  if (last)
+    std::ranges::copy(section.numbers(list, any), std::back_inserter(values));
+  else
+    for (const Entry& part : list.entries) read_values(section, part, grid.subspan(1), values);
+}
+
+void read_tables(const Section& section, Formulas& model) {
+  for (const Section& s : tables_of(section, "table")) {
+    s.allow_only({"name", "at", "values", "interpolation"});
+    LookupTable table{read_name(s, {{}, model.tables}), read_grid(s), {}};
+    read_values(s, s.require("values", "numbers, a list within the list for each further argument"),
+                table.at, table.values);
+    table.smooth = s.choice("interpolation", {"linear", "cubic"}) == 1;
+    model.tables.push_back(std::move(table));
+  }
+}
+
 // Reads all names first, so that any formula may use any of them.
 void read_names(const Section& section, Formulas& model, std::vector<double>& values,
-                std::vector<std::string>& known) {
+                Known& known) {
   section.require("state", "at least one [[model.state]] table");
   for (const Section& s : tables_of(section, "state")) {
     s.allow_only({"name", "unit", "nominal", "rate"});
@@ -112,7 +190,7 @@ void read_names(const Section& section, Formulas& model, std::vector<double>& va
   }
 }
 
-void read_formulas(const Section& section, Formulas& model, std::vector<std::string>& known) {
+void read_formulas(const Section& section, Formulas& model, Known& known) {
   for (const Section& s : tables_of(section, "let")) {
     s.allow_only({"name", "value"});
     const std::string text = read_formula(s, "value", "a formula in quotes, as \"k*x^2\"", known);
@@ -121,9 +199,9 @@ void read_formulas(const Section& section, Formulas& model, std::vector<std::str
   for (const Section& s : tables_of(section, "state"))
     model.rates.push_back(
         read_formula(s, "rate", "the formula of its rate of change in quotes, as \"-k*x\"", known));
-  std::vector<std::string> taken = names(model.states);  // outputs may have the names of `let`
+  Known taken{names(model.states), model.tables};  // outputs may have the names of `let`
   for (const Signals* signals : {&model.inputs, &model.parameters})
-    for (const Signal& s : *signals) taken.push_back(s.name);
+    for (const Signal& s : *signals) taken.names.push_back(s.name);
   for (const Section& s : tables_of(section, "output")) {
     s.allow_only({"name", "unit", "nominal", "value"});
     model.outputs.push_back(read_signal(s, taken));
@@ -180,15 +258,20 @@ Range read_value(const Section& section, const Entry& entry, const Key& key) {
   return {value, value};
 }
 
+// An angle is given in rad or in degrees; `given` has the key of each signal so far.
+void check_once(const Section& section, const Key& key, std::map<std::string, std::string>& given) {
+  const auto [at, once] = given.insert({key.signal, key.name});
+  if (!once)
+    section.refuse(*section.find(key.name),
+                   fmt::format("{} is already given; expected only one of the two", at->second));
+}
+
 void read_values(const Section& section, const std::vector<Key>& keys, UserCondition& condition) {
   std::map<std::string, std::string> given;
   for (const Key& key : keys) {
     const Entry* entry = section.find(key.name);
     if (!entry) continue;
-    const auto [at, once] = given.insert({key.signal, key.name});
-    if (!once)
-      section.refuse(*entry,
-                     fmt::format("{} is already given; expected only one of the two", at->second));
+    check_once(section, key, given);
     condition.values[key.signal] = read_value(section, *entry, key);
   }
 }
@@ -229,8 +312,10 @@ void read_guess(const Section& section, const UserModel& own, UserCondition& con
   std::vector<std::string> allowed;
   for (const Key& key : own.keys) allowed.push_back(key.name);
   guess->allow_only(allowed);
+  std::map<std::string, std::string> given;
   for (const Key& key : own.keys) {
     if (!guess->find(key.name)) continue;
+    check_once(*guess, key, given);
     check_guess(*guess, key, own.model, condition);
     condition.guess[key.signal] = guess->number(key.name, accepted_by(key));
   }
@@ -267,8 +352,9 @@ std::vector<Key> keys_for(const Model& model, const Signals& signals) {
   for (const Signal& s : signals) {
     keys.push_back({s.name, s.name, s.unit, {-largest_number, largest_number}});
     const std::string in_degrees = s.name + std::string(angle);
-    const bool taken = find(model.states, in_degrees) >= 0 || find(model.inputs, in_degrees) >= 0 ||
-                       find(model.parameters, in_degrees) >= 0;
+    const auto all = {&model.states, &model.inputs, &model.parameters, &model.outputs};
+    const bool taken =
+        std::ranges::any_of(all, [&](const Signals* own) { return find(*own, in_degrees) >= 0; });
     if (s.unit == "rad" && !taken)
       keys.push_back({in_degrees, s.name, "degrees", {-largest_number, largest_number}});
   }
@@ -283,12 +369,13 @@ std::vector<Key> keys_of(const Model& model) {
 }
 
 UserModel read_model(const Section& section) {
-  section.allow_only(
-      {"name", "state", "input", "parameter", "values", "let", "output", "switch", "loop"});
+  section.allow_only({"name", "state", "input", "parameter", "values", "table", "let", "output",
+                      "switch", "loop"});
   Formulas formulas;
   formulas.name = section.find("name") ? section.text("name") : "model";
   std::vector<double> values;
-  std::vector<std::string> known;
+  Known known{{}, formulas.tables};
+  read_tables(section, formulas);
   read_names(section, formulas, values, known);
   read_formulas(section, formulas, known);
   UserModel own;

@@ -33,15 +33,31 @@ const Entry* entry(const Entry& table, const std::string& key) {
   return nullptr;
 }
 
+void flatten(const Entry& list, std::vector<double>& numbers) {
+  if (list.kind == Entry::Kind::number) numbers.push_back(list.number);
+  for (const Entry& e : list.entries) flatten(e, numbers);
+}
+
 // The formulas of [model], compiled a second time.
 struct Compiled {
   formula::Names names;
+  std::vector<LookupTable> tables;
   std::vector<formula::Tape> lets, rows;  // rows: rates, then outputs
   std::size_t variables = 0, depth = 0;
 
   explicit Compiled(const Entry& model, const Model& own) {
     for (const Signals* signals : {&own.states, &own.inputs, &own.parameters})
       for (const Signal& s : *signals) names[s.name] = std::int32_t(variables++);
+    if (const Entry* list = entry(model, "table"))
+      for (const Entry& e : list->entries) {
+        const Entry *at = entry(e, "at"), *kind = entry(e, "interpolation");
+        LookupTable& table = tables.emplace_back(LookupTable{entry(e, "name")->text, {}, {}});
+        table.smooth = kind && kind->text == "cubic";
+        flatten(*entry(e, "values"), table.values);
+        const bool nested = at->entries[0].kind == Entry::Kind::array;
+        for (const Entry& part : nested ? at->entries : std::vector<Entry>{*at})
+          flatten(part, table.at.emplace_back());
+      }
     std::size_t slot = variables;
     each(model, "let", "value", lets,
          [&](const std::string& name) { names[name] = std::int32_t(slot++); });
@@ -51,17 +67,17 @@ struct Compiled {
 
   void each(const Entry& model, const char* list, const char* key,
             std::vector<formula::Tape>& tapes, const auto& after) {
-    const Entry* tables = entry(model, list);
-    if (!tables) return;
-    for (const Entry& table : tables->entries) {
-      tapes.push_back(formula::compile(entry(table, key)->text, names));
+    const Entry* all = entry(model, list);
+    if (!all) return;
+    for (const Entry& e : all->entries) {
+      tapes.push_back(formula::compile(entry(e, key)->text, names, tables));
       depth = std::max(depth, tapes.back().depth);
-      after(entry(table, "name")->text);
+      after(entry(e, "name")->text);
     }
   }
 
   LongVector operator()(const LongVector& at) const {
-    formula::Evaluator<long double> evaluate(variables + lets.size(), depth);
+    formula::Evaluator<long double> evaluate(variables + lets.size(), depth, tables);
     for (std::size_t i = 0; i < at.size(); ++i) evaluate[i] = at[i];
     for (std::size_t i = 0; i < lets.size(); ++i) evaluate[variables + i] = evaluate(lets[i]);
     LongVector values;

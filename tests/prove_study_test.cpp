@@ -164,6 +164,30 @@ TEST_CASE("where an output may be undefined nothing is proved") {
   CHECK(t.regions.front().cause == "undefined: sqrt in the output 'lift'");
 }
 
+TEST_CASE("a look-up table: smooth across its entries, with kinks at those of a linear one") {
+  // The square root of p, by the cubics that are its parabola: -2 sqrt(p) and 0.3 - p.
+  const auto root = [](const std::string& interpolation) {
+    return states({{"x", "p - T(x)"}, {"y", "(p - 0.3)*y"}}) + parameter("p", 2) +
+           "[[model.table]]\nname = \"T\"\nat = [0, 1, 2, 4]\nvalues = [0, 1, 4, 16]\n" +
+           fmt::format("interpolation = \"{}\"\n", interpolation);
+  };
+  const std::string within = condition("guess = {x = 1}");
+  const Theorem smooth = proved(root("cubic") + within + box("p", 0.1, 15));
+  CHECK_NEAR(smooth.stable, 0.2 / 14.9, 1e-7);
+  CHECK_NEAR(smooth.unstable, 14.7 / 14.9, 1e-7);
+  const Theorem linear = proved(root("linear") + within + box("p", 0.1, 15));
+  CHECK_NEAR(linear.stable, 0.2 / 14.9, 1e-7);
+  CHECK_NEAR(linear.unstable, 14.7 / 14.9, 1e-6);
+  CHECK(std::ranges::count(linear.regions, "switch: T in the rate of 'x'", &ProofNode::cause) == 2);
+  // Of a known quantity both sides of a kink are proved; beyond the entries nothing is.
+  const std::string known =
+      states({{"x", "-(1 + T(p))*x"}}) + root("linear").substr(root("linear").find("[[model.par"));
+  CHECK(proved(known + condition("") + box("p", 0, 4)).status() == ProofStatus::proved);
+  const Theorem beyond = proved(known + condition("") + box("p", 2, 6), 200);
+  CHECK_NEAR(beyond.stable, 0.5, 1e-2);
+  CHECK(beyond.regions.back().cause == "undefined: T in the rate of 'x'");
+}
+
 TEST_CASE("a kink away from the trim does not matter") {
   const Theorem t = proved(crossing("y*(abs(x + 1) - 1) + max(x - 1, 0)"));
   CHECK(t.undecided < 1e-8);

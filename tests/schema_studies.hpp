@@ -284,6 +284,19 @@ name = "a"
 unit = "1/s"
 nominal = 0.1
 value = 1
+[[model.table]]
+name = "CL"
+at = [0, 1]
+values = [0, 1]
+interpolation = "linear"
+[[model.table]]
+name = "CM"
+at = [[0, 1], [0, 1]]
+values = [[0, 1], [2, 3]]
+[[model.table]]
+name = "CN"
+at = [[0, 1], [0, 1], [0, 1]]
+values = [[[0, 1], [2, 3]], [[0, 1], [2, 3]]]
 [[model.let]]
 name = "twice"
 value = "2*x"

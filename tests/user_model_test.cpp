@@ -189,8 +189,8 @@ TEST_CASE("angles have two keys, in rad and in degrees") {
 TEST_CASE("what is no model") {
   check_refused("[model]\n@stat = 1\n" + down,
                 {"unknown key 'stat' in [model]", "did you mean 'state'?",
-                 "valid keys: name, state, input, parameter, values, let, "
-                 "output, switch, loop"});
+                 "valid keys: name, state, input, parameter, values, table, "
+                 "let, output, switch, loop"});
   check_refused("model = @3\n" + down, {"model: ", "is not a table; expected a table [model]"});
   check_refused("@[model]\nname = 'a'\n" + down,
                 {"model.state: is missing; expected at least one [[model.state]] table"});
@@ -218,6 +218,44 @@ TEST_CASE("unknown keys of its tables, with the nearest") {
                       {"unknown key 'when' in [[model.switch]]"});
   check_model_refused("input = \"added\"\n", "@inputs = \"added\"\n",
                       {"unknown key 'inputs' in [[model.loop]]", "did you mean 'input'?"});
+}
+
+TEST_CASE("look-up tables: read as written, and what is none, at its place") {
+  const std::string two =
+      "[[model.table]]\nname = \"CM\"\nat = [[-1, 0, 1], [0, 5]]\n"
+      "values = [[1, 2], [3, 4], [5, 6]]\ninterpolation = \"cubic\"\n";
+  const std::string with = two + "[[model.let]]\nname = \"moment\"\nvalue = \"CM(x, 0)\"\n";
+  const std::string state = "[[model.state]]\nname = \"x\"\nrate = \"moment\"\n";
+  const std::string condition = "[[condition]]\nname = \"rest\"\n";
+  const Model m = parsed(with + state + condition).user_model->model;
+  CHECK(m.f(VectorXd::Constant(1, 0.0), none, none)[0] == 3);
+  CHECK_NEAR(m.f(VectorXd::Constant(1, 0.5), none, none)[0], 4, 1e-15);
+  const auto refused = [&](const std::string& what, const std::string& by,
+                           const std::vector<std::string>& words) {
+    check_refused(replaced(with + state, what, by) + condition, words);
+  };
+  refused("at = [[", "@ats = [[", {"unknown key 'ats' in [[model.table]]", "did you mean 'at'?"});
+  refused("\"CM\"\nat", "@\"sin\"\nat", {"model.table.name: 'sin' has another meaning"});
+  refused("\"x\"\nrate", "@\"CM\"\nrate", {"model.state.name: 'CM' occurs twice"});
+  refused("\"CM(x, 0)\"", "@\"CM(x)\"", {"too few arguments for CM"});
+  refused("[[-1, 0, 1], [0, 5]]", "@3", {"model.table.at: 3 is not a list of numbers"});
+  refused("[[-1, 0, 1], [0, 5]]", "@[[1, 2]]", {"model.table.at: 1 lists; expected"});
+  refused("[[-1, 0, 1], [0, 5]]", "@[[1, 2], [1, 2], [1, 2], [1, 2]]",
+          {"model.table.at: 4 lists; expected"});
+  refused("[0, 5]", "@[0, 0]", {"model.table.at: 0 after 0 does not rise"});
+  refused("[0, 5]", "@[0]", {"model.table.at: a single number"});
+  refused("[0, 5]", "[0, @nan]", {"model.table.at: ", "is not finite"});
+  refused("[0, 5]", "[@\"0\", 5]", {"model.table.at: the text '0' is not a number"});
+  refused("[[1, 2], [3, 4], [5, 6]]", "@[[1, 2], [3, 4]]",
+          {"model.table.values: a list of 2; expected a list of 3 lists"});
+  refused("[3, 4]", "@[3, 4, 5]",
+          {"model.table.values: a list of 3; expected a list of 2 numbers"});
+  refused("[[1, 2], [3, 4], [5, 6]]", "@[1, 2, 3]",
+          {"model.table.values: a list of 3; expected a list of 3 lists"});
+  refused("[3, 4]", "@3", {"model.table.values: 3; expected a list of 2 numbers"});
+  refused("[3, 4]", "[@inf, 4]", {"model.table.values: ", "is not finite"});
+  refused("\"cubic\"", "@\"cubics\"",
+          {"model.table.interpolation: 'cubics' is not known; expected one of linear, cubic"});
 }
 
 TEST_CASE("names that cannot be") {

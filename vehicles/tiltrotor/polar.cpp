@@ -18,12 +18,6 @@ namespace tiltrim {
 
 using std::numbers::pi;
 
-// The smallest range that contains both; NaN if one is.
-static Interval hull(const Interval& a, const Interval& b) {
-  if (!a.finite() || !b.finite()) return Interval::unknown();
-  return {std::min(a.lower(), b.lower()), std::max(a.upper(), b.upper())};
-}
-
 // Extremes of a cubic over [a, b]: at the ends and at the roots of its derivative.
 Range Polar::Cubic::extremes(double a, double b) const {
   Range r{std::min(at(a), at(b)), std::max(at(a), at(b))};
