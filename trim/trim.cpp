@@ -229,13 +229,29 @@ TrimResult closest_to(Search& s) {
   return best;
 }
 
-// The first point at which the model was not finite, as text.
-std::string no_numbers(const Search& s) {
-  const Problem& p = s.p;
+const char* residuals_in_words(const Problem& p) {
+  const bool one = p.equations.size() == 1;
+  const auto is_rate = [&](Eigen::Index row) { return row < std::ssize(p.model.states); };
+  return std::ranges::all_of(p.equations, is_rate) ? (one ? "residual rate" : "residual rates")
+                                                   : (one ? "residual" : "residuals");
+}
+
+// What the model gave at the guess, where nothing was finite, as text.
+std::string no_numbers(const Problem& p) {
   if (!p.thrown.empty()) return "the model threw: " + p.thrown;
   const VectorXd rates = rates_of(p, values(p, unknowns_of(p, p.base)));
-  return fmt::format("the model is not finite at any of {}; at the guess {}",
-                     counted(s.starts, "start"), not_finite_in_words(p, rates, outputs(p, p.base)));
+  return "at the guess " + not_finite_in_words(p, rates, outputs(p, p.base));
+}
+
+// The closest point of a search without result, as text.
+std::string closest_in_words(const Search& s, const TrimResult& r) {
+  const Problem& p = s.p;
+  if (r.rates.size() == 0)  // not finite
+    return "the model is not finite at any point tried; " + no_numbers(p);
+  std::string words = fmt::format("the closest point has {} {}, {}", residuals_in_words(p),
+                                  left_over(p, p.equations, r), limits_in_words(p, r));
+  if (!p.thrown.empty()) words += "; at some points the model threw: " + p.thrown;
+  return words;
 }
 
 // Only what was evaluated in the time allowed.
@@ -271,13 +287,6 @@ std::string doubtful_derivatives(const Problem& p, const OperatingPoint& at) {
   }
 }
 
-const char* residuals_in_words(const Problem& p) {
-  const bool one = p.equations.size() == 1;
-  const auto is_rate = [&](Eigen::Index row) { return row < std::ssize(p.model.states); };
-  return std::ranges::all_of(p.equations, is_rate) ? (one ? "residual rate" : "residual rates")
-                                                   : (one ? "residual" : "residuals");
-}
-
 TrimResult no_answer(Search& s) {
   const Problem& p = s.p;
   if (s.not_repeatable) return *s.not_repeatable;
@@ -290,7 +299,9 @@ TrimResult no_answer(Search& s) {
     r.message = "stopped by the caller after " + counted(s.starts, "start");
   } else if (!s.proof.proved && !std::isfinite(s.closest_residual)) {
     r.status = p.thrown.empty() ? TrimStatus::not_finite : TrimStatus::model_threw;
-    r.message = no_numbers(s);
+    r.message = p.thrown.empty() ? fmt::format("the model is not finite at any of {}; {}",
+                                               counted(s.starts, "start"), no_numbers(p))
+                                 : no_numbers(p);
   } else if (s.output_not_finite) {
     r = *s.output_not_finite;
   } else {
@@ -301,11 +312,10 @@ TrimResult no_answer(Search& s) {
                                     : "no equilibrium found from " + counted(s.starts, "start");
     if (proof.boxes > 0 && proof.proved)
       none += fmt::format(" (proved over {} box{})", proof.boxes, proof.boxes == 1 ? "" : "es");
-    r.message =
-        fmt::format("{}{}; the closest point has {} {}, {}", none,
-                    s.none_within ? ", and no point within all limits was found" : "",
-                    residuals_in_words(p), left_over(p, p.equations, r), limits_in_words(p, r));
-    if (!p.thrown.empty()) r.message += "; at some points the model threw: " + p.thrown;
+    r.message = fmt::format(
+        "{}{}; {}", none,
+        s.none_within && r.rates.size() > 0 ? ", and no point within all limits was found" : "",
+        closest_in_words(s, r));
     if (!proof.proved) r.message += doubtful_derivatives(p, r.point);
   }
   return r;
