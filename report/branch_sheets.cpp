@@ -33,7 +33,7 @@ using Names = std::vector<std::string>;  // parameters shown for a user-defined 
 
 std::vector<SheetColumn> columns(const BranchAnswer& b, const Names& parameters) {
   const Key& parameter = b.parameter;
-  const SheetColumn along{parameter.name, parameter.name,
+  const SheetColumn along{column_key(parameter.name), parameter.name,
                           parameter.unit == "degrees" ? "°" : parameter.unit, "{:.8g}"};
   if (b.start.condition.user()) {
     std::vector<SheetColumn> all = user_columns(b.start.model, parameters);
@@ -250,12 +250,18 @@ std::vector<Sheet> branches_document(const std::vector<BranchAnswer>& branches) 
   return sheets;
 }
 
+// Of points and of events.
+static const std::vector<std::string_view> point_fields{
+    "kind",     "state", "input", "output", "residual",   "step",  "least",
+    "unstable", "error", "which", "after",  "eigenvalue", "modes", "verdict"};
+
 std::string branches_json(const std::vector<BranchAnswer>& branches) {
   ordered_json all{{"branches", ordered_json::array()}};
   for (const BranchAnswer& b : branches) {
     const Model& model = b.start.model;
+    const std::string parameter = key_among(b.parameter.name, point_fields);
     const auto point = [&](const BranchPoint& at) {
-      ordered_json j{{b.parameter.name, b.parameter.in_study(at.parameter)}};
+      ordered_json j{{parameter, b.parameter.in_study(at.parameter)}};
       j.update(json::point(model, at.point, at.outputs));
       j["residual"] = at.residual;
       j["step"] = at.step;

@@ -197,11 +197,18 @@ std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelop
   return sheets;
 }
 
+// Of parts, rows, ends of intervals and points.
+static const std::vector<std::string_view> fields{"status", "evaluations", "rows",   "pieces",
+                                                  "count",  "intervals",   "which",  "outer",
+                                                  "state",  "input",       "output", "residual"};
+
 std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
   ordered_json all{{"envelopes", ordered_json::array()}};
   for (const EnvelopeAnswer& e : envelopes) {
-    const std::string &over = e.table.over.name, &along = e.table.along.name;
-    ordered_json j{{"condition", e.condition.name}, {"over", over}, {"model", e.model.name}};
+    const std::string over = key_among(e.table.over.name, fields);
+    const std::string along = key_among(e.table.along.name, fields);
+    ordered_json j{
+        {"condition", e.condition.name}, {"over", e.table.over.name}, {"model", e.model.name}};
     j["parts"] = ordered_json::array();
     for (const Envelope& part : e.parts) {
       ordered_json p;

@@ -28,12 +28,16 @@ ordered_json axes_json(const SweepMap& map) {
 
 namespace {
 
+const std::vector<std::string_view> point_fields{
+    "condition", "status",        "verdict", "message", "residual", "spectral_abscissa",
+    "damping",   "second_branch", "state",   "input",   "modes"};
+
 ordered_json point_json(const SweepMap& map, std::size_t p) {
   const std::vector<std::size_t> at = map.position(p);
   ordered_json object{{"condition", map.conditions[at[0]]}};
   for (std::size_t a = 0; a < map.axes.size(); ++a)
     for (const SweepAxis::Column& column : map.axes[a].columns)
-      object[column.name] = column.values[at[a + 1]];
+      object[key_among(column.name, point_fields)] = column.values[at[a + 1]];
   object["status"] = status_name(map.status[p]);
   object["verdict"] =
       map.verdict[p] < 0 ? ordered_json() : ordered_json(verdict_name(map.verdict[p]));

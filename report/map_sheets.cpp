@@ -277,12 +277,14 @@ Sheet map_sheet(const SweepMap& map) {
   sheet.columns = {{"condition", "", ""}};
   for (const SweepAxis& axis : map.axes)
     for (const SweepAxis::Column& column : axis.columns)
-      sheet.columns.push_back({column.name, "", ""});
+      sheet.columns.push_back({column_key(column.name), "", ""});
   for (const char* key :
        {"status", "verdict", "reason", "residual", "spectral_abscissa", "damping", "second_branch"})
     sheet.columns.push_back({key, "", ""});
-  for (const std::size_t i : states) sheet.columns.push_back({map.states[i].name, "", ""});
-  for (const std::size_t i : inputs) sheet.columns.push_back({map.inputs[i].name, "", ""});
+  for (const std::size_t i : states)
+    sheet.columns.push_back({column_key(map.states[i].name), "", ""});
+  for (const std::size_t i : inputs)
+    sheet.columns.push_back({column_key(map.inputs[i].name), "", ""});
   for (std::size_t i = 0; i < map.modes(); ++i) {
     sheet.columns.push_back({fmt::format("eigenvalue_re_{}", i), "", ""});
     sheet.columns.push_back({fmt::format("eigenvalue_im_{}", i), "", ""});

@@ -252,4 +252,19 @@ std::string as_csv(const Sheet& sheet) {
   return text;
 }
 
+std::string key_among(const std::string& name, const std::vector<std::string_view>& fields) {
+  std::string key = name;
+  for (int k = 2; std::ranges::find(fields, key) != fields.end(); ++k)
+    key = fmt::format("{}_{}", name, k);
+  return key;
+}
+
+std::string column_key(const std::string& name) {
+  static const std::vector<std::string_view> columns{
+      "condition", "name",     "kind",          "status",        "verdict",
+      "reason",    "residual", "damping",       "second_branch", "spectral_abscissa",
+      "unstable",  "which",    "eigenvalue_re", "eigenvalue_im"};
+  return key_among(name, columns);
+}
+
 }  // namespace tiltrim

@@ -15,8 +15,8 @@ bool in_degrees(const Signal& signal) { return signal.unit == "rad"; }
 SheetColumn column_of(const Signal& s) {
   constexpr double rounding = 1e-12;  // of the nominal size; below it a computed value is noise
   const double unit = in_degrees(s) ? degrees : 1.0;
-  return {s.name + (in_degrees(s) ? "_deg" : ""), s.name, in_degrees(s) ? "°" : s.unit, "{:.7g}",
-          rounding * s.nominal * unit};
+  return {column_key(s.name + (in_degrees(s) ? "_deg" : "")), s.name, in_degrees(s) ? "°" : s.unit,
+          "{:.7g}", rounding * s.nominal * unit};
 }
 
 // Every signal that has a column, and its value.

@@ -353,6 +353,59 @@ TEST_CASE("an output in rad is held in degrees too") {
   check_refused(scratch, "trim s.toml", "gam is already given; expected only one of the two");
 }
 
+TEST_CASE("an output may have the name of an angle's second key; a guess is given once") {
+  const Scratch scratch("own-degrees-twice");
+  const std::string model =
+      "[model]\nstate = [{name = \"gam\", unit = \"rad\", rate = \"u - gam\"}, "
+      "{name = \"x\", unit = \"rad\", rate = \"1 - x\"}]\n"
+      "input = [{name = \"u\"}]\n"
+      "output = [{name = \"gam_deg\", unit = \"deg\", value = \"gam*180/pi\"}]\n"
+      "[[condition]]\nname = \"a\"\nu = \"free\"\n";
+  scratch.write("s.toml", model + "gam_deg = 45\n");
+  const Ran ran = run(scratch, "trim s.toml -f json");
+  REQUIRE(ran.exit_code == 0);
+  CHECK_NEAR(json::parse(ran.out)["conditions"][0]["input"]["u"].get<double>(), std::atan(1),
+             1e-12);
+  scratch.write("s.toml", model + "guess = {x_deg = 1, x = 0}\n");
+  check_refused(scratch, "trim s.toml", "x is already given; expected only one of the two");
+}
+
+TEST_CASE("names that fields of the output have too get a number") {
+  const Scratch scratch("own-fields");
+  const auto study = [](const std::string& name) {
+    return fmt::format(
+        "[model]\nstate = [{{name = \"x\", rate = \"v\"}}, {{name = \"v\", rate = \"b - x - "
+        "{0}*v\"}}]\n"
+        "parameter = [{{name = \"{0}\", value = 1}}, {{name = \"b\", value = 0}}]\n"
+        "[[condition]]\nname = \"c\"\nx = [-2, 2]\n[follow]\nparameter = \"{0}\"\nto = 2\n"
+        "[[sweep.axis]]\nkey = \"{0}\"\nvalues = [0.5, 1]\n"
+        "[envelope]\nalong = \"b\"\nover = \"{0}\"\nb = [0, 1]\n{0} = [0.5, 1]\ncount = 5\n",
+        name);
+  };
+  for (const char* name : {"damping", "state", "status", "intervals", "residual"}) {
+    CAPTURE(name);
+    scratch.write("s.toml", study(name));
+    const std::string numbered = std::string(name) + "_2";
+    const auto value = [&](const json& object) {
+      return object[object.contains(numbered) ? numbered : std::string(name)];
+    };
+    const json sweep = json::parse(run(scratch, "sweep s.toml -f json").out);
+    CHECK(value(sweep["points"][0]) == 0.5);
+    const json branch = json::parse(run(scratch, "follow s.toml -f json").out)["branches"][0];
+    CHECK(value(branch["points"][0]) == 1);
+    CHECK(branch["points"][0]["state"].contains("v"));
+    CHECK(branch["events"].back()["kind"] == "end");
+    const json envelope = json::parse(run(scratch, "envelope s.toml -f json").out);
+    const json part = envelope["envelopes"][0]["parts"][0];
+    CHECK(part["status"] == "complete");
+    CHECK(value(part["rows"][0]) == 0.5);
+  }
+  scratch.write("s.toml", study("damping"));
+  const std::vector<Row> points = csv_of(run(scratch, "sweep s.toml -f csv").out);
+  CHECK(cell(points, "damping_2", 1) == 0.5);
+  CHECK(cell(points, "damping", 1) == 0.25);
+}
+
 TEST_CASE("an error of one of several conditions names it, whatever the command") {
   const Scratch scratch("own-placed");
   scratch.write("s.toml",
@@ -367,6 +420,23 @@ TEST_CASE("an error of one of several conditions names it, whatever the command"
 }
 
 // ---- models that misbehave ----
+
+TEST_CASE("proved by one rate that there is no trim, where another is finite nowhere") {
+  const Scratch scratch("own-nowhere");
+  for (const char* rate : {"ln(x - 3)", "sqrt(x - 3)", "exp(1e6 + x)", "acos(x - 3)"}) {
+    CAPTURE(rate);
+    scratch.write("s.toml", fmt::format("[model]\nstate = [{{name = \"x\", rate = \"{}\"}}, "
+                                        "{{name = \"y\", rate = \"y + 5\"}}]\n"
+                                        "[[condition]]\nname = \"a\"\nx = [0, 1]\ny = [0, 1]\n",
+                                        rate));
+    for (const char* command : {"trim", "linearize", "sensitivities"}) {
+      const Ran ran = run(scratch, fmt::format("{} s.toml -f json", command));
+      CHECK(ran.exit_code == 1);
+      CHECK(says(ran.out, "infeasible"));
+      CHECK(says(ran.out, "the model is not finite at any point tried; at the guess x' = "));
+    }
+  }
+}
 
 TEST_CASE("a model that misbehaves has a named status from every command, and no crash") {
   const Scratch scratch("own-misbehaves");
