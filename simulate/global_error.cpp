@@ -133,4 +133,13 @@ VectorXd with_error(const Signals& states, const IntegrateOptions& options, cons
   return a.reliable > 1 ? a.reliable_error : none;
 }
 
+std::vector<double> steps_and_breaks(const Trajectory& run, std::vector<double> breaks) {
+  for (const double t : run.t)
+    if (t > 0 && t < run.end() && !std::ranges::binary_search(run.events, t, {}, &MotionEvent::t))
+      breaks.push_back(t);
+  std::ranges::sort(breaks);
+  breaks.erase(std::unique(breaks.begin(), breaks.end()), breaks.end());
+  return breaks;
+}
+
 }  // namespace tiltrim

@@ -207,7 +207,9 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
   s.error = with_error(
       model.states, options,
       [&, known = stiff](double to, const IntegrateOptions& other) {
-        return run(model, motion, moving, x0, to, other, known).trajectory;
+        Motion same = motion;
+        if (other.sample == 0) same.breaks = steps_and_breaks(found, motion.breaks);
+        return run(model, same, moving, x0, to, other, known).trajectory;
       },
       found);
   if (found) moving.forget();  // thrown in a rejected step

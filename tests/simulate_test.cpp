@@ -387,6 +387,18 @@ TEST_CASE("the error is that of the motion, not of a step") {
   CHECK(alone.error.array().isNaN().all());
 }
 
+TEST_CASE("samples at the steps: the error is that of the worst of them, not of the last") {
+  for (const double tolerance : {1e-5, 1e-9}) {
+    const Simulation s = simulate(scalar([](double x, double, double) { return -x; }), from(1),
+                                  20.0, {}, {.tolerance = tolerance, .sample = 0});
+    double worst = 0;
+    for (Eigen::Index k = 0; k < s.x.cols(); ++k)
+      worst = std::max(worst, std::abs(s.x(0, k) - std::exp(-s.t[std::size_t(k)])));
+    CHECK(worst <= 2 * s.error[0]);
+    CHECK(s.error[0] <= 20 * worst);
+  }
+}
+
 TEST_CASE("the error of a motion that ends early is that of its last sample, or is not known") {
   // x' = x beyond 1e9, its one sample before the end the start.
   const Model growing = scalar([](double x, double, double) { return x; });

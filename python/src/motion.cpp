@@ -122,7 +122,9 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
   s.error = with_error(
       model.states, options,
       [&](double to, const IntegrateOptions& other) {
-        return integrate(motion, x0, 0, 0.0, to, other);
+        Motion same = motion;
+        if (other.sample == 0) same.breaks = steps_and_breaks(found, motion.breaks);
+        return integrate(same, x0, 0, 0.0, to, other);
       },
       found);
   const auto samples = Index(found.samples());
