@@ -34,6 +34,10 @@ py::array_t<double> as_numbers(const py::handle& answer, const std::string& what
   if (kind == 'c') refuse(what, "real values", "complex ones");
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
     refuse(what, expected, kind_of(answer));
+  // Differences and error bounds count on 16 digits.
+  if (kind == 'f' && given.dtype().itemsize() < py::ssize_t(sizeof(double)))
+    refuse(what, "numbers of double precision (float64)",
+           "ones of " + std::string(py::str(given.dtype())));
   return py::array_t<double, py::array::c_style | py::array::forcecast>(given);
 }
 

@@ -255,7 +255,7 @@ py::dict flown(const Study& study, std::optional<long> number) {
                     }).first;
   py::dict d;
   d["start"] = plan.start_words;
-  d["status"] = "no_start";
+  d["status"] = "no_trim";
   d["message"] = plan.message;
   d["events"] = py::list();
   d["columns"] = py::list();
@@ -286,7 +286,7 @@ py::dict moved(const Study& study) {
   py::list events;
   py::dict d;
   d["start"] = "from the trim of " + answer.asked.start;
-  d["status"] = answer.motion ? to_string(answer.motion->status) : "no_start";
+  d["status"] = answer.motion ? to_string(answer.motion->status) : "no_trim";
   d["message"] = answer.motion ? answer.motion->message : answer.start.trim.message;
   if (answer.motion)
     for (const Simulation::SwitchEvent& e : answer.motion->events)

@@ -73,13 +73,25 @@ Measure measure_of(const std::string& name) {
                                           list));
 }
 
-// Of {measure, limit, of, input, output, ...}; `limit` is NaN for a single goal.
+// The number of `limit`, `at_least` or `at_most`, of which the measure has one sense.
+double limit_of(const Requirement& r, const std::string& side, const py::handle& value) {
+  const bool more = more_is_better(r.measure);
+  if (side == (more ? "at_most" : "at_least"))
+    throw std::invalid_argument(fmt::format("for {}, {} is better; expected {}", name_of(r),
+                                            more ? "more" : "less", more ? "at_least" : "at_most"));
+  if (!std::isnan(r.limit)) throw std::invalid_argument(name_of(r) + " has two limits");
+  return value.cast<double>();
+}
+
+// Of {measure, limit, of, input, output, ...}; a single goal has no limit.
 Requirement requirement_of(const py::dict& given) {
+  if (!given.contains("measure")) throw std::invalid_argument("a requirement has no 'measure'");
   Requirement r{measure_of(given["measure"].cast<std::string>())};
+  r.limit = std::numeric_limits<double>::quiet_NaN();
   for (const auto& [key, value] : given) {
     const std::string name = py::str(key);
-    if (name == "limit")
-      r.limit = value.cast<double>();
+    if (name == "limit" || name == "at_least" || name == "at_most")
+      r.limit = limit_of(r, name, value);
     else if (name == "of")
       r.of = value.cast<std::string>();
     else if (name == "input")

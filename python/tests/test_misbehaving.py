@@ -224,7 +224,6 @@ def test_it_answers_what_is_no_vector_beyond_a_point_alone():
     "answer",
     [
         lambda v: v,
-        lambda v: np.float32(v),
         lambda v: [v],
         lambda v: (np.float64(v),),
         lambda v: np.array([v, 0.0])[:1],
@@ -236,7 +235,13 @@ def test_it_answers_what_is_no_vector_beyond_a_point_alone():
 )
 def test_whatever_is_a_vector_of_numbers_will_do(answer):
     result = trimmed(scalar(lambda x, p: answer(p - x)))
-    assert result.point["x"] == pytest.approx(1.0, abs=1e-6)  # of single precision, one of them
+    assert result.point["x"] == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("answer", [np.float32, lambda v: np.array([v], dtype=np.float16)])
+def test_single_precision_is_refused(answer):
+    with pytest.raises(ValueError, match="expected numbers of double precision .float64., got ones of float"):
+        trimmed(scalar(lambda x, p: answer(p - x)))
 
 
 def test_it_jumps():

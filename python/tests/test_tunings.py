@@ -168,3 +168,19 @@ def test_goals_over_responses_are_asked_for_by_dictionaries():
             goal={"measure": "peak_gain", "input": "gust", "output": "z"}, free=["z", "v"],
             steady=["z", "v"],
         )  # fmt: skip
+    for wrong, words in (
+        ({"limits": [{"measure": "frequency", "at_least": 3}]}, "for frequency, less is better; expected at_most"),
+        ({"limits": [{"measure": "damping", "at_most": 0.3}]}, "for damping, more is better; expected at_least"),
+        ({"limits": [{"measure": "damping", "at_least": 0.3, "limit": 1}]}, "damping has two limits"),
+        ({"limits": ["frequency"]}, "limits: expected .measure, limit. or a dictionary, got 'frequency'"),
+        ({"goal": None}, "goal: expected a measure, .measure, of. or a dictionary, got None"),
+        ({"linear": "kp"}, "linear: expected a list of names"),
+        ({"linear": ["Kp"]}, "linear: 'Kp' is no gain; there are: kp"),
+        ({"disturbance": {"z": float("nan")}}, "disturbance: z: expected a finite number, got nan"),
+        ({"time_limit": 0}, "a time limit of 0 s; expected more than 0 s"),
+    ):
+        with pytest.raises((ValueError, TypeError), match=words):
+            tiltrim.tune(
+                mass, {"z": 0, "v": 0, "wind": 0, "r": 0, "kp": 1, "kd": 1}, gains={"kp": (1, 2)},
+                free=["z", "v"], steady=["z", "v"], **{"goal": "decay", **wrong},
+            )  # fmt: skip

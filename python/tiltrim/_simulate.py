@@ -141,7 +141,7 @@ class Flight(Plotted):
     of that model, in its units.
     """
 
-    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_start; for a [model]
+    status: str  #: flown, landed, ground_contact, lost, not_finite, stuck, no_trim; for a [model]
     #: completed, and the statuses of a Trajectory
     message: str
     start: str  #: the initial condition

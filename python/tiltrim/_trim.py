@@ -103,7 +103,12 @@ class TrimResult(Shown):
 
 def time_limited(seconds: Optional[float]) -> Dict[str, float]:
     """The option of a trim, where there is one."""
-    return {} if seconds is None else {"time_limit": real("time_limit", seconds)}
+    if seconds is None:
+        return {}
+    limit = real("time_limit", seconds)
+    if not limit > 0:
+        raise _tiltrim.InvalidArgument(f"a time limit of {limit:g} s; expected more than 0 s")
+    return {"time_limit": limit}
 
 
 def asked(

@@ -8,13 +8,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 from . import _tiltrim
-from ._arguments import MOST_THREADS, mapping, pair, real, whole
+from ._arguments import MOST_THREADS, listed_names, mapping, pair, real, whole
 from ._models import Array, Model
 from ._problems import Guess, Problem, TrimFields, TrimSpec, shows_fields, spec_of
 from ._progress import Progress, told
 from ._show import Page, Shown, Table, number
 from ._studies import Condition, Study, StudyLike, read_study
-from ._trim import TrimResult
+from ._trim import TrimResult, time_limited
 from ._sweep import Problems, _problem
 
 if TYPE_CHECKING:
@@ -237,10 +237,10 @@ def tune(
             ("seconds", None if seconds is None else _seconds(seconds)),
             ("global_search", global_search),
             ("local_search", local_search),
-            ("time_limit", time_limit),
         )
         if value is not None
     }
+    options.update(time_limited(time_limit))
     for name, count, most in (
         ("evaluations", evaluations, 10**9),
         ("seed", seed, 2**53),
@@ -259,9 +259,15 @@ def tune(
     asked: Any = goal
     goals = asked if isinstance(asked, list) else [asked]
     ranges = "{parameter: (from, to)}"
+    plainly = listed_names("linear", linear)
+    for name in plainly:
+        if name not in (gains or {}):
+            raise _tiltrim.InvalidArgument(
+                f"linear: '{name}' is no gain; there are: {', '.join(map(str, gains or {}))}"
+            )
     request = {
         "gains": [
-            _gain(name, bound, linear) for name, bound in mapping("gains", gains, ranges).items()
+            _gain(name, bound, plainly) for name, bound in mapping("gains", gains, ranges).items()
         ],
         "uncertain": [
             (name, *pair(f"uncertain: {name}", bound))
@@ -269,9 +275,12 @@ def tune(
         ],
         "corners": corners,
         "samples": whole("samples", samples, 10**6),
-        "schedule": [float(v) for v in schedule],
+        "schedule": [_finite("schedule", v) for v in schedule],
         "schedule_over": schedule_over,
-        "disturbance": {name: real(name, value) for name, value in (disturbance or {}).items()},
+        "disturbance": {
+            name: _finite(f"disturbance: {name}", value)
+            for name, value in mapping("disturbance", disturbance, "{state: offset}").items()
+        },
         "goals": [_goal(one) for one in goals],
         "limits": [
             _requirement(one) for one in (limits.items() if isinstance(limits, Mapping) else limits)
@@ -284,6 +293,13 @@ def tune(
             return _result(_tiltrim.tune_conditions(cores, request, options, tell))
         problems = [_problem(one, guess, own, (), "tune") for one in members]
         return _result(_tiltrim.tune(problems, request, options, tell))
+
+
+def _finite(what: str, given: Any) -> float:
+    number = real(what, given)
+    if not math.isfinite(number):
+        raise _tiltrim.InvalidArgument(f"{what}: expected a finite number, got {number:g}")
+    return number
 
 
 def _seconds(given: Any) -> float:
@@ -305,24 +321,27 @@ def _goal(given: Any) -> Dict[str, Any]:
         return {"measure": given, "limit": math.nan}
     if isinstance(given, Mapping):
         return _keys(given)
+    if not isinstance(given, Sequence) or len(given) != 2:
+        raise TypeError(f"goal: expected a measure, (measure, of) or a dictionary, got {given!r}")
     return {"measure": given[0], "of": given[1], "limit": math.nan}
 
 
 def _requirement(given: Union[Tuple[Any, ...], Mapping[str, Any]]) -> Dict[str, Any]:
     if isinstance(given, Mapping):
         return _keys(given)
+    if isinstance(given, (str, bytes)) or not isinstance(given, Sequence) or len(given) < 2:
+        raise TypeError(f"limits: expected (measure, limit) or a dictionary, got {given!r}")
     measure, limit, *of = given
     return {"measure": str(measure), "limit": real(str(measure), limit), "of": str(of[0]) if of else ""}
 
 
-#: of a study, and what they are called here
 _SIDES = ("at_least", "at_most", "limit")
 
 
 def _keys(given: Mapping[str, Any]) -> Dict[str, Any]:
     """A requirement as a study's table: a name alone is a list of one."""
-    own = {name: value for name, value in given.items() if name not in ("weight", *_SIDES)}
-    own["limit"] = next((real(side, given[side]) for side in _SIDES if side in given), math.nan)
+    own = {name: value for name, value in given.items() if name != "weight"}
+    own.update({side: real(side, given[side]) for side in _SIDES if side in given})
     for name in ("input", "output"):
         if name in own:
             own[name] = [own[name]] if isinstance(own[name], str) else list(own[name])
