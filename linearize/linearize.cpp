@@ -253,35 +253,52 @@ class Drift {
     while (rank_ < A.rows() && svd_.sigma[rank_] >= singular * std::max(1.0, svd_.sigma[0]))
       ++rank_;
   }
-  Index rank() const { return rank_; }
+  bool vanishes(Index direction) const { return direction >= rank_; }
+  double slope(Index direction) const { return svd_.sigma[direction]; }
 
   OperatingPoint point(Index direction, double by) const {
     OperatingPoint at = linear_.point;
     at.x += by * svd_.V.col(direction).cwiseProduct(size_);
     for (int k = 0; k < 2; ++k) {
-      const VectorXd z = svd_.U.leftCols(rank_).transpose() * change(at);
-      at.x -=
-          (svd_.V.leftCols(rank_) * z.cwiseQuotient(svd_.sigma.head(rank_))).cwiseProduct(size_);
+      VectorXd z =
+          (svd_.U.leftCols(rank_).transpose() * change(at)).cwiseQuotient(svd_.sigma.head(rank_));
+      if (direction < rank_) z[direction] = 0;
+      at.x -= (svd_.V.leftCols(rank_) * z).cwiseProduct(size_);
     }
     return at;
   }
 
-  // How far it may go within the tolerance of a trim: infinite along a family of equilibria, where
-  // every point is as good as another; NaN if the model ends there.
-  double within_tolerance(Index direction) const {
-    constexpr double trimmed = 1e-10;                  // 1/s
-    constexpr double farthest = 1e-2, nearest = 1e-8;  // nominal sizes
+  // How far it may go while the rates change by no more than this: infinite along a family of
+  // equilibria, where every point is as good as another; NaN if the model ends there.
+  double within(Index direction, double rates) const {
+    constexpr double farthest = 1e-2, nearest = 1e-12;  // nominal sizes
     const auto at_rest = [&](double by) {
       try {
-        return change(point(direction, by)).lpNorm<Eigen::Infinity>() <= trimmed;
+        return change(point(direction, by)).lpNorm<Eigen::Infinity>() <= rates;
       } catch (...) {  // outside of the model's domain
         return false;
       }
     };
-    for (double by = farthest; by > nearest; by /= 10)
+    // Both sides at rest, it is no farther than the slope alone would allow.
+    for (double by = std::min(farthest, rates / slope(direction)); by > nearest; by /= 2)
       if (at_rest(by) && at_rest(-by))
         return by < farthest ? by : std::numeric_limits<double>::infinity();
     return std::numeric_limits<double>::quiet_NaN();
+  }
+
+  // Rounding of the rates: what they change by, other than the slopes say, from one number to the
+  // next ones, and that of a sum of terms of the nominal size.
+  double rounding(const MatrixXd& A) const {
+    constexpr double epsilon = std::numeric_limits<double>::epsilon();
+    constexpr double rare = 4;  // of the largest of so few
+    double most = 4 * epsilon;
+    for (const int ulps : {-4, -3, -2, 2, 3, 4}) {
+      OperatingPoint at = linear_.point;
+      at.x *= 1 + ulps * epsilon;
+      const VectorXd by = (at.x - linear_.point.x).cwiseQuotient(size_);
+      most = std::max(most, (change(at) - A * by).lpNorm<Eigen::Infinity>());
+    }
+    return rare * most;
   }
 
  private:
@@ -296,28 +313,38 @@ class Drift {
   Index rank_ = 0;
 };
 
-// Where the matrix is singular, as at a fold, the tolerance of a trim leaves the point open along a
-// direction: the errors are at least as large as what the slopes change by along it.
+// Where the matrix is nearly singular, as at a fold, the tolerance of a trim, or rounding of the
+// rates alone, leaves the point open along a direction: the errors are at least as large as what
+// the slopes change by along it, if that may decide about a sign.
 void widen_where_singular(const Model& model, const Selection& selection, const LinearModel& linear,
                           Estimate& all) {
-  constexpr double singular = 1e-8;
+  constexpr double singular = 1e-8, slow = 1e-2;
+  constexpr double trimmed = 1e-10;  // 1/s
+  constexpr double decides = 0.1;    // of the smallest slope
   const VectorXd size = nominals(linear.states);
   const Index n = size.size();
   const MatrixXd A =
       size.cwiseInverse().asDiagonal() * all.value.topLeftCorner(n, n) * size.asDiagonal();
   if (n == 0 || !A.allFinite()) return;
   const VectorXd pivots = dense::lu(A).pivots().cwiseAbs();
-  if (!(pivots.minCoeff() < singular * std::max(1.0, pivots.maxCoeff()))) return;
+  if (!(pivots.minCoeff() < std::max(slow, singular * pivots.maxCoeff()))) return;
   const Drift drift(model, linear, A, singular);
-  for (Index k = drift.rank(); k < n; ++k) {
-    const double by = drift.within_tolerance(k);
+  const double rounding = drift.rounding(A);
+  for (Index k = 0; k < n; ++k) {
+    const bool vanishes = drift.vanishes(k);
+    if (!vanishes && drift.slope(k) >= slow) continue;
+    const double by = drift.within(k, vanishes ? trimmed : rounding);
     if (!std::isfinite(by)) continue;
     for (const double side : {-by, by}) {
       const OperatingPoint at = drift.point(k, side);
       const MatrixXd J = linear.method == Method::exact
                              ? exact(model, at, selection.variables).value
                              : difference(model, at, selection.variables).jacobian.value;
-      const MatrixXd wider = all.error.cwiseMax((J - all.value).cwiseAbs());
+      const MatrixXd change = (J - all.value).cwiseAbs();
+      const MatrixXd scaled =
+          size.cwiseInverse().asDiagonal() * change.topLeftCorner(n, n) * size.asDiagonal();
+      if (!vanishes && scaled.norm() < decides * drift.slope(k)) continue;
+      const MatrixXd wider = all.error.cwiseMax(change);
       all.error = J.array().isFinite().select(wider, all.error);
     }
   }

@@ -17,7 +17,7 @@ using Cells = std::array<std::size_t, most_arguments>;
 using Box = std::array<Interval, most_arguments>;
 using Order = std::array<int, most_arguments>;
 
-// The part of a range within cell i; its ends may lie a trifle outside the entries.
+// The part of a range within cell i; its ends may lie just outside the entries.
 Interval within(const std::vector<double>& at, std::size_t i, const Interval& x) {
   return {i == 0 ? x.lower() : std::max(x.lower(), at[i]),
           i + 2 == at.size() ? x.upper() : std::min(x.upper(), at[i + 1])};

@@ -23,7 +23,7 @@ inline constexpr std::size_t most_arguments = 3;
 void check(const LookupTable& table);
 
 /// Whether the table has values over all of [lower, upper] of this argument: rounding may put a
-/// number a trifle outside the entries.
+/// number just outside the entries.
 inline bool covers(const LookupTable& table, std::size_t argument, double lower, double upper) {
   const std::vector<double>& at = table.at[argument];
   const double margin = 1e-9 * (at.back() - at.front());

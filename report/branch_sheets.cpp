@@ -251,7 +251,7 @@ std::vector<Sheet> branches_document(const std::vector<BranchAnswer>& branches) 
 }
 
 // Of points and of events.
-static const std::vector<std::string_view> point_fields{
+static const std::vector<std::string_view> branch_fields{
     "kind",     "state", "input", "output", "residual",   "step",  "least",
     "unstable", "error", "which", "after",  "eigenvalue", "modes", "verdict"};
 
@@ -259,7 +259,7 @@ std::string branches_json(const std::vector<BranchAnswer>& branches) {
   ordered_json all{{"branches", ordered_json::array()}};
   for (const BranchAnswer& b : branches) {
     const Model& model = b.start.model;
-    const std::string parameter = key_among(b.parameter.name, point_fields);
+    const std::string parameter = key_among(b.parameter.name, branch_fields);
     const auto point = [&](const BranchPoint& at) {
       ordered_json j{{parameter, b.parameter.in_study(at.parameter)}};
       j.update(json::point(model, at.point, at.outputs));

@@ -198,15 +198,15 @@ std::vector<Sheet> envelopes_document(const std::vector<EnvelopeAnswer>& envelop
 }
 
 // Of parts, rows, ends of intervals and points.
-static const std::vector<std::string_view> fields{"status", "evaluations", "rows",   "pieces",
-                                                  "count",  "intervals",   "which",  "outer",
-                                                  "state",  "input",       "output", "residual"};
+static const std::vector<std::string_view> envelope_fields{
+    "status", "evaluations", "rows",  "pieces", "count",  "intervals",
+    "which",  "outer",       "state", "input",  "output", "residual"};
 
 std::string envelopes_json(const std::vector<EnvelopeAnswer>& envelopes) {
   ordered_json all{{"envelopes", ordered_json::array()}};
   for (const EnvelopeAnswer& e : envelopes) {
-    const std::string over = key_among(e.table.over.name, fields);
-    const std::string along = key_among(e.table.along.name, fields);
+    const std::string over = key_among(e.table.over.name, envelope_fields);
+    const std::string along = key_among(e.table.along.name, envelope_fields);
     ordered_json j{
         {"condition", e.condition.name}, {"over", e.table.over.name}, {"model", e.model.name}};
     j["parts"] = ordered_json::array();

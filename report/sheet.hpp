@@ -102,7 +102,7 @@ std::string wrapped(const std::string& words, std::size_t indent, std::size_t wi
 /// Text between ANSI colour codes, if the style has colour.
 std::string toned(const std::string& words, Tone tone, const TextStyle& style);
 
-/// The key of a quantity of the study where these fields are too: "damping_2" beside "damping".
+/// The key of a quantity of the study among these fields: "damping_2" if "damping" is one.
 std::string key_among(const std::string& name, const std::vector<std::string_view>& fields);
 /// The same among the columns of a CSV file that are not the study's.
 std::string column_key(const std::string& name);

@@ -17,8 +17,8 @@ using RunAgain = std::function<Trajectory(double to, const IntegrateOptions&)>;
 Eigen::VectorXd with_error(const Signals& states, const IntegrateOptions& options,
                            const RunAgain& again, Trajectory& found);
 
-/// The breaks, and the steps at which a run is sampled, so that a finer run is sampled there too; it
-/// locates events by itself.
+/// The breaks, and the steps at which a run is sampled, so that a finer run is sampled there too;
+/// it locates events by itself.
 std::vector<double> steps_and_breaks(const Trajectory& run, std::vector<double> breaks);
 
 }  // namespace tiltrim

@@ -201,15 +201,16 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
     motion.g = [&](double t, const double* x, int, double* g) { moving.switches(t, x, g); };
   motion.breaks = breaks_of(changes, duration);
   const std::vector<double> x0(start.x.data(), start.x.data() + start.x.size());
-  auto [found, stiff] = run(model, motion, moving, x0, duration, options, false);
+  Run first = run(model, motion, moving, x0, duration, options, false);
+  Trajectory& found = first.trajectory;
   Simulation s;
-  s.stiff = stiff;
+  s.stiff = first.stiff;
   s.error = with_error(
       model.states, options,
-      [&, known = stiff](double to, const IntegrateOptions& other) {
+      [&](double to, const IntegrateOptions& other) {
         Motion same = motion;
         if (other.sample == 0) same.breaks = steps_and_breaks(found, motion.breaks);
-        return run(model, same, moving, x0, to, other, known).trajectory;
+        return run(model, same, moving, x0, to, other, first.stiff).trajectory;
       },
       found);
   if (found) moving.forget();  // thrown in a rejected step

@@ -1298,4 +1298,45 @@ TEST_CASE("a moving state that others depend on makes a linear model of an insta
   CHECK(contains(lin.remarks[0], "height' = 0.5, and V' depends on height"));
 }
 
+TEST_CASE("at a double root rounding of the rates leaves the sign of the slope open") {
+  // x² - 2ax + a² and 1 - cosh(x - a) are zero at a alone, with slope zero; a trim misses it by the
+  // root of their rounding.
+  const char* const square = "s*(x^2 - 2*x*0.7 + 0.7^2)";
+  struct Row {
+    const char* rate;
+    double size;
+  };
+  for (const Row& row :
+       {Row{square, 1}, Row{square, -1e3}, Row{square, 1e6}, Row{"1 - cosh(s*(x - 0.7))", 30}}) {
+    CAPTURE(row.rate);
+    CAPTURE(row.size);
+    const Model m = model_of({.name = "double root",
+                              .states = {{"x", ""}},
+                              .inputs = {},
+                              .outputs = {},
+                              .parameters = {{"s", ""}},
+                              .rates = {row.rate}});
+    for (const double guess : {0.1, 0.9}) {
+      const TrimResult r =
+          trim(m, {.free = {"x"}, .steady = {"x"}},
+               {VectorXd::Constant(1, guess), {}, VectorXd::Constant(1, row.size)});
+      REQUIRE(std::abs(r.point.x[0] - 0.7) < 1e-5);
+      const LinearModel linear = linearize(m, r.point);
+      CHECK(std::abs(linear.A(0, 0)) <= linear.A_error(0, 0));
+      CHECK(modes(linear).verdict == Verdict::undecided);
+    }
+  }
+  // A simple root with the same terms is decided.
+  const Model simple = model_of({.name = "simple root",
+                                 .states = {{"x", ""}},
+                                 .inputs = {},
+                                 .outputs = {},
+                                 .parameters = {},
+                                 .rates = {"x^2 - 2*x*0.7 + 0.7^2 - 1e-10"}});
+  const TrimResult r =
+      trim(simple, {.free = {"x"}, .steady = {"x"}}, {VectorXd::Constant(1, 0.6), {}, {}});
+  CHECK_NEAR(r.point.x[0], 0.7 - 1e-5, 1e-9);
+  CHECK(modes(linearize(simple, r.point)).verdict == Verdict::stable);
+}
+
 }  // namespace linearize_test
