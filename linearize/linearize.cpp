@@ -296,7 +296,10 @@ class Drift {
       OperatingPoint at = linear_.point;
       at.x *= 1 + ulps * epsilon;
       const VectorXd by = (at.x - linear_.point.x).cwiseQuotient(size_);
-      most = std::max(most, (change(at) - A * by).lpNorm<Eigen::Infinity>());
+      try {
+        most = std::max(most, (change(at) - A * by).lpNorm<Eigen::Infinity>());
+      } catch (...) {  // outside of the model's domain
+      }
     }
     return rare * most;
   }

@@ -139,7 +139,7 @@ std::vector<std::vector<double>> read_grid(const Section& section) {
   return grid;
 }
 
-// For the entries of the arguments from `first` on; lists within lists.
+// A number for each combination of these entries; lists within lists.
 void read_values(const Section& section, Entry list, std::span<const std::vector<double>> grid,
                  std::vector<double>& values) {
   list.key = "values";

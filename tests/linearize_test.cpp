@@ -1339,4 +1339,18 @@ TEST_CASE("at a double root rounding of the rates leaves the sign of the slope o
   CHECK(modes(linearize(simple, r.point)).verdict == Verdict::stable);
 }
 
+TEST_CASE("a slow mode at the very end of the model's domain") {
+  Model m = scalar_model([](double x) {
+    if (x > 1) throw std::domain_error("no table");
+    return 1e-3 * (1 - x);
+  });
+  m.derivatives = [](const OperatingPoint&, const std::vector<Eigen::Index>& variables) {
+    return Eigen::MatrixXd::Constant(1, std::ssize(variables), -1e-3);
+  };
+  const LinearModel linear = linearize(m, {VectorXd::Constant(1, 1.0), VectorXd(), VectorXd()});
+  CHECK(linear.status == LinearizeStatus::linear);
+  CHECK(linear.A(0, 0) == -1e-3);
+  CHECK(linear.A_error(0, 0) < 1e-12);
+}
+
 }  // namespace linearize_test
