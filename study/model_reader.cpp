@@ -8,11 +8,11 @@
 #include <functional>
 #include <iterator>
 #include <set>
-#include <span>
 
 #include "model/formula_check.hpp"
 #include "model/formulas.hpp"
 #include "model/lookup.hpp"
+#include "study/lookup_table_reader.hpp"
 #include "vehicles/mode_names.hpp"
 
 namespace tiltrim::reading {
@@ -23,8 +23,7 @@ constexpr double largest_number = 1e100;
 constexpr Accepted any{-largest_number, largest_number};
 constexpr Accepted positive{1e-100, largest_number};
 constexpr std::string_view angle = "_deg";
-constexpr std::size_t most_signals = 1000;   // of each kind
-constexpr std::size_t most_values = 100000;  // of a look-up table
+constexpr std::size_t most_signals = 1000;  // of each kind
 
 // Keys of a [[condition]] in addition to the model's own names.
 const std::vector<std::string>& condition_words() {
@@ -107,64 +106,10 @@ double value_of(const Section& model, const Section& parameter) {
   return values && values->find(name) ? values->number(name, any) : parameter.number("value", any);
 }
 
-// One list of numbers, or a list of such lists.
-bool nested(const Entry& entry) {
-  return entry.kind == Entry::Kind::array && !entry.entries.empty() &&
-         entry.entries.front().kind == Entry::Kind::array;
-}
-
-// The entries of each argument.
-std::vector<std::vector<double>> read_grid(const Section& section) {
-  const Entry& at = section.require("at", "a list of rising numbers, or one for each argument");
-  const std::vector<Entry> lists = nested(at) ? at.entries : std::vector<Entry>{at};
-  if (lists.size() > 3 || (nested(at) && lists.size() < 2))
-    section.refuse(at, fmt::format("{} lists; expected a list of rising numbers for one argument, "
-                                   "or two or three such lists",
-                                   lists.size()));
-  std::vector<std::vector<double>> grid;
-  double count = 1;
-  for (Entry list : lists) {
-    list.key = "at";
-    grid.push_back(section.numbers(list, any));
-    const auto falls = std::ranges::adjacent_find(grid.back(), std::greater_equal<>());
-    if (falls != grid.back().end())
-      section.refuse(list, fmt::format("{} after {} does not rise; expected rising numbers",
-                                       *std::next(falls), *falls));
-    if (grid.back().size() < 2)
-      section.refuse(list, "a single number; expected at least two for each argument");
-    count *= double(grid.back().size());
-  }
-  if (count > double(most_values))
-    section.refuse(at, fmt::format("{} combinations; expected at most {}", count, most_values));
-  return grid;
-}
-
-// A number for each combination of these entries; lists within lists.
-void read_values(const Section& section, Entry list, std::span<const std::vector<double>> grid,
-                 std::vector<double>& values) {
-  list.key = "values";
-  const bool last = grid.size() == 1;
-  if (list.kind != Entry::Kind::array || nested(list) == last ||
-      list.entries.size() != grid[0].size())
-    section.refuse(list, fmt::format("{}; expected a list of {} {}, one for each entry of {}",
-                                     list.kind == Entry::Kind::array
-                                         ? fmt::format("a list of {}", list.entries.size())
-                                         : describe(list),
-                                     grid[0].size(), last ? "numbers" : "lists",
-                                     last ? "the last argument" : "an argument"));
-  if (last)
-    std::ranges::copy(section.numbers(list, any), std::back_inserter(values));
-  else
-    for (const Entry& part : list.entries) read_values(section, part, grid.subspan(1), values);
-}
-
 void read_tables(const Section& section, Formulas& model) {
   for (const Section& s : tables_of(section, "table")) {
-    s.allow_only({"name", "at", "values", "interpolation"});
-    LookupTable table{read_name(s, {{}, model.tables}), read_grid(s), {}};
-    read_values(s, s.require("values", "numbers, a list within the list for each further argument"),
-                table.at, table.values);
-    table.smooth = s.choice("interpolation", {"linear", "cubic"}) == 1;
+    LookupTable table = read_lookup_table(s);
+    table.name = read_name(s, {{}, model.tables});
     model.tables.push_back(std::move(table));
   }
 }
