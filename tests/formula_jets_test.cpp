@@ -6,6 +6,7 @@
 #include "model/formulas.hpp"
 #include "model/jet.hpp"
 #include "tests/check.hpp"
+#include "tests/quadratics.hpp"
 
 using namespace tiltrim;
 
@@ -98,17 +99,9 @@ TEST_CASE("every function of a formula is contained in its ranges, with its slop
       evaluate[1] = b + s * e;
       for (Eigen::Index k : {0, 1}) evaluate[std::size_t(k)].slopes[k] = 1;
       const Exact exact = evaluate(tape);
-      const auto holds = [&](const Quadratic& q, long double value) {
-        const long double stored = q.centre() + q.slope(0) * d + q.slope(1) * e +
-                                   q.bend(0, 0) * d * d + q.bend(1, 0) * d * e +
-                                   q.bend(1, 1) * e * e;
-        const long double rounding = 1e-17L * (1 + std::abs(value));
-        return std::abs(value - stored) <= q.rest() + rounding &&
-               q.range().lower() <= value + rounding && value - rounding <= q.range().upper();
-      };
-      REQUIRE(holds(form.value(), exact.value));
-      REQUIRE(holds(form.slope(0), exact.slopes[0]));
-      REQUIRE(holds(form.slope(1), exact.slopes[1]));
+      REQUIRE(contains(form.value(), d, e, exact.value));
+      REQUIRE(contains(form.slope(0), d, e, exact.slopes[0]));
+      REQUIRE(contains(form.slope(1), d, e, exact.slopes[1]));
     }
   }
 }

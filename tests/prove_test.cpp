@@ -16,6 +16,7 @@
 #include "runtime/threads.hpp"
 #include "study/study.hpp"
 #include "tests/check.hpp"
+#include "tests/quadratics.hpp"
 #include "vehicles/tiltrotor/corridor.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 
@@ -209,10 +210,8 @@ TEST_CASE("quadratic forms contain what they stand for") {
     const Jet form = on(Jet::number(m, r, 0, 2), Jet::number(n, s, 1, 2));
     const double d = any(draw), e = any(draw);
     const Quadratic q = form.value();
-    const double stored = q.centre() + q.slope(0) * d + q.slope(1) * e + q.bend(0, 0) * d * d +
-                          q.bend(1, 0) * d * e + q.bend(1, 1) * e * e;
     const double exact = on(Plain(m + r * d), Plain(n + s * e)).value;
-    REQUIRE(std::abs(exact - stored) <= q.rest() + 1e-14);
+    REQUIRE(std::abs(exact - value_at(q, d, e)) <= q.rest() + 1e-14);
     REQUIRE(form.range().lower() <= exact + 1e-14);
     REQUIRE(exact - 1e-14 <= form.range().upper());
   }
