@@ -133,7 +133,9 @@ VectorXd with_error(const Signals& states, const IntegrateOptions& options, cons
   return a.reliable > 1 ? a.reliable_error : none;
 }
 
-std::vector<double> steps_and_breaks(const Trajectory& run, std::vector<double> breaks) {
+std::vector<double> breaks_again(const Trajectory& run, const IntegrateOptions& options,
+                                 std::vector<double> breaks) {
+  if (options.sample > 0) return breaks;
   for (const double t : run.t)
     if (t > 0 && t < run.end() && !std::ranges::binary_search(run.events, t, {}, &MotionEvent::t))
       breaks.push_back(t);

@@ -17,8 +17,9 @@ using RunAgain = std::function<Trajectory(double to, const IntegrateOptions&)>;
 Eigen::VectorXd with_error(const Signals& states, const IntegrateOptions& options,
                            const RunAgain& again, Trajectory& found);
 
-/// The breaks, and the steps at which a run is sampled, so that a finer run is sampled there too;
-/// it locates events by itself.
-std::vector<double> steps_and_breaks(const Trajectory& run, std::vector<double> breaks);
+/// The breaks of the same motion again. If it is sampled at its steps, those of the first run are
+/// breaks too, so that both have samples there; events are located by each run itself.
+std::vector<double> breaks_again(const Trajectory& run, const IntegrateOptions& options,
+                                 std::vector<double> breaks);
 
 }  // namespace tiltrim

@@ -209,7 +209,7 @@ Simulation simulate(const Model& model, const OperatingPoint& start, double dura
       model.states, options,
       [&](double to, const IntegrateOptions& other) {
         Motion same = motion;
-        if (other.sample == 0) same.breaks = steps_and_breaks(found, motion.breaks);
+        same.breaks = breaks_again(found, other, motion.breaks);
         return run(model, same, moving, x0, to, other, first.stiff).trajectory;
       },
       found);

@@ -123,7 +123,7 @@ Simulation simulated(const Model& model, const OperatingPoint& start, double dur
       model.states, options,
       [&](double to, const IntegrateOptions& other) {
         Motion same = motion;
-        if (other.sample == 0) same.breaks = steps_and_breaks(found, motion.breaks);
+        same.breaks = breaks_again(found, other, motion.breaks);
         return integrate(same, x0, 0, 0.0, to, other);
       },
       found);

@@ -83,7 +83,7 @@ double limit_of(const Requirement& r, const std::string& side, const py::handle&
   return value.cast<double>();
 }
 
-// Of {measure, limit, of, input, output, ...}; a single goal has no limit.
+// Of {measure, limit, of, input, output, ...}; the limit is NaN if there is none.
 Requirement requirement_of(const py::dict& given) {
   if (!given.contains("measure")) throw std::invalid_argument("a requirement has no 'measure'");
   Requirement r{measure_of(given["measure"].cast<std::string>())};

@@ -362,3 +362,9 @@ def test_a_host_that_rounds_upwards_gets_the_same_numbers():
     finally:
         libm.fesetround(0)
     assert upwards == nearest
+
+
+def test_a_motion_of_a_study_without_a_trim_has_the_status_of_the_program():
+    model = '[model]\nstate = [{name = "x", rate = "1 + x^2"}]\n[[condition]]\nname = "a"\n'
+    flight = tiltrim.fly(tiltrim.parse_study(model + "[simulate]\nduration = 1\n", "s.toml"))
+    assert flight.status == "no_trim" and not flight
