@@ -528,6 +528,30 @@ TEST_CASE("an unstable plant whose gain has no effect is never tuned") {
   CHECK(says(asked, "damping"));
 }
 
+// s^3 + (k + m) s^2 + (1 + k m) s + m - 0.03 with k = 0.4 + 0.4 g, m = 1 - g: the pair is damped
+// best where a third eigenvalue reaches 0, at g = 0.97.
+TEST_CASE(
+    "a goal that leads to the boundary of stability ends at a verified candidate next to it") {
+  TuneProblem p = planted({});
+  Model& model = p.points.front().model;
+  model.states.push_back({"c", "", 1.0});
+  model.f = [](const VectorXd& x, const VectorXd&, const VectorXd& g) -> VectorXd {
+    return Eigen::Vector3d{x[1], -x[0] - (0.4 + 0.4 * g[0]) * x[1] + 0.3 * x[2],
+                           0.1 * x[0] - (1 - g[0]) * x[2]};
+  };
+  p.points.front().spec.free = p.points.front().spec.steady = {"a", "b", "c"};
+  p.points.front().guess.x = VectorXd::Zero(3);
+  p.gains = {{"p", 0.0, 2.0, false}};
+  p.goal = {Measure::damping};
+  for (const unsigned seed : {2, 4, 6, 8}) {
+    const TuneResult found = tune(p, {.seed = seed, .threads = 1});
+    CAPTURE(found.message);
+    CHECK(found.status == TuneStatus::tuned);
+    CHECK(found.gains[0] < 0.97);
+    CHECK_NEAR(found.goal, 0.818 / (2 * std::sqrt(1 + 0.788 * 0.03)), 1e-6);
+  }
+}
+
 TEST_CASE("an eigenvalue on the axis is not stable") {
   const TuneProblem p = planted([](const VectorXd& x, double p_) -> VectorXd {
     return Eigen::Vector2d{x[1], -p_ * x[0]};

@@ -177,9 +177,39 @@ std::string infinite_in_words(const Search& search, const std::vector<PlaceModes
                      value_in_words(*found, there));
 }
 
+// A goal may lead to the boundary of stability, where rounding decides: from there to the nearest
+// candidate that is stable by more than its error bounds, along the slope of the lowest decay.
+void step_off_boundary(Search& search) {
+  if (!search.best.merit.feasible || not_stable(search, search.best.places).empty()) return;
+  const Search::Seen best = search.best;
+  const std::vector<PlaceModes> places = search.candidates.at(search.numbers_at(best.y), true);
+  if (!std::ranges::all_of(places, &PlaceModes::valid)) return;
+  const auto abscissa = [](const PlaceModes& p) { return p.eigenvalues.real().maxCoeff(); };
+  const PlaceModes& worst = *std::ranges::max_element(places, {}, abscissa);
+  Index rightmost = 0;
+  worst.eigenvalues.real().maxCoeff(&rightmost);
+  if (!worst.has_slopes()) return;
+  const VectorXd slope =
+      -worst.slopes.row(rightmost).real().transpose().cwiseProduct(search.scales_at(best.y));
+  if (!slope.allFinite() || slope.isZero(0)) return;
+  const VectorXd direction = slope / slope.cwiseAbs().maxCoeff();
+  for (double step = 1e-12; step < 1e-3; step *= 10) {  // of each gain's range
+    const VectorXd y = (best.y + step * direction).cwiseMax(0.0).cwiseMin(1.0);
+    const Search::Seen& seen = search.evaluate(y);
+    if (!seen.merit.feasible || !not_stable(search, seen.places).empty()) continue;
+    search.best = seen;
+    return;
+  }
+}
+
 // Evaluates the result again, with new trims.
 TuneResult verified(Search& search) {
   const TuneProblem& problem = search.problem;
+  search.unlimited = true;
+  try {
+    step_off_boundary(search);
+  } catch (const EndSearch&) {  // interrupted
+  }
   TuneResult result;
   result.gains = search.numbers_at(search.best.y);
   const std::vector<PlaceModes> places = search.candidates.anew(result.gains);
