@@ -61,7 +61,7 @@ Outcome run(const ModesCommand& command, const TextStyle& style, const std::stop
   if (command.variable && !A.named)
     refuse("--variable", name + " has one matrix, without a name", "a MAT-file or a JSON object");
   const Signals states = states_of(command, A, name);
-  const Modes found = modes(A.values, bounds_of(command, A), names(states), longitudinal_modes());
+  const Modes found = modes(A.values, bounds_of(command, A), names(states), aircraft_modes());
   const int code = found.verdict == Verdict::undecided ? unanswered : answered;
   return {in_format(
               command.common.format, [&] { return modes_json(found, states); },

@@ -163,7 +163,7 @@ inline double kinks(double at, double n) {
 inline tiltrim::Model longitudinal() {
   tiltrim::Model m;
   m.name = "F-16";
-  m.mode_names = tiltrim::longitudinal_modes();
+  m.mode_names = tiltrim::aircraft_modes();
   m.states = {{"V", "ft/s", 10},
               {"alpha", "rad", 0.1},
               {"theta", "rad", 0.1},

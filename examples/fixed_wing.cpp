@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 tiltrim::Model longitudinal() {
   tiltrim::Model m;
   m.name = "Boeing 747-100";
-  m.mode_names = tiltrim::longitudinal_modes();
+  m.mode_names = tiltrim::aircraft_modes();
   m.states = {{"u", "ft/s", 10}, {"w", "ft/s", 10}, {"q", "rad/s", 0.1}, {"theta", "rad", 0.1}};
   m.parameters = {{"X_u", "1/s", 0.01},      {"X_w", "1/s", 0.01},      {"g", "ft/s²", 10},
                   {"Z_u", "1/s", 0.1},       {"Z_w", "1/s", 0.1},       {"Z_q", "ft/s", 100},

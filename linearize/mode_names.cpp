@@ -18,6 +18,12 @@ double share_of(const std::string& state, const Eigen::VectorXd& share,
   return at == names.end() ? 0.0 : share[at - names.begin()];
 }
 
+bool has_all(const std::vector<std::string>& wanted, const std::vector<std::string>& names) {
+  return std::ranges::all_of(wanted, [&](const std::string& state) {
+    return std::ranges::find(names, state) != names.end();
+  });
+}
+
 std::string dominant(const Eigen::VectorXd& share, const std::vector<std::string>& names) {
   Eigen::VectorXd left = (1e9 * share).array().round();  // equal to rounding: in the states' order
   std::string name;
@@ -41,6 +47,7 @@ std::string mode_name(std::complex<double> eigenvalue, const Eigen::VectorXd& pa
                       const std::shared_ptr<const std::vector<ModeName>>& known) {
   const auto carried_by = [&](const ModeName& mode) {
     if (mode.oscillation && eigenvalue.imag() == 0) return false;
+    if (!has_all(mode.among, state_names)) return false;
     double sum = 0.0, least = 1.0;
     for (const std::string& state : mode.states) {
       const double share = share_of(state, participation, state_names);
@@ -60,11 +67,9 @@ std::shared_ptr<const std::vector<ModeName>> possible_names(
     const std::vector<std::string>& state_names) {
   if (!known) return known;
   auto possible = std::make_shared<std::vector<ModeName>>();
-  const auto present = [&](const std::string& state) {
-    return std::ranges::find(state_names, state) != state_names.end();
-  };
   for (const ModeName& mode : *known)
-    if (std::ranges::all_of(mode.states, present)) possible->push_back(mode);
+    if (has_all(mode.states, state_names) && has_all(mode.among, state_names))
+      possible->push_back(mode);
   return possible;
 }
 

@@ -325,7 +325,7 @@ UserModel read_model(const Section& section) {
   read_formulas(section, formulas, known);
   UserModel own;
   own.model = model_of(formulas);
-  own.model.mode_names = longitudinal_modes();
+  own.model.mode_names = aircraft_modes();
   check_values(section, own.model);
   own.parameters = Eigen::Map<const Eigen::VectorXd>(values.data(), std::ssize(values));
   own.keys = keys_of(own.model);

@@ -914,7 +914,7 @@ TEST_CASE("classical names from the states that take part") {
   const auto name = [](Complex z, const std::vector<double>& share,
                        const std::vector<std::string>& states) {
     return mode_name(z, Eigen::Map<const VectorXd>(share.data(), std::ssize(share)), states,
-                     longitudinal_modes());
+                     aircraft_modes());
   };
   CHECK(name(oscillation, {0.02, 0.08, 0.4, 0.5}, wind) == "short period");
   CHECK(name(oscillation, {0.02, 0.5, 0.08, 0.4}, body) == "short period");
@@ -933,6 +933,16 @@ TEST_CASE("classical names from the states that take part") {
   CHECK(name(real, {0, 0.1, 0.1, 0.8}, wind) == "pitch rate");
   CHECK(name(real, {0, 0, 0, 0.1, 0.9, 0}, loop) == "energy integral");
   CHECK(name(real, {0, 0, 0, 0.1, 0, 0.9}, loop) == "distribution integral");
+  const std::vector<std::string> lateral = {"beta", "p", "r", "phi"};
+  CHECK(name(oscillation, {0.48, 0.03, 0.46, 0.03}, lateral) == "dutch roll");
+  CHECK(name(oscillation, {0.48, 0.03, 0.46, 0.03}, {"v", "p", "r", "phi"}) == "dutch roll");
+  CHECK(name(oscillation, {0.1, 0.4, 0.1, 0.4}, lateral) == "roll-spiral oscillation");
+  CHECK(name(real, {0.04, 0.71, 0.11, 0.14}, lateral) == "roll");
+  CHECK(name(real, {0.02, 0, 0.24, 0.74}, lateral) == "spiral");
+  CHECK(name(real, {0, 0, 1}, {"p", "r", "psi"}) == "heading");
+  // A pressure p or an angle phi alone is no aircraft's
+  CHECK(name(real, {0.9, 0.1}, {"p", "tank"}) == "p");
+  CHECK(name(real, {0.9, 0.1}, {"phi", "tank"}) == "phi");
   // A pair's names are for pairs: the same shares on a real eigenvalue
   CHECK(name(real, {0.02, 0.08, 0.4, 0.5}, wind) == "q + theta");
   // No classical mode: named by the states that take part, largest first
@@ -952,7 +962,7 @@ TEST_CASE("planted modes are named as planted") {
       0.3, -0.02, 0.02, 0,    //
       0, 0, 0, 1,             //
       0.02, 0.1, -16, -4;
-  const Modes m = modes(A, {}, {"V", "gamma", "theta", "q"}, longitudinal_modes());
+  const Modes m = modes(A, {}, {"V", "gamma", "theta", "q"}, aircraft_modes());
   REQUIRE(m.modes.size() == 4);
   CHECK(m.modes[0].name == "short period");
   CHECK(m.modes[1].name == "short period");

@@ -2,7 +2,7 @@
 
 namespace tiltrim {
 
-std::shared_ptr<const std::vector<ModeName>> longitudinal_modes() {
+std::shared_ptr<const std::vector<ModeName>> aircraft_modes() {
   static const std::shared_ptr<const std::vector<ModeName>> names =
       std::make_shared<const std::vector<ModeName>>(std::vector<ModeName>{
           {"short period", {"theta", "q"}, true},
@@ -23,6 +23,12 @@ std::shared_ptr<const std::vector<ModeName>> longitudinal_modes() {
           {"pitch rate", {"q"}},
           {"energy integral", {"energy_integral"}},
           {"distribution integral", {"distribution_integral"}},
+          {"dutch roll", {"beta", "r"}, true},
+          {"dutch roll", {"v", "r"}, true},
+          {"roll-spiral oscillation", {"p", "phi"}, true},
+          {"roll", {"p"}, false, {"phi"}},
+          {"spiral", {"phi"}, false, {"p"}},
+          {"heading", {"psi"}, false, {"r"}},
       });
   return names;
 }

@@ -88,7 +88,7 @@ py::dict linearized(const HeldModel& held, const PointTuple& point, const std::s
 
 py::dict modes_of(const MatrixXd& A, const MatrixXd& A_error,
                   const std::vector<std::string>& states) {
-  return dict_of(modes(A, A_error, states, longitudinal_modes()));
+  return dict_of(modes(A, A_error, states, aircraft_modes()));
 }
 
 py::dict sensitive(const HeldModel& held, const py::dict& spec, const PointTuple& trimmed,

@@ -263,7 +263,7 @@ HeldModel make_model(const std::string& name, const py::object& f, const py::obj
   held.callables = true;
   Model& m = held.model;
   m.name = name;
-  m.mode_names = longitudinal_modes();
+  m.mode_names = aircraft_modes();
   m.states = signals_of(states);
   m.inputs = signals_of(inputs);
   m.outputs = signals_of(outputs);

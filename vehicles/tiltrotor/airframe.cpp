@@ -90,7 +90,7 @@ Model airframe(const Vehicle& vehicle, Axes axes) {
     throw std::invalid_argument("the printed equations exist in wind axes only");
   const bool wind = axes == Axes::wind;
   Model model;
-  model.mode_names = longitudinal_modes();
+  model.mode_names = aircraft_modes();
   model.name = wind ? "airframe, wind axes" : "airframe, body axes";
   if (wind)
     model.states = {{"V", "m/s", 1.0}, {"gamma", "rad", 0.1}};

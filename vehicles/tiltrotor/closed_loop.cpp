@@ -108,7 +108,7 @@ Model model_of(const Vehicle& vehicle, Axes axes) {
     throw std::invalid_argument("the printed equations exist in wind axes only");
   const bool wind = axes == Axes::wind;
   Model model;
-  model.mode_names = longitudinal_modes();
+  model.mode_names = aircraft_modes();
   model.name = wind ? "closed loop, wind axes" : "closed loop, body axes";
   if (wind)
     model.states = {{"V_err", "m/s", 1.0}, {"gamma_err", "rad", 0.1}};

@@ -99,7 +99,7 @@ Model energy_law() {
 Model closed_loop(const std::shared_ptr<const Data>& data) {
   Model loop = feedback(model(data), energy_law());
   loop.name = "XV-15 under total-energy control";
-  loop.mode_names = longitudinal_modes();
+  loop.mode_names = aircraft_modes();
   return loop;
 }
 

@@ -124,7 +124,7 @@ std::shared_ptr<const Data> load(const std::filesystem::path& folder, Variant va
 Model model(const std::shared_ptr<const Data>& data) {
   Model m;
   m.name = "XV-15, " + variant_names()[std::size_t(data->variant)];
-  m.mode_names = longitudinal_modes();
+  m.mode_names = aircraft_modes();
   m.states = {{"u", "m/s", 1.0}, {"w", "m/s", 1.0}, {"theta", "rad", 0.1}, {"q", "rad/s", 0.1}};
   m.inputs = {{"collective", "rad", 0.1},
               {"stick", "in", 1.0},
