@@ -117,7 +117,7 @@ struct H2Norm {
 enum class EquationStatus {
   solved,         ///< the residual is a rounding error
   singular,       ///< no unique solution: a sum of two eigenvalues is zero to rounding
-  inaccurate,     ///< the residual is above 1e-10
+  inaccurate,     ///< the residual is above 1e-10, or a step of refinement moves X by over 1e-6
   not_converged,  ///< the QR iteration for the Schur form reached its limit; no X
 };
 std::string to_string(EquationStatus status);  ///< in words, as in Python
@@ -126,7 +126,8 @@ std::string to_string(EquationStatus status);  ///< in words, as in Python
 struct EquationSolution {
   EquationStatus status = EquationStatus::not_converged;  ///< whether X solves it
   Eigen::MatrixXd X;                                      ///< solution, or the best found
-  double residual = 0.0;  ///< ‖what remains of the equation‖ over the norms of its terms
+  /// ‖what remains of the equation‖ over the norms of its terms, in units that balance A and B.
+  double residual = 0.0;
   /// True if solved.
   explicit operator bool() const { return status == EquationStatus::solved; }
 };

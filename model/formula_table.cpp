@@ -26,11 +26,8 @@ Interval within(const std::vector<double>& at, std::size_t i, const Interval& x)
 // A derivative over a box within cells, or a value of order 0.
 Interval derivative(const LookupTable& table, const Cells& cells, const Box& x,
                     const Order& order) {
-  const std::size_t n = table.at.size();
-  std::size_t row = 0;
-  for (std::size_t k = 0; k < n; ++k) row = row * table.at[k].size() + cells[k];
-  const double reference = table.values[row];
-  const auto by = shares<Interval>(table, cells, std::span(x.data(), n));
+  const double reference = corner(table, cells);
+  const auto by = shares<Interval>(table, cells, std::span(x.data(), table.at.size()));
   const Interval sum = combined<Interval>(table, by, order, reference);
   return std::accumulate(order.begin(), order.end(), 0) == 0 ? reference + sum : sum;
 }
@@ -117,8 +114,8 @@ Jet linear(const LookupTable& table, std::span<const Jet> x, std::span<const Int
   if (across && moves && current_branches->values)  // no derivatives are wanted: both sides count
     return Jet::value_within(range(table, box));
   for (std::size_t k = 0; k < n; ++k) cells[k] = chosen_cell(table.at[k], x[k]);
-  const auto by = shares<Jet>(table, cells, x);
-  return combined<Jet>(table, by, {}, 0);
+  const double reference = corner(table, cells);
+  return Jet(reference) + combined<Jet>(table, shares<Jet>(table, cells, x), {}, reference);
 }
 
 // Taylor's formula with the second derivatives of all cells: the first are continuous.
@@ -181,10 +178,8 @@ void refuse(const LookupTable& table, std::size_t argument, double x) {
   const std::vector<double>& at = table.at[argument];
   const std::string which =
       table.at.size() == 1 ? "argument" : fmt::format("argument {}", argument + 1);
-  throw std::domain_error(
-      fmt::format("the table '{}' has no value at {} = {:.6g}; it covers {:.6g} "
-                  "to {:.6g}",
-                  table.name, which, x, at.front(), at.back()));
+  throw std::domain_error(fmt::format("the table '{}' has no value at {} = {}; it covers {} to {}",
+                                      table.name, which, x, at.front(), at.back()));
 }
 
 Interval range(const LookupTable& table, std::span<const Interval> x) {

@@ -111,21 +111,40 @@ std::array<Shares<T>, most_arguments> shares(const LookupTable& table,
   return all;
 }
 
-/// The derivative of this order along each argument. Of what exceeds `reference`, so that ranges of
-/// the shares, whose sum is known, cost little.
+inline constexpr std::size_t no_row = std::size_t(-1);
+
+/// The derivative of this order along each argument; of order 0, of what exceeds `reference`, so
+/// that ranges of the shares, whose sum is known, cost little. Shares of a slope sum to zero: they
+/// multiply differences of entries, so that rounding of equal ones leaves nothing. Those are of
+/// `row` less `base`.
 template <class T, std::size_t argument = 0>
 T combined(const LookupTable& table, const std::array<Shares<T>, most_arguments>& by,
-           const std::array<int, most_arguments>& order, double reference, std::size_t row = 0) {
+           const std::array<int, most_arguments>& order, double reference, std::size_t row = 0,
+           std::size_t base = no_row) {
   const Shares<T>& s = by[argument];
   const std::array<T, 4>& share = s.of[std::size_t(order[argument])];
   const std::size_t from = row * table.at[argument].size() + s.first;
+  const bool differs = base == no_row && order[argument] > 0;
+  const auto less = [&](std::size_t k) {
+    return differs          ? from
+           : base == no_row ? no_row
+                            : base * table.at[argument].size() + s.first + k;
+  };
   T sum(0.0);
   for (std::size_t k = 0; k < s.count; ++k)
     if (argument + 1 == table.at.size())
-      sum += share[k] * (T(table.values[from + k]) - T(reference));
+      sum += share[k] *
+             (T(table.values[from + k]) - T(less(k) == no_row ? reference : table.values[less(k)]));
     else if constexpr (argument + 1 < most_arguments)
-      sum += share[k] * combined<T, argument + 1>(table, by, order, reference, from + k);
+      sum += share[k] * combined<T, argument + 1>(table, by, order, reference, from + k, less(k));
   return sum;
+}
+
+/// The entry at the lower corner of the cells.
+inline double corner(const LookupTable& table, std::span<const std::size_t> cells) {
+  std::size_t row = 0;
+  for (std::size_t k = 0; k < table.at.size(); ++k) row = row * table.at[k].size() + cells[k];
+  return table.values[row];
 }
 
 /// The value at one scalar for each argument. Throws std::domain_error outside the entries;
@@ -153,14 +172,15 @@ S at(const LookupTable& table, const S* x, bool& doubtful) {
   }
   const auto by = shares<T>(table, cells, std::span<const T>(v.data(), n));
   std::array<int, most_arguments> order{};
-  S sum(combined<T>(table, by, order, 0));
+  const double reference = corner(table, cells);
+  S sum(T(reference) + combined<T>(table, by, order, reference));
   if constexpr (!plain)
     for (std::size_t k = 0; k < n; ++k) {
       if (!(x[k].slopes != 0).any()) continue;
       const bool entry = cells[k] > 0 && v[k] == table.at[k][cells[k]];
       doubtful = doubtful || (entry && !table.smooth);
       order[k] = 1;
-      sum.slopes += combined<T>(table, by, order, 0) * x[k].slopes;
+      sum.slopes += combined<T>(table, by, order, reference) * x[k].slopes;
       order[k] = 0;
     }
   return sum;

@@ -59,9 +59,9 @@ struct OperatingPoint {
 
 /// A classical mode name, used if the listed states have most of the participation.
 struct ModeName {
-  std::string name;                 ///< "phugoid"
-  std::vector<std::string> states;  ///< each must participate
-  bool oscillation = false;         ///< complex pairs only
+  std::string name;                  ///< "phugoid"
+  std::vector<std::string> states;   ///< each must participate
+  bool oscillation = false;          ///< complex pairs only
   std::vector<std::string> among{};  ///< states that the model must have as well
 };
 /// ẋ = f(x, u, p),  y = h(x, u, p). All analyses work on any such model.

@@ -138,6 +138,31 @@ TEST_CASE(
   CHECK_FALSE(slopes_of(rate_of("line(a)"), -2, 0).hasNaN());  // of an end, that from within
 }
 
+TEST_CASE("the slope of a plateau is zero, and that of nearly equal entries has all its digits") {
+  const std::vector<double> at{0, 0.1, 0.3, 0.7, 1.1};
+  for (const bool smooth : {false, true}) {
+    const Model flat = rate_of(
+        "flat(a)", {table_of("flat", {at}, smooth, [](double, double) { return 101325.3; })});
+    // In the density alone: nothing of the Mach number, however the first varies.
+    const auto density = [](double x, double) { return 1e5 * std::exp(-x / 3); };
+    const Model layered = rate_of("layer(a, b)", {table_of("layer", {at, few}, smooth, density)});
+    const auto mach = [](double, double y) { return 1e5 * std::exp(-y / 3); };
+    const Model other = rate_of(
+        "layer(b, a)",
+        {table_of("layer", {few, at}, smooth, [&](double x, double y) { return mach(y, x); })});
+    for (double a = 0.0137; a < 1.1; a += 0.07) {
+      CHECK(slopes_of(flat, a, 0)[0] == 0);
+      CHECK(value_of(flat, a) == 101325.3);
+      CHECK(slopes_of(layered, a, 1.7)[1] == 0);
+      CHECK(slopes_of(other, a, 1.7)[0] == 0);
+    }
+  }
+  const LookupTable steep{"steep", {{0, 0.3, 0.7}}, {1e6, 1000000.001, 1000000.002}, false};
+  const double rise = 1000000.001 - 1e6;  // exact
+  const Model m = rate_of("steep(a)", {steep});
+  CHECK_NEAR(slopes_of(m, 0.1, 0)[0] / (rise / 0.3), 1, 1e-15);
+}
+
 TEST_CASE("outside its entries a table has no value, and says so") {
   const auto thrown = [](const std::string& text, double a, double b = 0) {
     try {
@@ -151,6 +176,7 @@ TEST_CASE("outside its entries a table has no value, and says so") {
         "the table 'line' has no value at argument = 4.5; it covers -2 to 4");
   CHECK(thrown("sheet(a, b)", 1, -0.1) ==
         "the table 'sheet' has no value at argument 2 = -0.1; it covers 0 to 5");
+  CHECK(says(thrown("line(a)", 4.0000001), "argument = 4.0000001; it covers -2 to 4"));
   CHECK(thrown("line(a)", INFINITY) != "");
   CHECK(thrown("a < 4 ? line(a) : 7", 4.5) == "");  // only the branch taken counts
   CHECK(thrown("line(min(a, 4))", 4.5) == "");

@@ -363,6 +363,30 @@ TEST_CASE("overshoot and settling time are those of closed forms") {
   CHECK(std::isnan(value("measure = 'overshoot', input = 'wind', output = 'v'", 4, 1)));
 }
 
+TEST_CASE("costs and norms do not depend on the units of the states") {
+  // x'' + k x' + x = w in micro- and megaunits: the cost of x = 1 is (1 + k²)/(2 k), the H2 norm
+  // 1/√(2 k).
+  const TuneResult found = tuned(R"([model]
+state = [{name = "x", nominal = 1000, rate = "1e6*v"},
+         {name = "v", nominal = 0.001, rate = "1e-3*w - x/1e6 - k*v"}]
+input = [{name = "w"}]
+output = [{name = "y", value = "x/1000"}]
+parameter = [{name = "k", value = 1}]
+[[condition]]
+name = "c"
+w = 0
+[tune]
+goal = {measure = "h2_norm", input = "w", output = "y"}
+gain = [{key = "k", from = 0.1, to = 10}]
+disturbance = {x = 1000}
+limit = [{measure = "quadratic_cost", weights = {y = 1}, at_most = 1.25}]
+)");
+  REQUIRE(found);  // (1 + k²)/(2 k) = 1.25 at k = 2
+  CHECK_NEAR(found.gains[0], 2, 1e-6);
+  CHECK_NEAR(found.goal, 0.5, 1e-6);
+  CHECK_NEAR(found.achieved[1].value, 1.25, 1e-6);
+}
+
 TEST_CASE("a response that does not decay is not determined") {
   const MatrixXd A{{1e-3, 1.0}, {-1.0, 0.0}};
   CHECK(!decaying(A, Eigen::RowVector2d(1, 0), Eigen::Vector2d(1, 0), 1, 0.02, 1).determined);

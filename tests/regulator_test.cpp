@@ -279,7 +279,31 @@ TEST_CASE("lyapunov and sylvester: closed forms") {
   CHECK(lyapunov(MatrixXd(0, 0), MatrixXd(0, 0)));
 }
 
+TEST_CASE("lyapunov and sylvester do not depend on the units of the states") {
+  // x'' + k x' + x = w with x in units of 1/s: variances s²/(2 k) and 1/(2 k).
+  const double k = 0.9;
+  for (const double s : {1.0, 1e3, 1e6, 1e9}) {
+    CAPTURE(s);
+    const MatrixXd A = rows({{0, s}, {-1 / s, -k}}), Q = rows({{0, 0}, {0, 1}});
+    const MatrixXd X = rows({{s * s / (2 * k), 0}, {0, 1 / (2 * k)}});
+    const EquationSolution variance = lyapunov(A, Q), same = sylvester(A, A.transpose(), -Q);
+    REQUIRE(variance);
+    REQUIRE(same);
+    for (const Index i : {0, 1}) {
+      CHECK_NEAR(variance.X(i, i) / X(i, i), 1, 1e-14);
+      CHECK_NEAR(same.X(i, i) / X(i, i), 1, 1e-14);
+    }
+  }
+}
+
 TEST_CASE("lyapunov: statuses and mistakes") {
+  // Eigenvalues -1 and 1 + 2e-14: a small residual does not make X accurate.
+  const MatrixXd turn = rows({{0.8, -0.6}, {0.6, 0.8}});
+  const MatrixXd nearly = turn * rows({{-1, 0}, {0, 1 + 2e-14}}) * turn.transpose();
+  const EquationSolution rounded =
+      lyapunov(nearly, MatrixXd::Identity(2, 2) + turn + turn.transpose());
+  CHECK(to_string(rounded.status) == "inaccurate");
+  CHECK(rounded.residual < rounding);
   const EquationSolution singular = lyapunov(rows({{0, 1}, {-1, 0}}), MatrixXd::Identity(2, 2));
   CHECK(to_string(singular.status) == "singular");
   CHECK(contains(refusal([] { (void)lyapunov(double_integrator, one); }),
