@@ -35,7 +35,27 @@ bool has_variable(const Model& model, const std::string& name) {
          find(model.parameters, name) >= 0;
 }
 
+// The commands of a published vehicle that flies by another speed.
+bool is_idle_command(const Condition& condition, const Model& model, const std::string& signal) {
+  const UserCondition* user = condition.user();
+  if (!user || !user->model->xv15 || find(model.inputs, "stick") < 0) return false;
+  return (signal == "airspeed_kt" || signal == "climb_angle") &&
+         !user->values.contains("forward_error") && !user->values.contains("climb_error");
+}
+
 }  // namespace
+
+void check_moves(const Condition& condition, const Model& model, const std::string& signal,
+                 const std::string& key) {
+  if (!has_variable(model, signal))
+    throw std::invalid_argument(fmt::format("the {} has no variable {}", model.name, key));
+  if (is_idle_command(condition, model, signal))
+    throw std::invalid_argument(fmt::format(
+        "{} moves nothing; expected a condition that gives airspeed_kt instead of another speed",
+        key));
+  if (condition.command() && signal == "q")
+    throw std::invalid_argument(key + " is zero in every trim of the closed loop");
+}
 
 TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition, double slowest) {
   const RoundToNearest environment;
@@ -61,9 +81,7 @@ BranchAnswer follow(const Vehicle& vehicle, const Condition& condition, const Ke
   const TrimProblem problem =
       problem_along(vehicle, condition, parameter.signal == "V" ? std::min(V, to) : V);
   BranchAnswer answer{{condition, problem.model, {}, {}}, parameter, to, {}};
-  if (!has_variable(problem.model, parameter.signal))
-    throw std::invalid_argument(
-        fmt::format("the {} has no variable {}", problem.model.name, parameter.name));
+  check_moves(condition, problem.model, parameter.signal, parameter.name);
   if (value_of(problem.guess, variable(problem.model, parameter.signal)) == to)
     throw std::invalid_argument(
         fmt::format("{} is at {:.6g} already", parameter.name, parameter.in_study(to)));
@@ -168,6 +186,8 @@ std::vector<double> envelope_rows(const EnvelopeTable& table, bool user_model) {
 static EnvelopeAnswer user_envelope(const Condition& condition, const EnvelopeTable& table,
                                     const EnvelopeOptions& options) {
   const TrimProblem problem = user_problem(*condition.user());
+  for (const Key& key : {table.along, table.over})
+    check_moves(condition, problem.model, key.signal, key.name);
   return {condition,
           table,
           problem.model,

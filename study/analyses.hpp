@@ -65,6 +65,11 @@ struct Explanation {
 [[nodiscard]] TrimProblem problem_along(const Vehicle& vehicle, const Condition& condition,
                                         double slowest);
 
+/// Throws std::invalid_argument, with the study's key, unless the condition's model has the
+/// variable and its trims depend on it.
+void check_moves(const Condition& condition, const Model& model, const std::string& signal,
+                 const std::string& key);
+
 /// A condition's branch.
 struct BranchAnswer {
   Answer start;         ///< the trimmed condition, in the equations that are followed

@@ -346,7 +346,7 @@ Condition read_user_condition(const Entry& entry, const std::filesystem::path& f
   UserCondition& asked = condition.asked.emplace<UserCondition>();
   asked.model = own;
   read_values(section, keys, asked);
-  if (own->xv15) complete_published(*own, asked);
+  if (own->xv15) complete_published(section, *own, asked);
   check_inputs(section, *own, asked);
   read_rates(section, own->model, asked);
   read_guess(section, *own, asked);

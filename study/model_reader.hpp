@@ -15,7 +15,7 @@ UserModel read_model(const Section& section);
 /// The vehicle that `vehicle` and `variant` at the top level of a study name; throws StudyError.
 UserModel read_published(const Section& top, const std::filesystem::path& data);
 /// Values and a start for what a condition of a published vehicle leaves out.
-void complete_published(const UserModel& own, UserCondition& condition);
+void complete_published(const Section& section, const UserModel& own, UserCondition& condition);
 
 /// An angle has two keys, in rad and in degrees, unless the second name is already in use.
 std::vector<Key> keys_for(const Model& model, const Signals& signals);

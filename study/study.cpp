@@ -337,11 +337,21 @@ StudyError error_in(const Condition& condition, const std::string& why) {
 }
 
 std::vector<std::string> moving_states(const Condition& condition) {
-  const UserCondition* user = condition.user();
-  if (!user) return {};
-  std::vector<std::string> moving = user->moving;
-  for (const auto& [state, rate] : user->rates)
-    if (rate != 0) moving.push_back(state);
+  std::vector<std::string> moving;
+  const auto add = [&](const std::map<std::string, double>& rates) {
+    for (const auto& [state, rate] : rates)
+      if (rate != 0) moving.push_back(state);
+  };
+  if (const UserCondition* user = condition.user()) {
+    moving = user->moving;
+    add(user->rates);
+  } else if (const AirframeCondition* airframe = condition.airframe()) {
+    add(airframe->rates);
+    const auto q = airframe->values.find("q");  // theta' = q
+    const bool pitching =
+        q != airframe->values.end() && (q->second.lower != 0 || q->second.upper != 0);
+    if (pitching && !airframe->rates.contains("theta")) moving.push_back("theta");
+  }
   return moving;
 }
 

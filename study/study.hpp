@@ -140,7 +140,7 @@ struct Condition {
   const UserCondition* user() const { return std::get_if<UserCondition>(&asked); }
 };
 
-/// States of a [model] condition that are not steady: left free, or held at a rate.
+/// States of a [model] or airframe condition that are not steady: left free, or held at a rate.
 std::vector<std::string> moving_states(const Condition& condition);
 
 /// "closed_loop", "airframe", "table", "model".

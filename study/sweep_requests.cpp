@@ -1,7 +1,4 @@
 // A study's conditions as requests.
-#include <fmt/core.h>
-
-#include <algorithm>
 #include <stdexcept>
 
 #include "flight/closed_loop_sweep.hpp"
@@ -24,16 +21,11 @@ SweepRequest request_of(const Study& study, const Condition& condition,
   return {condition.name, problem.model, problem.spec, problem.guess, names(problem.model.inputs)};
 }
 
-void check_keys(const Model& model, const std::vector<SweepAxis>& axes) {
+void check_keys(const Condition& condition, const Model& model,
+                const std::vector<SweepAxis>& axes) {
   for (const SweepAxis& axis : axes)
-    for (const SweepAxis::Column& column : axis.columns) {
-      const std::string& s = column.signal;
-      if (s.empty() || find(model.states, s) >= 0 || find(model.inputs, s) >= 0 ||
-          find(model.parameters, s) >= 0)
-        continue;
-      throw std::invalid_argument(
-          fmt::format("the {} has no variable {}", model.name, column.name));
-    }
+    for (const SweepAxis::Column& column : axis.columns)
+      if (!column.signal.empty()) check_moves(condition, model, column.signal, column.name);
 }
 
 }  // namespace
@@ -46,7 +38,7 @@ std::vector<SweepRequest> sweep_requests(const Study& study,
   for (const Condition& condition : conditions) {
     try {
       requests.push_back(request_of(study, condition, axes));
-      check_keys(requests.back().model, axes);
+      check_keys(condition, requests.back().model, axes);
     } catch (const std::invalid_argument& e) {
       throw error_in(condition, e.what());
     }

@@ -45,15 +45,30 @@ UserModel read_published(const Section& top, const std::filesystem::path& data) 
   return own;
 }
 
+// Under control the speed is commanded; without it a climb angle is commanded with the speed.
+static void check_speeds(const Section& section, bool controlled, const UserCondition& condition) {
+  const auto given = [&](const char* name) { return condition.values.contains(name); };
+  if (given("airspeed_kt")) return;
+  for (const char* own : {"V", "speed_kt"})
+    if (controlled && given(own))
+      section.refuse(*section.find(own),
+                     "the control law flies a commanded speed; expected airspeed_kt");
+  if (controlled || !given("climb_angle")) return;
+  const Entry* in_degrees = section.find("climb_angle_deg");
+  section.refuse(in_degrees ? *in_degrees : *section.find("climb_angle"),
+                 "it is commanded with airspeed_kt; expected that speed, or climb in m/s");
+}
+
 // The controls within their travel; level flight, if the speed is asked for; the start by closed
 // forms.
-void complete_published(const UserModel& own, UserCondition& condition) {
+void complete_published(const Section& section, const UserModel& own, UserCondition& condition) {
   constexpr double degree = std::numbers::pi / 180;
   constexpr double three_quarter_tip_speed = 176;  // m/s
   auto& values = condition.values;
   const auto given = [&](const char* name) { return values.contains(name); };
   // Under control both are outputs, and the integrals take them where they must be.
   const bool controlled = find(own.model.inputs, "stick") < 0;
+  check_speeds(section, controlled, condition);
   if (!given("stick")) values["stick"] = {0.0, 9.6};
   if (!given("collective")) values["collective"] = {-10 * degree, 70 * degree};
   if (given("airspeed_kt") && !controlled) {

@@ -10,8 +10,11 @@
 #include <numbers>
 #include <set>
 
+#include "linearize/modes.hpp"
 #include "model/time_limit.hpp"
+#include "study/analyses.hpp"
 #include "study/angle_remarks.hpp"
+#include "study/problems.hpp"
 #include "study/reference_vehicle.hpp"
 #include "tests/check.hpp"
 #include "tests/files.hpp"
@@ -759,6 +762,80 @@ TEST_CASE("sweeps that cannot be are refused at their line") {
                 {"cannot be combined with values;"});
   check_refused(axis + "key = 'h'\nvalues = [1]\n[[sweep.axis]]\nkey = 'V'\nvalues = [1]\n", "6:1",
                 {"V is set twice"});
+}
+
+static Key key_of(const Study& study, const std::string& name) {
+  const std::vector<Key> keys = keys_of(study);
+  return *std::ranges::find(keys, name, &Key::name);
+}
+
+static std::string sweep_refusal(const std::string& text) {
+  const Study study = parsed(text);
+  try {
+    (void)sweep_requests(study, study.conditions, study.sweep->axes);
+  } catch (const StudyError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST_CASE("what a condition's trims do not depend on is no axis, branch or envelope") {
+  const std::string over = "[[sweep.axis]]\nvalues = [0, 1]\nkey = ";
+  CHECK(sweep_refusal(one_condition + over + "'q'").find("q is zero in every trim of the closed") !=
+        std::string::npos);
+  const std::string xv15 =
+      "vehicle = 'xv15'\n[[condition]]\nname = 'a'\nflap_deg = 40\nmast_angle_deg = 0\n";
+  for (const char* key : {"airspeed_kt", "climb_angle_deg"}) {
+    CAPTURE(key);
+    const std::string idle = xv15 + "speed_kt = 80\n", flown = xv15 + "airspeed_kt = 80\n";
+    const std::string own = over + "'" + key + "'\n";
+    CHECK(sweep_refusal(idle + own).find(std::string(key) + " moves nothing") != std::string::npos);
+    CHECK(sweep_refusal(flown + own).empty());
+    const Study study = parsed(idle);
+    const Vehicle vehicle = study.vehicle;
+    const Key moved = key_of(study, key);
+    CHECK_THROWS_WITH_AS((void)follow(vehicle, study.conditions[0], moved, 0.1),
+                         doctest::Contains("moves nothing"), std::invalid_argument);
+    const EnvelopeTable plane{moved, key_of(study, "mast_angle"), {0, 1}, {0, 1}, 3};
+    CHECK_THROWS_WITH_AS((void)envelope(vehicle, study.conditions[0], plane, {}),
+                         doctest::Contains("moves nothing"), std::invalid_argument);
+  }
+  check_refused(xv15 + "speed_kt = 80\nclimb_angle_deg = 3\n", "7:19",
+                {"it is commanded with airspeed_kt", "climb in m/s"});
+  check_refused("control = 'energy'\n" + xv15 + "speed_kt = 80\n", "7:12",
+                {"flies a commanded speed; expected airspeed_kt"});
+}
+
+TEST_CASE("a held rate: the same linear model in every verb; theta_dot is q") {
+  const std::string airframe =
+      "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 15\neta_deg = 0\na1s_deg = 0\n";
+  const std::string pitching = airframe + "q = 0.1\n", speeding = airframe + "V_dot = 1\n";
+  for (const auto& [text, state] : {std::pair(speeding, "V"), std::pair(pitching, "theta")}) {
+    CAPTURE(state);
+    const Study study = parsed(text);
+    const Condition& condition = study.conditions[0];
+    CHECK(moving_states(condition) == std::vector<std::string>{state});
+    const Answer trimmed = answer(study.vehicle, condition);
+    const LinearModel linear =
+        linearize(trimmed.model, trimmed.trim.point, {.moving = moving_states(condition)});
+    REQUIRE(linear);
+    const Modes found = modes(linear);
+    const auto unstable =
+        std::ranges::count_if(found.modes, [](const Mode& m) { return m.eigenvalue.real() > 0; });
+    const BranchAnswer along = follow(study.vehicle, condition, key_of(study, "V"), 15.1);
+    CHECK(along.branch.points.front().unstable == unstable);
+    CHECK(sensitivities(study.vehicle, condition).sensitivities.status == SensitivityStatus::found);
+  }
+  CHECK(moving_states(parsed(airframe).conditions[0]).empty());
+  const auto trims = [&](const std::string& more) {
+    const Study study = parsed(airframe + more);
+    return answer(study.vehicle, study.conditions[0]).trim.status == TrimStatus::converged;
+  };
+  CHECK(trims("q = 0.1\ntheta_dot = 0.1\n"));
+  CHECK(trims("q = 'free'\ntheta_dot = 0.1\n"));
+  CHECK_THROWS_WITH_AS((void)trims("theta_dot = 0.1\n"),
+                       doctest::Contains("theta_dot = 0.1 rad/s is q, which is fixed at 0"),
+                       std::invalid_argument);
 }
 
 TEST_CASE("reports: lines and maps, and what else is shown") {

@@ -834,6 +834,9 @@ TEST_CASE("a state of which nothing is said is steady") {
   CHECK(moving_states(cruise, {.free = {"speed"}, .steady = {"speed"}}) ==
         std::vector<std::string>{"position"});
   CHECK(moving_states(cruise, {}).empty());
+  const TrimSpec held{.free = {"speed"}, .rates = {{"position", 2.0}, {"speed", 0.0}}};
+  CHECK(moving_states(cruise, held).empty());
+  CHECK(changing_states(cruise, held) == std::vector<std::string>{"position"});
   const TrimResult fast = trim(cruise, moving, {vec({0, 1}), {}, vec({9})});
   CHECK(fast.status == TrimStatus::converged);
   CHECK_NEAR(fast.point.x[1], 3.0, 1e-12);

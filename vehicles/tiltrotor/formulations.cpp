@@ -355,6 +355,11 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   spec.rates = {{along, rate("V")}, {across, rate("gamma")}, {"q", rate("q")}};
   // theta' = q by kinematics: an equation only if q is free
   const Range& q = values.at("q");
+  if (q.lower == q.upper && rate("theta") != 0 && rate("theta") != q.lower)
+    throw std::invalid_argument(
+        fmt::format("theta_dot = {:.6g} rad/s is q, which is fixed at {:.6g} rad/s; expected q = "
+                    "\"free\" or the same value",
+                    rate("theta"), q.lower));
   if (q.lower < q.upper)
     spec.rates["theta"] = rate("theta");
   else
