@@ -288,7 +288,7 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
     f.branch.evaluations = f.problem.evaluations;
     return f.branch;
   }
-  f.moving = changing_states(model, spec);
+  f.moving = moving_states(model, spec);
   const LinearModel linear = linearize(model, f.point(at), {.moving = f.moving});
   f.stability = options.stability && linear;
   f.branch.no_stability = linear.message;

@@ -136,7 +136,7 @@ static void check(const Known& known) {
     CHECK(r.helps() == (way != known.ways.end()));
     if (way == known.ways.end()) continue;
     ++helped;
-    CHECK(r.trim.status == TrimStatus::converged);
+    CHECK(r.trim.status <= TrimStatus::singular);  // what has no cost may stay undetermined
     CHECK(r.from == way->from);
     CHECK_NEAR(r.to, way->to, 1e-6);  // conditions met to 1e-9, no slope below 0.01
   }

@@ -1155,6 +1155,17 @@ TEST_CASE("a gain beyond the pole of the law hides no crossing") {
   CHECK(within == 4);
 }
 
+TEST_CASE("at the pole of the law the model has no value, however many points the line has") {
+  const std::string level = "[[condition]]\nname = \"level\"\nV = 15\ngamma_deg = 0\neta_deg = 0\n";
+  for (const int count : {3, 5, 9}) {
+    CAPTURE(count);
+    const SweepMap map = swept(study(level + axis_text("gains.K_Lp", -2, 0, count)));
+    for (int k = 0; k < count; ++k)
+      CHECK(map.status[std::size_t(k)] ==
+            int(2 * k == count - 1 ? TrimStatus::not_finite : TrimStatus::converged));
+  }
+}
+
 TEST_CASE("the handover at a grid point, stable on both sides, is no event") {
   const SweepMap map = swept(
       study("[gains]\nk_V = 3\nK_Li = 0.3\n[[condition]]\nname = \"climb\"\nV = 7\ngamma_deg = "

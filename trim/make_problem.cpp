@@ -229,13 +229,6 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
   return moving;
 }
 
-std::vector<std::string> changing_states(const Model& model, const TrimSpec& spec) {
-  std::vector<std::string> changing = moving_states(model, spec);
-  for (const auto& [state, rate] : spec.rates)
-    if (rate != 0) changing.push_back(state);
-  return changing;
-}
-
 // From names that are checked.
 static Problem problem_of(const Model& model, const ModelNames& known, const TrimSpec& spec) {
   Problem p(model);

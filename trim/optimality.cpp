@@ -76,37 +76,62 @@ static std::optional<Values> onto_constraints(const Problem& p, const ActiveSet&
   return {};
 }
 
-// Without curvature the second order does not decide: v = 0 is no minimum of -v⁴, nor of v³.
-static bool is_lower_along(const Problem& p, const ActiveSet& a, const VectorXd& z,
+// How far the cost falls and rises over steps along a direction on c(z) = 0.
+struct Change {
+  double least = 0.0, most = 0.0;
+  bool far = false;  // a step of 0.1 nominal sizes is possible
+};
+
+static Change change_along(const Problem& p, const ActiveSet& a, const VectorXd& z,
                            const VectorXd& direction) {
-  constexpr double rounding = 1e-9;  // of the cost
   const double here = values(p, z).effort;
+  Change change;
   for (const double step : {-0.1, -0.01, 0.01, 0.1}) {
     const std::optional<Values> there = onto_constraints(p, a, z + step * direction);
-    if (there && there->effort < here - rounding * std::max(1.0, std::abs(here))) return true;
+    if (!there) continue;
+    change.least = std::min(change.least, there->effort - here);
+    change.most = std::max(change.most, there->effort - here);
+    change.far = change.far || std::abs(step) == 0.1;
   }
-  return false;
+  constexpr double rounding = 1e-9;  // of the cost
+  const double size = rounding * std::max(1.0, std::abs(here));
+  if (change.least >= -size) change.least = 0.0;
+  if (change.most <= size) change.most = 0.0;
+  return change;
 }
 
-bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
+Least least_at(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
   constexpr double rounding = 1e-6;  // of a Hessian by repeated differences
   constexpr double flat = 1e-3;      // relative: next to a point without curvature there is little
   const Jacobians s = jacobians(p, z);
-  if (!s.finite) return false;
+  if (!s.finite) return {};
   const MatrixXd A = active_slopes(a, s);
   const MatrixXd Z = dense::kernel(A.rows() > 0 ? A : MatrixXd::Zero(1, z.size()));
-  if (Z.cols() == 0) return true;
+  Least answer{true, MatrixXd(z.size(), 0)};
+  if (Z.cols() == 0) return answer;
   const MatrixXd H = hessian_of(lagrangian_gradient(p, a, lambda), z);
-  if (!H.allFinite()) return false;
+  if (!H.allFinite()) return {};
   const MatrixXd reduced = Z.transpose() * H * Z;
   const double size = std::max(1.0, H.norm());
   const double least = dense::symmetric_eigenvalues(reduced).minCoeff();
-  if (least < -rounding * size) return false;
-  if (least > flat * size) return true;
+  if (least < -rounding * size) return {};
+  if (least > flat * size) return answer;
+  // Without curvature the second order does not decide: v = 0 is no minimum of -v⁴, nor of v³.
   const dense::SVD svd = dense::svd(reduced);
-  for (Index k = 0; k < Z.cols(); ++k)
-    if (svd.sigma[k] <= flat * size && is_lower_along(p, a, z, Z * svd.V.col(k))) return false;
-  return true;
+  for (Index k = 0; k < Z.cols(); ++k) {
+    if (svd.sigma[k] > flat * size) continue;
+    const VectorXd direction = Z * svd.V.col(k);
+    const Change change = change_along(p, a, z, direction);
+    if (change.least < 0) return {};
+    if (change.most > 0 || !change.far) continue;
+    answer.undetermined.conservativeResize(Eigen::NoChange, answer.undetermined.cols() + 1);
+    answer.undetermined.rightCols(1) = direction;
+  }
+  return answer;
+}
+
+bool is_least(const Problem& p, const ActiveSet& a, const VectorXd& z, const VectorXd& lambda) {
+  return least_at(p, a, z, lambda).least;
 }
 
 namespace {
@@ -174,7 +199,7 @@ bool optimality_newton(const Problem& p, const ActiveSet& a, VectorXd& z, Vector
 }  // namespace
 
 Optimum polish_optimum(const Problem& p, const VectorXd& z0, const TrimOptions& options) {
-  Optimum best{z0, false, {}, {}};
+  Optimum best{z0, false, {}, {}, {}};
   const Values v0 = values(p, z0);
   if (!v0.finite) return best;
   ActiveSet active;
@@ -193,7 +218,8 @@ Optimum polish_optimum(const Problem& p, const VectorXd& z0, const TrimOptions& 
     hold_near(z, p.lower, p.upper, -bound_slack, active.unknowns);  // the overshoot of the step
     hold_near(v.limited, p.limited_lower, p.limited_upper, -bound_slack, active.limited);
     const bool inside = active.unknowns.size() + active.limited.size() == held;
-    best = {z, inside && is_least(p, active, z, lambda), active, lambda};
+    const Least answer = inside ? least_at(p, active, z, lambda) : Least{};
+    best = {z, answer.least, active, lambda, answer.undetermined};
     if (inside) return best;
   }
   return best;

@@ -30,6 +30,14 @@ Gradient lagrangian_gradient(const Problem& problem, const ActiveSet& active,
 /// Symmetric Hessian of a function from its gradient, by central differences.
 Eigen::MatrixXd hessian_of(const Gradient& gradient, const Eigen::VectorXd& z);
 
+/// Whether the cost is least, and the directions along which it is constant: neither the equations
+/// nor the cost determine the point.
+struct Least {
+  bool least = false;
+  Eigen::MatrixXd undetermined;  ///< one a column
+};
+Least least_at(const Problem& problem, const ActiveSet& active, const Eigen::VectorXd& z,
+               const Eigen::VectorXd& lambda);
 /// No direction that keeps c(z) = 0 lowers the cost to second order [4, thm. 12.5]; along those
 /// that do not change it to second order, no step of 0.01 or 0.1 nominal sizes lowers it.
 bool is_least(const Problem& problem, const ActiveSet& active, const Eigen::VectorXd& z,
@@ -39,9 +47,10 @@ bool is_least(const Problem& problem, const ActiveSet& active, const Eigen::Vect
 /// held, and those whose multiplier has the wrong sign released.
 struct Optimum {
   Eigen::VectorXd z;
-  bool verified = false;   ///< residual, bounds and projected gradient are within tolerance
-  ActiveSet active;        ///< if verified, with
-  Eigen::VectorXd lambda;  ///< the multipliers of c(z) = 0
+  bool verified = false;           ///< residual, bounds and projected gradient are within tolerance
+  ActiveSet active;                ///< if verified, with
+  Eigen::VectorXd lambda;          ///< the multipliers of c(z) = 0
+  Eigen::MatrixXd undetermined{};  ///< directions of constant cost, one a column
 };
 Optimum polish_optimum(const Problem& problem, const Eigen::VectorXd& z,
                        const TrimOptions& options);

@@ -14,8 +14,6 @@ namespace tiltrim {
 
 /// The states whose rates are unconstrained in the trim.
 std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec);
-/// These, and the states that are held at a rate other than zero.
-std::vector<std::string> changing_states(const Model& model, const TrimSpec& spec);
 
 /// A problem's functions at a point. `finite` is false if the model returns NaN or Inf, or throws.
 struct Values {

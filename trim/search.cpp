@@ -14,6 +14,7 @@
 
 namespace tiltrim {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
@@ -22,8 +23,12 @@ constexpr int further_optimizations = 4;  // Ipopt from further starts: 1000 New
 
 }  // namespace
 
-void TrimSearch::add(const VectorXd& z, bool optimal) {
+void TrimSearch::add(const VectorXd& z, bool optimal, const MatrixXd& undetermined) {
   TrimResult r = verify(p, z, optimal, options);
+  if (r.status == TrimStatus::converged && undetermined.cols() > 0) {
+    r.status = TrimStatus::singular;
+    r.message = "neither the equations nor the cost determine " + free_directions(p, undetermined);
+  }
   if (r.status == TrimStatus::not_repeatable) not_repeatable = r;
   if (r.status == TrimStatus::not_finite && std::isfinite(r.residual)) output_not_finite = r;
   if (r.status > TrimStatus::not_implied) {
@@ -59,7 +64,10 @@ void TrimSearch::from_ipopt(const VectorXd& z0, const TrimOptions& with) {
 void TrimSearch::polish(const VectorXd& z, const TrimOptions& with) {
   if (p.square()) return add(newton(p, z, with).z, true);
   const Optimum optimum = polish_optimum(p, z, with);
-  add(optimum.verified ? optimum.z : newton(p, z, with).z, optimum.verified);
+  if (optimum.verified)
+    add(optimum.z, true, optimum.undetermined);
+  else
+    add(newton(p, z, with).z, false);
 }
 
 void search(TrimSearch& s) {

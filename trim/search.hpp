@@ -24,7 +24,8 @@ struct TrimSearch {
   Proof proof;               ///< before the search
   int starts = 0;
 
-  void add(const Eigen::VectorXd& z, bool optimal);
+  /// `undetermined`: directions along which neither the equations nor the cost change.
+  void add(const Eigen::VectorXd& z, bool optimal, const Eigen::MatrixXd& undetermined = {});
   void from_newton(Eigen::VectorXd z0, const TrimOptions& with);
   void from_ipopt(const Eigen::VectorXd& z0, const TrimOptions& with);
   void polish(const Eigen::VectorXd& z, const TrimOptions& with);

@@ -55,19 +55,6 @@ void note_limits(const Problem& p, const VectorXd& z, const Values& v, TrimResul
              });
 }
 
-// The unknowns that the equations leave undetermined, the least determined first.
-std::string free_directions(const Problem& p, const MatrixXd& directions) {
-  constexpr double involved = 0.1;  // of the largest share
-  const VectorXd share = directions.rowwise().norm();
-  std::vector<Index> order;
-  for (Index k = 0; k < p.n(); ++k)
-    if (share[k] >= involved * share.maxCoeff()) order.push_back(k);
-  std::ranges::stable_sort(order, std::greater{}, [&](Index k) { return share[k]; });
-  std::vector<std::string> names;
-  for (const Index k : order) names.push_back(signal_of(p.model, p.unknowns[std::size_t(k)]).name);
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
 // The Jacobian with rows longer than one scaled to unit length: a stiff equation still determines
 // its own unknown and does not affect the conditioning of the others.
 template <class Matrix>
@@ -164,6 +151,18 @@ void note_conditioning(const Problem& p, const VectorXd& z, const Values& v, Tri
 }
 
 }  // namespace
+
+std::string free_directions(const Problem& p, const MatrixXd& directions) {
+  constexpr double involved = 0.1;  // of the largest share
+  const VectorXd share = directions.rowwise().norm();
+  std::vector<Index> order;
+  for (Index k = 0; k < p.n(); ++k)
+    if (share[k] >= involved * share.maxCoeff()) order.push_back(k);
+  std::ranges::stable_sort(order, std::greater{}, [&](Index k) { return share[k]; });
+  std::vector<std::string> names;
+  for (const Index k : order) names.push_back(signal_of(p.model, p.unknowns[std::size_t(k)]).name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
 
 std::string left_over(const Problem& p, const std::vector<Index>& rows, const TrimResult& r) {
   const Index nx = std::ssize(p.model.states);

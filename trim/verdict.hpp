@@ -17,6 +17,9 @@ TrimResult verify(const Problem& problem, const Eigen::VectorXd& z, bool optimal
 /// Largest violation of lower <= v <= upper.
 double excess(const Eigen::VectorXd& v, const Eigen::VectorXd& lower, const Eigen::VectorXd& upper);
 
+/// The unknowns that take part in these directions, the most first: what is not determined.
+std::string free_directions(const Problem& problem, const Eigen::MatrixXd& directions);
+
 /// "V' = -3.2 m/s², gap = 0 m instead of 1": the values of the rows at a point as text, with the
 /// required value if it is not zero.
 std::string left_over(const Problem& problem, const std::vector<Eigen::Index>& rows,

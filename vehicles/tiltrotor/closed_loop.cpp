@@ -76,6 +76,7 @@ std::vector<Model::Affine> affine_gains(const Vehicle& vehicle, const Model& mod
     affine.push_back({gain.name, [=](const Eigen::VectorXd& p) -> std::optional<double> {
                         const double s = share(p);
                         if (s != 0 && s != 1) return {};  // one integral, two actuators
+                        if (1 + p[K_Lp] == 0 || 1 + p[Ep] * p[K_Ep] == 0) return {};  // no law
                         if (own == K_Ep) return 1 / (1 + p[Ep] * p[K_Ep]);
                         if (own == K_Lp && s == 1) return 1 / (1 + p[K_Lp]);
                         return p[own];
