@@ -30,11 +30,10 @@ std::vector<Condition> to_prove(const Study& study, const std::vector<std::strin
   if (study.vehicle.equations == Equations::printed)
     throw StudyError(
         fmt::format("{}: prove needs equations = \"consistent\"", study.file.string()));
-  std::vector<Condition> conditions;
-  for (const Condition& condition : chosen(study, only))
-    if (condition.command()) conditions.push_back(condition);
-  if (conditions.empty())
-    throw StudyError(fmt::format("{}: prove needs a closed-loop condition", study.file.string()));
+  std::vector<Condition> conditions = chosen(study, only);
+  for (const Condition& condition : conditions)
+    if (!condition.command())
+      throw error_in(condition, "prove needs the closed loop; expected formulation closed_loop");
   const bool over_h =
       std::ranges::any_of(study.prove->parameters, [](const auto& p) { return p.key.name == "h"; });
   if (over_h) conditions.resize(1);

@@ -268,7 +268,7 @@ std::string theorems_text(const Study& study, const std::vector<Theorem>& theore
     for (std::size_t k = 0; k < t.parameters.size(); ++k)
       text +=
           fmt::format("  {}\n", interval(study, k, t.parameters[k].lower, t.parameters[k].upper));
-    text += fmt::format("  {}: {} boxes{}\n", status_in_words(t), t.boxes,
+    text += fmt::format("  {}: {} box{}{}\n", status_in_words(t), t.boxes, t.boxes == 1 ? "" : "es",
                         t.interrupted ? ", interrupted" : "");
     constexpr std::size_t width = TextStyle{}.width;
     text += wrapped(

@@ -1,3 +1,5 @@
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
@@ -33,6 +35,15 @@ std::vector<SignalChange> changes_of(const UserMotion& asked) {
   return changes;
 }
 
+// A signal may have the name of another column, "time" or that of an angle in degrees.
+std::string free_name(const FlightTable& table, const std::string& wanted) {
+  std::string name = wanted;
+  for (int k = 2;
+       std::ranges::find(table.columns, name, &FlightColumn::name) != table.columns.end(); ++k)
+    name = fmt::format("{}_{}", wanted, k);
+  return name;
+}
+
 void add(const Signals& signals, const MatrixXd& samples, const char* kind, FlightTable& table,
          const auto& shown) {
   for (std::size_t i = 0; i < signals.size(); ++i) {
@@ -40,7 +51,7 @@ void add(const Signals& signals, const MatrixXd& samples, const char* kind, Flig
     if (!shown(s)) continue;
     const bool angle = s.unit == "rad";
     const VectorXd values = samples.row(Index(i)) * (angle ? degrees : 1.0);
-    table.columns.push_back({s.name + (angle ? "_deg" : ""),
+    table.columns.push_back({free_name(table, s.name + (angle ? "_deg" : "")),
                              angle ? "degrees" : s.unit,
                              kind,
                              {values.data(), values.data() + values.size()}});

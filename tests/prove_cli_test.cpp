@@ -100,6 +100,11 @@ TEST_CASE("what is no number, no file or one file for two is refused") {
   refused(prove + "--margin nan", "--margin: nan is not a number from 0 to 1000");
   refused(prove + "-o c.proof", "--certificate and -o name the same file");
   refused("check-proof .", "tiltrim: .: is a directory");
+  scratch.write("airframe.toml",
+                "[[condition]]\nname = 'loop'\nV = 15\ngamma_deg = 0\neta_deg = 0\n"
+                "[[condition]]\nname = 'air'\nformulation = 'airframe'\nV = 15\neta_deg = 0\n"
+                "[prove]\nparameter = [{key = 'gains.k_V', percent = 1}]\n");
+  refused("prove airframe.toml", "condition 'air': prove needs the closed loop");
 }
 
 TEST_CASE(

@@ -404,6 +404,16 @@ TEST_CASE("names that fields of the output have too get a number") {
   const std::vector<Row> points = csv_of(run(scratch, "sweep s.toml -f csv").out);
   CHECK(cell(points, "damping_2", 1) == 0.5);
   CHECK(cell(points, "damping", 1) == 0.25);
+  scratch.write(
+      "t.toml",
+      "[model]\nstate = [{name = 'time', rate = '2 - time'}, {name = 'a', unit = 'rad', rate "
+      "= '-a'}, {name = 'a_deg', rate = '-a_deg'}]\n[[condition]]\nname = 'c'\n[simulate]\n"
+      "duration = 1\n");
+  const json motion = json::parse(run(scratch, "simulate t.toml --samples t.nc -f json").out);
+  CHECK(motion["samples"]["time"].back() == 1);
+  CHECK(motion["samples"]["time_2"].back() == 2);
+  CHECK(motion["samples"].contains("a_deg_2"));
+  CHECK(std::filesystem::exists(scratch.path / "t.nc"));
 }
 
 TEST_CASE("an error of one of several conditions names it, whatever the command") {
