@@ -87,7 +87,8 @@ void read_hover(const Section& section, const std::vector<Condition>& conditions
   for (const Condition& c : conditions) known.push_back(c.name);
   if (hover->kind != Entry::Kind::array || hover->entries.empty())
     section.refuse(*hover, "expected a list of conditions, as [\"hover\"]");
-  for (const Entry& name : hover->entries) {
+  for (Entry name : hover->entries) {
+    name.key = "hover";
     if (name.kind != Entry::Kind::text || std::ranges::find(known, name.text) == known.end())
       section.refuse(name, fmt::format("{} is not a condition; there are: {}", describe(name),
                                        fmt::join(known, ", ")));

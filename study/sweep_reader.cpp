@@ -156,7 +156,7 @@ SweepTable read_grid(const Section& section, const std::filesystem::path& file,
   const double most = sweep.verdicts ? most_verdicts : most_points;
   if (points > most)
     section.refuse(
-        list, fmt::format("the grid has {:.3g} points; expected at most {:.0f}{}", points, most,
+        list, fmt::format("the grid has {:.10g} points; expected at most {:.0f}{}", points, most,
                           path == "sweep." && points <= most_verdicts
                               ? ", or detail = \"verdict\" in [sweep]"
                               : ""));

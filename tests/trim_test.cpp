@@ -504,7 +504,7 @@ TEST_CASE("the caller's mistakes throw, in real names") {
   said({.free = torque, .steady = {"theta", "omega"}},
        {"1 free variable (torque)", "2 conditions (theta', omega')", "1 more"});
   said({.free = torque, .steady = omega, .bounds = {{"torque", {2, 2}}}},
-       {"0 free variables", "1 conditions (omega')"});
+       {"nothing is free to hold", "1 condition (omega')"});
   said({.free = torque, .steady = omega, .effort = {{"torque", 0.0, 0.0}}},
        {"'torque'", "positive"});
   said({.free = torque, .steady = omega, .effort = {{"torque", -1.0, 0.0}}},
@@ -841,7 +841,7 @@ TEST_CASE("a state of which nothing is said is steady") {
   CHECK(r.status == TrimStatus::converged);
   CHECK_NEAR(r.point.x[0], 1.0, 1e-12);
   CHECK(contains(refusal([&] { (void)trim(m, {}, guess); }),
-                 "0 free variables () cannot hold 1 conditions (x')"));
+                 "nothing is free to hold 1 condition (x')"));
   CHECK(contains(refusal([&] { (void)trim(m, {.free = {"x"}, .moving = {"x"}}, guess); }),
                  "has no conditions:"));
   CHECK(contains(

@@ -426,7 +426,7 @@ TEST_CASE("an error of one of several conditions names it, whatever the command"
                 "[simulate]\nstart = \"bad\"\n[tune]\ngain = [{key = \"k\", from = 1, to = 2}]\n");
   for (const char* command : {"trim", "sweep", "simulate", "tune"})
     check_refused(scratch, fmt::format("{} s.toml", command),
-                  "s.toml:6:1: condition 'bad': 0 free variables () cannot hold 1 conditions (x')");
+                  "s.toml:6:1: condition 'bad': nothing is free to hold 1 condition (x')");
 }
 
 // ---- models that misbehave ----

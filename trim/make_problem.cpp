@@ -212,10 +212,13 @@ void count(const Problem& p, const TrimSpec& spec) {
   std::vector<std::string> unknowns, held;
   for (const Index j : p.unknowns) unknowns.push_back(signal_of(p.model, j).name);
   for (const Index row : p.equations) held.push_back(row_name(p.model, row));
-  throw std::invalid_argument(
-      fmt::format("{} free variable{} ({}) cannot hold {} conditions ({}): free {} more", p.n(),
-                  p.n() == 1 ? "" : "s", fmt::join(unknowns, ", "), p.m(), fmt::join(held, ", "),
-                  p.m() - p.n()));
+  const std::string free = p.n() == 0
+                               ? "nothing is free to"
+                               : fmt::format("{} ({}) cannot", counted(int(p.n()), "free variable"),
+                                             fmt::join(unknowns, ", "));
+  throw std::invalid_argument(fmt::format("{} hold {} ({}): free {} more", free,
+                                          counted(int(p.m()), "condition"), fmt::join(held, ", "),
+                                          p.m() - p.n()));
 }
 
 }  // namespace
