@@ -22,7 +22,7 @@ struct AircraftOf {
   S wing_area = 0.85;                   ///< m²
   S air_density = 0.9667;               ///< kg/m³
   S gravity = 9.81;                     ///< m/s²
-  S rotor_x = 0.01;                     ///< m, hub ahead of the center of gravity
+  S rotor_x = 0.01;                     ///< m, nacelle pivot ahead of the center of gravity
   S rotor_z = 0.08;                     ///< m, nacelle pivot to hub
   S thrust_excess = 1.4;                ///< Ep, full thrust over weight
   S rotor_speed_rpm = 5400.0;           ///< rev/min
