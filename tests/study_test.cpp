@@ -810,8 +810,9 @@ TEST_CASE("a held rate: linear models about that motion, as in sweeps; theta_dot
   const std::string airframe =
       "[[condition]]\nname = 'a'\nformulation = 'airframe'\nV = 15\neta_deg = 0\na1s_deg = 0\n";
   const std::string pitching = airframe + "q = 0.1\n", speeding = airframe + "V_dot = 1\n";
-  for (const auto& [text, state] : {std::pair(speeding, "V"), std::pair(pitching, "theta")}) {
+  for (const std::string& state : {std::string("V"), std::string("theta")}) {
     CAPTURE(state);
+    const std::string& text = state == "V" ? speeding : pitching;
     const Study study = parsed(text + "[[sweep.axis]]\nkey = 'V'\nvalues = [15, 16]\n");
     const Condition& condition = study.conditions[0];
     CHECK(moving_states(condition) == std::vector<std::string>{state});
@@ -820,7 +821,7 @@ TEST_CASE("a held rate: linear models about that motion, as in sweeps; theta_dot
         linearize(trimmed.model, trimmed.trim.point, {.moving = moving_states(condition)});
     REQUIRE(linear);
     const Modes found = modes(linear);
-    const Verdict expected = state == std::string("theta") ? Verdict::stable : Verdict::unstable;
+    const Verdict expected = state == "theta" ? Verdict::stable : Verdict::unstable;
     CHECK(found.verdict == expected);
     const SweepMap map =
         sweep(sweep_requests(study, study.conditions, study.sweep->axes), study.sweep->axes);

@@ -36,7 +36,15 @@ from ._qualities import Criterion, Qualities, qualities
 from ._report import Report, report
 from ._sensitivities import ParameterSensitivity, Sensitivities, sensitivities
 from ._simulate import Change, Flight, SwitchEvent, Trajectory, fly, simulate
-from ._studies import Condition, Study, data_directory, parse_study, read_study, tiltrotor
+from ._studies import (
+    Condition,
+    NoLinearModel,
+    Study,
+    data_directory,
+    parse_study,
+    read_study,
+    tiltrotor,
+)
 from ._sweep import sweep
 from ._tiltrim import InvalidArgument, StudyError
 from ._tiltrim import version as __version__
@@ -70,6 +78,7 @@ __all__ = [
     "Model",
     "Modes",
     "MonteCarlo",
+    "NoLinearModel",
     "ParameterSensitivity",
     "Peak",
     "Placement",
