@@ -26,7 +26,8 @@ program, source = sys.argv[1], pathlib.Path(sys.argv[2])
 BEYOND_A_SCHEMA = {
     "a name that is elsewhere in the study": (
         "report.map.condition: '.*' is not known|simulate.start: '.*' is not known|is not a condition of the study|"
-        "is of formulation|has no control law|is also the name of|is the name of an earlier condition|"
+        "is of formulation|has no control law|is commanded with|flies a commanded speed|is also the name of|"
+        "is the name of an earlier condition|"
         "is given twice|is set twice|is free in|depends on the tilt"
     ),
     "two values that are compared": (

@@ -1,7 +1,7 @@
 /// What a search without an equilibrium says. Internal to trim/.
 #pragma once
 
-#include "trim/search.hpp"
+#include "trim/trim_search.hpp"
 
 namespace tiltrim {
 

@@ -1,4 +1,4 @@
-#include "trim/search.hpp"
+#include "trim/trim_search.hpp"
 
 #include <algorithm>
 #include <cmath>
