@@ -348,9 +348,9 @@ std::vector<std::string> moving_states(const Condition& condition) {
   } else if (const AirframeCondition* airframe = condition.airframe()) {
     add(airframe->rates);
     const auto q = airframe->values.find("q");  // theta' = q
-    const bool pitching =
-        q != airframe->values.end() && (q->second.lower != 0 || q->second.upper != 0);
-    if (pitching && !airframe->rates.contains("theta")) moving.push_back("theta");
+    const bool turns =
+        q != airframe->values.end() && q->second.lower == q->second.upper && q->second.lower != 0;
+    if (turns && !airframe->rates.contains("theta")) moving.push_back("theta");
   }
   return moving;
 }

@@ -827,7 +827,8 @@ TEST_CASE("a held rate: linear models about that motion, as in sweeps; theta_dot
         sweep(sweep_requests(study, study.conditions, study.sweep->axes), study.sweep->axes);
     CHECK(map.verdict[0] == int(expected));
   }
-  CHECK(moving_states(parsed(airframe).conditions[0]).empty());
+  for (const char* still : {"", "q = 'free'\n", "q = 0\n"})
+    CHECK(moving_states(parsed(airframe + still).conditions[0]).empty());
   const auto trims = [&](const std::string& more) {
     const Study study = parsed(airframe + more);
     return answer(study.vehicle, study.conditions[0]).trim.status == TrimStatus::converged;

@@ -550,6 +550,14 @@ TEST_CASE(
     CHECK(found.gains[0] < 0.97);
     CHECK_NEAR(found.goal, 0.818 / (2 * std::sqrt(1 + 0.788 * 0.03)), 1e-6);
   }
+  // From the boundary itself, without any candidates left: the step is none.
+  TuneOptions one{.evaluations = 1, .threads = 1};
+  one.start = VectorXd::Constant(1, 0.97);
+  const TuneResult found = tune(p, one);
+  CHECK(found.status == TuneStatus::tuned);
+  CHECK(found.gains[0] < 0.97);
+  CHECK(found.evaluations == 1);
+  CHECK(found.out_of_evaluations);
 }
 
 TEST_CASE("an eigenvalue on the axis is not stable") {

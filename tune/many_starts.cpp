@@ -180,22 +180,15 @@ void polish_by_rounds(Search& search, std::vector<Search::Seen>& found, Ends& en
 
 double stationarity_at_best(Search& search, double weight) {
   const Search::Seen best = search.best, own = search.own;
-  const long evaluations = search.evaluations;
-  const bool spent = search.out_of_evaluations;
   if (weight == 0) weight = first_weight(best.merit);
   if (!best.merit.feasible) weight = std::numeric_limits<double>::infinity();
   double measured = std::numeric_limits<double>::quiet_NaN();
-  search.unlimited = true;
-  try {
+  search.beyond_budget([&] {
     measured = stationarity(penalty(search, weight), best.y, TuneResult::stationarity_radius,
                             search.options.seed);
-  } catch (const EndSearch&) {  // the next candidate ends the search
-  }
-  search.unlimited = false;
+  });
   search.best = best;  // what is measured is not a candidate
   search.own = own;
-  search.evaluations = evaluations;
-  search.out_of_evaluations = spent;
   return measured;
 }
 

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <random>
+#include <tuple>
 
 #include "tune/requirement.hpp"
 
@@ -35,6 +36,18 @@ class Search {
   /// Evaluates and counts a candidate. The last one is cached, as solvers call a point's functions
   /// separately. Throws EndSearch when the budget or time is used up or a stop is requested.
   const Seen& evaluate(const Eigen::VectorXd& y);
+  /// What it evaluates counts for nothing, and ends only if a stop is requested.
+  template <class Work>
+  void beyond_budget(const Work& work) {
+    const std::tuple before(evaluations, out_of_evaluations, out_of_time);
+    unlimited = true;
+    try {
+      work();
+    } catch (const EndSearch&) {
+    }
+    unlimited = false;
+    std::tie(evaluations, out_of_evaluations, out_of_time) = before;
+  }
   /// The last candidate, with derivatives at these places as well.
   const Seen& with_slopes(const std::vector<std::size_t>& at);
 

@@ -205,11 +205,7 @@ void step_off_boundary(Search& search) {
 // Evaluates the result again, with new trims.
 TuneResult verified(Search& search) {
   const TuneProblem& problem = search.problem;
-  search.unlimited = true;
-  try {
-    step_off_boundary(search);
-  } catch (const EndSearch&) {  // interrupted
-  }
+  search.beyond_budget([&] { step_off_boundary(search); });
   TuneResult result;
   result.gains = search.numbers_at(search.best.y);
   const std::vector<PlaceModes> places = search.candidates.anew(result.gains);
