@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "trim/optimality.hpp"
+
 namespace tiltrim {
 
 using Eigen::Index;

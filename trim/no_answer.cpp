@@ -6,9 +6,12 @@
 #include <cmath>
 
 #include "model/differentiate.hpp"
+#include "model/time_limit.hpp"
 #include "trim/verdict.hpp"
 
 namespace tiltrim {
+
+using Eigen::VectorXd;
 
 namespace {
 

@@ -303,6 +303,14 @@ std::string signal_behind(const Model& model, const std::string& name) {
   return name == "V" ? "airspeed" : name == "gamma" ? "flight_path" : name;
 }
 
+void check_pitch_rate(const Range& q, double theta_dot) {
+  if (q.lower < q.upper || theta_dot == 0 || theta_dot == q.lower) return;
+  throw std::invalid_argument(
+      fmt::format("theta_dot = {:.6g} rad/s is q, which is fixed at {:.6g} rad/s; expected q = "
+                  "\"free\" or the same value",
+                  theta_dot, q.lower));
+}
+
 }  // namespace
 
 TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& condition,
@@ -355,11 +363,7 @@ TrimProblem airframe_problem(const Vehicle& vehicle, const AirframeCondition& co
   spec.rates = {{along, rate("V")}, {across, rate("gamma")}, {"q", rate("q")}};
   // theta' = q by kinematics: an equation only if q is free
   const Range& q = values.at("q");
-  if (q.lower == q.upper && rate("theta") != 0 && rate("theta") != q.lower)
-    throw std::invalid_argument(
-        fmt::format("theta_dot = {:.6g} rad/s is q, which is fixed at {:.6g} rad/s; expected q = "
-                    "\"free\" or the same value",
-                    rate("theta"), q.lower));
+  check_pitch_rate(q, rate("theta"));
   if (q.lower < q.upper)
     spec.rates["theta"] = rate("theta");
   else
