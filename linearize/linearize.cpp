@@ -375,7 +375,7 @@ void fill(const Model& model, const Selection& selection, const std::vector<Rang
     return;
   const Differences d = difference(model, linear.point, selection.variables, bounds);
   const bool use_exact = options.method == Method::exact && model.derivatives;
-  Estimate all = use_exact ? exact(model, linear.point, selection.variables) : d.jacobian;
+  Estimate all = use_exact ? exact_bounded(model, linear.point, selection.variables) : d.jacobian;
   linear.method = use_exact ? Method::exact : Method::differences;
   linear.remarks = d.remarks;
   if (use_exact) {

@@ -30,6 +30,12 @@ Differences difference(const Model& model, const OperatingPoint& point,
 Estimate exact(const Model& model, const OperatingPoint& point,
                const std::vector<Eigen::Index>& variables);
 
+/// exact() with errors no smaller than the distance to the exact derivatives at this point: a bound
+/// where the model has jets and no kink there, else the estimate of exact(). Takes some ten times
+/// as long. Throws as exact().
+Estimate exact_bounded(const Model& model, const OperatingPoint& point,
+                       const std::vector<Eigen::Index>& variables);
+
 /// An entry at which a model's own derivative and a difference are farther apart than their errors.
 struct Disagreement {
   Eigen::Index row = 0, column = 0;

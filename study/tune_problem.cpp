@@ -122,6 +122,7 @@ Model broken(const UserModel& own, const SweepRequest& request) {
     };
   }
   loops.enclosure = nullptr;  // of all inputs and outputs
+  loops.jets = nullptr;
   loops.switches.clear();
   return loops;
 }

@@ -329,4 +329,49 @@ TEST_CASE("vectors of a wrong size are refused") {
   CHECK_THROWS_AS((void)m.derivatives({VectorXd::Zero(3), none, none}, both), CallerMistake);
 }
 
+TEST_CASE("the error of a slope covers what cancels inside a formula or a table") {
+  using Wide = DualOf<long double, 2>;
+  std::mt19937 draw(23);
+  const auto within = [&](double from, double to) {
+    return std::uniform_real_distribution(from, to)(draw);
+  };
+  int tight = 0, compared = 0;
+  for (int trial = 0; trial < trials(1500); ++trial) {
+    // Cubic tables of one and two arguments with large, close entries, and terms that cancel.
+    LookupTable line{"line", {{}}, {}, true},
+        sheet{"sheet", {{-1, 0.1, 2}, {-1, 0.3, 1.7, 2}}, {}, true};
+    for (double x = -1; x < 2; x += within(0.05, 0.8)) line.at[0].push_back(x);
+    line.at[0].push_back(2);
+    for (LookupTable* t : {&line, &sheet})
+      while (t->values.size() < t->at[0].size() * (t == &sheet ? 4 : 1))
+        t->values.push_back(1e3 + within(-1, 1));
+    const char* const texts[] = {"line(a)*b", "sheet(a, b)", "1000*(exp(a) - 1 - a)",
+                                 "(1 + a)^3 - 1 - 3*a - 3*a*a", "sin(a)/cos(a) - tan(a) + b*a"};
+    const char* const text = texts[trial % 5];
+    const double a = trial % 5 < 2 ? within(-1, 2) : within(-1e-3, 1e-3), b = within(-1, 2);
+    const std::vector<LookupTable> tables{line, sheet};
+    const formula::Tape tape = formula::compile(text, {{"a", 0}, {"b", 1}}, tables);
+    formula::Evaluator<Wide> wide(2, tape.depth, tables);
+    wide[0] = {a, {1, 0}};
+    wide[1] = {b, {0, 1}};
+    const Wide truth = wide(tape);
+    const Model m = model_of({.name = "cancelling",
+                              .states = {{"a", ""}, {"b", ""}},
+                              .inputs = {},
+                              .outputs = {},
+                              .parameters = {},
+                              .rates = {text, "0"},
+                              .tables = tables});
+    const Estimate e = exact_bounded(m, {Eigen::Vector2d{a, b}, none, none}, {0, 1});
+    CAPTURE(text);
+    for (const int i : {0, 1}) {
+      const double miss = double(std::abs(truth.slopes[i] - (long double)(e.value(0, i))));
+      CHECK(miss <= e.error(0, i));
+      tight += e.error(0, i) < 1e-9;
+      ++compared;
+    }
+  }
+  CHECK(tight > 0.9 * compared);
+}
+
 }  // namespace formula_slopes_test

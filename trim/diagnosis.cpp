@@ -26,6 +26,7 @@ namespace {
 Model with_rates(const Model& model) {
   Model wider = model;
   wider.lanes = nullptr;
+  wider.jets = nullptr;
   if (const auto* const f = model.f.target<FunctionOfMany>()) wider.f = f->one;
   const Index nx = std::ssize(model.states);
   for (Index i = 0; i < nx; ++i)

@@ -181,6 +181,8 @@ Model closed_loop_with_commands(const Vehicle& vehicle, Axes axes) {
   model.f = of_total(loop.f);
   model.h = of_total(loop.h);
   model.affine.clear();
+  model.lanes = nullptr;
+  model.jets = nullptr;
   model.derivatives = [=, slopes = loop.derivatives](const OperatingPoint& at,
                                                      const std::vector<Index>& variables) {
     std::vector<Index> own, columns, of_errors;
