@@ -54,7 +54,7 @@ Prepared::Prepared(const SweepRequest& r, const std::vector<SweepAxis>& a, const
       problem(make_problem(r.model, free_of(r.spec, r.model, a), r.guess)) {
   const Model& m = r.model;
   if (states() > largest_batch_matrix)
-    throw std::invalid_argument(fmt::format("a sweep supports up to {} states, the {} has {}",
+    throw std::invalid_argument(fmt::format("sweep and tune support up to {} states, the {} has {}",
                                             largest_batch_matrix, m.name, states()));
   for (Index i = 0; i < states(); ++i) along.push_back(i);
   for (const Index j : problem.unknowns) {

@@ -142,6 +142,8 @@ def test_it_takes_too_long():
     linear = tiltrim.linearize(m, {"x": 1.0, "p": 1.0}, **late)
     assert linear.status == "time_limit" and "time limit of 1e-09 s" in linear.message
     problem = tiltrim.Problem(m, {"x": 0.5, "p": 1.0}, **ASKED)
+    linear = tiltrim.linearize(problem, **late)  # trimmed first
+    assert linear.status == "time_limit" and "the trim ended with time_limit" in linear.message
     branch = tiltrim.follow(problem, parameter="p", to=2.0, **late)
     assert branch.end == "no_start"
     tuned = tiltrim.tune(problem, gains={"p": (1, 2)}, evaluations=9, **late)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
@@ -261,7 +261,12 @@ def linearize(
     inputs = inputs or trimmed._linear_inputs
     at = trimmed.point if point is None else model.point(point)
     moving = moving or trimmed._moving()
-    return _linearize(model, at, method, inputs, bounds, tolerance, moving, time_limit)
+    linear = _linearize(model, at, method, inputs, bounds, tolerance, moving, time_limit)
+    if not linear and point is None and not trimmed:
+        why = f"the trim ended with {trimmed.status}: {trimmed.message}; {linear.message}"
+        status = "time_limit" if trimmed.status == "time_limit" else linear.status
+        return replace(linear, status=status, message=why)
+    return linear
 
 
 def _linearize(
