@@ -33,7 +33,7 @@ struct Found {
     all.equilibria.push_back({r, how});
     Equilibrium& e = all.equilibria.back();
     e.trim.others.clear();
-    const LinearModel linear = linearize(model, r.point, {.moving = moving_states(model, spec)});
+    const LinearModel linear = linear_at(model, spec, r.point);
     if (linear) e.modes = modes(linear);
   }
 };

@@ -288,8 +288,8 @@ Branch follow(const Model& model, const TrimSpec& spec, const OperatingPoint& st
     f.branch.evaluations = f.problem.evaluations;
     return f.branch;
   }
-  f.moving = moving_states(model, spec);
-  const LinearModel linear = linearize(model, f.point(at), {.moving = f.moving});
+  f.moving = unsteady_states(model, spec);
+  const LinearModel linear = linear_at(model, spec, f.point(at));
   f.stability = options.stability && linear;
   f.branch.no_stability = linear.message;
   f.branch.points.push_back(reported(f, at));

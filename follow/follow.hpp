@@ -34,7 +34,7 @@ struct BranchPoint {
   double residual = 0.0;           ///< as in TrimResult, evaluated at the point
   double step = 0.0;               ///< size of a further Newton step, over nominal sizes
   /// Number of eigenvalues with positive real part; empty if stability was not requested or the
-  /// point is not an equilibrium (rates held at a value).
+  /// point is not an equilibrium: a rate depends on a state whose own rate is held at a value.
   std::optional<int> unstable{};
   /// If a cost selects the trim: it is a minimum, not only a stationary point, as after a fold.
   bool least = true;

@@ -365,7 +365,7 @@ Sensitivities sensitivities(const Model& model, const TrimSpec& spec, const Oper
                    "the trim lies exactly where a limit becomes active: it has a kink there and no "
                    "derivative");
 
-  const LinearModel linear = linearize(model, trimmed, {.moving = moving_states(model, spec)});
+  const LinearModel linear = linear_at(model, spec, trimmed);
   if (linear) result.modes = modes(linear);
   result.simple = isolated(result.modes);
   const MatrixXd J = jacobian(model, trimmed, every_variable(trimmed));

@@ -1035,7 +1035,17 @@ TEST_CASE("a position that moves takes no stability from a branch") {
   CHECK(branch.end == BranchEnd::reached);
   CHECK(branch.no_stability.empty());
   for (const BranchPoint& p : branch.points) CHECK(p.unstable == 0);
-  // If the rate is held at a value the branch explains why eigenvalues are not counted.
+  // So does a rate held at a value, if no rate depends on the state, as on the heading in a turn.
+  const Model turning =
+      flow({"heading", "speed"}, {"bank", "thrust"}, [](const auto& x, const auto& p) {
+        return vec({p[0] / x[1], p[1] - x[1] * std::abs(x[1])});
+      });
+  const Branch turn = follow(turning, {.free = {"bank", "speed"}, .rates = {{"heading", 0.2}}},
+                             at(vec({0, 1}), vec({0.2, 1})), "thrust", 4);
+  CHECK(turn.end == BranchEnd::reached);
+  CHECK(turn.no_stability.empty());
+  for (const BranchPoint& p : turn.points) CHECK(p.unstable == 0);
+  // If a rate depends on it the branch explains why eigenvalues are not counted.
   const TrimSpec held{.free = {"speed", "position"}, .rates = {{"position", 1}, {"speed", 0.5}}};
   CHECK(contains(follow(m, held, at(vec({0, 1}), vec({1.5})), "thrust", 4).no_stability,
                  "not an equilibrium"));
