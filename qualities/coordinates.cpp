@@ -179,11 +179,13 @@ double gravity_by(const Signal& signal, const QualitiesOptions& options) {
                   signal.name, unit));
 }
 
-// By the first of these roles that a state has; SI without one.
+// By the first of these roles that a state has, or by a speed that is an output; SI without one.
 double gravity_of(const LinearModel& linear, const QualitiesOptions& options) {
   for (const std::string& name : {options.roles.downward_speed, options.roles.speed})
     if (const Index k = find(linear.states, name); k >= 0)
       return gravity_by(linear.states[std::size_t(k)], options);
+  if (const Index k = find(linear.outputs, options.roles.speed); k >= 0)
+    return gravity_by(linear.outputs[std::size_t(k)], options);
   return gravity_by({}, options);
 }
 

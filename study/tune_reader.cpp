@@ -163,9 +163,12 @@ void read_disturbance(const Section& section, const std::vector<Key>& keys,
   std::vector<std::string> allowed;
   for (const Key& key : keys) allowed.push_back(key.name);
   section.allow_only(allowed);
-  for (const Key& key : keys)
-    if (section.find(key.name))
-      disturbance[key.signal] = section.number(key.name, accepted_by(key));
+  for (const Key& key : keys) {
+    const Entry* const entry = section.find(key.name);
+    if (!entry) continue;
+    if (!disturbance.emplace(key.signal, section.number(key.name, accepted_by(key))).second)
+      section.refuse(*entry, fmt::format("{} is given twice; expected each number once", key.name));
+  }
 }
 
 // ---- search options ----

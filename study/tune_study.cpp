@@ -96,6 +96,7 @@ void search_from_front(TuningReport& report, const Observer& observe) {
 TuningReport tune_study(const Study& study, const TuneOptions& options, const Observer& observe) {
   TuningReport report{
       .problem = tune_problem(study), .user_model = study.user_model, .options = options};
+  report.problem.sample_seed = options.seed;  // of all random numbers
   const TuneTable& table = *study.tune;
   if (!table.regulator_starts.empty())
     report.options.starts = regulator_starts(report.problem, report.options.start,

@@ -136,9 +136,10 @@ namespace {
 const std::string mass = R"([model]
 state = [{name = "z", rate = "v"}, {name = "v", rate = "-kp*(z - r) - kd*v + wind + push"}]
 output = [{name = "command", value = "-kp*(z - r) - kd*v"}, {name = "none", value = "0*z"}]
-input = [{name = "wind"}, {name = "r"}, {name = "push"}]
+input = [{name = "wind"}, {name = "r"}, {name = "push"}, {name = "idle"}]
 parameter = [{name = "kp", value = 4}, {name = "kd", value = 1}]
-loop = [{name = "a", input = "push", output = "command"}]
+loop = [{name = "a", input = "push", output = "command"},
+        {name = "b", input = "idle", output = "none"}]
 [[condition]]
 name = "rest"
 wind = 0
@@ -188,6 +189,13 @@ TEST_CASE("peaks, norms and costs of a mass on a spring") {
   CHECK_NEAR(weighted, largest, 1e-8);
   // |S| = |s²/(s² + kd s + kp)| has the peak of kp/(s² + kd s + kp), at the inverse frequency
   CHECK_NEAR(value("measure = 'peak_sensitivity', of = 'a'", kp, kd), kp * peak, 1e-6);
+  // nothing of a loop that acts on nothing, with a weight as without
+  const std::string lag =
+      "measure = 'peak_sensitivity', weight = {numerator = [0.3], denominator = [1, 1]}";
+  CHECK(value("measure = 'peak_sensitivity'", kp, kd) ==
+        value("measure = 'peak_sensitivity', of = 'a'", kp, kd));
+  CHECK(value(lag, kp, kd) == value(lag + ", of = 'a'", kp, kd));
+  CHECK(std::isnan(value(lag + ", of = 'b'", kp, kd)));
   // ∫ h² dt = 1/(2 kd kp)
   CHECK_NEAR(value("measure = 'h2_norm', input = 'wind', output = 'z'", kp, kd),
              std::sqrt(1 / (2 * kd * kp)), 1e-12);
@@ -361,6 +369,22 @@ TEST_CASE("overshoot and settling time are those of closed forms") {
              1e-4);
   // a step that ends at zero has neither
   CHECK(std::isnan(value("measure = 'overshoot', input = 'wind', output = 'v'", 4, 1)));
+  const TuneProblem cancelling = problem_of(R"([model]
+state = [{name = "x", rate = "w - k*x"}, {name = "y", rate = "0.1*w - 0.3*k*y"}]
+output = [{name = "apart", value = "x - 3*y"}]
+input = [{name = "w"}]
+parameter = [{name = "k", value = 1}]
+[[condition]]
+name = "rest"
+w = 0
+[tune]
+gain = [{key = "k", from = 0.1, to = 10}]
+goal = {measure = "overshoot", input = "w", output = "apart"}
+)");
+  for (const double k : {0.7, 1.3, 3.1}) {
+    const PlaceModes place = described(cancelling, VectorXd::Constant(1, k));
+    CHECK(std::isnan(worst(0, cancelling.goal, place).score));
+  }
 }
 
 TEST_CASE("costs and norms do not depend on the units of the states") {
@@ -548,6 +572,13 @@ at_most = 5
     CHECK(found.achieved[i].active);
     CHECK_NEAR(found.achieved[i].reserve(), found.goal, 1e-6);
   }
+  // of a half time, that of the rate: k 2/ln 2 - 1 = 1 - k/3
+  const std::string two = text.substr(0, text.find("[[tune.goal]]"));
+  const TuneResult half = tuned(two +
+                                "goal = [{measure = \"half_time\", of = \"x\", at_most = 2},\n"
+                                "        {measure = \"frequency\", at_most = 3}]\n");
+  CHECK_NEAR(half.gains[0], 2 / (2 / std::numbers::ln2 + 1.0 / 3), 1e-5);
+  for (const std::size_t i : {0, 1}) CHECK_NEAR(half.achieved[i].reserve(), half.goal, 1e-6);
   // a hard limit goes before both
   const TuneResult hard = tuned(text + "[[tune.limit]]\nmeasure = \"frequency\"\nat_most = 4\n");
   CHECK(hard.status == TuneStatus::tuned);
@@ -650,7 +681,7 @@ TEST_CASE("requirements that cannot be evaluated are refused, with the key and t
     CHECK(message.find(words) != std::string::npos);
   };
   says("measure = 'peak_gain'", "tune.goal.input");
-  says("measure = 'peak_gain', input = 'winds', output = 'z'", "wind, r, push, kp, kd");
+  says("measure = 'peak_gain', input = 'winds', output = 'z'", "wind, r, push, idle, kp, kd");
   says("measure = 'peak_gain', input = 'wind', output = []", "tune.goal.output: is empty");
   says("measure = 'peak_gain', input = 'wind', output = 3", "3 is not a name");
   says("measure = 'decay', input = 'wind'", "input does not apply to decay");
@@ -668,6 +699,19 @@ TEST_CASE("requirements that cannot be evaluated are refused, with the key and t
   says("measure = 'quadratic_cost', weights = {y = 1}", "'y'");
   says("measure = 'pole_region'", "positive decay, damping or frequency");
   says("measure = 'peak_gain', input = 'wind', output = 'z', at_most = 1", "no limit");
+  CHECK_THROWS_WITH_AS(
+      (void)tuned(R"([model]
+state = [{name = "theta", unit = "rad", rate = "-k*theta"}]
+parameter = [{name = "k", value = 1}]
+[[condition]]
+name = "rest"
+[tune]
+gain = [{key = "k", from = 1, to = 2}]
+disturbance = {theta_deg = 10, theta = 0.5}
+)"),
+      "goals_test.toml:8:28: tune.disturbance.theta_deg: theta_deg is given twice; expected each "
+      "number once",
+      StudyError);
 }
 
 }  // namespace goals_test

@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "examples/f16.hpp"
 #include "qualities/levels.hpp"
@@ -152,6 +153,17 @@ TEST_CASE("gravity is by the unit of speed, if it is not given") {
                        "qualities: w is in kt; expected gravity, in the units of airspeed and s",
                        std::invalid_argument);
   CHECK(qualities(l, given).level == qualities(jet(), given).level);
+  // a speed that is an output has a unit, too
+  l = jet();
+  l.outputs = {{"true airspeed", "kt"}};
+  l.C = l.C_error = Eigen::MatrixXd::Zero(1, l.A.rows());
+  l.D = l.D_error = Eigen::MatrixXd::Zero(1, l.B.cols());
+  left_out.roles.alpha = std::exchange(left_out.roles.downward_speed, "");
+  left_out.roles.speed = "true airspeed";
+  CHECK_THROWS_WITH_AS(
+      (void)qualities(l, left_out),
+      "qualities: true airspeed is in kt; expected gravity, in the units of airspeed and s",
+      std::invalid_argument);
 }
 
 TEST_CASE("an airspeed that is none is refused") {

@@ -1314,6 +1314,36 @@ TEST_CASE("robustness: a limit that applies nowhere is not met") {
   TuneProblem p = scattered(0.6);
   p.limits = {{Measure::half_time, 1.0, "dutch roll"}};
   CHECK(robustness(p, VectorXd::Ones(1), 100, {.threads = 1}).met == 0);
+  // one that applies within the range, if not at its nominal value, is met there
+  const Study study = parse_study(R"([model]
+state = [{name = "z", rate = "v"}, {name = "v", rate = "-p*z - c*v"}]
+parameter = [{name = "p", value = 0.1}, {name = "c", value = 2}]
+[[condition]]
+name = "rest"
+[tune]
+gain = [{key = "c", from = 1.5, to = 2.5}]
+uncertain = [{key = "p", from = 3, to = 5}]
+limit = [{measure = "half_time", of = "z + v", at_most = 3}]
+)",
+                                  "tune_cases_test.toml");
+  const Robustness all =
+      robustness(tune_problem(study), VectorXd::Constant(1, 1.5), 100, {.threads = 1});
+  CHECK(all.met == 100);
+  // a seed given in place of the study's draws those of the search, too
+  CHECK(tune_study(study, {.seed = 7, .evaluations = 1}, {}).problem.sample_seed == 7);
+}
+
+TEST_CASE("pole regions with other bounds are other measures") {
+  const Requirement region{.measure = Measure::pole_region, .damping = 0.5};
+  Requirement other = region;
+  other.limit = 2;
+  CHECK(region.same_measure(other));
+  for (double Requirement::*const bound :
+       {&Requirement::decay, &Requirement::damping, &Requirement::frequency}) {
+    other = region;
+    other.*bound = 2;
+    CHECK_FALSE(region.same_measure(other));
+  }
 }
 
 TEST_CASE("robustness at the ends: none, all") {

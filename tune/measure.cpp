@@ -53,9 +53,12 @@ std::string name_of(const Requirement& requirement) {
 }
 
 bool Requirement::same_measure(const Requirement& other) const {
+  const auto same = [](double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); };
   return measure == other.measure && of == other.of && figure == other.figure &&
          from == other.from && to == other.to && numerator == other.numerator &&
-         denominator == other.denominator && weights == other.weights && band == other.band;
+         denominator == other.denominator && weights == other.weights && band == other.band &&
+         same(decay, other.decay) && same(damping, other.damping) &&
+         same(frequency, other.frequency);
 }
 
 std::string goal_name(const TuneProblem& problem) {

@@ -171,14 +171,16 @@ Path path_at(const Place& place, const GridTrim& e, const std::string& actuator)
 struct Described {
   Transfer transfer;
   std::vector<Transfer> slopes;
+  bool in_use;  // without its weight it is not the path's direct part alone
 };
 
 Described described(const Requirement& r, const Place& place, const GridTrim& e, const Path& path,
                     bool slopes) {
   const Filter weight = filter_of(r);
-  Described all{in_series(transfer_of(path, jacobian(*path.model, path.at, path.along), false),
-                          weight, false),
-                {}};
+  const Transfer plain = transfer_of(path, jacobian(*path.model, path.at, path.along), false);
+  const bool through_states = !plain.B.isZero(0.0) && !plain.C.isZero(0.0);
+  Described all{in_series(plain, weight, false), {}, through_states};
+  all.in_use = through_states || (plain.D.array() != path.direct).any();
   if (!slopes) return all;
   const MatrixXd own = shifts(*place.prepared, e, place.gains);
   const Index nx = path.at.x.size(), np = path.at.p.size();
@@ -284,7 +286,8 @@ double step_score(const Requirement& r, const Transfer& g) {
   if (!finite(g)) return -beyond_all;
   const VectorXd x = dense::solve(g.A, VectorXd(g.B.col(0)));
   const RowVectorXd c = g.C.row(0);
-  const double end = g.D(0, 0) - c.dot(x), size = std::abs(g.D(0, 0)) + std::abs(c.dot(x));
+  const double end = g.D(0, 0) - c.dot(x);
+  const double size = std::abs(g.D(0, 0)) + c.cwiseAbs().dot(x.cwiseAbs());
   if (!(std::abs(end) > none * size)) return unknown;
   const bool settles = r.measure == Measure::settling_time;
   const Decaying d = decaying(g.A, c, x, end > 0 ? 1.0 : -1.0,
@@ -300,7 +303,7 @@ ResponseScore worst_sensitivity(const Requirement& r, const Place& place, const 
     const std::string actuator = input.name.substr(0, input.name.rfind("_added"));
     if (!r.of.empty() && r.of != actuator) continue;
     const Described d = described(r, place, e, path_at(place, e, actuator), slopes);
-    if (d.transfer.B.isZero(0.0) || d.transfer.C.isZero(0.0)) continue;  // no effect on this loop
+    if (!d.in_use) continue;
     const ResponseScore own = peak_score(d);
     if (!(own.score >= least.score)) least = own;
   }

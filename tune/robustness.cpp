@@ -73,8 +73,8 @@ static Robustness tried_on(const TuneProblem& problem, const VectorXd& gains, lo
   nominal.corners = false;
   nominal.samples = 0;
   Candidates candidates(nominal, options.trimming);
-  const std::vector<PlaceModes> here = candidates.at(gains, false);
-  const bool nowhere = !applies_nowhere(candidates, here).empty();  // never met
+  Candidates tuned(problem, options.trimming);  // with corners and samples
+  const bool nowhere = !applies_nowhere(tuned, tuned.at(gains, false)).empty();  // never met
   Robustness result;
   double worst_score = std::numeric_limits<double>::infinity();
   constexpr long block = 256;

@@ -269,9 +269,7 @@ std::string to_string(TuneEnd end) {
 double Achieved::reserve() const {
   if (std::isnan(requirement.limit) || std::isnan(value))
     return std::numeric_limits<double>::quiet_NaN();
-  const double sign = more_is_better(requirement.measure) ? 1.0 : -1.0;
-  return sign * (value - requirement.limit) /
-         (requirement.limit != 0 ? std::abs(requirement.limit) : 1.0);
+  return -missed_by(requirement, score_of(requirement.measure, value));
 }
 
 namespace {

@@ -60,6 +60,22 @@ def test_margins_are_the_closed_form():
     assert not lost and lost.verdict == "unstable" and not lost["u"]
 
 
+def test_margins_within_the_errors_of_the_linear_model():
+    wrong = tiltrim.Model(
+        "wrong",
+        lambda x, u, p: [x[1], -2 * x[0] - x[1] + u[0]],
+        states=["x", "v"],
+        inputs=["u"],
+        derivatives=lambda x, u, p: [[0, 1, 0], [-2, -3, 1]],
+    )
+    linear = tiltrim.linearize(wrong, {"x": 0, "v": 0, "u": 0})
+    assert linear.A_error[1, 1] >= 2 and tiltrim.modes(linear).verdict == "undecided"
+    for closed in (True, False):
+        found = tiltrim.margins(linear, {"u": ("u", "x")}, closed=closed)
+        assert not found and not found.answered
+        assert found.verdict == found["u"].verdict == "undecided"
+
+
 def test_margins_of_a_study_are_the_programs(program, paper, studies):
     for file in (paper, studies / "levitation.toml"):
         own, printed = tiltrim.margins(file), program("margins", file)["conditions"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
@@ -154,10 +154,15 @@ def margins(
     linear = what if isinstance(what, LinearModel) else linearize(what, time_limit=time_limit)
     if not linear:
         return Margins(linear.status, linear.message, None, answered=False)
-    answers = [_loop(linear, name, *ends, closed, frequency, points) for name, ends in loops.items()]
-    first = answers[0]
-    found = modes(linear) if closed else modes(_closed(first), states=[s.name for s in linear.states])
-    return Margins(linear.status, "", found, {one.name: one for one in answers}, all(answers))
+    names = [s.name for s in linear.states]
+    answers, spectra = [], []
+    for name, ends in loops.items():
+        one, error = _loop(linear, name, *ends, closed, frequency, points)
+        spectra.append(modes(linear) if closed else modes(_closed(one), error, names))
+        if one.verdict == "stable" and spectra[-1].verdict != "stable":  # within the errors of A
+            one = replace(one, verdict=spectra[-1].verdict)
+        answers.append(one)
+    return Margins(linear.status, "", spectra[0], {one.name: one for one in answers}, all(answers))
 
 
 def _loop(
@@ -168,7 +173,9 @@ def _loop(
     closed: bool,
     frequency: Tuple[Optional[float], Optional[float]],
     points: int,
-) -> LoopMargins:
+) -> Tuple[LoopMargins, Array]:
+    """The loop, and the error of each entry of its closed loop's A."""
+    none = np.zeros((len(linear.states), len(linear.states)))
     rows = np.vstack([linear.C, np.eye(len(linear.states))])
     through = np.vstack([linear.D, np.zeros((len(linear.states), len(linear.inputs)))])
     i = _place(output, [s.name for s in (*linear.outputs, *linear.states)], "output")
@@ -180,7 +187,14 @@ def _loop(
     raw = _tiltrim.margins(
         name, linear.A, linear.B[:, j], rows[i], through[i, j], closed, lowest, highest, points
     )
-    return LoopMargins(**raw)
+    loop = LoopMargins(**raw)
+    b, c, d = np.abs(loop.b), np.abs(loop.c), abs(1 + loop.d)
+    b_error = linear.B_error[:, j]
+    c_error = np.vstack([linear.C_error, none])[i]
+    d_error = np.vstack([linear.D_error, through[len(linear.outputs) :]])[i, j]
+    products = np.outer(b_error, c + c_error) + np.outer(b, c_error)
+    quotient = np.outer(b, c) * d_error / (d - d_error) if d > d_error else np.inf
+    return loop, linear.A_error + (products / d + quotient / d if d > 0 else np.inf)
 
 
 def _closed(loop: LoopMargins) -> Array:
