@@ -95,6 +95,12 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
   fixed.free.resize(fixed.free.size() - 2);
   Sheets sheets;
   Grid g(model, fixed, over, guess, x, y, options, sheets);
+  for (const EnvelopeAxis* axis : {&x, &y}) check_within_limits(fixed, axis->signal, axis->range);
+  for (const auto& [j, range] : g.fixed.fixed_bounds)
+    if (const std::string& name = signal_of(model, j).name; name != x.signal && name != y.signal) {
+      const double at = value_of(g.fixed.base, j);
+      check_within_limits(fixed, name, {at, at});
+    }
   if (!g.fixed.square())
     throw std::invalid_argument(
         fmt::format("an envelope needs as many unknowns as equations, not {} and {}", g.fixed.n(),

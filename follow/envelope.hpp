@@ -58,7 +58,7 @@ inline constexpr std::size_t most_sheets = 20;          ///< trims at a point of
 
 /// How an envelope ended.
 enum class EnvelopeStatus {
-  complete,     ///< every sheet found has been covered
+  complete,     ///< every sheet found has been covered, within the limits and not far beyond
   empty,        ///< no trim found in the plane
   interrupted,  ///< stopped by the caller
   incomplete,   ///< the boundary has more than most_border_pieces, or a piece with more points than

@@ -1,8 +1,11 @@
 #include "follow/grid.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 
 #include "dense/dense.hpp"
 #include "model/lookup.hpp"
@@ -85,6 +88,8 @@ void for_all(const Grid& g, std::size_t count,
 Settled settle(const Grid& g, VectorXd& z, int cap) {
   constexpr double tolerance = 1e-10, step_tolerance = 1e-9, far = 10.0;
   constexpr double sure = 0.1;  // of that: a step by the last Jacobian is not exactly Newton's
+  const VectorXd apart = g.fixed.upper - g.fixed.lower;
+  const VectorXd longest = apart.array().isFinite().select(apart.cwiseMax(far), far);
   std::optional<dense::LU<MatrixXd>> last;
   for (int i = 0; i < cap; ++i) {
     const Values v = values(g.fixed, z);
@@ -98,7 +103,7 @@ Settled settle(const Grid& g, VectorXd& z, int cap) {
     last = dense::lu(s.residual);
     const VectorXd dz = -dense::solve(*last, v.residual);
     const double step = dz.lpNorm<Eigen::Infinity>();
-    if (!(step < far)) return Settled::lost;
+    if (!(dz.cwiseAbs().array() < longest.array()).all()) return Settled::lost;
     if (small && step <= step_tolerance) return g.within(z, v) ? Settled::trim : Settled::outside;
     z += dz;
   }
@@ -126,12 +131,22 @@ bool add(Grid& g, int i, int j, const VectorXd& z, bool within, std::deque<Front
   return true;
 }
 
-// Sheets are followed no farther than this beyond a limit, scaled.
+// Sheets are followed beyond limits by the size of the larger limit, at least by three nominal
+// sizes.
+static bool near_limits(const VectorXd& at, const VectorXd& lower, const VectorXd& upper) {
+  constexpr double least = 3.0;
+  for (Index i = 0; i < at.size(); ++i) {
+    double margin = least;
+    for (const double limit : {lower[i], upper[i]})
+      if (std::isfinite(limit)) margin = std::max(margin, std::abs(limit));
+    if (!(at[i] >= lower[i] - margin && at[i] <= upper[i] + margin)) return false;
+  }
+  return true;
+}
+
 static bool near_limits(const Grid& g, const VectorXd& z) {
-  constexpr double margin = 3.0;
-  const Values v = values(g.fixed, z);
-  return excess(z, g.fixed.lower, g.fixed.upper) <= margin &&
-         excess(v.limited, g.fixed.limited_lower, g.fixed.limited_upper) <= margin;
+  return near_limits(z, g.fixed.lower, g.fixed.upper) &&
+         near_limits(values(g.fixed, z).limited, g.fixed.limited_lower, g.fixed.limited_upper);
 }
 
 std::vector<VectorXd> around(const Grid& g, const Vector2d& p) {
@@ -164,7 +179,23 @@ Reached reach(const Grid& own, int i, int j, VectorXd z, int cap) {
   return {i, j, z, how, how == Settled::trim || (how == Settled::outside && near_limits(own, z))};
 }
 
+// The rates that a trim over the whole plane implies must vanish at each of its points.
+void check_implied(const Grid& g, const Reached& r) {
+  constexpr double small = 1e-6;  // 1/s
+  if (r.how != Settled::trim || g.fixed.implied.empty()) return;
+  const Vector2d p = g.place(r.i, r.j).cwiseProduct(g.moving.nominal.tail<2>());
+  g.put(g.place(r.i, r.j));
+  const VectorXd y = values(g.fixed, r.z).y;
+  for (const Index row : g.fixed.implied)
+    if (!(std::abs(y[row]) <= small * g.fixed.row_nominal[row]))
+      throw std::invalid_argument(fmt::format(
+          "the trim at {} = {:.6g}, {} = {:.6g} has {} = {:.3g}, which should vanish with its "
+          "equations; an envelope needs it to vanish over the whole plane",
+          g.x.signal, p[0], g.y.signal, p[1], row_name(g.fixed.model, row), y[row]));
+}
+
 void add(Grid& g, const Reached& r, std::deque<Front>& front) {
+  check_implied(g, r);
   if (r.on_sheet) add(g, r.i, r.j, r.z, r.how == Settled::trim, front);
 }
 

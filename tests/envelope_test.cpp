@@ -255,6 +255,21 @@ TEST_CASE("a region that goes on beyond the plane ends at its edge") {
   check_row(e.rows[1], {});
 }
 
+TEST_CASE("islands of one sheet are all found, whatever the unit of the state") {
+  for (const double size : {1.0, 10.0, 1000.0}) {
+    CAPTURE(size);
+    const Envelope e =
+        explored({.rate = [size](double x, double a,
+                                 double b) { return size * std::sin(6 * a) * std::sin(6 * b) - x; },
+                  .bounds = {{"x", {0.6 * size, 2 * size}}},
+                  .a = {-2, 2},
+                  .b = {-2, 2},
+                  .count = 41});
+    CHECK(e.status == EnvelopeStatus::complete);
+    CHECK(e.pieces.size() == 32);  // 8 x 8 peaks, every other one below zero
+  }
+}
+
 TEST_CASE("more pieces of the boundary than are followed: said so") {
   // Hills and hollows of x = sin 22a sin 22b above and below the limits: some 440 holes.
   const auto hills = [](double x, double a, double b) {
@@ -678,6 +693,26 @@ TEST_CASE("the caller's mistakes throw") {
   CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .moving = {"x"}}), std::invalid_argument);
   CHECK_THROWS_AS(asked(a, b, {.free = {}, .steady = {"x"}}), std::invalid_argument);
   CHECK_THROWS_AS(asked(a, b, {.free = {"x"}, .steady = {"y"}}), std::invalid_argument);
+  TrimSpec limited = equilibrium;
+  limited.bounds["a"] = {-0.5, 2};
+  CHECK_THROWS_WITH_AS(asked(a, b, limited),
+                       "a from -1 to 1 leaves its limits in the trim, [-0.5, 2]",
+                       std::invalid_argument);
+  // x' = y - c and y' = a, implied, x and c given: trims where a vanishes, nowhere else in a plane
+  const Model line = flow({"x", "y"}, {"a", "b", "c"}, [](const VectorXd& x, const VectorXd& p) {
+    return vec({x[1] - p[2], p[0]});
+  });
+  TrimSpec implying{.free = {"y"}, .steady = {"x"}, .implied = {"y"}};
+  const OperatingPoint start{vec({0, 0}), {}, vec({0, 0, 2})};
+  CHECK_THROWS_WITH_AS((void)envelope(line, implying, start, a, b),
+                       doctest::Contains("y' = -1, which should vanish with its equations"),
+                       std::invalid_argument);
+  CHECK(envelope(line, implying, start, {"b", {-1, 1}, 5}, {"c", {-1, 1}, 5}).count.minCoeff() ==
+        1);
+  implying.bounds["a"] = {1, 2};  // at 0
+  CHECK_THROWS_WITH_AS((void)envelope(line, implying, start, {"b", {-1, 1}, 5}, {"c", {-1, 1}, 5}),
+                       "a from 0 to 0 leaves its limits in the trim, [1, 2]",
+                       std::invalid_argument);
   const AirframeCondition airframe{.values = {{"V", {10, 10}}, {"eta", {0, 0}}}};
   for (const Condition& c : {Condition{"", TableCondition{}}, Condition{"", airframe}}) {
     CHECK_THROWS_AS((void)envelope(reference_vehicle(), c, envelope_over("eta_deg")),

@@ -1363,6 +1363,10 @@ TEST_CASE("the caller's mistakes are named") {
   again.name = again.columns[0].name = "p_deg";
   CHECK(contains(said({r}, {p, again}), "p_deg is set twice"));
   CHECK(contains(said({r}, {axis("x", {0, 1})}), "x is a free variable of this trim;"));
+  SweepRequest limited = r;
+  limited.spec.bounds["p"] = {-1, 0.5};
+  CHECK(contains(said({limited}, {axis("p", {0, 1})}),
+                 "p from 0 to 1 leaves its limits in the trim, [-1, 0.5]"));
   CHECK(contains(said({r, fold_request(0)}, {p}), "differ from those of 'cusp'"));
   SweepRequest unknown_input = r;
   unknown_input.inputs = {"rudder"};

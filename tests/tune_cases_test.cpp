@@ -591,6 +591,11 @@ TEST_CASE("mistakes are refused with the name") {
   refused([](auto& p) { p.schedule = {1.0, 0.0}; }, "schedule");
   refused([](auto& p) { p.schedule = {0.0, 1.0}, p.schedule_over = "beta"; }, "beta");
   refused([](auto& p) { p.uncertain = {{"aircraft.mass", 5.0, 4.0}}; }, "aircraft.mass");
+  refused(
+      [](auto& p) {
+        p.points[0].spec.bounds["gains.K_Ei"] = {0, 1e-9};
+      },
+      "leaves its limits in the trim, [0, 1e-09]");
   refused([](auto& p) { p.uncertain = {{"aircraft.masss", 4.0, 5.0}}; }, "aircraft.masss");
 }
 

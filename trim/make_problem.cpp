@@ -232,6 +232,16 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
   return moving;
 }
 
+void check_within_limits(const TrimSpec& spec, const std::string& signal, const Range& values) {
+  const auto at = spec.bounds.find(signal);
+  if (at == spec.bounds.end()) return;
+  const Range& limits = at->second;
+  if (!(values.lower >= limits.lower && values.upper <= limits.upper))
+    throw std::invalid_argument(
+        fmt::format("{} from {:.6g} to {:.6g} leaves its limits in the trim, [{:.6g}, {:.6g}]",
+                    signal, values.lower, values.upper, limits.lower, limits.upper));
+}
+
 // From names that are checked.
 static Problem problem_of(const Model& model, const ModelNames& known, const TrimSpec& spec) {
   Problem p(model);

@@ -231,10 +231,12 @@ static void classify(const Problem& p, bool optimal, const TrimOptions& options,
   const auto moves = [&](Index row) {
     return std::abs(r.rates[row]) > options.tolerance * p.row_nominal[row];
   };
-  if (std::ranges::any_of(p.implied, moves)) {
+  std::vector<Index> moving;
+  std::ranges::copy_if(p.implied, std::back_inserter(moving), moves);
+  if (!moving.empty()) {
     r.status = TrimStatus::not_implied;
     r.message = "the equations hold, but a rate that should vanish with them does not: " +
-                left_over(p, p.implied, r);
+                left_over(p, moving, r);
   } else if (r.rcond < singular_below || r.step > options.step_tolerance) {
     r.status = TrimStatus::singular;
     if (r.message.empty())

@@ -103,6 +103,9 @@ void check_like(const TuneProblem& problem, const std::vector<Model>& models, co
 void check(const TuneProblem& problem) {
   if (problem.points.empty()) throw std::invalid_argument("no operating point to tune for");
   check_gains(problem);
+  for (const SweepRequest& point : problem.points)
+    for (const FreeGain& gain : problem.gains)
+      check_within_limits(point.spec, gain.name, {gain.lower, gain.upper});
   check_like(problem, problem.loops, "loops");
   check_like(problem, problem.responses, "responses");
   if (problem.goals.empty()) check_asked(problem, problem.goal, false);
