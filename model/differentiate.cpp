@@ -142,6 +142,46 @@ VectorXd differing(const VectorXd& y0, std::initializer_list<const VectorXd*> sa
   });
 }
 
+// A power of ten that is at most this, and more than a hundredth of it.
+double power_of_ten_below(double size) {
+  constexpr int lowest = -330, highest = 308;
+  static const auto powers = [] {
+    std::array<double, highest - lowest + 1> all;
+    for (int k = lowest; k <= highest; ++k) all[std::size_t(k - lowest)] = std::pow(10.0, k);
+    return all;
+  }();
+  constexpr double log10_of_2 = 0.30102999566398114;
+  return powers[std::size_t(int(std::floor(std::ilogb(size) * log10_of_2)) - lowest)];
+}
+
+// Spacing of the values that a row can have, if it is wider than that of numbers of its size: of
+// decimals, of single precision, of what large terms that cancel leave. Else zero.
+double spacing(const std::array<double, 5>& samples) {
+  constexpr double few = 4 * epsilon, wide = 64 * epsilon;
+  constexpr double whole = 1e-6;                   // of a spacing of decimals that were subtracted
+  constexpr double to_integer = 6755399441055744;  // 3 2⁵¹: what is added to it is rounded
+  const auto [low, high] = std::ranges::minmax(samples);
+  const double motion = high - low, size = std::max(std::abs(low), std::abs(high));
+  if (!(motion > 0 && std::isfinite(motion))) return 0;
+  const auto multiples_of = [&](double grid, double within) {
+    const double per_unit = 1 / grid;
+    return std::ranges::all_of(samples, [&](double y) {
+      const double off = y - (y * per_unit + to_integer - to_integer) * grid;
+      return std::abs(off) <= within + few * std::abs(y);
+    });
+  };
+  double widest = 0;
+  for (double grid = std::ldexp(wide, std::ilogb(size) + 1); multiples_of(grid, 0) && grid < motion;
+       grid *= 2)
+    widest = grid;
+  constexpr int digits = 9;
+  const double least = std::max(widest, wide * size);
+  double grid = power_of_ten_below(motion);
+  for (int k = 0; k < digits && grid > least; ++k, grid /= 10)
+    if (multiples_of(grid, whole * grid)) return grid;
+  return widest;
+}
+
 //   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side of the given sign
 Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd y1 = line.sample(side);
@@ -153,7 +193,11 @@ Column one_sided(Line& line, const VectorXd& y0, double side) {
   const VectorXd coarser = side * (-3 * y0 + 4 * y4 - y8) / (8 * line.h);
   const VectorXd scale = y0.cwiseAbs().cwiseMax(y1.cwiseAbs());
   const VectorXd moved = differing(y0, {&y1, &y2, &y4, &y8});
-  return {fine, coarse, coarser, {}, scale, VectorXd::Zero(y0.size()), moved, line.h};
+  constexpr double weights = 4;  // (3 + 4 + 1)/2 half spacings
+  const VectorXd noise = VectorXd::NullaryExpr(y0.size(), [&](Index row) {
+    return weights / 2 * spacing({y0[row], y1[row], y2[row], y4[row], y8[row]});
+  });
+  return {fine, coarse, coarser, {}, scale, noise, moved, line.h};
 }
 
 constexpr double rounding = 8.0;  // round-offs by which two estimates may differ
@@ -206,16 +250,22 @@ struct Neighbours {
   }
 };
 
-// The fourth difference (h⁴ f⁗ is negligible) is pure noise: √70 ≈ 8 times that of one sample.
+// The fourth difference (h⁴ f⁗ is negligible) is pure noise: √70 ≈ 8 times that of one sample; by
+// chance it may be half of that.
 Column central(const Line& line, const Neighbours& n) {
   const VectorXd scale = n.ahead.cwiseAbs().cwiseMax(n.behind.cwiseAbs());
   const VectorXd fourth = n.far_ahead - 4 * n.ahead + 6 * n.y0 - 4 * n.behind + n.far_behind;
+  VectorXd noise = fourth.cwiseAbs() / 4;
+  for (Index row = 0; row < noise.size(); ++row)
+    noise[row] = std::max(
+        noise[row],
+        spacing({n.far_behind[row], n.behind[row], n.y0[row], n.ahead[row], n.far_ahead[row]}) / 2);
   return {(n.ahead - n.behind) / (2 * line.h),
           (n.far_ahead - n.far_behind) / (4 * line.h),
           {},
           {},
           scale,
-          fourth.cwiseAbs() / 8,
+          noise,
           differing(n.y0, {&n.ahead, &n.behind, &n.far_ahead, &n.far_behind}),
           line.h};
 }

@@ -15,6 +15,7 @@
 #include "tests/algebra.hpp"
 #include "tests/check.hpp"
 #include "tests/random_draws.hpp"
+#include "tests/toy_models.hpp"
 #include "vehicles/tiltrotor/formulations.hpp"
 #include "vehicles/tiltrotor/numbers.hpp"
 #include "vehicles/tiltrotor/vehicle.hpp"
@@ -647,6 +648,32 @@ TEST_CASE("noise that no size of a value tells is seen in the differences") {
   }
   CHECK(score.coverage() >= 0.95);
   CHECK(score.median_overstatement() < 100);
+}
+
+TEST_CASE("values in steps, of large terms that cancel, of floats or decimals, widen the error") {
+  const std::function<double(double)> steps[] = {
+      [](double y) { return 1e3 + y - 1e3; },
+      [](double y) { return 1e5 + y - 1e5; },
+      [](double y) { return double(float(y)); },
+      [](double y) { return std::round(y * 1e9) / 1e9; },
+      [](double y) { return std::round(y * 1e10) / 1e10 - 0.25; },
+  };
+  Random random(17);
+  for (const auto& in_steps : steps) {
+    const Model m = flow({"x"}, {}, [&](const VectorXd& x, const VectorXd&) {
+      return vec({in_steps(std::sin(x[0]))});
+    });
+    int covered = 0, determined = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+      const double x = uniform(random, 0.2, 2.0);
+      const Estimate e = difference(m, {vec({x}), {}, {}}, {0}).jacobian;
+      if (!std::isfinite(e.error(0, 0))) continue;
+      ++determined;
+      covered += std::abs(e.value(0, 0) - std::cos(x)) <= e.error(0, 0);
+    }
+    CHECK(determined > 100);
+    CHECK(covered >= 0.98 * determined);
+  }
 }
 
 TEST_CASE("the error of a difference falls as the square of its step") {
