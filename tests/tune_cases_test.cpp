@@ -560,6 +560,29 @@ TEST_CASE(
   CHECK(found.out_of_evaluations);
 }
 
+// kp > -ps at one corner, the third minor of Hurwitz at another.
+TEST_CASE("where two boundaries of stability meet, the candidate next to them is off both") {
+  const Study study = parse_study(R"([model]
+state = [{name = "z", rate = "v"}, {name = "v", rate = "(u - ps*z + 0.48772*v)/m"},
+         {name = "u", rate = "(-kp*z - kd*v - u)*2.6493"}]
+parameter = [{name = "m", value = 0.505}, {name = "ps", value = -1.93}, {name = "kp", value = 1},
+             {name = "kd", value = 1}]
+[[condition]]
+name = "rest"
+[tune]
+gain = [{key = "kp", from = 0.2, to = 30}, {key = "kd", from = 0.2, to = 30}]
+uncertain = [{key = "m", from = 0.366, to = 0.567}, {key = "ps", from = -3.0243, to = -1.7287}]
+second = "none"
+evaluations = 1500
+goal = {measure = "frequency"}
+)",
+                                  "tune_cases_test.toml");
+  const TuneResult found = tune(tune_problem(study), tune_options(study));
+  CHECK(found.status == TuneStatus::tuned);
+  CHECK(found.gains[0] > 3.0243);
+  CHECK_NEAR(found.gains[0], 3.0243, 1e-6);
+}
+
 TEST_CASE("an eigenvalue on the axis is not stable") {
   const TuneProblem p = planted([](const VectorXd& x, double p_) -> VectorXd {
     return Eigen::Vector2d{x[1], -p_ * x[0]};

@@ -11,6 +11,7 @@
 
 #include "linearize/modes.hpp"
 #include "model/lookup.hpp"
+#include "optimize/nonsmooth.hpp"
 #include "optimize/optimize.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
@@ -23,6 +24,7 @@ namespace tiltrim {
 
 using Complex = std::complex<double>;
 using Eigen::Index;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 namespace {
@@ -177,20 +179,35 @@ std::string infinite_in_words(const Search& search, const std::vector<PlaceModes
                      value_in_words(*found, there));
 }
 
+// Directions in which the decay of each eigenvalue next to the axis rises, of all places.
+MatrixXd ways_off_axis(const Search& search, const std::vector<PlaceModes>& places) {
+  constexpr double small = 1e-6;  // of the largest eigenvalue
+  std::vector<VectorXd> ways;
+  for (const PlaceModes& place : places) {
+    if (!place.has_slopes()) continue;
+    const double beside = -small * place.eigenvalues.cwiseAbs().maxCoeff();
+    for (Index i = 0; i < place.eigenvalues.size(); ++i) {
+      if (place.eigenvalues[i].real() < beside || place.eigenvalues[i].imag() < 0) continue;
+      const VectorXd slope =
+          -place.slopes.row(i).real().transpose().cwiseProduct(search.scales_at(search.best.y));
+      if (slope.allFinite() && !slope.isZero(0)) ways.push_back(slope.normalized());
+    }
+  }
+  MatrixXd all(search.best.y.size(), std::ssize(ways));
+  for (Index k = 0; k < all.cols(); ++k) all.col(k) = ways[std::size_t(k)];
+  return all;
+}
+
 // A goal may lead to the boundary of stability, where rounding decides: from there to the nearest
-// candidate that is stable by more than its error bounds, along the slope of the lowest decay.
+// candidate that is stable by more than its error bounds, along a way off all that meet there.
 void step_off_boundary(Search& search) {
   if (!search.best.merit.feasible || not_stable(search, search.best.places).empty()) return;
   const Search::Seen best = search.best;
   const std::vector<PlaceModes> places = search.candidates.at(search.numbers_at(best.y), true);
   if (!std::ranges::all_of(places, &PlaceModes::valid)) return;
-  const auto abscissa = [](const PlaceModes& p) { return p.eigenvalues.real().maxCoeff(); };
-  const PlaceModes& worst = *std::ranges::max_element(places, {}, abscissa);
-  Index rightmost = 0;
-  worst.eigenvalues.real().maxCoeff(&rightmost);
-  if (!worst.has_slopes()) return;
-  const VectorXd slope =
-      -worst.slopes.row(rightmost).real().transpose().cwiseProduct(search.scales_at(best.y));
+  const MatrixXd ways = ways_off_axis(search, places);
+  if (ways.cols() == 0) return;
+  const VectorXd slope = least_in_hull(ways);
   if (!slope.allFinite() || slope.isZero(0)) return;
   const VectorXd direction = slope / slope.cwiseAbs().maxCoeff();
   for (double step = 1e-12; step < 1e-3; step *= 10) {  // of each gain's range
