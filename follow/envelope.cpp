@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "follow/envelope_rows.hpp"
+#include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "runtime/threads.hpp"
 

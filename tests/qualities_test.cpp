@@ -157,6 +157,7 @@ TEST_CASE("gravity is by the unit of speed, if it is not given") {
   l = jet();
   l.outputs = {{"true airspeed", "kt"}};
   l.C = l.C_error = Eigen::MatrixXd::Zero(1, l.A.rows());
+  l.C(0, 0) = 1;
   l.D = l.D_error = Eigen::MatrixXd::Zero(1, l.B.cols());
   left_out.roles.alpha = std::exchange(left_out.roles.downward_speed, "");
   left_out.roles.speed = "true airspeed";

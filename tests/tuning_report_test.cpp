@@ -174,7 +174,7 @@ Requirements, where they are worst, and the reserve in percent of the limit:
   45°                                                  inertia_yy -15 %,
                                                        air_density +10 %, CM_de
                                                        -15 %
-  half time of phugoid ≤ 4      3 s        25.0        level, mass +15 %,
+  half time of phugoid ≤ 4      3 s        33.3        level, mass +15 %,
   s                                                    inertia_yy -15 %,
                                                        air_density +10 %, CM_de
                                                        -15 %

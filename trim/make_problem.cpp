@@ -234,7 +234,7 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
 
 void check_within_limits(const TrimSpec& spec, const std::string& signal, const Range& values) {
   const auto at = spec.bounds.find(signal);
-  if (at == spec.bounds.end()) return;
+  if (at == spec.bounds.end() || among(spec.free, signal)) return;
   const Range& limits = at->second;
   if (!(values.lower >= limits.lower && values.upper <= limits.upper))
     throw std::invalid_argument(
