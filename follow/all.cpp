@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "follow/envelope.hpp"
+#include "follow/linear_at.hpp"
 #include "follow/path.hpp"
-#include "linearize/linearize.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/problem.hpp"

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <stdexcept>
@@ -96,12 +97,11 @@ Envelope envelope(const Model& model, const TrimSpec& spec, const OperatingPoint
   fixed.free.resize(fixed.free.size() - 2);
   Sheets sheets;
   Grid g(model, fixed, over, guess, x, y, options, sheets);
-  for (const EnvelopeAxis* axis : {&x, &y}) check_within_limits(fixed, axis->signal, axis->range);
+  for (const EnvelopeAxis* axis : {&x, &y})
+    check_within_limits(fixed, axis->signal, std::array{axis->range.lower, axis->range.upper});
   for (const auto& [j, range] : g.fixed.fixed_bounds)
-    if (const std::string& name = signal_of(model, j).name; name != x.signal && name != y.signal) {
-      const double at = value_of(g.fixed.base, j);
-      check_within_limits(fixed, name, {at, at});
-    }
+    if (const std::string& name = signal_of(model, j).name; name != x.signal && name != y.signal)
+      check_within_limits(fixed, name, std::array{value_of(g.fixed.base, j)});
   if (!g.fixed.square())
     throw std::invalid_argument(
         fmt::format("an envelope needs as many unknowns as equations, not {} and {}", g.fixed.n(),

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "follow/follower.hpp"
-#include "linearize/linearize.hpp"
+#include "follow/linear_at.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"
 #include "trim/problem.hpp"

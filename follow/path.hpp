@@ -2,7 +2,6 @@
 #pragma once
 
 #include "follow/curve.hpp"
-#include "linearize/linearize.hpp"
 #include "trim/optimality.hpp"
 #include "trim/problem.hpp"
 
@@ -30,14 +29,6 @@ double slope_error(const Path& path);
 /// The spec with `parameter` as its last free variable, and equal bounds on it dropped. Throws
 /// std::invalid_argument if the model has no such variable, or if the trim already frees it.
 TrimSpec with_parameter(const Model& model, TrimSpec spec, const std::string& parameter);
-
-/// States that need not be at rest: those that the trim leaves moving, and those whose rates it
-/// holds at a value other than zero.
-std::vector<std::string> unsteady_states(const Model& model, const TrimSpec& spec);
-
-/// The linear model at a trim. There is none, not_equilibrium, if a rate depends on a state whose
-/// own rate is held at a value other than zero.
-LinearModel linear_at(const Model& model, const TrimSpec& spec, const OperatingPoint& trimmed);
 
 /// For every limit, held limits last: its distance, positive inside; for a held limit its
 /// multiplier, positive while the limit is active (up to a positive factor).

@@ -10,9 +10,9 @@
 #include <stdexcept>
 
 #include "dense/dense.hpp"
+#include "follow/linear_at.hpp"
 #include "follow/path.hpp"
 #include "follow/slopes_along.hpp"
-#include "linearize/linearize.hpp"
 #include "model/differentiate.hpp"
 #include "model/lookup.hpp"
 #include "runtime/rounding.hpp"

@@ -9,10 +9,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "model/branches.hpp"
-#include "model/jet.hpp"
 #include "model/lookup.hpp"
 #include "model/many.hpp"
+#include "model/spacing.hpp"
 
 namespace tiltrim {
 
@@ -140,46 +139,6 @@ VectorXd differing(const VectorXd& y0, std::initializer_list<const VectorXd*> sa
     return double(
         std::ranges::any_of(samples, [&](const VectorXd* y) { return (*y)[row] != y0[row]; }));
   });
-}
-
-// A power of ten that is at most this, and more than a hundredth of it.
-double power_of_ten_below(double size) {
-  constexpr int lowest = -330, highest = 308;
-  static const auto powers = [] {
-    std::array<double, highest - lowest + 1> all;
-    for (int k = lowest; k <= highest; ++k) all[std::size_t(k - lowest)] = std::pow(10.0, k);
-    return all;
-  }();
-  constexpr double log10_of_2 = 0.30102999566398114;
-  return powers[std::size_t(int(std::floor(std::ilogb(size) * log10_of_2)) - lowest)];
-}
-
-// Spacing of the values that a row can have, if it is wider than that of numbers of its size: of
-// decimals, of single precision, of what large terms that cancel leave. Else zero.
-double spacing(const std::array<double, 5>& samples) {
-  constexpr double few = 4 * epsilon, wide = 64 * epsilon;
-  constexpr double whole = 1e-6;                   // of a spacing of decimals that were subtracted
-  constexpr double to_integer = 6755399441055744;  // 3 2⁵¹: what is added to it is rounded
-  const auto [low, high] = std::ranges::minmax(samples);
-  const double motion = high - low, size = std::max(std::abs(low), std::abs(high));
-  if (!(motion > 0 && std::isfinite(motion))) return 0;
-  const auto multiples_of = [&](double grid, double within) {
-    const double per_unit = 1 / grid;
-    return std::ranges::all_of(samples, [&](double y) {
-      const double off = y - (y * per_unit + to_integer - to_integer) * grid;
-      return std::abs(off) <= within + few * std::abs(y);
-    });
-  };
-  double widest = 0;
-  for (double grid = std::ldexp(wide, std::ilogb(size) + 1); multiples_of(grid, 0) && grid < motion;
-       grid *= 2)
-    widest = grid;
-  constexpr int digits = 9;
-  const double least = std::max(widest, wide * size);
-  double grid = power_of_ten_below(motion);
-  for (int k = 0; k < digits && grid > least; ++k, grid /= 10)
-    if (multiples_of(grid, whole * grid)) return grid;
-  return widest;
 }
 
 //   y' = (-3 y₀ + 4 y(h) - y(2h)) / 2h + O(h²), to the side of the given sign
@@ -337,42 +296,6 @@ MatrixXd given_derivatives(const Model& model, const OperatingPoint& point,
   return J;
 }
 
-// How far the derivatives may be from the exact ones at this point, from their evaluation on
-// ranges; NaN where these tell nothing: at a kink, or where terms are undefined.
-MatrixXd apart_from_ranges(const Model& model, const OperatingPoint& point,
-                           const std::vector<Index>& variables, const MatrixXd& J) {
-  MatrixXd apart = MatrixXd::Constant(J.rows(), J.cols(), NAN);
-  std::vector<Jet> x, u, p;
-  const auto fixed = [](const VectorXd& values, std::vector<Jet>& jets) {
-    for (const double v : values) jets.push_back(Jet::number(v, 0.0, 0, 1));
-  };
-  fixed(point.x, x);
-  fixed(point.u, u);
-  fixed(point.p, p);
-  const Index nx = point.x.size(), nu = point.u.size();
-  for (std::size_t k = 0; k < variables.size(); ++k) {
-    const Index j = variables[k];
-    Jet& jet = j < nx        ? x[std::size_t(j)]
-               : j < nx + nu ? u[std::size_t(j - nx)]
-                             : p[std::size_t(j - nx - nu)];
-    jet = jet.unknown(k, variables.size());
-  }
-  Branches sides{.replay = true};
-  const BranchScope scope(sides);
-  std::vector<Jet> rows;
-  try {
-    rows = model.jets(x, u, p);
-  } catch (...) {  // outside of the model's domain
-  }
-  if (sides.blocked || std::ssize(rows) != J.rows()) return apart;
-  for (Index i = 0; i < J.rows(); ++i)
-    for (Index k = 0; k < J.cols(); ++k) {
-      const Interval slope = rows[std::size_t(i)].slope(std::size_t(k)).range();
-      if (rows[std::size_t(i)].known()) apart(i, k) = magnitude(slope - Interval(J(i, k)));
-    }
-  return apart;
-}
-
 }  // namespace
 
 Differences difference(const Model& model, const OperatingPoint& point,
@@ -436,16 +359,6 @@ Estimate exact(const Model& model, const OperatingPoint& point,
     e.error.col(k) =
         operations * epsilon * (e.value.col(k).cwiseAbs().array() + moved * sizes.array() / reach);
   }
-  return e;
-}
-
-Estimate exact_bounded(const Model& model, const OperatingPoint& point,
-                       const std::vector<Index>& variables) {
-  Estimate e = exact(model, point, variables);
-  constexpr std::size_t most_directions = 64;  // of a Jet
-  if (!model.jets || variables.size() > most_directions) return e;
-  const MatrixXd apart = apart_from_ranges(model, point, variables, e.value);
-  e.error = apart.array().isFinite().select(e.error.cwiseMax(apart), e.error);
   return e;
 }
 

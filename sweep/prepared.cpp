@@ -27,8 +27,7 @@ TrimSpec free_of(TrimSpec spec, const Model& model, const std::vector<SweepAxis>
                         column.name));
       const auto at = spec.bounds.find(column.signal);
       if (at != spec.bounds.end() && at->second.lower == at->second.upper) spec.bounds.erase(at);
-      const auto [least, most] = std::ranges::minmax(column.si);
-      check_within_limits(spec, column.signal, {least, most});
+      check_within_limits(spec, column.signal, column.si);
       (void)variable(model, column.signal);
     }
   return spec;

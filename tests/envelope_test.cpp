@@ -696,7 +696,7 @@ TEST_CASE("the caller's mistakes throw") {
   TrimSpec limited = equilibrium;
   limited.bounds["a"] = {-0.5, 2};
   CHECK_THROWS_WITH_AS(asked(a, b, limited),
-                       "a from -1 to 1 leaves its limits in the trim, [-0.5, 2]",
+                       "a is to be -1, outside its limits in the trim, [-0.5, 2]",
                        std::invalid_argument);
   // x' = y - c and y' = a, implied, x and c given: trims where a vanishes, nowhere else in a plane
   const Model line = flow({"x", "y"}, {"a", "b", "c"}, [](const VectorXd& x, const VectorXd& p) {
@@ -711,7 +711,7 @@ TEST_CASE("the caller's mistakes throw") {
         1);
   implying.bounds["a"] = {1, 2};  // at 0
   CHECK_THROWS_WITH_AS((void)envelope(line, implying, start, {"b", {-1, 1}, 5}, {"c", {-1, 1}, 5}),
-                       "a from 0 to 0 leaves its limits in the trim, [1, 2]",
+                       "a is to be 0, outside its limits in the trim, [1, 2]",
                        std::invalid_argument);
   const AirframeCondition airframe{.values = {{"V", {10, 10}}, {"eta", {0, 0}}}};
   for (const Condition& c : {Condition{"", TableCondition{}}, Condition{"", airframe}}) {

@@ -672,7 +672,7 @@ TEST_CASE("values in steps, of large terms that cancel, of floats or decimals, w
       covered += std::abs(e.value(0, 0) - std::cos(x)) <= e.error(0, 0);
     }
     CHECK(determined > 100);
-    CHECK(covered >= 0.98 * determined);
+    CHECK(covered >= 0.98 * determined);  // where cos x is near 0, a value may not move at all
   }
 }
 

@@ -1366,7 +1366,7 @@ TEST_CASE("the caller's mistakes are named") {
   SweepRequest limited = r;
   limited.spec.bounds["p"] = {-1, 0.5};
   CHECK(contains(said({limited}, {axis("p", {0, 1})}),
-                 "p from 0 to 1 leaves its limits in the trim, [-1, 0.5]"));
+                 "p is to be 1, outside its limits in the trim, [-1, 0.5]"));
   CHECK(contains(said({r, fold_request(0)}, {p}), "differ from those of 'cusp'"));
   SweepRequest unknown_input = r;
   unknown_input.inputs = {"rudder"};

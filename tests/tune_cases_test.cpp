@@ -618,7 +618,7 @@ TEST_CASE("mistakes are refused with the name") {
       [](auto& p) {
         p.points[0].spec.bounds["gains.K_Ei"] = {0, 1e-9};
       },
-      "leaves its limits in the trim, [0, 1e-09]");
+      "outside its limits in the trim, [0, 1e-09]");
   refused([](auto& p) { p.uncertain = {{"aircraft.masss", 4.0, 5.0}}; }, "aircraft.masss");
 }
 

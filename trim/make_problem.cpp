@@ -232,14 +232,16 @@ std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec)
   return moving;
 }
 
-void check_within_limits(const TrimSpec& spec, const std::string& signal, const Range& values) {
+void check_within_limits(const TrimSpec& spec, const std::string& signal,
+                         std::span<const double> values) {
   const auto at = spec.bounds.find(signal);
   if (at == spec.bounds.end() || among(spec.free, signal)) return;
   const Range& limits = at->second;
-  if (!(values.lower >= limits.lower && values.upper <= limits.upper))
-    throw std::invalid_argument(
-        fmt::format("{} from {:.6g} to {:.6g} leaves its limits in the trim, [{:.6g}, {:.6g}]",
-                    signal, values.lower, values.upper, limits.lower, limits.upper));
+  for (const double value : values)
+    if (!(value >= limits.lower && value <= limits.upper))
+      throw std::invalid_argument(
+          fmt::format("{} is to be {:.6g}, outside its limits in the trim, [{:.6g}, {:.6g}]",
+                      signal, value, limits.lower, limits.upper));
 }
 
 // From names that are checked.

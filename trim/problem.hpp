@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,10 @@ namespace tiltrim {
 /// The states whose rates are unconstrained in the trim.
 std::vector<std::string> moving_states(const Model& model, const TrimSpec& spec);
 
-/// Throws std::invalid_argument if the trim has limits on a signal, other than an unknown, that
-/// does not keep within them.
-void check_within_limits(const TrimSpec& spec, const std::string& signal, const Range& values);
+/// Throws std::invalid_argument if the trim has limits on a signal, other than an unknown, and one
+/// of these values is outside.
+void check_within_limits(const TrimSpec& spec, const std::string& signal,
+                         std::span<const double> values);
 
 /// A problem's functions at a point. `finite` is false if the model returns NaN or Inf, or throws.
 struct Values {

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <set>
@@ -105,7 +106,7 @@ void check(const TuneProblem& problem) {
   check_gains(problem);
   for (const SweepRequest& point : problem.points)
     for (const FreeGain& gain : problem.gains)
-      check_within_limits(point.spec, gain.name, {gain.lower, gain.upper});
+      check_within_limits(point.spec, gain.name, std::array{gain.lower, gain.upper});
   check_like(problem, problem.loops, "loops");
   check_like(problem, problem.responses, "responses");
   if (problem.goals.empty()) check_asked(problem, problem.goal, false);

@@ -179,8 +179,8 @@ Described described(const Requirement& r, const Place& place, const GridTrim& e,
   const Filter weight = filter_of(r);
   const Transfer plain = transfer_of(path, jacobian(*path.model, path.at, path.along), false);
   const bool through_states = !plain.B.isZero(0.0) && !plain.C.isZero(0.0);
-  Described all{in_series(plain, weight, false), {}, through_states};
-  all.in_use = through_states || (plain.D.array() != path.direct).any();
+  const bool in_use = through_states || (plain.D.array() != path.direct).any();
+  Described all{in_series(plain, weight, false), {}, in_use};
   if (!slopes) return all;
   const MatrixXd own = shifts(*place.prepared, e, place.gains);
   const Index nx = path.at.x.size(), np = path.at.p.size();

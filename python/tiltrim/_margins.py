@@ -157,8 +157,8 @@ def margins(
     names = [s.name for s in linear.states]
     answers, spectra = [], []
     for name, ends in loops.items():
-        one, error = _loop(linear, name, *ends, closed, frequency, points)
-        spectra.append(modes(linear) if closed else modes(_closed(one), error, names))
+        one = _loop(linear, name, *ends, closed, frequency, points)
+        spectra.append(modes(linear) if closed else modes(*_closed(linear, one, *ends), names))
         if one.verdict == "stable" and spectra[-1].verdict != "stable":  # within the errors of A
             one = replace(one, verdict=spectra[-1].verdict)
         answers.append(one)
@@ -173,9 +173,7 @@ def _loop(
     closed: bool,
     frequency: Tuple[Optional[float], Optional[float]],
     points: int,
-) -> Tuple[LoopMargins, Array]:
-    """The loop, and the error of each entry of its closed loop's A."""
-    none = np.zeros((len(linear.states), len(linear.states)))
+) -> LoopMargins:
     rows = np.vstack([linear.C, np.eye(len(linear.states))])
     through = np.vstack([linear.D, np.zeros((len(linear.states), len(linear.inputs)))])
     i = _place(output, [s.name for s in (*linear.outputs, *linear.states)], "output")
@@ -187,15 +185,20 @@ def _loop(
     raw = _tiltrim.margins(
         name, linear.A, linear.B[:, j], rows[i], through[i, j], closed, lowest, highest, points
     )
-    loop = LoopMargins(**raw)
-    b, c, d = np.abs(loop.b), np.abs(loop.c), abs(1 + loop.d)
-    b_error = linear.B_error[:, j]
-    c_error = np.vstack([linear.C_error, none])[i]
-    d_error = np.vstack([linear.D_error, through[len(linear.outputs) :]])[i, j]
+    return LoopMargins(**raw)
+
+
+def _closed(linear: LinearModel, loop: LoopMargins, input: str, output: str) -> Tuple[Array, Array]:
+    """A of the closed loop, A - b c/(1 + d), and the error of each entry."""
+    i = _place(output, [s.name for s in (*linear.outputs, *linear.states)], "output")
+    j = _place(input, [s.name for s in linear.inputs], "input")
+    is_state = i >= len(linear.outputs)
+    c_error = 0 * loop.c if is_state else linear.C_error[i]
+    d_error = 0.0 if is_state else linear.D_error[i, j]
+    b, b_error, c = np.abs(loop.b), linear.B_error[:, j], np.abs(loop.c)
+    least = abs(1 + loop.d) - d_error
+    A = np.asarray(loop.A - np.outer(loop.b, loop.c) / (1 + loop.d))
+    if least <= 0:
+        return A, np.full_like(A, np.inf)
     products = np.outer(b_error, c + c_error) + np.outer(b, c_error)
-    quotient = np.outer(b, c) * d_error / (d - d_error) if d > d_error else np.inf
-    return loop, linear.A_error + (products / d + quotient / d if d > 0 else np.inf)
-
-
-def _closed(loop: LoopMargins) -> Array:
-    return np.asarray(loop.A - np.outer(loop.b, loop.c) / (1 + loop.d))
+    return A, linear.A_error + (products + np.outer(b, c) * d_error / abs(1 + loop.d)) / least
